@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# dapple_library(name [USES dapple-libraries...] [LINK targets...]): all sources of src/dapple/<name> as one static library.
+function(dapple_library name)
+  cmake_parse_arguments(arg "" "" "USES;LINK" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/dapple/${name}/*.cpp)
+  if(NOT sources)
+    add_library(dapple_${name} INTERFACE)
+    set(scope INTERFACE)
+  else()
+    add_library(dapple_${name} STATIC ${sources})
+    set(scope PUBLIC)
+  endif()
+  add_library(dapple::${name} ALIAS dapple_${name})
+  set_target_properties(dapple_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(dapple_${name} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  list(TRANSFORM arg_USES PREPEND "dapple_")
+  target_link_libraries(dapple_${name} ${scope} ${arg_USES} ${arg_LINK})
+  if(sources)
+    target_link_libraries(dapple_${name} PRIVATE $<BUILD_INTERFACE:dapple_options>)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY DAPPLE_LIBRARIES dapple_${name})
+endfunction()

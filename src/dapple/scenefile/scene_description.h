@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dapple/base/error.h"
+#include "dapple/base/transform.h"
+#include "dapple/scenefile/param_set.h"
+
+namespace dapple::scenefile {
+
+/// A transform at shutter open and at shutter close (equal where nothing moves).
+struct TransformPair {
+  Transform start, end;
+  bool is_animated() const { return !(start == end); }
+};
+
+/// One directive with a type and parameters: `Camera "perspective" ...`, `Film`, `Sampler`, ...
+struct Entity {
+  std::string type;
+  ParamSet params;
+  FileLoc loc;
+};
+
+/// A material, named or not. `type` is pbrt's material type ("diffuse", ...).
+struct MaterialEntity : Entity {
+  std::string name;  ///< empty for Material, the name for MakeNamedMaterial
+};
+
+struct TextureEntity : Entity {
+  std::string name;
+  bool is_spectrum = false;  ///< "spectrum" texture; otherwise "float"
+  TransformPair transform;   ///< texture to world
+};
+
+struct MediumEntity : Entity {
+  std::string name;
+  TransformPair transform;  ///< medium to world
+};
+
+struct LightEntity : Entity {
+  TransformPair transform;  ///< light to world
+  std::string medium;       ///< outside medium, empty for vacuum
+};
+
+/// Index of a MaterialEntity in SceneDescription::materials.
+using MaterialIndex = int32_t;
+
+struct ShapeEntity : Entity {
+  TransformPair transform;  ///< object to world; inside an object definition: object to the definition's space
+  bool reverse_orientation = false;
+  MaterialIndex material = 0;
+  /// Index into SceneDescription::area_lights, -1 for none.
+  int32_t area_light = -1;
+  std::string inside_medium, outside_medium;
+};
+
+/// ObjectBegin ... ObjectEnd. Definitions do not nest and hold no instances (as in pbrt-v4).
+struct ObjectEntity {
+  std::string name;
+  FileLoc loc;
+  std::vector<ShapeEntity> shapes;
+};
+
+/// ObjectInstance: `object` indexes SceneDescription::objects; the transform is applied after those of the definition
+/// (shapes in a definition carry the CTM at their place, as in pbrt-v4).
+struct InstanceEntity {
+  int32_t object = 0;
+  TransformPair transform;
+  FileLoc loc;
+};
+
+/// What a scene file says, with nothing interpreted beyond the directives: neutral between file formats. Every item keeps its
+/// FileLoc, whose file names live in `files`. Move-only, because ParamSets and FileLocs point into it.
+struct SceneDescription {
+  SceneDescription() = default;
+  SceneDescription(SceneDescription&&) = default;
+  SceneDescription& operator=(SceneDescription&&) = default;
+
+  std::deque<std::string> files;  ///< paths as opened, the main file first; stable addresses
+  std::string base_directory;     ///< relative file names in parameters are relative to this (the main file's folder)
+
+  // Each exactly once; defaults as in pbrt-v4 where the file is silent (type empty = not given).
+  Entity camera, film, sampler, pixel_filter, integrator, accelerator, color_space;
+  TransformPair world_to_camera;
+  double shutter_start_transform_time = 0, shutter_end_transform_time = 1;  ///< TransformTimes
+  std::string camera_medium;
+  ParamSet options;  ///< Option directives
+
+  std::vector<MaterialEntity> materials;  ///< [0] is the default: diffuse, reflectance .5
+  std::map<std::string, MaterialIndex> named_materials;
+  std::vector<TextureEntity> textures;  ///< in order of definition; a texture may only use earlier ones
+  std::map<std::string, int32_t> float_textures, spectrum_textures;  ///< name to index in textures
+  std::vector<MediumEntity> media;
+  std::map<std::string, int32_t> named_media;
+  std::vector<Entity> area_lights;
+  std::vector<LightEntity> lights;
+  std::vector<ShapeEntity> shapes;
+  std::vector<ObjectEntity> objects;
+  std::map<std::string, int32_t> named_objects;
+  std::vector<InstanceEntity> instances;
+
+  /// Absolute or base_directory-relative path of a file named in a parameter.
+  std::string resolve(const std::string& filename) const;
+};
+
+/// Reads a scene, its Includes and Imports. Throws InputError; survivable findings go to `diagnostics`.
+SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics);
+/// The same from memory, for tests and fuzzing; `name` stands in locations, includes are relative to `base_directory`.
+SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
+                            Diagnostics& diagnostics);
+
+}  // namespace dapple::scenefile

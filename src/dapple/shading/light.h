@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "dapple/base/rgb.h"
+#include "dapple/base/vec.h"
+
+namespace dapple::shading {
+
+/// Light arriving at a point, drawn by Light::sample.
+struct LightSample {
+  V3f wi{0, 0, 1};       ///< unit, towards the light
+  float distance = 0;    ///< to the light; infinity for lights at infinity
+  RGB radiance;          ///< arriving along wi, unoccluded, not divided by pdf. Delta lights: irradiance on a plane normal to wi
+  float pdf = 0;         ///< solid angle; 1 for delta lights
+  bool delta = false;    ///< cannot be hit by a scattered ray
+};
+
+/// Where a light sample is wanted. n = 0 in media.
+struct LightReceiver {
+  V3f p;
+  V3f n{0, 0, 0};  ///< unit shading normal, for importance only
+  float time = 0;
+};
+
+/// For light selection (Conty Estevez & Kulla 2018): where emission comes from and where it goes.
+struct LightBounds {
+  Box3f box;
+  V3f axis{0, 0, 1};         ///< of the normal cone
+  float cos_theta_o = -1;    ///< half-angle of the normal cone
+  float cos_theta_e = 0;     ///< emission beyond each normal
+  float power = 0;           ///< luminous, any consistent unit
+  bool two_sided = false;
+};
+
+/// A source of light that is sampled directly. Emission may be a texture. Immutable, thread-safe.
+class Light {
+ public:
+  virtual ~Light() = default;
+
+  /// Draws a direction towards the light. False where none arrives.
+  virtual bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const = 0;
+  /// Density of sample() for wi, given that the light was hit at `p_light` with geometric normal `n_light` (both unused for
+  /// lights at infinity). Zero for delta lights.
+  virtual float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const = 0;
+
+  /// Area lights: radiance leaving p (geometric normal n, parameters uv) in direction wo.
+  virtual RGB emitted(const V3f& p, const V3f& n, const V2f& uv, const V3f& wo) const;
+  /// Lights at infinity: radiance arriving along -wi from direction wi (unit, towards the light). dwi: width of the footprint in radians.
+  virtual RGB environment(const V3f& wi, float dwi) const;
+
+  virtual bool is_delta() const { return false; }
+  virtual bool is_infinite() const { return false; }
+  /// nullopt for infinite lights.
+  virtual std::optional<LightBounds> bounds() const = 0;
+  /// Luminous power; scene_radius (m) serves lights at infinity.
+  virtual float power(float scene_radius) const = 0;
+};
+
+}  // namespace dapple::shading
