@@ -3,6 +3,9 @@ include(CheckCXXSourceRuns)
 
 add_library(dapple_options INTERFACE)
 target_compile_options(dapple_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-unused-parameter)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(dapple_options INTERFACE -Wno-restrict)  # false positives of GCC 12 on std::string
+endif()
 if(DAPPLE_WERROR)
   target_compile_options(dapple_options INTERFACE -Werror)
 endif()
