@@ -13,12 +13,13 @@ inline namespace numeric {
 //
 // Each dimension number names an independent set of points in the unit interval or square, of its own for every pixel:
 // a Sobol' (0,2)-sequence whose order is shuffled and whose coordinates are scrambled, all by Owen's nested uniform
-// scrambling (Burley 2020, "Practical Hash-based Owen Scrambling"). So, of one pixel and one dimension, any b^k samples whose
-// indices begin at a multiple of b^k (b = 2) put exactly one point into every elementary interval of area b^-k, and different
-// dimensions or pixels are uncorrelated. Integer arithmetic without tables or branches: the loops over samples vectorise, and
-// the batch functions return the bits of the scalar ones.
+// scrambling (Burley 2020, "Practical Hash-based Owen Scrambling"). So, of one pixel and one dimension, any b^k samples
+// whose indices begin at a multiple of b^k (b = 2) put exactly one point into every elementary interval of area b^-k,
+// and different dimensions or pixels are uncorrelated. Integer arithmetic without tables or branches: the loops over
+// samples vectorise, and the batch functions return the bits of the scalar ones.
 //
-// Use each dimension number once, either for one coordinate or for a pair: sample_1d(.., d) is the x of sample_2d(.., d).
+// Use each dimension number once, either for one coordinate or for a pair: sample_1d(.., d) is the x of sample_2d(..,
+// d).
 
 /// A key for all samples of a pixel (or of anything else that has two coordinates).
 constexpr uint32_t pixel_seed(int32_t x, int32_t y, uint64_t seed) {
@@ -43,8 +44,8 @@ constexpr uint32_t mix32(uint32_t x) {
   return x ^ (x >> 16);
 }
 
-/// Nested uniform scrambling of a number whose digits run from the least significant bit: a bit of the result depends on the
-/// bits of x at and below its place only (Laine & Karras 2011, with the constants of N. Vegdahl's 2021 search).
+/// Nested uniform scrambling of a number whose digits run from the least significant bit: a bit of the result depends
+/// on the bits of x at and below its place only (Laine & Karras 2011, with the constants of N. Vegdahl's 2021 search).
 constexpr uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -54,8 +55,9 @@ constexpr uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
   return x;
 }
 
-/// Second dimension of the Sobol' sequence, digits from the least significant bit, of index i: the product with Pascal's
-/// triangle modulo 2. By Lucas' theorem the matrix is a fivefold Kronecker product of [1 1; 0 1], one step for each factor.
+/// Second dimension of the Sobol' sequence, digits from the least significant bit, of index i: the product with
+/// Pascal's triangle modulo 2. By Lucas' theorem the matrix is a fivefold Kronecker product of [1 1; 0 1], one step for
+/// each factor.
 constexpr uint32_t pascal(uint32_t i) {
   i ^= (i >> 1) & 0x55555555u;
   i ^= (i >> 2) & 0x33333333u;
@@ -65,10 +67,14 @@ constexpr uint32_t pascal(uint32_t i) {
   return i;
 }
 
-constexpr uint32_t dimension_key(uint32_t dimension) { return mix32(dimension * 0x9e3779b9u + 0x7f4a7c15u); }
+constexpr uint32_t dimension_key(uint32_t dimension) {
+  return mix32(dimension * 0x9e3779b9u + 0x7f4a7c15u);
+}
 
 /// The 24 digits a float holds; never reaches 1.
-constexpr float to_float(uint32_t digits) { return static_cast<float>(static_cast<int32_t>(digits >> 8)) * 0x1p-24f; }
+constexpr float to_float(uint32_t digits) {
+  return static_cast<float>(static_cast<int32_t>(digits >> 8)) * 0x1p-24f;
+}
 
 struct Seeds {
   uint32_t order, x, y;
