@@ -20,7 +20,7 @@ struct Mesh {
   std::vector<V2f> uv;     ///< at vertices, may be empty
   std::vector<uint32_t> indices;
   std::vector<uint32_t> source_face;  ///< face of the scene file that each face came from (face_indices, diced patches); may be empty
-  bool flip = false;  ///< outside is the other side than the corners' order says
+  bool flip = false;  ///< without N, outside is the other side than the corners' order says
 
   size_t face_count() const { return indices.size() / size_t(corners); }
   size_t bytes() const;

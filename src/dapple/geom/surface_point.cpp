@@ -38,10 +38,10 @@ void complete_triangle(const V3f c[3], const V3f* normals, const V2f* uv, float 
     if (l2 > 0) {
       // Normals of the file say where outside is, as in pbrt-v4.
       const float inv_length = 1 / std::sqrt(l2);
-      out->Ns = flip ? -ns * inv_length : ns * inv_length;
+      out->Ns = ns * inv_length;
       if (dot(n, out->Ns) < 0) n = -n;
       if (!degenerate) {
-        const float inv = inv_length / det * (flip ? -1.0f : 1.0f);
+        const float inv = inv_length / det;
         const V3f n1 = normals[1] - normals[0], n2v = normals[2] - normals[0];
         out->dNdu = (n1 * dv2 - n2v * dv1) * inv;
         out->dNdv = (n2v * du1 - n1 * du2) * inv;

@@ -42,8 +42,8 @@ struct TracedScene::MemoryUse {
 struct TracedScene::Callbacks {
   static void filter(const RTCFilterFunctionNArguments* a) {
     const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
-    uint32_t primitive[packet], lane[packet], instance[packet], key[packet];
-    float u[packet], v[packet], time[packet], alpha[packet];
+    uint32_t primitive[packet]{}, lane[packet]{}, instance[packet]{}, key[packet]{};
+    float u[packet]{}, v[packet]{}, time[packet]{}, alpha[packet]{};
     int n = 0;
     for (unsigned i = 0; i < a->N; ++i) {
       if (!a->valid[i]) continue;
@@ -195,25 +195,35 @@ uint32_t TracedScene::add(const Shape& shape, bool cut_out, uint32_t object) {
   return index;
 }
 
-uint32_t TracedScene::add_instance(uint32_t object, const Transform& start, const Transform& end) {
+uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& motion) {
   RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(g, objects_[object].scene);
-  const bool moves = !(start == end);
-  if (moves) rtcSetGeometryTimeStepCount(g, 2);
   Instance instance{};
   instance.object = object;
-  for (int step = 0; step < (moves ? 2 : 1); ++step) {
-    const M44d& m = (step ? end : start).matrix();
-    float columns[12];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 4; ++j) {
-        columns[j * 3 + i] = float(m[i][j]);
-        if (step == 0) instance.m[i][j] = float(m[i][j]);
-      }
-    rtcSetGeometryTransform(g, unsigned(step), RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  const M44d& m = motion.start().matrix();
+  float columns[12];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) columns[j * 3 + i] = instance.m[i][j] = float(m[i][j]);
+  if (!motion.is_animated()) {
+    rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  } else {
+    rtcSetGeometryTimeStepCount(g, 2);
+    for (int step = 0; step < 2; ++step) {
+      const Decomposition& d = motion.decomposition(step);
+      RTCQuaternionDecomposition q;
+      rtcInitQuaternionDecomposition(&q);
+      const auto& s = d.scale;
+      rtcQuaternionDecompositionSetScale(&q, float(s[0][0]), float(s[1][1]), float(s[2][2]));
+      rtcQuaternionDecompositionSetSkew(&q, float(s[0][1]), float(s[0][2]), float(s[1][2]));
+      rtcQuaternionDecompositionSetQuaternion(&q, float(d.rotation.r), float(d.rotation.v.x), float(d.rotation.v.y),
+                                              float(d.rotation.v.z));
+      rtcQuaternionDecompositionSetTranslation(&q, float(d.translation.x), float(d.translation.y),
+                                               float(d.translation.z));
+      rtcSetGeometryTransformQuaternion(g, unsigned(step), &q);
+    }
   }
   rtcCommitGeometry(g);
-  instance.animated = moves ? g : nullptr;
+  instance.animated = motion.is_animated() ? g : nullptr;
   instances_.push_back(instance);
   instance_geometries_.push_back(g);
   return uint32_t(instances_.size() - 1);

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "dapple/base/transform.h"
+#include "dapple/base/animated_transform.h"
 #include "dapple/geom/curve_set.h"
 #include "dapple/geom/mesh.h"
 #include "dapple/geom/quadric.h"
@@ -35,8 +35,8 @@ class TracedScene {
   /// Adds a shape to the scene (object = no_id) or to an object. Returns its index in the table of geometries.
   /// `cut_out`: ask the OpacityTest about hits.
   uint32_t add(const Shape& shape, bool cut_out, uint32_t object = no_id);
-  /// World from object space at shutter open and close. Returns the instance's index.
-  uint32_t add_instance(uint32_t object, const Transform& start, const Transform& end);
+  /// Places an object; motion is world from object space. Returns the instance's index.
+  uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
   void commit();
