@@ -33,10 +33,13 @@ Encoding Encoding::parse(std::string_view name, const FileLoc& loc) {
 
 float Encoding::decode(float v) const {
   switch (kind) {
-    case Kind::srgb: return srgb_to_linear(v);
-    case Kind::gamma: return std::copysign(std::pow(std::abs(v), exponent), v);
+    case Kind::srgb:
+      return srgb_to_linear(v);
+    case Kind::gamma:
+      return std::copysign(std::pow(std::abs(v), exponent), v);
     case Kind::automatic:
-    case Kind::linear: break;
+    case Kind::linear:
+      break;
   }
   return v;
 }
@@ -44,10 +47,14 @@ float Encoding::decode(float v) const {
 namespace {
 std::vector<std::string> default_names(int channels) {
   switch (channels) {
-    case 1: return {"Y"};
-    case 2: return {"Y", "A"};
-    case 3: return {"R", "G", "B"};
-    case 4: return {"R", "G", "B", "A"};
+    case 1:
+      return {"Y"};
+    case 2:
+      return {"Y", "A"};
+    case 3:
+      return {"R", "G", "B"};
+    case 4:
+      return {"R", "G", "B", "A"};
   }
   std::vector<std::string> names;
   for (int i = 0; i < channels; ++i) names.push_back("channel" + std::to_string(i));

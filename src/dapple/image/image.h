@@ -76,10 +76,10 @@ class Image {
 struct ImageInfo {
   std::string format;  ///< OpenImageIO's name of the reader, such as "openexr"
   int width = 0, height = 0, channels = 0;
-  int bits = 0;                ///< of a stored sample
+  int bits = 0;  ///< of a stored sample
   bool floating_point = false;
-  bool tiled_mipmap = false;   ///< fit for look-ups as it is
-  Encoding encoding;           ///< what Encoding::automatic means for this file: srgb or linear
+  bool tiled_mipmap = false;  ///< fit for look-ups as it is
+  Encoding encoding;          ///< what Encoding::automatic means for this file: srgb or linear
   std::vector<std::string> channel_names;
 };
 
@@ -88,14 +88,16 @@ struct ImageLimits {
   int max_side = 65536;
   int max_channels = 64;
   uint64_t max_bytes = uint64_t{4} << 30;  ///< decoded to float
-  /// Decoded size over file size: no reader's compression beats this but for blank images, which `slack_bytes` lets through.
+  /// Decoded size over file size: no reader's compression beats this but for blank images, which `slack_bytes` lets
+  /// through.
   uint64_t max_expansion = 1100;
   uint64_t slack_bytes = uint64_t{256} << 20;
 };
 
-/// Reads the first image of a file: EXR, PNG, JPEG, TGA, Radiance HDR, PFM and PNM, TIFF, BMP, WebP, DPX. The kind is told from the content
-/// (TGA, which has no mark, from the name), never by trying every reader. Colour is decoded to linear; alpha, where there is one, is not multiplied in.
-/// Throws InputError for whatever cannot be read whole: missing, a folder or device, unknown, damaged, deep, beyond the limits.
+/// Reads the first image of a file: EXR, PNG, JPEG, TGA, Radiance HDR, PFM and PNM, TIFF, BMP, WebP, DPX. The kind is
+/// told from the content (TGA, which has no mark, from the name), never by trying every reader. Colour is decoded to
+/// linear; alpha, where there is one, is not multiplied in. Throws InputError for whatever cannot be read whole:
+/// missing, a folder or device, unknown, damaged, deep, beyond the limits.
 Image read_image(const std::string& path, const FileLoc& loc, Encoding encoding = Encoding::automatic(),
                  const ImageLimits& limits = {});
 /// The header alone; same errors.

@@ -17,10 +17,9 @@ namespace {
 constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP, WebP or DPX";
 
 uint64_t checked_file_size(const std::string& path, const FileLoc& loc) {
-  struct stat s{};
+  struct stat s {};
   if (path.empty()) throw InputError(loc, "the name of an image is empty");
-  if (stat(path.c_str(), &s) != 0)
-    throw InputError(loc, "cannot open image \"" + path + "\": " + std::strerror(errno));
+  if (stat(path.c_str(), &s) != 0) throw InputError(loc, "cannot open image \"" + path + "\": " + std::strerror(errno));
   if (!S_ISREG(s.st_mode)) throw InputError(loc, "\"" + path + "\" is not a plain file; expected an image");
   if (s.st_size == 0) throw InputError(loc, "image \"" + path + "\" is empty");
   return static_cast<uint64_t>(s.st_size);
@@ -75,8 +74,7 @@ void check_limits(const std::string& path, const FileLoc& loc, const OIIO::Image
   const uint64_t bytes = sizeof(float) * static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height) *
                          static_cast<uint64_t>(spec.nchannels);
   if (bytes > limits.max_bytes)
-    refuse("claims " + size + ", which take more than the limit of " + std::to_string(limits.max_bytes >> 20) +
-           " MiB");
+    refuse("claims " + size + ", which take more than the limit of " + std::to_string(limits.max_bytes >> 20) + " MiB");
   if (bytes > limits.slack_bytes && bytes / limits.max_expansion > file_size)
     refuse("claims " + size + ", too many for a file of " + std::to_string(file_size) + " bytes");
 }
@@ -85,10 +83,12 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
   const uint64_t file_size = checked_file_size(path, loc);
   OpenFile file;
   file.format = format_of(path, read_head(path, loc));
-  if (file.format.empty()) throw InputError(loc, "\"" + path + "\" is not an image of a known kind; " + std::string(readable));
+  if (file.format.empty())
+    throw InputError(loc, "\"" + path + "\" is not an image of a known kind; " + std::string(readable));
 
   file.input = OIIO::ImageInput::create(std::string(file.format));
-  if (!file.input) throw InputError(loc, "this build cannot read " + std::string(file.format) + " images: \"" + path + "\"");
+  if (!file.input)
+    throw InputError(loc, "this build cannot read " + std::string(file.format) + " images: \"" + path + "\"");
   OIIO::ImageSpec config, spec;
   config["oiio:UnassociatedAlpha"] = 1;
   if (!file.input->open(path, spec, config))
