@@ -158,6 +158,11 @@ void PbrtParser::unknown_directive(const Token& word) {
   if (word.kind != Kind::word) throw InputError(word.loc, "expected a directive, found " + describe(word));
   if (word.text == "WorldEnd")
     throw InputError(word.loc, "unknown directive \"WorldEnd\": the file is of an older version of the format; expected version 4");
+  // Anything else than a plausible name is not repeated: the file may be no scene at all, and private.
+  const bool is_name = word.text.size() <= 40 && std::all_of(word.text.begin(), word.text.end(), [](char c) {
+                         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+                       });
+  if (!is_name) throw InputError(word.loc, "expected a directive, found text that is none");
   std::vector<std::string_view> names;
   for (const Directive& d : directives) names.push_back(d.name);
   const auto near = closest_names(word.text, names);
