@@ -3,6 +3,10 @@
 find_package(Threads REQUIRED)
 find_package(Imath REQUIRED)
 find_package(OpenImageIO REQUIRED)
+# Debian's OpenImageIO names OpenCV's headers, which nothing here needs, even where they are not installed.
+get_target_property(oiio_includes OpenImageIO::OpenImageIO INTERFACE_INCLUDE_DIRECTORIES)
+list(FILTER oiio_includes EXCLUDE REGEX "opencv")
+set_target_properties(OpenImageIO::OpenImageIO PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${oiio_includes}")
 find_package(embree 3.13 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(spdlog REQUIRED)
