@@ -42,7 +42,7 @@ CameraRay Camera::generate(const V2f& film, const V2f& lens, float time) const {
       break;
     }
     case Projection::spherical_equal_area: {
-      const V3f v = image::equal_area_square_to_sphere(V2f(x, y));
+      const V3f v = image::equal_area_direction(V2f(x, y));
       d = V3f(v.x, v.z, v.y);
       r.cone_spread = std::sqrt(4 * pi / float(s.resolution.x) / float(s.resolution.y));
       break;
