@@ -11,10 +11,12 @@ macro(dapple_find)
   set(CMAKE_MESSAGE_LOG_LEVEL ${dapple_log_level})
 endmacro()
 
-set(dapple_packages Imath OpenImageIO embree TBB spdlog nlohmann_json ZLIB Eigen3)
+list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})  # FindOpenSubdiv.cmake
+set(dapple_packages Imath OpenImageIO OpenSubdiv embree TBB spdlog nlohmann_json ZLIB Eigen3)
 find_package(Threads ${dapple_find_options})
 dapple_find(Imath 3.1)
 dapple_find(OpenImageIO 2.4)
+dapple_find(OpenSubdiv 3.5)
 dapple_find(embree 3.13)
 dapple_find(TBB)
 dapple_find(spdlog)
