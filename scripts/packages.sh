@@ -5,6 +5,7 @@ build_packages=(
   g++ cmake ninja-build ccache
   libimath-dev        # vectors and matrices
   libopenimageio-dev openimageio-tools  # images and textures; the CMake file of the first demands the second
+  libosd-dev          # subdivision surfaces
   libembree-dev       # ray tracing
   libtbb-dev          # threads
   libeigen3-dev       # dense solvers
