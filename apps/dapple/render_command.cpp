@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/image/atomic_file.h"
 #include "dapple/integrate/path_integrator.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"

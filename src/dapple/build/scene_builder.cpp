@@ -49,7 +49,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   std::vector<const shading::Light*> lights;
   for (const auto& light : scene.lights) lights.push_back(light.get());
   if (!lights.empty()) scene.light_sampler = std::make_unique<shading::LightSampler>(lights, radius);
-  scene.fingerprint = description.fingerprint;
+  //FP
   built.times.total_seconds = timer.seconds();
   return built;
 }
