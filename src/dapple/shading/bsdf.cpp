@@ -154,11 +154,16 @@ Bsdf Bsdf::make_thin_dielectric(float ior) {
 }
 
 Bsdf Bsdf::make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer) {
+  return make_coated_diffuse(reflectance, ior, alpha_x, alpha_y, layer, shading::coat_return(ior, layer.thickness));
+}
+
+Bsdf Bsdf::make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer,
+                               float coat_return) {
   Bsdf b;
   set_coat(&b, ior, alpha_x, alpha_y, layer);
   b.base = BsdfKind::diffuse;
   b.reflectance = reflectance;
-  b.coat_return = shading::coat_return(ior, layer.thickness);
+  b.coat_return = coat_return;
   return b;
 }
 
