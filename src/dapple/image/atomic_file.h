@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <OpenImageIO/filesystem.h>
+
+#include <string>
+
+namespace dapple::image {
+
+/// A file that appears under its name only when it is whole: bytes go to `path`.part, commit() flushes them to the disk
+/// and renames. Destruction without commit removes the part. It is the sink OpenImageIO writes to, so that the first
+/// failed write is remembered whether or not a format's library reports it.
+class AtomicFile final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit AtomicFile(const std::string& path);  ///< IoError if it cannot be made
+  ~AtomicFile() override;
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  const std::string& part_path() const { return part_path_; }
+  void commit();  ///< IoError if any write failed
+  /// Throws IoError for a writer that gave up: with what the system said if a write failed, else with `why`.
+  [[noreturn]] void give_up(const std::string& why) const;
+
+  const char* proxytype() const override { return "dapple"; }
+  void close() override {}
+  size_t write(const void* data, size_t size) override;
+  size_t pwrite(const void* data, size_t size, int64_t offset) override;
+  size_t size() const override { return static_cast<size_t>(end_); }
+
+ private:
+  [[noreturn]] void fail(int error) const;
+
+  const std::string path_, part_path_;
+  int fd_ = -1;
+  int errno_ = 0;  ///< of the first failure
+  int64_t end_ = 0;
+};
+
+/// IoError unless a file could be made at `path`: its folder exists and may be written to, and it names no folder
+/// itself.
+void check_output_path(const std::string& path);
+
+}  // namespace dapple::image

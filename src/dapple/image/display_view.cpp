@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/image/display_view.h"
+
+#include <OpenImageIO/color.h>
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace dapple::image {
+
+namespace {
+
+/// Copies colour (R, G, B or one grey channel) and alpha of the first layer.
+Image first_layer(const OutputImage& image) {
+  const ImageLayer& layer = image.layers.front();
+  Image all(image.width, image.height, static_cast<int>(layer.channels.size()), layer.channels);
+  std::copy(layer.pixels.begin(), layer.pixels.end(), all.pixels().begin());
+  const int r = all.channel("R"), g = all.channel("G"), b = all.channel("B"), a = all.channel("A");
+  std::vector<int> wanted{0};
+  if (r >= 0 && g >= 0 && b >= 0)
+    wanted = {r, g, b};
+  else if (all.channels() >= 3)
+    wanted = {0, 1, 2};
+  if (a >= 0 && std::find(wanted.begin(), wanted.end(), a) == wanted.end()) wanted.push_back(a);
+  return all.select(wanted);
+}
+
+float finite(float v) {
+  return std::isnan(v) ? 0.0f : std::clamp(v, -1e30f, 1e30f);
+}
+
+/// Grey repeated as R, G and B: views work on colours.
+Image with_rgb(const Image& image) {
+  if (image.channels() >= 3) return image;
+  return image.channels() == 1 ? image.select(std::array{0, 0, 0}) : image.select(std::array{0, 0, 0, 1});
+}
+
+/// Undoes the multiplication by alpha and leaves only finite numbers.
+void unmultiply(Image& image) {
+  const int channels = image.channels();
+  const int alpha = channels == 2 || channels == 4 ? channels - 1 : -1;
+  for (size_t i = 0; i < image.pixels().size(); i += channels) {
+    float* p = &image.pixels()[i];
+    for (int c = 0; c < channels; ++c) p[c] = finite(p[c]);
+    if (alpha < 0) continue;
+    p[alpha] = std::clamp(p[alpha], 0.0f, 1.0f);
+    for (int c = 0; c < alpha; ++c) p[c] = p[alpha] > 0 ? p[c] / p[alpha] : p[c];
+  }
+}
+
+void encode_srgb(Image& image) {
+  const int channels = image.channels();
+  const int colours = channels == 2 || channels == 4 ? channels - 1 : channels;
+  for (size_t i = 0; i < image.pixels().size(); i += channels)
+    for (int c = 0; c < colours; ++c) {
+      float& v = image.pixels()[i + c];
+      v = std::clamp(linear_to_srgb(v), 0.0f, 1.0f);
+    }
+}
+
+std::string list(const std::vector<std::string>& names) {
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  return one_of(views);
+}
+
+void check_names(const OIIO::ColorConfig& config, const std::string& display, const std::string& view) {
+  const std::vector<std::string> displays = config.getDisplayNames();
+  if (std::find(displays.begin(), displays.end(), display) == displays.end())
+    throw UsageError("unknown display \"" + display + "\", " + list(displays));
+  const std::vector<std::string> views = config.getViewNames(display);
+  if (std::find(views.begin(), views.end(), view) == views.end())
+    throw UsageError("unknown view \"" + view + "\" of display \"" + display + "\", " + list(views));
+}
+
+void encode_ocio(Image& image, const DisplayView& view) {
+  OIIO::ColorConfig config(view.config);
+  if (config.error() || !config.supportsOpenColorIO())
+    throw IoError("cannot use the OpenColorIO configuration \"" + view.config + "\": " + config.geterror());
+  const std::string display = view.display.empty() ? std::string(config.getDefaultDisplayName()) : view.display;
+  check_names(config, display, view.view);
+
+  image = with_rgb(image);
+  const OIIO::ImageSpec spec(image.width(), image.height(), image.channels(), OIIO::TypeDesc::FLOAT);
+  OIIO::ImageBuf buffer(spec, image.pixels().data());
+  const char* from = config.getColorSpaceNameByRole("scene_linear");
+  if (!OIIO::ImageBufAlgo::ociodisplay(buffer, buffer, display, view.view, from ? from : "linear", "", false, "", "",
+                                       &config))
+    throw IoError("the view \"" + view.view + "\" failed: " + buffer.geterror());
+  for (float& v : image.pixels()) v = std::clamp(finite(v), 0.0f, 1.0f);
+}
+
+}  // namespace
+
+Image apply_view(const OutputImage& output, const DisplayView& view) {
+  Image image = first_layer(output);
+  unmultiply(image);
+  if (view.view.empty()) {
+    if (!view.display.empty()) throw UsageError("a display is given without a view");
+    encode_srgb(image);
+  } else {
+    encode_ocio(image, view);
+  }
+  return image;
+}
+
+}  // namespace dapple::image

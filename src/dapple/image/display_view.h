@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/image/image.h"
+#include "dapple/image/image_writer.h"
+
+namespace dapple::image {
+
+/// The first layer as a display shows it: R, G, B (or Y) in [0, 1], encoded by the view, and A as it is. Colour is
+/// divided by alpha, since PNG does not multiply it in. UsageError for an unknown display or view, naming the known
+/// ones; IoError for an unreadable configuration.
+Image apply_view(const OutputImage& image, const DisplayView& view);
+
+}  // namespace dapple::image

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <OpenImageIO/imageio.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "dapple/image/image.h"
+
+namespace dapple::image {
+
+namespace {
+
+constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP, WebP or DPX";
+
+uint64_t checked_file_size(const std::string& path, const FileLoc& loc) {
+  struct stat s {};
+  if (path.empty()) throw InputError(loc, "the name of an image is empty");
+  if (stat(path.c_str(), &s) != 0) throw InputError(loc, "cannot open image \"" + path + "\": " + std::strerror(errno));
+  if (!S_ISREG(s.st_mode)) throw InputError(loc, "\"" + path + "\" is not a plain file; expected an image");
+  if (s.st_size == 0) throw InputError(loc, "image \"" + path + "\" is empty");
+  return static_cast<uint64_t>(s.st_size);
+}
+
+/// The reader for a file, by its first bytes; empty if unknown.
+std::string_view format_of(const std::string& path, std::string_view head) {
+  const auto begins = [&](std::string_view magic) { return head.starts_with(magic); };
+  if (begins("\x76\x2f\x31\x01")) return "openexr";
+  if (begins("\x89PNG\r\n\x1a\n")) return "png";
+  if (begins("\xff\xd8\xff")) return "jpeg";
+  if (begins("#?RADIANCE") || begins("#?RGBE")) return "hdr";
+  if (head.size() > 2 && head[0] == 'P' && std::string_view("123456Ff").find(head[1]) != std::string_view::npos &&
+      std::isspace(static_cast<unsigned char>(head[2])))
+    return "pnm";
+  if (begins(std::string_view("II*\0", 4)) || begins(std::string_view("MM\0*", 4)) ||
+      begins(std::string_view("II+\0", 4)) || begins(std::string_view("MM\0+", 4)))
+    return "tiff";
+  if (begins("BM")) return "bmp";
+  if (begins("RIFF") && head.size() >= 12 && head.substr(8, 4) == "WEBP") return "webp";
+  if (begins("SDPX") || begins("XPDS")) return "dpx";
+  std::string extension = path.substr(path.find_last_of('.') + 1);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if ((extension == "tga" || extension == "tpic") && head.size() >= 18) return "targa";
+  return {};
+}
+
+std::string read_head(const std::string& path, const FileLoc& loc) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) throw InputError(loc, "cannot open image \"" + path + "\": " + std::strerror(errno));
+  std::array<char, 32> head;
+  return {head.data(), std::fread(head.data(), 1, head.size(), file.get())};
+}
+
+/// A file opened and found to be within the limits.
+struct OpenFile {
+  std::unique_ptr<OIIO::ImageInput> input;
+  std::string_view format;
+  const OIIO::ImageSpec& spec() const { return input->spec(); }
+};
+
+void check_limits(const std::string& path, const FileLoc& loc, const OIIO::ImageSpec& spec, uint64_t file_size,
+                  const ImageLimits& limits) {
+  const auto refuse = [&](const std::string& why) { throw InputError(loc, "image \"" + path + "\" " + why); };
+  const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels of " +
+                           std::to_string(spec.nchannels) + " channels";
+  if (spec.deep) refuse("is a deep image; expected a flat one");
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1) refuse("has no flat area: " + size);
+  if (spec.width > limits.max_side || spec.height > limits.max_side || spec.nchannels > limits.max_channels)
+    refuse("claims " + size + ", more than the limit of " + std::to_string(limits.max_side) + " pixels a side and " +
+           std::to_string(limits.max_channels) + " channels");
+  const uint64_t bytes = sizeof(float) * static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height) *
+                         static_cast<uint64_t>(spec.nchannels);
+  if (bytes > limits.max_bytes)
+    refuse("claims " + size + ", which take more than the limit of " + std::to_string(limits.max_bytes >> 20) + " MiB");
+  if (bytes > limits.slack_bytes && bytes / limits.max_expansion > file_size)
+    refuse("claims " + size + ", too many for a file of " + std::to_string(file_size) + " bytes");
+}
+
+OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimits& limits) {
+  const uint64_t file_size = checked_file_size(path, loc);
+  OpenFile file;
+  file.format = format_of(path, read_head(path, loc));
+  if (file.format.empty())
+    throw InputError(loc, "\"" + path + "\" is not an image of a known kind; " + std::string(readable));
+
+  file.input = OIIO::ImageInput::create(std::string(file.format));
+  if (!file.input)
+    throw InputError(loc, "this build cannot read " + std::string(file.format) + " images: \"" + path + "\"");
+  OIIO::ImageSpec config, spec;
+  config["oiio:UnassociatedAlpha"] = 1;
+  if (!file.input->open(path, spec, config))
+    throw InputError(loc, "cannot read image \"" + path + "\": " + file.input->geterror());
+  check_limits(path, loc, spec, file_size, limits);
+  return file;
+}
+
+Encoding automatic_encoding(const OpenFile& file) {
+  const OIIO::TypeDesc type = file.spec().format;
+  const bool eight_bit = type == OIIO::TypeDesc::UINT8 && file.format != "hdr";
+  return eight_bit || file.format == "png" ? Encoding::srgb() : Encoding::linear();
+}
+
+std::vector<std::string> channel_names(const OpenFile& file) {
+  std::vector<std::string> names = file.spec().channelnames;
+  names.resize(static_cast<size_t>(file.spec().nchannels));
+  // OpenImageIO calls a lone grey channel by several names.
+  if (names.size() <= 2 && (names[0] == "I" || names[0] == "L" || names[0] == "R")) names[0] = "Y";
+  return names;
+}
+
+void decode(Image& image, const Encoding& encoding) {
+  if (encoding.kind == Encoding::Kind::linear || encoding.kind == Encoding::Kind::automatic) return;
+  const int alpha = image.alpha_channel(), channels = image.channels();
+  const std::span<float> pixels = image.pixels();
+  for (size_t i = 0; i < pixels.size(); ++i)
+    if (static_cast<int>(i % channels) != alpha) pixels[i] = encoding.decode(pixels[i]);
+}
+
+/// OpenEXR and others throw through OpenImageIO where files are badly damaged.
+template <class F>
+auto guarded(const std::string& path, const FileLoc& loc, F body) {
+  try {
+    return body();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw InputError(loc, "image \"" + path + "\" asks for more memory than there is");
+  } catch (const std::exception& e) {
+    throw InputError(loc, "cannot read image \"" + path + "\": " + e.what());
+  }
+}
+
+}  // namespace
+
+ImageInfo read_image_info(const std::string& path, const FileLoc& loc, const ImageLimits& limits) {
+  return guarded(path, loc, [&] {
+    const OpenFile file = open_image(path, loc, limits);
+    const OIIO::ImageSpec spec = file.spec();
+    ImageInfo info;
+    info.format = file.format;
+    info.width = spec.width;
+    info.height = spec.height;
+    info.channels = spec.nchannels;
+    info.bits = 8 * static_cast<int>(spec.format.size());
+    info.floating_point = spec.format.is_floating_point();
+    info.encoding = automatic_encoding(file);
+    info.channel_names = channel_names(file);
+    info.tiled_mipmap = spec.tile_width > 0 && file.input->seek_subimage(0, 1);
+    return info;
+  });
+}
+
+Image read_image(const std::string& path, const FileLoc& loc, Encoding encoding, const ImageLimits& limits) {
+  return guarded(path, loc, [&] {
+    const OpenFile file = open_image(path, loc, limits);
+    if (encoding.kind == Encoding::Kind::automatic) encoding = automatic_encoding(file);
+    const OIIO::ImageSpec spec = file.spec();
+    Image image(spec.width, spec.height, spec.nchannels, channel_names(file));
+    if (!file.input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels().data()))
+      throw InputError(loc, "image \"" + path + "\" is damaged: " + file.input->geterror());
+    decode(image, encoding);
+    return image;
+  });
+}
+
+}  // namespace dapple::image
