@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,11 +21,16 @@ enum class ParamType {
   spectrum    ///< wavelength (nm), value pairs in `numbers`, or the name of a spectrum or file in `strings`
 };
 
+/// The word for it in a file: "bool", "integer", "float", "point3", ...
 std::string_view name_of(ParamType type);
 
-/// One parameter: `"float radius" [ 2 ]`.
+/// Primaries and white of "rgb" values (ColorSpace directive).
+enum class ColorSpace : uint8_t { srgb, dci_p3, rec2020, aces2065_1 };
+
+/// One parameter: `"float radius" [ 2 ]`. All numbers are finite.
 struct Param {
   ParamType type = ParamType::real;
+  ColorSpace color_space = ColorSpace::srgb;  ///< in force where the parameter stands; matters to rgb only
   std::string name;
   FileLoc loc;
   std::vector<float> numbers;      ///< real, point*, vector*, normal, rgb, blackbody, spectrum
@@ -33,14 +39,25 @@ struct Param {
   mutable bool used = false;       ///< set by look-ups
 };
 
-/// Parameters of one directive. Look-ups mark a parameter as used; report_unused() names the rest. A look-up by the wrong type or with the
-/// wrong number of values throws InputError naming what was expected. A name given twice keeps the first and is an error in strict reading
-/// (as pbrt: the parser reports it).
+/// Parameters of one directive. Look-ups mark a parameter as used; report_unused() names the rest. A look-up by the wrong type or
+/// with the wrong number of values throws InputError naming what was expected. Look-ups take constant time, but because they keep
+/// a record, only one thread at a time may use a ParamSet.
+///
+/// Defaults (pbrt's `Attribute "shape" ...`) are shared by all directives they apply to: look-ups fall back to them; they count
+/// neither as unused nor into all().
 class ParamSet {
  public:
+  using Defaults = std::shared_ptr<const ParamSet>;
+
+  /// InputError if the name is taken already.
   void add(Param p);
+  /// Adds it, or puts it in the place of the parameter of that name.
+  void add_or_replace(Param p);
+  void set_defaults(Defaults defaults) { defaults_ = std::move(defaults); }
+
   bool empty() const { return params_.empty(); }
   std::span<const Param> all() const { return params_; }
+  const Defaults& defaults() const { return defaults_; }
 
   /// The parameter of this name and any type, marked as used, or nullptr.
   const Param* find(std::string_view name) const;
@@ -66,13 +83,21 @@ class ParamSet {
   std::span<const float> get_normals(std::string_view name) const;
   std::span<const float> get_vectors3(std::string_view name) const;
 
-  /// Names every parameter no look-up asked for, with the legal names (those that were asked for): one warning per `what` and name.
+  /// Warns of every parameter no look-up asked for, with the legal names (those that were asked for): one warning per `what` and
+  /// name, and after the first few only their number. `what` is the directive as the user knows it: `Shape "sphere"`.
+  /// Call it last: the record of look-ups is dropped.
   void report_unused(std::string_view what, Diagnostics& diagnostics) const;
 
  private:
+  const Param* lookup(std::string_view name) const;  // no record
+  const Param* own(std::string_view name) const;
   const Param* typed(std::string_view name, ParamType type, size_t values) const;
+  std::span<const float> tuples(std::string_view name, ParamType type, size_t size) const;
+  void index(uint32_t i);
 
   std::vector<Param> params_;
+  std::vector<uint32_t> slots_;  // open hash table of positions in params_ plus one; empty while there are few
+  Defaults defaults_;
   mutable std::vector<std::string> asked_;
 };
 

@@ -60,7 +60,7 @@ struct ShapeEntity : Entity {
   std::string inside_medium, outside_medium;
 };
 
-/// ObjectBegin ... ObjectEnd. Definitions do not nest and hold no instances (as in pbrt-v4).
+/// ObjectBegin ... ObjectEnd. `loc` is that of ObjectBegin. Definitions do not nest and hold no instances (as in pbrt-v4).
 struct ObjectEntity {
   std::string name;
   FileLoc loc;
@@ -85,20 +85,23 @@ struct SceneDescription {
   std::deque<std::string> files;  ///< paths as opened, the main file first; stable addresses
   std::string base_directory;     ///< relative file names in parameters are relative to this (the main file's folder)
 
-  // Each exactly once; defaults as in pbrt-v4 where the file is silent (type empty = not given).
+  // Each exactly once; an empty type means that the file is silent: pbrt-v4's default holds (camera "perspective" at the origin,
+  // film "rgb", ...). color_space is the one of the film; parameters carry their own (Param::color_space).
   Entity camera, film, sampler, pixel_filter, integrator, accelerator, color_space;
   TransformPair world_to_camera;
   double shutter_start_transform_time = 0, shutter_end_transform_time = 1;  ///< TransformTimes
   std::string camera_medium;
-  ParamSet options;  ///< Option directives
+  ParamSet options;  ///< Option directives: names in lower case without '_' and '-'; of equal names the last
 
-  std::vector<MaterialEntity> materials;  ///< [0] is the default: diffuse, reflectance .5
+  /// [0] is the default: "diffuse" without parameters (pbrt: reflectance .5). A material may be used before its definition, so the
+  /// order is that of first mention.
+  std::vector<MaterialEntity> materials;
   std::map<std::string, MaterialIndex> named_materials;
   std::vector<TextureEntity> textures;  ///< in order of definition; a texture may only use earlier ones
   std::map<std::string, int32_t> float_textures, spectrum_textures;  ///< name to index in textures
   std::vector<MediumEntity> media;
   std::map<std::string, int32_t> named_media;
-  std::vector<Entity> area_lights;
+  std::vector<Entity> area_lights;  ///< one for each AreaLightSource, shared by the shapes after it
   std::vector<LightEntity> lights;
   std::vector<ShapeEntity> shapes;
   std::vector<ObjectEntity> objects;

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/scenefile/description_builder.h"
+
+#include <utility>
+
+#include "dapple/scenefile/text.h"
+
+namespace dapple::scenefile {
+
+namespace {
+
+// A scene is a few dozen deep; a file that is not one must not fill the memory with copies of the state.
+constexpr size_t max_nesting = 10000;
+
+template <class Derived>
+Derived derived_from(Entity entity) {
+  Derived d;
+  static_cast<Entity&>(d) = std::move(entity);
+  return d;
+}
+
+const char* begin_name(bool is_object) { return is_object ? "ObjectBegin" : "AttributeBegin"; }
+const char* end_name(bool is_object) { return is_object ? "ObjectEnd" : "AttributeEnd"; }
+
+}  // namespace
+
+DescriptionBuilder::DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics)
+    : description_(*description), diagnostics_(*diagnostics) {
+  MaterialEntity fallback;
+  fallback.type = "diffuse";
+  description_.materials.push_back(std::move(fallback));
+  material_defined_.push_back(true);
+}
+
+void DescriptionBuilder::set_once(Entity SceneDescription::*member, std::string_view directive, Entity entity) {
+  Entity& slot = description_.*member;
+  if (slot.loc.line != 0)
+    diagnostics_.warn(entity.loc, std::string(directive) + " is given again; this one replaces the one at " + slot.loc.to_string());
+  slot = std::move(entity);
+}
+
+void DescriptionBuilder::camera(Entity entity) {
+  set_once(&SceneDescription::camera, "Camera", std::move(entity));
+  description_.world_to_camera = state_.ctm;
+  description_.camera_medium = state_.outside_medium;
+  coordinate_systems_["camera"] = {state_.ctm.start.inverse(), state_.ctm.end.inverse()};
+}
+
+void DescriptionBuilder::transform_times(double start, double end, const FileLoc& loc) {
+  if (!(start <= end)) throw InputError(loc, "TransformTimes: the start time lies after the end time");
+  description_.shutter_start_transform_time = start;
+  description_.shutter_end_transform_time = end;
+}
+
+void DescriptionBuilder::world_begin() {
+  in_world_ = true;
+  state_.ctm = {};
+  state_.start_is_active = state_.end_is_active = true;
+  coordinate_systems_["world"] = state_.ctm;
+}
+
+void DescriptionBuilder::apply(const Transform& t, bool replace, const FileLoc& loc) {
+  if (!t.is_finite()) throw InputError(loc, "the transform is not finite");
+  if (!t.is_invertible()) throw InputError(loc, "the transform is singular: it has no inverse");
+  for (const auto& [active, ctm] : {std::pair(state_.start_is_active, &state_.ctm.start), {state_.end_is_active, &state_.ctm.end}}) {
+    if (!active) continue;
+    *ctm = replace ? t : *ctm * t;
+    if (!ctm->is_finite() || !ctm->inverse().is_finite())
+      throw InputError(loc, "the transform and those before it combine to one that is singular or not finite");
+  }
+}
+
+void DescriptionBuilder::concat(const Transform& t, const FileLoc& loc) { apply(t, false, loc); }
+void DescriptionBuilder::set_transform(const Transform& t, const FileLoc& loc) { apply(t, true, loc); }
+
+void DescriptionBuilder::active_transform(bool start, bool end) {
+  state_.start_is_active = start;
+  state_.end_is_active = end;
+}
+
+void DescriptionBuilder::coordinate_system(const std::string& name) { coordinate_systems_[name] = state_.ctm; }
+
+void DescriptionBuilder::coord_sys_transform(const std::string& name, const FileLoc& loc) {
+  const auto it = coordinate_systems_.find(name);
+  if (it == coordinate_systems_.end()) {
+    diagnostics_.warn(loc, "CoordSysTransform: no coordinate system " + in_quotes(name) + "; the transform stays as it is");
+    return;
+  }
+  state_.ctm = it->second;
+}
+
+void DescriptionBuilder::push(const FileLoc& loc, bool is_object) {
+  if (stack_.size() >= max_nesting)
+    throw InputError(loc, std::string(begin_name(is_object)) + " is nested more than " + std::to_string(max_nesting) + " deep");
+  stack_.push_back({state_, loc, is_object});
+}
+
+void DescriptionBuilder::pop(const FileLoc& loc, bool is_object) {
+  if (stack_.size() <= stack_floor_)
+    throw InputError(loc, std::string(end_name(is_object)) + " without " + begin_name(is_object));
+  Pushed& top = stack_.back();
+  if (top.is_object != is_object)
+    throw InputError(loc, std::string(end_name(is_object)) + " inside of the " + begin_name(top.is_object) + " at " +
+                              top.loc.to_string() + "; expected " + end_name(top.is_object));
+  state_ = std::move(top.state);
+  stack_.pop_back();
+}
+
+void DescriptionBuilder::check_stack_closed() const {
+  if (stack_.size() <= stack_floor_) return;
+  const Pushed& open = stack_.back();
+  throw InputError(open.loc, std::string(begin_name(open.is_object)) + " has no " + end_name(open.is_object));
+}
+
+void DescriptionBuilder::attribute_begin(const FileLoc& loc) { push(loc, false); }
+void DescriptionBuilder::attribute_end(const FileLoc& loc) { pop(loc, false); }
+
+void DescriptionBuilder::attribute(GraphicsState::Target target, const ParamSet& params) {
+  ParamSet::Defaults& defaults = state_.defaults[target];
+  ParamSet merged = defaults ? *defaults : ParamSet();
+  for (const Param& p : params.all()) merged.add_or_replace(p);
+  defaults = std::make_shared<const ParamSet>(std::move(merged));
+}
+
+void DescriptionBuilder::color_space(Entity entity, ColorSpace value) {
+  state_.color_space = value;
+  if (!in_world_) description_.color_space = std::move(entity);
+}
+
+void DescriptionBuilder::mention_medium(const std::string& name, const FileLoc& loc) {
+  if (!name.empty()) mentioned_media_.emplace(name, loc);
+}
+
+void DescriptionBuilder::medium_interface(const std::string& inside, const std::string& outside, const FileLoc& loc) {
+  mention_medium(inside, loc);
+  mention_medium(outside, loc);
+  state_.inside_medium = inside;
+  state_.outside_medium = outside;
+}
+
+void DescriptionBuilder::material(Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::material_target]);
+  state_.material = MaterialIndex(description_.materials.size());
+  description_.materials.push_back(derived_from<MaterialEntity>(std::move(entity)));
+  material_defined_.push_back(true);
+}
+
+MaterialIndex DescriptionBuilder::material_index(const std::string& name, const FileLoc& loc) {
+  const auto [it, is_new] = description_.named_materials.emplace(name, MaterialIndex(description_.materials.size()));
+  if (is_new) {
+    MaterialEntity mentioned;
+    mentioned.name = name;
+    mentioned.loc = loc;
+    description_.materials.push_back(std::move(mentioned));
+    material_defined_.push_back(false);
+  }
+  return it->second;
+}
+
+void DescriptionBuilder::named_material(const std::string& name, const FileLoc& loc) {
+  state_.material = material_index(name, loc);
+}
+
+std::string DescriptionBuilder::take_type(Entity* entity, const char* directive, const std::string& name) const {
+  const Param* type = entity->params.find("type", ParamType::string);
+  if (!type || type->strings.size() != 1)
+    throw InputError(entity->loc, std::string(directive) + " " + in_quotes(name) + ": expected a parameter \"string type\"");
+  return type->strings[0];
+}
+
+void DescriptionBuilder::make_named_material(const std::string& name, Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::material_target]);
+  entity.type = take_type(&entity, "MakeNamedMaterial", name);
+  const MaterialIndex i = material_index(name, entity.loc);
+  MaterialEntity& slot = description_.materials[size_t(i)];
+  if (material_defined_[size_t(i)])
+    throw InputError(entity.loc, "material " + in_quotes(name) + " is defined already, at " + slot.loc.to_string());
+  static_cast<Entity&>(slot) = std::move(entity);
+  material_defined_[size_t(i)] = true;
+}
+
+void DescriptionBuilder::make_named_medium(const std::string& name, Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::medium]);
+  entity.type = take_type(&entity, "MakeNamedMedium", name);
+  const auto [it, is_new] = description_.named_media.emplace(name, int32_t(description_.media.size()));
+  if (!is_new)
+    throw InputError(entity.loc, "medium " + in_quotes(name) + " is defined already, at " +
+                                     description_.media[size_t(it->second)].loc.to_string());
+  MediumEntity medium = derived_from<MediumEntity>(std::move(entity));
+  medium.name = name;
+  medium.transform = state_.ctm;
+  description_.media.push_back(std::move(medium));
+}
+
+void DescriptionBuilder::define_texture(const std::string& name, bool is_spectrum, Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::texture]);
+  auto& names = is_spectrum ? description_.spectrum_textures : description_.float_textures;
+  const auto [it, is_new] = names.emplace(name, int32_t(description_.textures.size()));
+  if (!is_new)
+    throw InputError(entity.loc, std::string(is_spectrum ? "spectrum" : "float") + " texture " + in_quotes(name) +
+                                     " is defined already, at " + description_.textures[size_t(it->second)].loc.to_string());
+  TextureEntity texture = derived_from<TextureEntity>(std::move(entity));
+  texture.name = name;
+  texture.is_spectrum = is_spectrum;
+  texture.transform = state_.ctm;
+  description_.textures.push_back(std::move(texture));
+}
+
+void DescriptionBuilder::area_light(Entity entity) {
+  if (entity.type.empty()) {
+    state_.area_light = -1;
+    return;
+  }
+  entity.params.set_defaults(state_.defaults[GraphicsState::light]);
+  state_.area_light = int32_t(description_.area_lights.size());
+  description_.area_lights.push_back(std::move(entity));
+}
+
+void DescriptionBuilder::light(Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::light]);
+  LightEntity light = derived_from<LightEntity>(std::move(entity));
+  light.transform = state_.ctm;
+  light.medium = state_.outside_medium;
+  description_.lights.push_back(std::move(light));
+}
+
+void DescriptionBuilder::shape(Entity entity) {
+  entity.params.set_defaults(state_.defaults[GraphicsState::shape]);
+  ShapeEntity shape = derived_from<ShapeEntity>(std::move(entity));
+  shape.transform = state_.ctm;
+  shape.reverse_orientation = state_.reverse_orientation;
+  shape.material = state_.material;
+  shape.area_light = state_.area_light;
+  shape.inside_medium = state_.inside_medium;
+  shape.outside_medium = state_.outside_medium;
+  auto& shapes = active_object_ < 0 ? description_.shapes : description_.objects[size_t(active_object_)].shapes;
+  shapes.push_back(std::move(shape));
+}
+
+int32_t DescriptionBuilder::object_index(const std::string& name, const FileLoc& loc) {
+  const auto [it, is_new] = description_.named_objects.emplace(name, int32_t(description_.objects.size()));
+  if (is_new) {
+    description_.objects.push_back({name, loc, {}});
+    object_defined_.push_back(false);
+  }
+  return it->second;
+}
+
+void DescriptionBuilder::object_begin(const std::string& name, const FileLoc& loc) {
+  if (active_object_ >= 0)
+    throw InputError(loc, "ObjectBegin inside of the definition of " + in_quotes(description_.objects[size_t(active_object_)].name) +
+                              "; definitions do not nest");
+  const int32_t i = object_index(name, loc);
+  ObjectEntity& object = description_.objects[size_t(i)];
+  if (object_defined_[size_t(i)])
+    throw InputError(loc, "object " + in_quotes(name) + " is defined already, at " + object.loc.to_string());
+  push(loc, true);
+  object.loc = loc;
+  object_defined_[size_t(i)] = true;
+  active_object_ = i;
+}
+
+void DescriptionBuilder::object_end(const FileLoc& loc) {
+  pop(loc, true);
+  active_object_ = -1;
+}
+
+void DescriptionBuilder::object_instance(const std::string& name, const FileLoc& loc) {
+  if (active_object_ >= 0)
+    throw InputError(loc, "ObjectInstance inside of the definition of " +
+                              in_quotes(description_.objects[size_t(active_object_)].name) + "; definitions hold no instances");
+  description_.instances.push_back({object_index(name, loc), state_.ctm, loc});
+}
+
+DescriptionBuilder::Scope DescriptionBuilder::begin_import() {
+  return {state_, coordinate_systems_, std::exchange(stack_floor_, stack_.size())};
+}
+
+void DescriptionBuilder::end_import(Scope scope) {
+  check_stack_closed();
+  state_ = std::move(scope.state);
+  coordinate_systems_ = std::move(scope.coordinate_systems);
+  stack_floor_ = scope.stack_floor;
+}
+
+void DescriptionBuilder::finish(const FileLoc& loc) {
+  if (!in_world_) throw InputError(loc, "the file ends without WorldBegin");
+  check_stack_closed();
+  for (size_t i = 0; i < description_.materials.size(); ++i)
+    if (!material_defined_[i])
+      throw InputError(description_.materials[i].loc, "material " + in_quotes(description_.materials[i].name) + " is not defined");
+  for (size_t i = 0; i < description_.objects.size(); ++i)
+    if (!object_defined_[i])
+      throw InputError(description_.objects[i].loc, "object " + in_quotes(description_.objects[i].name) + " is not defined");
+  for (const auto& [name, first_use] : mentioned_media_)
+    if (!description_.named_media.contains(name))
+      throw InputError(first_use, "medium " + in_quotes(name) + " is not defined");
+}
+
+}  // namespace dapple::scenefile

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "dapple/base/error.h"
+
+namespace dapple::scenefile {
+
+/// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its name).
+/// Directories, devices and pipes are refused. Inflated text may be at most 64 MiB plus 128 times the file's size, so that a
+/// small hostile file cannot fill the memory.
+class FileSource {
+ public:
+  /// InputError at `loc` (where the file is named) if it cannot be read.
+  FileSource(const std::string& path, const FileLoc& loc);
+  ~FileSource();
+  FileSource(const FileSource&) = delete;
+  FileSource& operator=(const FileSource&) = delete;
+
+  std::string_view contents() const { return contents_; }
+
+  /// The same for two names of one file.
+  struct Identity {
+    uint64_t device = 0, number = 0;
+    friend bool operator==(const Identity&, const Identity&) = default;
+  };
+  Identity identity() const { return identity_; }
+
+ private:
+  void* mapping_ = nullptr;
+  size_t mapped_bytes_ = 0;
+  std::string inflated_;
+  std::string_view contents_;
+  Identity identity_;
+};
+
+/// Inflates gzip data (one or more members). InputError at `loc`, naming `path`, if it is damaged or larger than above.
+std::string inflate_gzip(std::string_view data, const std::string& path, const FileLoc& loc);
+
+}  // namespace dapple::scenefile

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+// The syntax of pbrt-v4's scene files; DescriptionBuilder holds the semantics.
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "dapple/scenefile/description_builder.h"
+#include "dapple/scenefile/file_source.h"
+#include "dapple/scenefile/param_parser.h"
+#include "dapple/scenefile/scene_description.h"
+#include "dapple/scenefile/text.h"
+#include "dapple/scenefile/tokenizer.h"
+
+namespace dapple::scenefile {
+
+namespace {
+
+using Kind = Token::Kind;
+
+// Bounds on what a small hostile set of files can make of Include and Import; film scenes stay far below.
+constexpr size_t max_include_depth = 64;
+constexpr size_t max_includes = 100000;
+
+class PbrtParser {
+ public:
+  PbrtParser(SceneDescription* description, Diagnostics* diagnostics)
+      : description_(*description), diagnostics_(*diagnostics), builder_(description, diagnostics) {}
+
+  /// Parses a main file; `name` must live in description.files.
+  void parse_main(std::string_view text, std::string_view name) {
+    Tokenizer tokenizer(text, name);
+    parse_directives(&tokenizer);
+    builder_.finish(tokenizer.loc());
+  }
+
+  /// Files being read at present; an Include of one of them is a cycle.
+  void enter(const FileSource::Identity& file) { open_files_.push_back(file); }
+
+ private:
+  enum class Block : uint8_t { any, options, world };
+
+  using Handler = void (PbrtParser::*)(const Token&);
+  struct Directive {
+    std::string_view name;
+    Block block;
+    Handler handler;
+  };
+  static const std::array<Directive, 40> directives;
+
+  void parse_directives(Tokenizer* tokenizer);
+  void parse_directive(const Token& word);
+  [[noreturn]] static void unknown_directive(const Token& word);
+  void read_file(const Token& directive, bool is_import);
+
+  std::string read_string(const Token& directive, const char* expected);
+  template <size_t N>
+  std::array<double, N> read_numbers(const Token& directive);
+  Transform read_matrix(const Token& directive);
+  Entity read_entity(const Token& directive);
+  Entity read_params(const Token& directive);
+
+  template <Entity SceneDescription::*member>
+  void set_once(const Token& d) {
+    builder_.set_once(member, d.text, read_entity(d));
+  }
+  void active_transform(const Token& d);
+  void area_light_source(const Token& d) { builder_.area_light(read_entity(d)); }
+  void attribute(const Token& d);
+  void attribute_begin(const Token& d) { builder_.attribute_begin(d.loc); }
+  void attribute_end(const Token& d) { builder_.attribute_end(d.loc); }
+  void camera(const Token& d) { builder_.camera(read_entity(d)); }
+  void color_space(const Token& d);
+  void concat_transform(const Token& d) { builder_.concat(read_matrix(d), d.loc); }
+  void coord_sys_transform(const Token& d) { builder_.coord_sys_transform(read_string(d, "a name"), d.loc); }
+  void coordinate_system(const Token& d) { builder_.coordinate_system(read_string(d, "a name")); }
+  void identity(const Token& d) { builder_.set_transform(Transform(), d.loc); }
+  void import(const Token& d) { read_file(d, true); }
+  void include(const Token& d) { read_file(d, false); }
+  void light_source(const Token& d) { builder_.light(read_entity(d)); }
+  void look_at(const Token& d);
+  void make_named_material(const Token& d);
+  void make_named_medium(const Token& d);
+  void material(const Token& d) { builder_.material(read_entity(d)); }
+  void medium_interface(const Token& d);
+  void named_material(const Token& d) { builder_.named_material(read_string(d, "a material's name"), d.loc); }
+  void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
+  void object_end(const Token& d) { builder_.object_end(d.loc); }
+  void object_instance(const Token& d) { builder_.object_instance(read_string(d, "an object's name"), d.loc); }
+  void option(const Token&) { description_.options.add_or_replace(params_.parse_option(tokenizer_)); }
+  void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
+  void rotate(const Token& d);
+  void scale(const Token& d);
+  void shape(const Token& d) { builder_.shape(read_entity(d)); }
+  void texture(const Token& d);
+  void transform(const Token& d) { builder_.set_transform(read_matrix(d), d.loc); }
+  void transform_begin(const Token& d);
+  void transform_end(const Token& d) { builder_.attribute_end(d.loc); }
+  void transform_times(const Token& d);
+  void translate(const Token& d);
+  void world_begin(const Token&) { builder_.world_begin(); }
+
+  SceneDescription& description_;
+  Diagnostics& diagnostics_;
+  DescriptionBuilder builder_;
+  ParamParser params_;
+  Tokenizer* tokenizer_ = nullptr;  // of the file being read
+  std::vector<FileSource::Identity> open_files_;
+  std::map<std::string, const std::string*, std::less<>> file_names_;
+  size_t includes_ = 0;
+};
+
+// In alphabetical order, for the search.
+const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
+    {"Accelerator", Block::options, &PbrtParser::set_once<&SceneDescription::accelerator>},
+    {"ActiveTransform", Block::any, &PbrtParser::active_transform},
+    {"AreaLightSource", Block::world, &PbrtParser::area_light_source},
+    {"Attribute", Block::any, &PbrtParser::attribute},
+    {"AttributeBegin", Block::world, &PbrtParser::attribute_begin},
+    {"AttributeEnd", Block::world, &PbrtParser::attribute_end},
+    {"Camera", Block::options, &PbrtParser::camera},
+    {"ColorSpace", Block::any, &PbrtParser::color_space},
+    {"ConcatTransform", Block::any, &PbrtParser::concat_transform},
+    {"CoordSysTransform", Block::any, &PbrtParser::coord_sys_transform},
+    {"CoordinateSystem", Block::any, &PbrtParser::coordinate_system},
+    {"Film", Block::options, &PbrtParser::set_once<&SceneDescription::film>},
+    {"Identity", Block::any, &PbrtParser::identity},
+    {"Import", Block::world, &PbrtParser::import},
+    {"Include", Block::any, &PbrtParser::include},
+    {"Integrator", Block::options, &PbrtParser::set_once<&SceneDescription::integrator>},
+    {"LightSource", Block::world, &PbrtParser::light_source},
+    {"LookAt", Block::any, &PbrtParser::look_at},
+    {"MakeNamedMaterial", Block::any, &PbrtParser::make_named_material},
+    {"MakeNamedMedium", Block::any, &PbrtParser::make_named_medium},
+    {"Material", Block::world, &PbrtParser::material},
+    {"MediumInterface", Block::any, &PbrtParser::medium_interface},
+    {"NamedMaterial", Block::world, &PbrtParser::named_material},
+    {"ObjectBegin", Block::world, &PbrtParser::object_begin},
+    {"ObjectEnd", Block::world, &PbrtParser::object_end},
+    {"ObjectInstance", Block::world, &PbrtParser::object_instance},
+    {"Option", Block::any, &PbrtParser::option},
+    {"PixelFilter", Block::options, &PbrtParser::set_once<&SceneDescription::pixel_filter>},
+    {"ReverseOrientation", Block::world, &PbrtParser::reverse_orientation},
+    {"Rotate", Block::any, &PbrtParser::rotate},
+    {"Sampler", Block::options, &PbrtParser::set_once<&SceneDescription::sampler>},
+    {"Scale", Block::any, &PbrtParser::scale},
+    {"Shape", Block::world, &PbrtParser::shape},
+    {"Texture", Block::world, &PbrtParser::texture},
+    {"Transform", Block::any, &PbrtParser::transform},
+    {"TransformBegin", Block::world, &PbrtParser::transform_begin},
+    {"TransformEnd", Block::world, &PbrtParser::transform_end},
+    {"TransformTimes", Block::options, &PbrtParser::transform_times},
+    {"Translate", Block::any, &PbrtParser::translate},
+    {"WorldBegin", Block::options, &PbrtParser::world_begin},
+}};
+
+void PbrtParser::unknown_directive(const Token& word) {
+  if (word.kind != Kind::word) throw InputError(word.loc, "expected a directive, found " + describe(word));
+  if (word.text == "WorldEnd")
+    throw InputError(word.loc, "unknown directive \"WorldEnd\": the file is of an older version of the format; expected version 4");
+  // Anything else than a plausible name is not repeated: the file may be no scene at all, and private.
+  const bool is_name = word.text.size() <= 40 && std::all_of(word.text.begin(), word.text.end(), [](char c) {
+                         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+                       });
+  if (!is_name) throw InputError(word.loc, "expected a directive, found text that is none");
+  std::vector<std::string_view> names;
+  for (const Directive& d : directives) names.push_back(d.name);
+  const auto near = closest_names(word.text, names);
+  throw InputError(word.loc, "unknown directive " + in_quotes(word.text) + (near.empty() ? "" : "; " + one_of(near)));
+}
+
+void PbrtParser::parse_directive(const Token& word) {
+  const auto it = std::lower_bound(directives.begin(), directives.end(), word.text,
+                                   [](const Directive& d, std::string_view name) { return d.name < name; });
+  if (word.kind != Kind::word || it == directives.end() || it->name != word.text) unknown_directive(word);
+  if (it->block == Block::options && builder_.in_world())
+    throw InputError(word.loc, std::string(it->name) + " is not allowed after WorldBegin");
+  if (it->block == Block::world && !builder_.in_world())
+    throw InputError(word.loc, std::string(it->name) + " is not allowed before WorldBegin");
+  (this->*it->handler)(word);
+}
+
+void PbrtParser::parse_directives(Tokenizer* tokenizer) {
+  Tokenizer* const outer = std::exchange(tokenizer_, tokenizer);
+  for (Token word = tokenizer->next(); word.kind != Kind::end; word = tokenizer->next()) parse_directive(word);
+  tokenizer_ = outer;
+}
+
+void PbrtParser::read_file(const Token& directive, bool is_import) {
+  const std::string path = description_.resolve(read_string(directive, "a file name"));
+  const FileLoc& loc = directive.loc;
+  if (open_files_.size() >= max_include_depth)
+    throw InputError(loc, "files are included more than " + std::to_string(max_include_depth) + " deep");
+  if (++includes_ > max_includes) throw InputError(loc, "more than " + std::to_string(max_includes) + " files are included");
+  const FileSource source(path, loc);
+  if (std::find(open_files_.begin(), open_files_.end(), source.identity()) != open_files_.end())
+    throw InputError(loc, "file " + in_quotes(path, 400) + " includes itself, directly or through others");
+  auto name = file_names_.find(path);
+  if (name == file_names_.end()) {
+    description_.files.push_back(path);
+    name = file_names_.emplace(path, &description_.files.back()).first;
+  }
+  open_files_.push_back(source.identity());
+  std::optional<DescriptionBuilder::Scope> scope;
+  if (is_import) scope = builder_.begin_import();
+  Tokenizer tokenizer(source.contents(), *name->second);
+  parse_directives(&tokenizer);
+  if (scope) builder_.end_import(std::move(*scope));
+  open_files_.pop_back();
+}
+
+std::string PbrtParser::read_string(const Token& directive, const char* expected) {
+  const Token token = tokenizer_->next();
+  if (token.kind != Kind::string)
+    throw InputError(token.loc, std::string(directive.text) + ": expected " + expected + " in quotes, found " + describe(token));
+  return string_of(token);
+}
+
+template <size_t N>
+std::array<double, N> PbrtParser::read_numbers(const Token& directive) {
+  std::vector<double> values;
+  tokenizer_->read_numbers(&values, N);
+  if (values.size() != N)
+    throw InputError(tokenizer_->loc(), std::string(directive.text) + ": expected " + std::to_string(N) + " numbers, found " +
+                                            std::to_string(values.size()));
+  std::array<double, N> result{};
+  std::copy(values.begin(), values.end(), result.begin());
+  return result;
+}
+
+Transform PbrtParser::read_matrix(const Token& directive) {
+  const bool bracketed = tokenizer_->peek() == Kind::open;
+  if (bracketed) tokenizer_->next();
+  const auto m = read_numbers<16>(directive);
+  if (bracketed) {
+    const Token close = tokenizer_->next();
+    if (close.kind != Kind::close)
+      throw InputError(close.loc, std::string(directive.text) + ": expected \"]\" after 16 numbers, found " + describe(close));
+  }
+  // Columns follow each other in the file.
+  return Transform(M44d(m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14], m[3], m[7], m[11], m[15]));
+}
+
+Entity PbrtParser::read_params(const Token& directive) {
+  Entity entity;
+  entity.loc = directive.loc;
+  entity.params = params_.parse_list(tokenizer_, builder_.color_space());
+  return entity;
+}
+
+Entity PbrtParser::read_entity(const Token& directive) {
+  std::string type = read_string(directive, "a type");
+  Entity entity = read_params(directive);
+  entity.type = std::move(type);
+  return entity;
+}
+
+void PbrtParser::active_transform(const Token&) {
+  const Token which = tokenizer_->next();
+  const bool all = which.text == "All", start = which.text == "StartTime", end = which.text == "EndTime";
+  if (which.kind != Kind::word || !(all || start || end))
+    throw InputError(which.loc, "ActiveTransform: found " + describe(which) + "; " + one_of({"StartTime", "EndTime", "All"}));
+  builder_.active_transform(all || start, all || end);
+}
+
+void PbrtParser::attribute(const Token& d) {
+  static const std::vector<std::string_view> targets = {"shape", "light", "material", "medium", "texture"};
+  const FileLoc loc = tokenizer_->loc();
+  const std::string target = read_string(d, "what it is for");
+  const auto it = std::find(targets.begin(), targets.end(), target);
+  if (it == targets.end()) throw InputError(loc, "Attribute: unknown target " + in_quotes(target) + "; " + one_of(targets));
+  builder_.attribute(GraphicsState::Target(it - targets.begin()), read_params(d).params);
+}
+
+void PbrtParser::color_space(const Token& d) {
+  static const std::vector<std::string_view> names = {"srgb", "dci-p3", "rec2020", "aces2065-1"};
+  Entity entity;
+  entity.loc = d.loc;
+  entity.type = read_string(d, "a colour space");
+  const auto it = std::find(names.begin(), names.end(), entity.type);
+  if (it == names.end()) throw InputError(d.loc, "unknown colour space " + in_quotes(entity.type) + "; " + one_of(names));
+  builder_.color_space(std::move(entity), ColorSpace(it - names.begin()));
+}
+
+void PbrtParser::look_at(const Token& d) {
+  const auto v = read_numbers<9>(d);
+  const Transform t = Transform::look_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
+  if (!t.is_finite() || !t.is_invertible())
+    throw InputError(d.loc, "LookAt: eye and look must differ, and up must not be parallel to the direction between them");
+  builder_.concat(t, d.loc);
+}
+
+void PbrtParser::make_named_material(const Token& d) {
+  const std::string name = read_string(d, "a name");
+  builder_.make_named_material(name, read_params(d));
+}
+
+void PbrtParser::make_named_medium(const Token& d) {
+  const std::string name = read_string(d, "a name");
+  builder_.make_named_medium(name, read_params(d));
+}
+
+void PbrtParser::medium_interface(const Token& d) {
+  const std::string inside = read_string(d, "a medium's name");
+  const std::string outside = tokenizer_->peek() == Kind::string ? read_string(d, "a medium's name") : inside;
+  builder_.medium_interface(inside, outside, d.loc);
+}
+
+void PbrtParser::rotate(const Token& d) {
+  const auto v = read_numbers<4>(d);
+  if (v[1] == 0 && v[2] == 0 && v[3] == 0) throw InputError(d.loc, "Rotate: the axis must not be the zero vector");
+  builder_.concat(Transform::rotate(v[0], {v[1], v[2], v[3]}), d.loc);
+}
+
+void PbrtParser::scale(const Token& d) {
+  const auto v = read_numbers<3>(d);
+  builder_.concat(Transform::scale({v[0], v[1], v[2]}), d.loc);
+}
+
+void PbrtParser::texture(const Token& d) {
+  const std::string name = read_string(d, "a name");
+  const std::string kind = read_string(d, "\"float\" or \"spectrum\"");
+  if (kind != "float" && kind != "spectrum")
+    throw InputError(d.loc, "Texture " + in_quotes(name) + ": unknown kind " + in_quotes(kind) + "; " + one_of({"float", "spectrum"}));
+  builder_.define_texture(name, kind == "spectrum", read_entity(d));
+}
+
+void PbrtParser::transform_begin(const Token& d) {
+  diagnostics_.warn(d.loc, "TransformBegin and TransformEnd are deprecated; they are read as AttributeBegin and AttributeEnd",
+                    "TransformBegin");
+  builder_.attribute_begin(d.loc);
+}
+
+void PbrtParser::transform_times(const Token& d) {
+  const auto v = read_numbers<2>(d);
+  builder_.transform_times(v[0], v[1], d.loc);
+}
+
+void PbrtParser::translate(const Token& d) {
+  const auto v = read_numbers<3>(d);
+  builder_.concat(Transform::translate({v[0], v[1], v[2]}), d.loc);
+}
+
+std::string directory_of(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, std::max<size_t>(slash, 1));
+}
+
+}  // namespace
+
+SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
+  SceneDescription description;
+  description.files.push_back(path);
+  description.base_directory = directory_of(path);
+  const FileSource source(path, FileLoc{description.files.front(), 0, 0});
+  PbrtParser parser(&description, &diagnostics);
+  parser.enter(source.identity());
+  parser.parse_main(source.contents(), description.files.front());
+  return description;
+}
+
+SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
+                            Diagnostics& diagnostics) {
+  SceneDescription description;
+  description.files.push_back(name);
+  description.base_directory = base_directory;
+  PbrtParser(&description, &diagnostics).parse_main(text, description.files.front());
+  return description;
+}
+
+}  // namespace dapple::scenefile
