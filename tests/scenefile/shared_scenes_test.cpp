@@ -58,7 +58,8 @@ TEST(SharedScenes, BadScenesEndWellInTimeAndMemory) {
     });
     EXPECT_LT(timer.seconds(), 5);
     EXPECT_LT(message.size(), 2000u);
-    if (!message.empty()) EXPECT_CONTAINS(message, ".pbrt:");
+    const bool names_place = test::contains(message, ".pbrt:") || test::contains(message, "passwd:");
+    EXPECT_TRUE(message.empty() || names_place) << message;
   }
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_LT(process_peak_rss_bytes(), uint64_t(1) << 30);
@@ -84,7 +85,7 @@ TEST(SharedScenes, BadMeshesEndWell) {
     const std::string message = test::error_of([&] { read_ply(path.string(), {"scene.pbrt", 7, 1}); });
     const bool is_good = path.stem() == "polygon_of_255";
     EXPECT_EQ(message.empty(), is_good) << path << message;
-    if (!is_good) EXPECT_CONTAINS(message, "scene.pbrt:7:1: " + path.string());
+    EXPECT_TRUE(is_good || test::contains(message, "scene.pbrt:7:1: " + path.string())) << message;
   }
 }
 

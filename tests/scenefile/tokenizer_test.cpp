@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/tokenizer.h"
 
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <charconv>
@@ -82,8 +83,8 @@ TEST(Tokenizer, RefusesWhatIsNoFiniteNumber) {
   for (const char* bad : {"nan", "inf", "-inf", "+-1", "--1", "-", "+", ".", "1e999999", "1e39", "-1e39", "1.2.3", "1,", "1f", "0x10",
                           "infinity", "NaN", "1e", "e5"})
     EXPECT_CONTAINS(error_of([&] { numbers_of<float>(bad); }), "t:1:1:") << bad;
-  for (const char* bad : {"1.0", "99999999999999", "2147483648", "1e3", "x", "", "--2"})
-    if (*bad) EXPECT_CONTAINS(error_of([&] { numbers_of<int32_t>(bad); }), "t:1:1:") << bad;
+  for (const char* bad : {"1.0", "99999999999999", "2147483648", "1e3", "x", "--2"})
+    EXPECT_CONTAINS(error_of([&] { numbers_of<int32_t>(bad); }), "t:1:1:") << bad;
 }
 
 TEST(Tokenizer, MessagesDoNotPourOutTheFile) {
