@@ -4,6 +4,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/rgb.h"
 #include "dapple/base/vec.h"
+#include "dapple/numeric/warp.h"
 #include "dapple/shading/lobes.h"
 
 namespace dapple::shading {
@@ -29,14 +30,27 @@ struct BsdfSample {
   float eta = 1;  ///< eta transmitted / eta incident of a refraction; for Russian roulette only
 };
 
+/// What lies between a coat and its base, and how the walk through it is limited (pbrt-v4's parameters).
+struct CoatLayer {
+  float thickness = 0.01f;  ///< in mean free paths: the layer attenuates by exp(-thickness / |cos|) a crossing
+  float g = 0;              ///< Henyey-Greenstein asymmetry
+  RGB medium_albedo;        ///< single-scattering albedo; black: the layer only absorbs
+  int max_depth = 10;       ///< events inside the layer; at most 65535
+  int sample_count = 1;     ///< walks averaged by one evaluation
+};
+
 /// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation needs
-/// no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance transport.
+/// no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance transport:
+/// a refraction scales by 1 / eta^2.
 ///
 /// Reflection and transmission are told apart by the shading frame's normal. wo below the shading normal but above the
-/// geometric one is for the integrator to handle.
+/// geometric one is for the integrator to handle. All kinds but dielectric are the same from both sides.
+///
+/// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
 struct Bsdf {
   BsdfKind kind = BsdfKind::black;
   BsdfKind base = BsdfKind::black;  ///< coated: what is under the coat
+  uint16_t max_depth = 10, sample_count = 1;  ///< coated: CoatLayer's
   Frame frame;
   RGB reflectance;    ///< diffuse albedo
   RGB transmittance;  ///< diffuse_transmission
@@ -44,25 +58,79 @@ struct Bsdf {
   float ior = 1;      ///< dielectric, coat: index inside over outside
   float alpha_x = 0, alpha_y = 0;            ///< GGX roughness; the coat's for coated
   float base_alpha_x = 0, base_alpha_y = 0;  ///< of a conducting base
-  // coated: the layer, as in pbrt-v4
-  float thickness = 0, g = 0;
-  RGB medium_albedo;
-  int max_depth = 10, sample_count = 1;
+  float thickness = 0, g = 0;                ///< coated: CoatLayer's
+  RGB medium_albedo;                         ///< coated: CoatLayer's
+  float coat_return = 0;  ///< coated over diffuse: share of the base's light a smooth coat sends back to it
+
+  static Bsdf make_diffuse(RGB reflectance);
+  static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
+  static Bsdf make_conductor(RGB eta, RGB k, float alpha_x, float alpha_y);
+  static Bsdf make_dielectric(float ior, float alpha_x, float alpha_y);
+  static Bsdf make_thin_dielectric(float ior);
+  static Bsdf make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer);
+  /// The same where coat_return(ior, layer.thickness) (coat.h) is known: it costs about a microsecond.
+  static Bsdf make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer,
+                                  float coat_return);
+  /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
+  static Bsdf make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
+                                    float alpha_y, const CoatLayer& layer);
+  static Bsdf make_passthrough();
 
   /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored by others.
   RGB eval(const V3f& wo, const V3f& wi, uint64_t key) const;
-  /// Solid-angle density with which sample() returns wi, delta lobes excluded. Deterministic, exact for every kind.
+  /// Solid-angle density with which sample() returns wi, delta lobes excluded. Deterministic, exact for every kind. It
+  /// integrates to less than one by the chance of delta lobes and of samples that scatter nothing.
   float pdf(const V3f& wo, const V3f& wi) const;
   /// eval and pdf in one, for light sampling.
   RGB eval_pdf(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
-  /// Draws wi. False where nothing is scattered. u1 and u2 uniform in [0, 1).
+  /// Draws wi. False where nothing is scattered. u1 and u2 uniform in [0, 1). Where pdf > 0, weight is eval |cos| / pdf;
+  /// for stochastic kinds with an estimate of f of its own, so that the mean is right.
   bool sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
 
   /// True if only delta lobes scatter: no light sampling is needed.
   bool is_delta() const;
   bool has_transmission() const;
-  /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged).
+  /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged):
+  /// reflected plus transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering
+  /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a mirror and a
+  /// diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs at albedo 0. Those
+  /// are within 0.25.
   RGB albedo() const;
+
+ private:
+  RGB eval_pdf_general(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
+  float pdf_general(const V3f& wo, const V3f& wi) const;
+  bool sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
 };
+
+inline RGB Bsdf::eval_pdf(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
+  if (kind != BsdfKind::diffuse) return eval_pdf_general(wo, wi, key, pdf);
+  const float cos_i = dot(frame.n, wi);
+  if (!(cos_i * dot(frame.n, wo) > 0)) return *pdf = 0, RGB();
+  *pdf = std::abs(cos_i) * inv_pi;
+  return reflectance * inv_pi;
+}
+
+inline RGB Bsdf::eval(const V3f& wo, const V3f& wi, uint64_t key) const {
+  float unused;
+  return eval_pdf(wo, wi, key, &unused);
+}
+
+inline float Bsdf::pdf(const V3f& wo, const V3f& wi) const {
+  if (kind != BsdfKind::diffuse) return pdf_general(wo, wi);
+  const float cos_i = dot(frame.n, wi);
+  return cos_i * dot(frame.n, wo) > 0 ? std::abs(cos_i) * inv_pi : 0;
+}
+
+inline bool Bsdf::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
+  if (kind != BsdfKind::diffuse) return sample_general(wo, u1, u2, key, out);
+  const float cos_o = dot(frame.n, wo);
+  V3f local = square_to_cosine_hemisphere(u2);
+  if (cos_o == 0 || local.z <= 0) return false;
+  *out = {V3f(), reflectance, local.z * inv_pi, Lobe::diffuse, false, 1};
+  if (cos_o < 0) local.z = -local.z;
+  out->wi = frame.to_world(local);
+  return true;
+}
 
 }  // namespace dapple::shading

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+# The Debian 12 packages Dapple needs. Sourced by the other scripts; `bash scripts/packages.sh` prints the lists.
+
+build_packages=(
+  g++ cmake ninja-build ccache
+  libimath-dev        # vectors and matrices
+  libopenimageio-dev openimageio-tools  # images and textures; the CMake file of the first demands the second
+  libosd-dev          # subdivision surfaces
+  libembree-dev       # ray tracing
+  libtbb-dev          # threads
+  libeigen3-dev       # dense solvers
+  libspdlog-dev       # messages
+  nlohmann-json3-dev  # statistics
+  libcli11-dev        # command line
+  zlib1g-dev          # .pbrt.gz, .ply.gz
+)
+test_packages=(libgtest-dev librapidcheck-dev)
+bench_packages=(python3)
+fuzz_packages=(clang libclang-rt-14-dev)
+format_packages=(clang-format)
+peer_packages=(blender povray)  # other renderers that bench/ compares with
+
+# install_packages PACKAGE...: installs those that are missing. Needs root or sudo only when some are.
+install_packages() {
+  local missing=() package
+  for package in "$@"; do
+    dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return 0; fi
+
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      echo "Missing Debian packages: ${missing[*]}" >&2
+      echo "You are not root and there is no sudo. Ask an administrator to run: apt-get install ${missing[*]}" >&2
+      return 1
+    fi
+    as_root=(sudo)
+  fi
+  if ! command -v apt-get >/dev/null; then
+    echo "Missing packages (by their names on Debian 12): ${missing[*]}" >&2
+    echo "There is no apt-get here: install them in this system's own way." >&2
+    return 1
+  fi
+  echo "Installing Debian packages: ${missing[*]}"
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
+}
+
+if [ "${BASH_SOURCE[0]}" = "$0" ]; then
+  for list in build test bench fuzz format peer; do
+    declare -n packages="${list}_packages"
+    echo "$list: ${packages[*]}"
+  done
+fi

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/camera_factory.h"
+
+#include <cmath>
+
+namespace dapple::build {
+
+using scenefile::Entity;
+using scenefile::ParamSet;
+
+namespace {
+
+[[noreturn]] void unknown_type(const Entity& e, const char* what, const std::vector<std::string_view>& legal) {
+  throw InputError(e.loc, std::string(what) + " \"" + e.type + "\" is unknown; " + one_of(legal));
+}
+
+float positive(const Entity& e, const char* name, float fallback) {
+  const float v = e.params.get_float(name, fallback);
+  if (!(v > 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
+  return v;
+}
+
+void check_resolution(const FileLoc& loc, const V2i& r) {
+  if (r.x < 1 || r.y < 1 || r.x > max_resolution || r.y > max_resolution || int64_t(r.x) * r.y > max_pixels)
+    throw InputError(loc, "resolution " + std::to_string(r.x) + " x " + std::to_string(r.y) +
+                              "; each side must be from 1 to " + std::to_string(max_resolution) + " and the image at most " +
+                              std::to_string(max_pixels) + " pixels");
+}
+
+Box2i crop_box(const Entity& e, const V2i& resolution) {
+  Box2i crop(V2i(0, 0), resolution);
+  const auto bounds = e.params.get_ints("pixelbounds");
+  if (!bounds.empty()) {
+    if (bounds.size() != 4) throw InputError(e.loc, "\"pixelbounds\" takes 4 integers: x0 x1 y0 y1");
+    crop = Box2i(V2i(bounds[0], bounds[2]), V2i(bounds[1], bounds[3]));
+  }
+  const auto window = e.params.get_floats("cropwindow");
+  if (!window.empty()) {
+    if (window.size() != 4) throw InputError(e.loc, "\"cropwindow\" takes 4 numbers: x0 x1 y0 y1");
+    for (const float v : window)
+      if (!(v >= 0 && v <= 1)) throw InputError(e.loc, "\"cropwindow\" must lie in [0, 1]");
+    const auto edge = [](float fraction, int size) { return int(std::ceil(fraction * float(size))); };
+    crop = Box2i(V2i(edge(window[0], resolution.x), edge(window[2], resolution.y)),
+                 V2i(edge(window[1], resolution.x), edge(window[3], resolution.y)));
+  }
+  crop.min = V2i(std::max(crop.min.x, 0), std::max(crop.min.y, 0));
+  crop.max = V2i(std::min(crop.max.x, resolution.x), std::min(crop.max.y, resolution.y));
+  if (crop.min.x >= crop.max.x || crop.min.y >= crop.max.y) throw InputError(e.loc, "the crop window holds no pixel");
+  return crop;
+}
+
+}  // namespace
+
+FilmRequest make_film(const BuildContext& context, const FilmOverrides& overrides) {
+  const Entity& e = context.description.film;
+  static const std::vector<std::string_view> legal = {"rgb", "gbuffer", "spectral"};
+  if (!e.type.empty() && e.type != "rgb" && e.type != "gbuffer" && e.type != "spectral") unknown_type(e, "film", legal);
+  if (e.type == "spectral") context.diagnostics.unsupported(e.loc, "spectral film", "rgb film");
+  FilmRequest r;
+  r.gbuffer = e.type == "gbuffer";
+  const V2i file_resolution(e.params.get_int("xresolution", 1280), e.params.get_int("yresolution", 720));
+  const V2i resolution = overrides.resolution.value_or(file_resolution);
+  check_resolution(e.loc, resolution);
+  r.film.resolution = resolution;
+  r.film.crop = crop_box(e, resolution);
+  if (overrides.crop) {
+    r.film.crop = *overrides.crop;
+    r.film.crop.max = V2i(std::min(r.film.crop.max.x, resolution.x), std::min(r.film.crop.max.y, resolution.y));
+    if (r.film.crop.min.x < 0 || r.film.crop.min.y < 0 || r.film.crop.min.x >= r.film.crop.max.x ||
+        r.film.crop.min.y >= r.film.crop.max.y)
+      throw UsageError("--crop holds no pixel of the " + std::to_string(resolution.x) + " x " +
+                       std::to_string(resolution.y) + " image");
+  }
+  r.filename = e.params.get_string("filename", "");
+  r.half = e.params.get_bool("savefp16", true);
+  r.film.max_component = positive(e, "maxcomponentvalue", std::numeric_limits<float>::max());
+  if (r.film.max_component == std::numeric_limits<float>::max()) r.film.max_component = infinity;
+  // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100; measured sensors add a white balance of their own.
+  r.film.scale = positive(e, "exposuretime", 1) * positive(e, "iso", 100) / 100;
+  const std::string sensor = e.params.get_string("sensor", "cie1931");
+  if (sensor != "cie1931") context.diagnostics.unsupported(e.loc, "sensor \"" + sensor + "\"", "the cie1931 sensor");
+  if (e.params.get_float("whitebalance", 0) != 0)
+    context.diagnostics.unsupported(e.loc, "film white balance", "no white balance");
+  if (r.gbuffer) e.params.get_string("coordinatesystem", "camera");
+  e.params.get_float("diagonal", 35);
+  e.params.report_unused("film", context.diagnostics);
+  return r;
+}
+
+scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
+  const Entity& e = context.description.camera;
+  scene::Camera::Settings s;
+  s.resolution = resolution;
+  const std::string type = e.type.empty() ? "perspective" : e.type;
+  if (type == "perspective") {
+    s.projection = scene::Projection::perspective;
+  } else if (type == "orthographic") {
+    s.projection = scene::Projection::orthographic;
+  } else if (type == "spherical") {
+    s.projection = e.params.get_choice("mapping", {"equalarea", "equirectangular"}, 0) == 0
+                       ? scene::Projection::spherical_equal_area
+                       : scene::Projection::spherical_lat_long;
+  } else if (type == "realistic") {
+    context.diagnostics.unsupported(e.loc, "realistic camera", "a perspective camera of 50 degrees");
+    for (const char* name : {"lensfile", "aperture"}) e.params.get_string(name, "");
+    e.params.get_float("aperturediameter", 1);
+  } else {
+    unknown_type(e, "camera", {"perspective", "orthographic", "spherical", "realistic"});
+  }
+
+  const auto& c = context.description.world_to_camera;
+  for (const Transform* t : {&c.start, &c.end})
+    if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the camera's transform cannot be inverted");
+  s.camera_to_world = AnimatedTransform(c.start.inverse(), c.end.inverse());
+
+  s.shutter_open = e.params.get_float("shutteropen", 0);
+  s.shutter_close = e.params.get_float("shutterclose", 1);
+  if (s.shutter_open > s.shutter_close) throw InputError(e.loc, "\"shutteropen\" is after \"shutterclose\"");
+  const double t0 = context.description.shutter_start_transform_time, t1 = context.description.shutter_end_transform_time;
+  const auto normalised = [&](float t) { return t1 > t0 ? float(std::clamp((t - t0) / (t1 - t0), 0.0, 1.0)) : 0.0f; };
+  s.time_open = normalised(s.shutter_open);
+  s.time_close = normalised(s.shutter_close);
+
+  s.lens_radius = e.params.get_float("lensradius", 0);
+  if (s.lens_radius < 0) throw InputError(e.loc, "\"lensradius\" is negative");
+  s.focal_distance = positive(e, "focaldistance", type == "realistic" ? 10.0f : 1e6f);
+  if (type == "realistic") s.lens_radius = 0;
+
+  const float aspect = positive(e, "frameaspectratio", float(resolution.x) / float(resolution.y));
+  s.screen_max_x = std::max(aspect, 1.0f);
+  s.screen_max_y = std::max(1 / aspect, 1.0f);
+  s.screen_min_x = -s.screen_max_x;
+  s.screen_min_y = -s.screen_max_y;
+  const auto window = e.params.get_floats("screenwindow");
+  if (!window.empty()) {
+    if (window.size() != 4 || window[0] >= window[1] || window[2] >= window[3])
+      throw InputError(e.loc, "\"screenwindow\" takes 4 numbers: x0 x1 y0 y1 with x0 < x1 and y0 < y1");
+    s.screen_min_x = window[0], s.screen_max_x = window[1], s.screen_min_y = window[2], s.screen_max_y = window[3];
+  }
+  s.fov_degrees = type == "perspective" ? e.params.get_float("fov", 90) : type == "realistic" ? 50.0f : 90.0f;
+  if (!(s.fov_degrees > 0 && s.fov_degrees < 180))
+    throw InputError(e.loc, "\"fov\" is " + std::to_string(s.fov_degrees) + " degrees; it must be above 0 and below 180");
+  e.params.report_unused("camera", context.diagnostics);
+  return scene::Camera(s);
+}
+
+scene::Filter make_filter(const BuildContext& context) {
+  using scene::Filter;
+  using scene::FilterKind;
+  const Entity& e = context.description.pixel_filter;
+  const std::string type = e.type.empty() ? "gaussian" : e.type;
+  const auto radius = [&](float fallback) { return V2f(positive(e, "xradius", fallback), positive(e, "yradius", fallback)); };
+  const auto finish = [&](const Filter& f) {
+    e.params.report_unused("pixel filter", context.diagnostics);
+    return f;
+  };
+  if (type == "box") return finish({FilterKind::box, radius(0.5f), 0, 0});
+  if (type == "triangle") return finish({FilterKind::triangle, radius(2), 0, 0});
+  if (type == "gaussian") return finish({FilterKind::gaussian, radius(1.5f), positive(e, "sigma", 0.5f), 0});
+  if (type == "mitchell")
+    return finish({FilterKind::mitchell, radius(2), e.params.get_float("B", 1.0f / 3), e.params.get_float("C", 1.0f / 3)});
+  if (type == "sinc") return finish({FilterKind::sinc, radius(4), positive(e, "tau", 3), 0});
+  unknown_type(e, "pixel filter", {"box", "triangle", "gaussian", "mitchell", "sinc"});
+}
+
+RenderRequest make_render_request(const BuildContext& context) {
+  RenderRequest r;
+  const Entity& sampler = context.description.sampler;
+  static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
+                                                         "paddedsobol", "zsobol",     "pmj02bn"};
+  if (!sampler.type.empty() && std::find(samplers.begin(), samplers.end(), sampler.type) == samplers.end())
+    unknown_type(sampler, "sampler", samplers);
+  // All of pbrt's samplers map to the one of numeric/sobol.h; only the number of samples matters.
+  int64_t samples = sampler.params.get_int("pixelsamples", 16);
+  if (sampler.type == "stratified")
+    samples = int64_t(sampler.params.get_int("xsamples", 4)) * sampler.params.get_int("ysamples", 4);
+  sampler.params.get_bool("jitter", true);
+  sampler.params.get_string("randomization", "");
+  sampler.params.get_int("seed", 0);
+  if (samples < 1 || samples > max_pixel_samples)
+    throw InputError(sampler.loc, "\"pixelsamples\" is " + std::to_string(samples) + "; it must be from 1 to " +
+                                      std::to_string(max_pixel_samples));
+  r.pixel_samples = int(samples);
+  sampler.params.report_unused("sampler", context.diagnostics);
+
+  const Entity& integrator = context.description.integrator;
+  static const std::vector<std::string_view> same = {"path", "volpath", "simplepath", "simplevolpath", "distribution"};
+  static const std::vector<std::string_view> others = {"ambientocclusion", "bdpt", "mlt", "sppm", "lightpath",
+                                                       "randomwalk", "function"};
+  const std::string type = integrator.type.empty() ? "volpath" : integrator.type;
+  if (std::find(same.begin(), same.end(), type) == same.end()) {
+    if (std::find(others.begin(), others.end(), type) == others.end()) {
+      std::vector<std::string_view> legal = same;
+      legal.insert(legal.end(), others.begin(), others.end());
+      unknown_type(integrator, "integrator", legal);
+    }
+    context.diagnostics.unsupported(integrator.loc, "integrator \"" + type + "\"", "path tracing");
+  }
+  if (type == "distribution")
+    context.diagnostics.unsupported(integrator.loc, "integrator \"distribution\"", "path tracing");
+  r.max_depth = integrator.params.get_int("maxdepth", 5);
+  if (r.max_depth < 0) throw InputError(integrator.loc, "\"maxdepth\" is negative");
+  integrator.params.get_string("lightsampler", "");
+  integrator.params.get_bool("regularize", false);
+  if (type != "path" && type != "volpath") return r;  // parameters of stand-ins are not ours to judge
+  integrator.params.report_unused("integrator", context.diagnostics);
+  return r;
+}
+
+}  // namespace dapple::build

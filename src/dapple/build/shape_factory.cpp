@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/shape_factory.h"
+
+#include "dapple/build/curve_factory.h"
+#include "dapple/geom/loop_subdivision.h"
+#include "dapple/scenefile/ply_reader.h"
+
+namespace dapple::build {
+
+using geom::Mesh;
+using scenefile::ParamSet;
+using scenefile::ShapeEntity;
+
+namespace {
+
+// Beyond this, subdivision is taken as a mistake: a billion faces are 20 GB.
+constexpr double max_subdivided_faces = 64e6;
+
+void check_indices(const ShapeEntity& e, std::span<const uint32_t> indices, size_t vertices) {
+  for (const uint32_t i : indices)
+    if (i >= vertices)
+      throw InputError(e.loc, "\"indices\" names vertex " + std::to_string(int32_t(i)) + " of a mesh of " +
+                                  std::to_string(vertices) + " vertices");
+}
+
+void check_count(const ShapeEntity& e, const char* name, size_t count, size_t vertices) {
+  if (count != 0 && count != vertices)
+    throw InputError(e.loc, std::string("\"") + name + "\" has " + std::to_string(count) + " values for " +
+                                std::to_string(vertices) + " vertices");
+}
+
+std::vector<V3f> points3(std::span<const float> numbers) {
+  std::vector<V3f> v(numbers.size() / 3);
+  for (size_t i = 0; i < v.size(); ++i) v[i] = V3f(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
+  return v;
+}
+
+std::vector<V2f> points2(std::span<const float> numbers) {
+  std::vector<V2f> v(numbers.size() / 2);
+  for (size_t i = 0; i < v.size(); ++i) v[i] = V2f(numbers[2 * i], numbers[2 * i + 1]);
+  return v;
+}
+
+std::vector<uint32_t> index_list(const ShapeEntity& e, size_t multiple) {
+  const auto ints = e.params.get_ints("indices");
+  if (ints.size() % multiple != 0)
+    throw InputError(e.loc, "\"indices\" has " + std::to_string(ints.size()) + " numbers; expected a multiple of " +
+                                std::to_string(multiple));
+  return {ints.begin(), ints.end()};
+}
+
+// Takes a mesh from object to target space and settles which side is outside.
+void place(Mesh& mesh, const ShapeEntity& e, const Transform& to_target) {
+  const auto move = [&](std::vector<V3f>& points) {
+    if (to_target.is_identity()) return;
+    for (V3f& p : points) p = to_target.point(p);
+  };
+  move(mesh.P);
+  move(mesh.P_end);
+  for (const V3f& p : mesh.P)
+    if (!is_finite(p)) throw InputError(e.loc, "a vertex is not finite after its transform");
+  for (V3f& n : mesh.N) {
+    if (!to_target.is_identity()) n = to_target.normal(n);
+    const float l = length(n);
+    if (!(l > 0) || !std::isfinite(l)) {
+      n = V3f(0, 0, 0);
+      continue;
+    }
+    n *= (e.reverse_orientation ? -1.0f : 1.0f) / l;
+  }
+  mesh.flip = e.reverse_orientation != to_target.swaps_handedness();
+}
+
+trace::Shape finish(Mesh&& mesh, const ShapeEntity& e, const Transform& to_target) {
+  place(mesh, e, to_target);
+  return std::make_shared<const Mesh>(std::move(mesh));
+}
+
+// A bilinear patch that is not flat becomes this many quads to a side.
+constexpr int patch_dice = 16;
+
+bool is_flat(const V3f p[4]) {
+  const V3f n = cross(p[2] - p[0], p[3] - p[1]);
+  const float size = length(p[2] - p[0]) + length(p[3] - p[1]);
+  return std::abs(dot(p[1] - p[0], n)) <= 1e-5f * size * length(n) || length2(n) == 0;
+}
+
+// Quads around their corners with uv and normals; patches that are not flat are diced.
+Mesh dice_patches(Mesh&& patches) {
+  bool flat = true;
+  for (size_t f = 0; flat && f < patches.face_count(); ++f) {
+    V3f c[4];
+    patches.corners_at(uint32_t(f), 0, c);
+    flat = is_flat(c);
+  }
+  if (flat) return std::move(patches);
+  Mesh out;
+  out.corners = 4;
+  for (size_t f = 0; f < patches.face_count(); ++f) {
+    const uint32_t* index = &patches.indices[f * 4];
+    const uint32_t base = uint32_t(out.P.size());
+    constexpr V2f unit[4] = {V2f(0, 0), V2f(1, 0), V2f(1, 1), V2f(0, 1)};
+    for (int j = 0; j <= patch_dice; ++j)
+      for (int i = 0; i <= patch_dice; ++i) {
+        const float u = float(i) / patch_dice, v = float(j) / patch_dice;
+        const float b[4] = {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
+        V3f p(0, 0, 0), n(0, 0, 0);
+        V2f t(0, 0);
+        for (int k = 0; k < 4; ++k) {
+          p += patches.P[index[k]] * b[k];
+          if (!patches.N.empty()) n += patches.N[index[k]] * b[k];
+          t += (patches.uv.empty() ? unit[k] : patches.uv[index[k]]) * b[k];
+        }
+        if (patches.N.empty()) {
+          const V3f* P = patches.P.data();
+          const V3f du = (P[index[1]] - P[index[0]]) * (1 - v) + (P[index[2]] - P[index[3]]) * v;
+          const V3f dv = (P[index[3]] - P[index[0]]) * (1 - u) + (P[index[2]] - P[index[1]]) * u;
+          n = cross(du, dv);
+          if (patches.flip) n = -n;
+        }
+        out.P.push_back(p);
+        out.N.push_back(length2(n) > 0 ? normalize(n) : n);
+        out.uv.push_back(t);
+      }
+    for (uint32_t j = 0; j < patch_dice; ++j)
+      for (uint32_t i = 0; i < patch_dice; ++i) {
+        const uint32_t a = base + j * (patch_dice + 1) + i;
+        for (const uint32_t v : {a, a + 1, a + patch_dice + 2, a + patch_dice + 1}) out.indices.push_back(v);
+        out.source_face.push_back(uint32_t(f));
+      }
+  }
+  return out;
+}
+
+trace::Shape triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
+  Mesh mesh;
+  mesh.P = points3(e.params.get_points3("P"));
+  mesh.P_end = points3(e.params.get_points3("P1"));
+  mesh.N = points3(e.params.get_normals("N"));
+  mesh.uv = points2(e.params.get_points2("uv"));
+  e.params.get_vectors3("S");
+  e.params.get_ints("faceIndices");
+  mesh.indices = index_list(e, 3);
+  if (mesh.indices.empty() && mesh.P.size() == 3) mesh.indices = {0, 1, 2};
+  check_indices(e, mesh.indices, mesh.P.size());
+  check_count(e, "N", mesh.N.size(), mesh.P.size());
+  check_count(e, "uv", mesh.uv.size(), mesh.P.size());
+  check_count(e, "P1", mesh.P_end.size(), mesh.P.size());
+  return finish(std::move(mesh), e, to_target);
+}
+
+trace::Shape bilinear_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  Mesh mesh;
+  mesh.corners = 4;
+  mesh.P = points3(e.params.get_points3("P"));
+  mesh.N = points3(e.params.get_normals("N"));
+  mesh.uv = points2(e.params.get_points2("uv"));
+  e.params.get_ints("faceIndices");
+  mesh.indices = index_list(e, 4);
+  if (mesh.indices.empty() && mesh.P.size() == 4) mesh.indices = {0, 1, 2, 3};
+  check_indices(e, mesh.indices, mesh.P.size());
+  check_count(e, "N", mesh.N.size(), mesh.P.size());
+  check_count(e, "uv", mesh.uv.size(), mesh.P.size());
+  if (e.params.find("emissionfilename"))
+    context.diagnostics.unsupported(e.loc, "bilinearmesh \"emissionfilename\"", "uniform emission");
+  // pbrt lists corners (0,0), (1,0), (0,1), (1,1).
+  for (size_t i = 0; i < mesh.indices.size(); i += 4) std::swap(mesh.indices[i + 2], mesh.indices[i + 3]);
+  place(mesh, e, to_target);
+  return std::make_shared<const Mesh>(dice_patches(std::move(mesh)));
+}
+
+Mesh stand_in_cube() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) mesh.P.push_back(V3f(i & 1 ? .5f : -.5f, i & 2 ? .5f : -.5f, i & 4 ? .5f : -.5f));
+  mesh.corners = 4;
+  mesh.indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+  return mesh;
+}
+
+std::vector<trace::Shape> ply_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  const std::string filename = e.params.get_string("filename", "");
+  if (filename.empty()) throw InputError(e.loc, "plymesh needs \"string filename\"");
+  if (e.params.find("displacement")) {
+    context.diagnostics.unsupported(e.loc, "displacement of a plymesh", "the undisplaced mesh");
+    e.params.find("displacement.edgelength");
+    e.params.find("edgelength");
+  }
+  scenefile::PlyMesh ply;
+  try {
+    ply = scenefile::read_ply(context.description.resolve(filename), e.loc);
+  } catch (const InputError& error) {
+    if (!context.keep_going) throw;
+    context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
+    return {finish(stand_in_cube(), e, to_target)};
+  }
+  std::vector<trace::Shape> shapes;
+  const bool both = !ply.tri_indices.empty() && !ply.quad_indices.empty();
+  if (!ply.quad_indices.empty()) {
+    Mesh quads;
+    quads.corners = 4;
+    quads.P = both ? ply.P : std::move(ply.P);
+    quads.N = both ? ply.N : std::move(ply.N);
+    quads.uv = both ? ply.uv : std::move(ply.uv);
+    quads.indices.assign(ply.quad_indices.begin(), ply.quad_indices.end());
+    for (size_t i = 0; i < quads.indices.size(); i += 4) std::swap(quads.indices[i + 2], quads.indices[i + 3]);
+    place(quads, e, to_target);
+    shapes.push_back(std::make_shared<const Mesh>(dice_patches(std::move(quads))));
+  }
+  if (!ply.tri_indices.empty()) {
+    Mesh triangles;
+    triangles.P = std::move(ply.P);
+    triangles.N = std::move(ply.N);
+    triangles.uv = std::move(ply.uv);
+    triangles.indices.assign(ply.tri_indices.begin(), ply.tri_indices.end());
+    shapes.push_back(finish(std::move(triangles), e, to_target));
+  }
+  return shapes;
+}
+
+trace::Shape loop_subdivision(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  const int levels = e.params.get_int("levels", 3);
+  const std::vector<V3f> P = points3(e.params.get_points3("P"));
+  const std::vector<uint32_t> indices = index_list(e, 3);
+  check_indices(e, indices, P.size());
+  e.params.get_string("scheme", "loop");
+  if (levels < 0) throw InputError(e.loc, "\"levels\" is negative");
+  if (double(indices.size()) / 3 * std::pow(4.0, levels) > max_subdivided_faces)
+    throw InputError(e.loc, "\"levels\" " + std::to_string(levels) + " would make more than " +
+                                std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
+  try {
+    return finish(geom::subdivide_loop(P, indices, levels), e, to_target);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(e.loc, error.what());
+  }
+}
+
+float positive(const ShapeEntity& e, const char* name, float fallback) {
+  const float v = e.params.get_float(name, fallback);
+  if (!(v > 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
+  return v;
+}
+
+float sweep(const ShapeEntity& e) { return radians(std::clamp(e.params.get_float("phimax", 360), 0.001f, 360.0f)); }
+
+trace::Shape quadric(const ShapeEntity& e, const Transform& to_target) {
+  using geom::Quadric;
+  const float radius = positive(e, "radius", 1);
+  const auto make = [](Quadric q) { return std::make_shared<const Quadric>(std::move(q)); };
+  if (e.type == "sphere")
+    return make(Quadric::sphere(to_target, radius, e.params.get_float("zmin", -radius), e.params.get_float("zmax", radius),
+                                sweep(e), e.reverse_orientation));
+  if (e.type == "cylinder")
+    return make(Quadric::cylinder(to_target, radius, e.params.get_float("zmin", -1), e.params.get_float("zmax", 1),
+                                  sweep(e), e.reverse_orientation));
+  const float inner = e.params.get_float("innerradius", 0);
+  if (inner < 0 || inner > radius) throw InputError(e.loc, "\"innerradius\" must be from 0 to \"radius\"");
+  return make(Quadric::disk(to_target, e.params.get_float("height", 0), radius, inner, sweep(e), e.reverse_orientation));
+}
+
+std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  if (e.type == "trianglemesh") return {triangle_mesh(e, to_target)};
+  if (e.type == "plymesh") return ply_mesh(context, e, to_target);
+  if (e.type == "bilinearmesh") return {bilinear_mesh(context, e, to_target)};
+  if (e.type == "sphere" || e.type == "disk" || e.type == "cylinder") return {quadric(e, to_target)};
+  if (e.type == "loopsubdiv") return {loop_subdivision(context, e, to_target)};
+  if (e.type == "curve") return {make_curve(e, to_target)};
+  throw InputError(e.loc, "shape \"" + e.type + "\" is unknown; " +
+                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "curve"}));
+}
+
+}  // namespace
+
+std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  std::vector<trace::Shape> shapes = by_type(context, e, to_target);
+  e.params.find("alpha");
+  e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
+  std::erase_if(shapes, [](const trace::Shape& s) {
+    const auto* mesh = std::get_if<trace::MeshPtr>(&s);
+    return mesh && (*mesh)->indices.empty();
+  });
+  return shapes;
+}
+
+}  // namespace dapple::build

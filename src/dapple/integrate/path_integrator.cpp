@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/path_integrator.h"
+
+#include <algorithm>
+
+#include "dapple/integrate/path_workspace.h"
+#include "dapple/numeric/sobol.h"
+#include "dapple/numeric/warp.h"
+
+namespace dapple::integrate {
+
+using scene::Features;
+using scene::Film;
+using shading::Bsdf;
+using shading::BsdfKind;
+using shading::BsdfSample;
+using shading::Lobe;
+using trace::no_id;
+
+namespace {
+
+// Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
+enum CameraDimension : uint32_t { dim_filter, dim_lens, dim_time, camera_dimensions };
+enum StepDimension : uint32_t { dim_light, dim_light_point, dim_lobe, dim_direction, dim_roulette, step_dimensions };
+static_assert(step_dimensions == PathWorkspace::dimensions);
+
+// Surfaces without scattering between media, and cut-outs, do not count as scatterings; this ends a path caught between them.
+constexpr int max_steps = 4096;
+
+// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
+constexpr float diffuse_spread = 0.05f;
+
+V3f offset_origin(const geom::SurfacePoint& s, const V3f& direction) {
+  return s.P + s.Ng * (dot(direction, s.Ng) < 0 ? -s.error : s.error);
+}
+
+}  // namespace
+
+PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
+    : scene_(scene), settings_(settings) {
+  for (const shading::MaterialPtr& material : scene.materials) constants_.push_back(material->constant());
+  hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
+}
+
+std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
+  return std::make_unique<PathWorkspace>();
+}
+
+void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
+  auto& w = static_cast<PathWorkspace&>(workspace);
+  for (uint32_t i = 0; i < work.sample_count; ++i)
+    for (int y = work.pixels.min.y; y < work.pixels.max.y; y += block)
+      for (int x = work.pixels.min.x; x < work.pixels.max.x; x += block) {
+        const Box2i box(V2i(x, y), V2i(std::min(x + block, work.pixels.max.x), std::min(y + block, work.pixels.max.y)));
+        generate(box, work.first_sample + i, w);
+        trace_paths(w);
+        for (int p = 0; p < w.path_count; ++p)
+          film.add(w.pixel[p].x, w.pixel[p].y, w.film_weight[p], w.L[p], w.features[p]);
+      }
+}
+
+void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const {
+  int n = 0;
+  for (int y = box.min.y; y < box.max.y; ++y)
+    for (int x = box.min.x; x < box.max.x; ++x, ++n) {
+      w.pixel[n] = V2i(x, y);
+      w.seed[n] = pixel_seed(x, y, settings_.seed);
+      w.index[n] = sample;
+    }
+  w.path_count = n;
+  sample_2d(w.seed, w.index, dim_filter, n, w.u0, w.u1);
+  sample_2d(w.seed, w.index, dim_lens, n, w.u2, w.u3);
+  sample_1d(w.seed, w.index, dim_time, n, w.u4);
+  for (int p = 0; p < n; ++p) {
+    const scene::Filter::Sample f = scene_.filter.sample(V2f(w.u0[p], w.u1[p]));
+    const V2f film(float(w.pixel[p].x) + 0.5f + f.offset.x, float(w.pixel[p].y) + 0.5f + f.offset.y);
+    const scene::CameraRay r = scene_.camera.generate(film, V2f(w.u2[p], w.u3[p]), w.u4[p]);
+    w.film_weight[p] = f.weight;
+    w.start_path(p);
+    w.cone_width[p] = r.cone_width * settings_.texture_footprint;
+    w.cone_spread[p] = r.cone_spread * settings_.texture_footprint;
+    w.time[p] = r.ray.time;
+    w.medium[p] = scene_.camera_medium;
+    w.receiver[p] = {r.ray.o, V3f(0, 0, 0), r.ray.time};
+    w.push_ray(p, r.ray.o, r.ray.d, uint32_t(hash(w.seed[p], sample)));
+  }
+  w.swap_rays();
+  w.rays.camera += uint64_t(n);
+}
+
+void PathIntegrator::trace_paths(PathWorkspace& w) const {
+  for (int step = 0; w.now->count > 0 && step < max_steps; ++step) {
+    scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
+    collect_hits(w);
+    prelight(w);
+    w.draw_samples(camera_dimensions + uint32_t(step) * step_dimensions);
+    w.shadow_count = 0;
+    for (int k = 0; k < w.point_count; ++k) {
+      if (w.bsdf[k].kind == BsdfKind::passthrough) {
+        pass_through(k, w);
+        continue;
+      }
+      sample_light(k, w);
+      scatter(k, w);
+    }
+    w.swap_rays();
+    trace_shadows(w);
+  }
+  w.now->count = 0;
+}
+
+bool PathIntegrator::passes(uint32_t geometry) const {
+  const auto& constant = constants_[size_t(scene_.bindings[geometry].material)];
+  return constant && constant->kind == BsdfKind::passthrough;
+}
+
+// Adds what rays meet that shines, and gathers the surfaces to be shaded.
+void PathIntegrator::collect_hits(PathWorkspace& w) const {
+  w.point_count = 0;
+  for (int i = 0; i < w.now->count; ++i) {
+    const int p = w.now->path[i];
+    const V3f d = w.now->batch.direction(i);
+    if (w.hit.geometry[i] == no_id) {
+      add_environment(p, d, w);
+      continue;
+    }
+    const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
+    if (w.last[p] && light == no_id && !passes(w.hit.geometry[i])) continue;
+    const int k = w.point_count++;
+    w.point_path[k] = p;
+    w.point_geometry[k] = w.hit.geometry[i];
+    w.wi[k] = d;
+    w.surface[k] = scene_.traced.surface(w.hit, i, w.time[p]);
+    w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
+    if (light != no_id) add_emission(p, light, w.surface[k], d, w);
+  }
+}
+
+void PathIntegrator::add_environment(int p, const V3f& d, PathWorkspace& w) const {
+  for (const uint32_t index : scene_.infinite_lights) {
+    const shading::Light& light = *scene_.lights[index];
+    const RGB Le = light.environment(d, w.cone_spread[p]);
+    if (Le.is_black()) continue;
+    float weight = 1;
+    if (w.bsdf_pdf[p] > 0) {
+      const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
+                        light.pdf(w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
+      weight = power_heuristic(w.bsdf_pdf[p], pdf);
+    }
+    w.L[p] += w.beta[p] * Le * weight;
+  }
+}
+
+void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoint& s, const V3f& d,
+                                  PathWorkspace& w) const {
+  const shading::Light& light = *scene_.lights[index];
+  const RGB Le = light.emitted(s.P, s.Ng, V2f(s.u, s.v), -d);
+  if (Le.is_black()) return;
+  float weight = 1;
+  if (w.bsdf_pdf[p] > 0) {
+    const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
+                      light.pdf(w.receiver[p], d, s.P, s.Ng);
+    weight = power_heuristic(w.bsdf_pdf[p], pdf);
+  }
+  w.L[p] += w.beta[p] * Le * weight;
+}
+
+// Evaluates materials, those with textures in batches of equal material.
+void PathIntegrator::prelight(PathWorkspace& w) const {
+  int kept = 0, batched = 0;
+  for (int k = 0; k < w.point_count; ++k) {
+    const int p = w.point_path[k];
+    const int32_t material = scene_.bindings[w.point_geometry[k]].material;
+    const auto& constant = constants_[size_t(material)];
+    if (w.last[p] && !passes(w.point_geometry[k])) continue;
+    w.move_point(kept, k);
+    if (constant) {
+      Bsdf& b = w.bsdf[kept];
+      b = *constant;
+      b.frame = b.alpha_x == b.alpha_y ? Frame(w.surface[kept].Ns) : Frame(w.surface[kept].Ns, w.surface[kept].dPdu);
+    } else {
+      w.batched[batched++] = {material, kept};
+    }
+    ++kept;
+  }
+  w.point_count = kept;
+  w.shading_points += uint64_t(kept);
+  std::stable_sort(w.batched, w.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
+  for (int first = 0; first < batched;) {
+    const int32_t material = w.batched[first].material;
+    int n = 0;
+    for (; first + n < batched && w.batched[first + n].material == material; ++n) {
+      const int k = w.batched[first + n].point, p = w.point_path[k];
+      const uint64_t key = hash(w.seed[p], w.index[p], w.scatterings[p], 1);
+      scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], key, &w.points, n);
+    }
+    w.points.count = n;
+    scene_.materials[size_t(material)]->prelighting(w.points, w.batch_bsdf);
+    for (int i = 0; i < n; ++i) w.bsdf[w.batched[first + i].point] = w.batch_bsdf[i];
+    first += n;
+  }
+  for (int k = 0; k < w.point_count; ++k) {
+    const int p = w.point_path[k];
+    if (w.bsdf[k].kind == BsdfKind::passthrough || w.features[p].alpha > 0) continue;
+    Features& f = w.features[p];
+    f.alpha = 1;
+    f.albedo = w.bsdf[k].albedo();
+    f.normal = face_forward(w.bsdf[k].frame.n, -w.wi[k]);
+    f.position = w.surface[k].P;
+    f.depth = scene_.camera.world_to_camera().point(f.position).z;
+  }
+}
+
+void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
+  if (binding.changes_medium)
+    w.medium[p] = dot(w.wi[k], w.surface[k].Ng) < 0 ? binding.inside_medium : binding.outside_medium;
+  w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
+}
+
+void PathIntegrator::sample_light(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  if (!scene_.light_sampler || bsdf.is_delta()) return;
+  const int p = w.point_path[k];
+  const V3f wo = -w.wi[k];
+  const geom::SurfacePoint& s = w.surface[k];
+  const shading::LightReceiver receiver = receiver_at(k, w);
+  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
+  if (selection.light < 0) return;
+  shading::LightSample light;
+  if (!scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light)) return;
+  float bsdf_pdf = 0;
+  const RGB f = bsdf.eval_pdf(wo, light.wi, hash(w.seed[p], w.index[p], w.scatterings[p], 2), &bsdf_pdf);
+  if (f.is_black()) return;
+  const float light_pdf = light.pdf * selection.probability;
+  const float weight = light.delta ? 1 : power_heuristic(light_pdf, bsdf_pdf);
+  const RGB contribution =
+      w.beta[p] * f * light.radiance * (std::abs(dot(light.wi, bsdf.frame.n)) * weight / light_pdf);
+  if (contribution.is_black()) return;
+  // Short of the light by a little, so that it does not shadow itself.
+  const float distance = std::isinf(light.distance) ? infinity : light.distance * (1 - 1e-4f) - s.error;
+  if (distance <= 0) return;
+  w.push_shadow(p, offset_origin(s, light.wi), light.wi, distance, contribution);
+}
+
+shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission()};
+}
+
+void PathIntegrator::scatter(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  BsdfSample sample;
+  const uint64_t key = hash(w.seed[p], w.index[p], w.scatterings[p], 3);
+  if (!bsdf.sample(-w.wi[k], w.sample(dim_lobe, k), w.sample2(dim_direction, k), key, &sample)) return;
+  w.beta[p] *= sample.weight;
+  if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);
+  if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
+  const bool diffuse = sample.lobe == Lobe::diffuse;
+  ++w.scatterings[p];
+  const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
+  w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
+              w.scatterings[p] >= settings_.max_scatterings;
+  if (w.last[p] && !hit_lights_) return;
+  if (w.scatterings[p] >= settings_.roulette_depth && !w.last[p]) {
+    const float survive = std::min(1.0f, (w.beta[p] * w.eta_scale[p]).max());
+    if (w.sample(dim_roulette, k) >= survive) return;
+    w.beta[p] *= 1 / survive;
+  }
+  w.bsdf_pdf[p] = sample.pdf;
+  w.receiver[p] = receiver_at(k, w);
+  if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+  const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
+  if (sample.transmitted && binding.changes_medium)
+    w.medium[p] = dot(sample.wi, w.surface[k].Ng) < 0 ? binding.inside_medium : binding.outside_medium;
+  w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
+  ++(diffuse ? w.rays.diffuse : w.rays.specular);
+}
+
+void PathIntegrator::trace_shadows(PathWorkspace& w) const {
+  scene_.traced.occluded(w.shadow, w.shadow_count, w.occluded);
+  w.rays.shadow += uint64_t(w.shadow_count);
+  for (int i = 0; i < w.shadow_count; ++i)
+    if (!w.occluded[i]) w.L[w.shadow_path[i]] += w.shadow_L[i];
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "dapple/integrate/integrator.h"
+
+namespace dapple::integrate {
+
+struct PathWorkspace;
+
+/// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all cached and
+/// approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each step traces
+/// all their rays, then shades all their hits, then traces all their shadow rays.
+class PathIntegrator final : public Integrator {
+ public:
+  struct Settings {
+    int diffuse_bounces = 4;      ///< diffuse scatterings of indirect light (shading/lobes.h); 0 = direct light only
+    int specular_depth = 16;      ///< glossy and delta scatterings
+    int max_scatterings = 1 << 20;  ///< of any kind: pbrt's maxdepth - 1 where the scene asks for it
+    int roulette_depth = 3;       ///< scatterings before Russian roulette may end a path
+    uint64_t seed = 0;
+    float texture_footprint = 1;  ///< scale of texture footprints, 1 = a pixel
+  };
+
+  PathIntegrator(const scene::Scene& scene, const Settings& settings);
+
+  std::unique_ptr<Workspace> make_workspace() const override;
+  void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+
+  /// Side of the square blocks of pixels whose paths advance together.
+  static constexpr int block = 16;
+
+ private:
+  void generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const;
+  void trace_paths(PathWorkspace& w) const;
+  void collect_hits(PathWorkspace& w) const;
+  void add_environment(int path, const V3f& d, PathWorkspace& w) const;
+  void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
+  void prelight(PathWorkspace& w) const;
+  void pass_through(int point, PathWorkspace& w) const;
+  void sample_light(int point, PathWorkspace& w) const;
+  void scatter(int point, PathWorkspace& w) const;
+  void trace_shadows(PathWorkspace& w) const;
+  shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
+  bool passes(uint32_t geometry) const;
+
+  const scene::Scene& scene_;
+  const Settings settings_;
+  std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it needs no textures
+  bool hit_lights_ = false;  ///< some light can be met by a ray
+};
+
+}  // namespace dapple::integrate

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <utility>
+
+#include "dapple/integrate/integrator.h"
+#include "dapple/numeric/sobol.h"
+
+namespace dapple::integrate {
+
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.6 MB; nothing is allocated while paths are traced.
+struct PathWorkspace final : Integrator::Workspace {
+  static constexpr int capacity = trace::RayBatch::capacity;
+
+  // Paths, by number in the block.
+  int path_count = 0;
+  V2i pixel[capacity];
+  float film_weight[capacity];
+  alignas(64) uint32_t seed[capacity];
+  alignas(64) uint32_t index[capacity];  ///< of the camera sample
+  RGB beta[capacity], L[capacity];
+  float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
+  shading::LightReceiver receiver[capacity];  ///< where the last scattering happened
+  float eta_scale[capacity], time[capacity], cone_width[capacity], cone_spread[capacity];
+  int32_t medium[capacity];
+  int32_t scatterings[capacity], diffuse_depth[capacity], specular_depth[capacity];
+  uint32_t ray_number[capacity];
+  uint8_t last[capacity];  ///< the path only looks for lights any more
+  scene::Features features[capacity];
+
+  // Rays under way, and those of the following step.
+  struct Rays {
+    int count = 0;
+    trace::RayBatch batch;
+    int path[capacity];
+  } ray_buffers[2];
+  Rays* now = &ray_buffers[0];
+  Rays* next = &ray_buffers[1];
+  trace::HitBatch hit;
+
+  // Surfaces to be shaded in this step.
+  int point_count = 0;
+  int point_path[capacity];
+  uint32_t point_geometry[capacity];
+  V3f wi[capacity];  ///< direction of propagation of the ray that arrived
+  geom::SurfacePoint surface[capacity];
+  shading::Bsdf bsdf[capacity], batch_bsdf[capacity];
+  shading::ShadingPoints points;
+  struct Batched {
+    int32_t material;
+    int point;
+  } batched[capacity];
+
+  // Shadow rays.
+  int shadow_count = 0;
+  trace::RayBatch shadow;
+  RGB shadow_L[capacity];
+  int shadow_path[capacity];
+  uint8_t occluded[capacity];
+
+  // Random numbers: of the camera, then of a step by dimension and point.
+  alignas(64) float u0[capacity], u1[capacity], u2[capacity], u3[capacity], u4[capacity];
+  static constexpr int dimensions = 5;
+  alignas(64) float step_x[dimensions][capacity], step_y[dimensions][capacity];
+  alignas(64) uint32_t point_seed[capacity], point_index[capacity];
+
+  void start_path(int p) {
+    beta[p] = RGB(1);
+    L[p] = RGB();
+    bsdf_pdf[p] = 0;
+    eta_scale[p] = 1;
+    scatterings[p] = diffuse_depth[p] = specular_depth[p] = 0;
+    ray_number[p] = 0;
+    last[p] = 0;
+    features[p] = {};
+  }
+  uint32_t next_key(int p) { return uint32_t(hash(seed[p], index[p], ++ray_number[p])); }
+  void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
+    next->batch.set(next->count, o, d, infinity, time[p], key);
+    next->path[next->count++] = p;
+  }
+  void swap_rays() {
+    std::swap(now, next);
+    next->count = 0;
+  }
+  void push_shadow(int p, const V3f& o, const V3f& d, float distance, RGB contribution) {
+    shadow.set(shadow_count, o, d, distance, time[p], uint32_t(hash(seed[p], index[p], ray_number[p], 7)));
+    shadow_L[shadow_count] = contribution;
+    shadow_path[shadow_count++] = p;
+  }
+  void move_point(int to, int from) {
+    if (to == from) return;
+    point_path[to] = point_path[from];
+    point_geometry[to] = point_geometry[from];
+    wi[to] = wi[from];
+    surface[to] = surface[from];
+  }
+  /// Draws this step's random numbers for all points.
+  void draw_samples(uint32_t first_dimension) {
+    for (int k = 0; k < point_count; ++k) {
+      point_seed[k] = seed[point_path[k]];
+      point_index[k] = index[point_path[k]];
+    }
+    for (uint32_t d = 0; d < dimensions; ++d)
+      sample_2d(point_seed, point_index, first_dimension + d, point_count, step_x[d], step_y[d]);
+  }
+  float sample(uint32_t dimension, int k) const { return step_x[dimension][k]; }
+  V2f sample2(uint32_t dimension, int k) const { return {step_x[dimension][k], step_y[dimension][k]}; }
+};
+
+}  // namespace dapple::integrate

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/scene/camera.h"
+
+#include "dapple/numeric/warp.h"
+#include "dapple/image/environment.h"
+
+namespace dapple::scene {
+
+Camera::Camera(const Settings& settings) : settings_(settings) {
+  world_start_ = settings.camera_to_world.start();
+  camera_start_ = world_start_.inverse();
+  const float tan_half = settings.projection == Projection::perspective
+                             ? std::tan(radians(settings.fov_degrees) / 2)
+                             : 1.0f;
+  half_width_ = half_height_ = tan_half;
+  const float height = (settings.screen_max_y - settings.screen_min_y) * tan_half;
+  pixel_ = height / float(settings.resolution.y);
+}
+
+CameraRay Camera::generate(const V2f& film, const V2f& lens, float time) const {
+  const Settings& s = settings_;
+  CameraRay r;
+  const float x = film.x / float(s.resolution.x), y = film.y / float(s.resolution.y);
+  const float sx = lerp(x, s.screen_min_x, s.screen_max_x) * half_width_;
+  const float sy = lerp(y, s.screen_max_y, s.screen_min_y) * half_height_;
+  V3f o(0, 0, 0), d(0, 0, 1);
+  switch (s.projection) {
+    case Projection::perspective:
+      d = normalize(V3f(sx, sy, 1));
+      r.cone_spread = pixel_ * d.z;
+      break;
+    case Projection::orthographic:
+      o = V3f(sx, sy, 0);
+      r.cone_width = pixel_;
+      break;
+    case Projection::spherical_lat_long: {
+      // pbrt: theta from the pole of +z, exchanged so that y is up.
+      const float theta = pi * y, phi = 2 * pi * x;
+      const V3f v = spherical_direction(std::sin(theta), std::cos(theta), phi);
+      d = V3f(v.x, v.z, v.y);
+      r.cone_spread = pi / float(s.resolution.y);
+      break;
+    }
+    case Projection::spherical_equal_area: {
+      const V3f v = image::equal_area_direction(V2f(x, y));
+      d = V3f(v.x, v.z, v.y);
+      r.cone_spread = std::sqrt(4 * pi / float(s.resolution.x) / float(s.resolution.y));
+      break;
+    }
+  }
+  if (s.lens_radius > 0) {
+    const V2f p = square_to_disk(lens) * s.lens_radius;
+    const V3f focus = o + d * (s.focal_distance / d.z);
+    o += V3f(p.x, p.y, 0);
+    d = normalize(focus - o);
+  }
+  r.ray.time = lerp(time, s.time_open, s.time_close);
+  const Transform moved = s.camera_to_world.is_animated() ? s.camera_to_world.at(r.ray.time) : Transform();
+  const Transform& to_world = s.camera_to_world.is_animated() ? moved : world_start_;
+  r.ray.o = to_world.point(o);
+  const V3f world_d = to_world.vector(d);
+  const float scale = length(world_d);
+  r.ray.d = world_d * (1 / scale);
+  r.cone_width *= scale;
+  return r;
+}
+
+}  // namespace dapple::scene

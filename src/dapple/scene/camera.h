@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/base/animated_transform.h"
+#include "dapple/base/ray.h"
+
+namespace dapple::scene {
+
+enum class Projection { perspective, orthographic, spherical_equal_area, spherical_lat_long };
+
+/// Where a ray through the film begins, and how fast its footprint grows.
+struct CameraRay {
+  Ray ray;
+  float cone_width = 0;   ///< width of the pixel's footprint at the origin
+  float cone_spread = 0;  ///< growth of that width per unit distance
+  bool valid = true;      ///< false where no ray exists (outside a spherical image)
+};
+
+/// A camera: film positions to rays. Camera space has +z ahead, +x to the right on the screen, +y up (pbrt's).
+class Camera {
+ public:
+  struct Settings {
+    Projection projection = Projection::perspective;
+    AnimatedTransform camera_to_world;
+    float fov_degrees = 90;        ///< perspective: over the shorter axis of the screen window
+    float screen_min_x = -1, screen_max_x = 1, screen_min_y = -1, screen_max_y = 1;
+    float lens_radius = 0;         ///< 0 = pinhole
+    float focal_distance = 1e6f;
+    float shutter_open = 0, shutter_close = 1;  ///< s, for information; rays carry time in [0, 1] of the moving transforms
+    float time_open = 0, time_close = 1;        ///< the shutter interval in units of the transforms' motion
+    V2i resolution{1, 1};          ///< of the full film
+  };
+
+  Camera() : Camera(Settings()) {}
+  explicit Camera(const Settings& settings);
+
+  /// Ray through film position `film` (pixels from the upper left); lens and time samples uniform in [0, 1).
+  CameraRay generate(const V2f& film, const V2f& lens, float time) const;
+  const Settings& settings() const { return settings_; }
+  /// World position of the camera at shutter open.
+  V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
+  /// World to camera space, in units of which depth is z.
+  const Transform& world_to_camera() const { return camera_start_; }
+
+ private:
+  Settings settings_;
+  Transform world_start_, camera_start_;
+  float half_width_ = 1, half_height_ = 1, pixel_ = 0;
+};
+
+}  // namespace dapple::scene

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/scene/film.h"
+
+namespace dapple::scene {
+
+Film::Film(const Settings& settings) : settings_(settings) {
+  const size_t count = size_t(width()) * size_t(height());
+  pixels_.resize(count);
+  if (settings.features) features_.resize(count);
+}
+
+void Film::add(int x, int y, float weight, RGB L, const Features& f) {
+  Pixel& p = pixels_[index(x, y)];
+  ++p.samples;
+  if (!L.is_finite() || L.min() < 0) {
+    ++p.dropped;
+    L = RGB();
+  }
+  L *= settings_.scale;
+  if (L.max() > settings_.max_component) L *= settings_.max_component / L.max();
+  for (int c = 0; c < 3; ++c) {
+    const double v = double(weight) * double(L[c]);
+    p.sum[c] += v;
+    p.square[c] += v * v;
+  }
+  p.weight += double(weight);
+  if (features_.empty()) return;
+  FeatureSums& s = features_[index(x, y)];
+  s.weight += weight;
+  const float w = weight * f.alpha;
+  s.hits += w;
+  for (int c = 0; c < 3; ++c) {
+    s.albedo[c] += w * f.albedo[c];
+    s.normal[c] += w * f.normal[c];
+    s.position[c] += w * f.position[c];
+  }
+  s.depth += w * f.depth;
+}
+
+RGB Film::pixel(int x, int y) const {
+  const Pixel& p = pixels_[index(x, y)];
+  if (p.weight == 0) return RGB();
+  const double inv = 1 / p.weight;
+  return {float(p.sum[0] * inv), float(p.sum[1] * inv), float(p.sum[2] * inv)};
+}
+
+RGB Film::variance(int x, int y) const {
+  const Pixel& p = pixels_[index(x, y)];
+  RGB v;
+  if (p.samples < 2 || p.weight == 0) return v;
+  const double n = p.samples;
+  for (int c = 0; c < 3; ++c) {
+    const double mean = p.sum[c] / n;
+    const double of_sample = std::max(0.0, p.square[c] / n - mean * mean) * n / (n - 1);
+    v[c] = float(of_sample * n / (p.weight * p.weight));
+  }
+  return v;
+}
+
+uint32_t Film::samples(int x, int y) const { return pixels_[index(x, y)].samples; }
+
+Features Film::features(int x, int y) const {
+  Features f;
+  if (features_.empty()) return f;
+  const FeatureSums& s = features_[index(x, y)];
+  if (s.weight != 0) f.alpha = s.hits / s.weight;
+  if (s.hits == 0) return f;
+  const float inv = 1 / s.hits;
+  for (int c = 0; c < 3; ++c) {
+    f.albedo[c] = s.albedo[c] * inv;
+    f.normal[c] = s.normal[c] * inv;
+    f.position[c] = s.position[c] * inv;
+  }
+  f.depth = s.depth * inv;
+  return f;
+}
+
+double Film::relative_error() const {
+  double variance_sum = 0, mean = 0;
+  for (int y = settings_.crop.min.y; y < settings_.crop.max.y; ++y)
+    for (int x = settings_.crop.min.x; x < settings_.crop.max.x; ++x) {
+      if (samples(x, y) < 2) return infinity;
+      const RGB v = variance(x, y);
+      variance_sum += (double(v.r) + v.g + v.b) / 3;
+      mean += pixel(x, y).average();
+    }
+  const double n = double(pixels_.size());
+  return mean > 0 ? std::sqrt(variance_sum / n) / (mean / n) : 0;
+}
+
+uint64_t Film::dropped_samples() const {
+  uint64_t n = 0;
+  for (const Pixel& p : pixels_) n += p.dropped;
+  return n;
+}
+
+size_t Film::bytes() const { return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums); }
+
+}  // namespace dapple::scene

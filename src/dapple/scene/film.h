@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dapple/base/rgb.h"
+#include "dapple/base/vec.h"
+
+namespace dapple::scene {
+
+/// What the first surface along a camera ray shows, for AOVs.
+struct Features {
+  RGB albedo;
+  V3f normal{0, 0, 0};    ///< shading normal, world, towards the camera
+  V3f position{0, 0, 0};  ///< world, m
+  float depth = 0;        ///< along the camera's axis
+  float alpha = 0;        ///< 1 where a surface was met
+};
+
+/// The image under way: weighted sums a pixel. Tiles touch disjoint pixels, so there is no lock; sums are taken in the order of
+/// samples, so they do not depend on how samples were divided into passes.
+class Film {
+ public:
+  struct Settings {
+    V2i resolution{0, 0};   ///< full film
+    Box2i crop;             ///< pixels rendered, [min, max)
+    float scale = 1;        ///< applied to radiance (exposure time x ISO / 100)
+    float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
+    bool features = false;  ///< keep AOVs
+  };
+
+  Film() = default;
+  explicit Film(const Settings& settings);
+
+  /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped.
+  void add(int x, int y, float weight, RGB L, const Features& features);
+
+  const Settings& settings() const { return settings_; }
+  int width() const { return settings_.crop.max.x - settings_.crop.min.x; }
+  int height() const { return settings_.crop.max.y - settings_.crop.min.y; }
+
+  RGB pixel(int x, int y) const;       ///< film coordinates
+  RGB variance(int x, int y) const;    ///< of the pixel's mean; samples taken as independent (an upper estimate)
+  uint32_t samples(int x, int y) const;
+  Features features(int x, int y) const;
+  /// sqrt(mean variance of the pixels' luminance) / mean luminance: relative RMSE of the image by its own estimate.
+  double relative_error() const;
+  uint64_t dropped_samples() const;
+  size_t bytes() const;
+
+ private:
+  struct Pixel {
+    double sum[3] = {0, 0, 0};
+    double weight = 0;
+    double square[3] = {0, 0, 0};  ///< sums of squares of the weighted samples
+    uint32_t samples = 0, dropped = 0;
+  };
+  struct FeatureSums {
+    float albedo[3] = {}, normal[3] = {}, position[3] = {}, depth = 0, hits = 0, weight = 0;
+  };
+  size_t index(int x, int y) const {
+    return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
+  }
+
+  Settings settings_;
+  std::vector<Pixel> pixels_;
+  std::vector<FeatureSums> features_;
+};
+
+}  // namespace dapple::scene

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "dapple/base/vec.h"
+
+namespace dapple::scene {
+
+enum class FilterKind { box, triangle, gaussian, mitchell, sinc };
+
+/// A separable reconstruction filter, importance sampled: each camera sample belongs to one pixel and is placed by the filter
+/// (Ernst et al. 2006), so tiles never share pixels and sums keep a fixed order.
+class Filter {
+ public:
+  /// Parameters as in pbrt-v4. radius in pixels; a, b: gaussian sigma (both axes); mitchell B, C; sinc tau (a).
+  Filter(FilterKind kind, const V2f& radius, float a, float b);
+  static Filter box(float radius) { return {FilterKind::box, V2f(radius, radius), 0, 0}; }
+
+  struct Sample {
+    V2f offset;    ///< from the pixel's centre, pixels
+    float weight;  ///< relative, negative in negative lobes; the pixel is sum(weight L) / sum(weight)
+  };
+  Sample sample(const V2f& u) const;
+  float evaluate(const V2f& offset) const { return evaluate(0, offset.x) * evaluate(1, offset.y); }
+  const V2f& radius() const { return radius_; }
+
+ private:
+  struct Axis {
+    std::vector<float> cdf;  ///< of |f| over the bins of [-radius, radius]
+    float total = 0;         ///< integral of |f| over the axis
+  };
+  float evaluate(int axis, float x) const;
+  float sample_axis(int axis, float u, float* weight) const;
+
+  FilterKind kind_;
+  V2f radius_;
+  float a_, b_;
+  Axis axes_[2];
+};
+
+}  // namespace dapple::scene

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dapple/scene/camera.h"
+#include "dapple/scene/film.h"
+#include "dapple/scene/filter.h"
+#include "dapple/shading/light.h"
+#include "dapple/shading/light_sampler.h"
+#include "dapple/shading/material.h"
+#include "dapple/trace/traced_scene.h"
+
+namespace dapple::shading {
+class Medium;
+}
+
+namespace dapple::scene {
+
+inline constexpr int32_t vacuum = -1;
+
+/// What belongs to a traced geometry beside its shape.
+struct GeometryBinding {
+  int32_t material = 0;
+  /// Place in Scene::light_table of primitive 0's light; no_id: emits nothing.
+  uint32_t first_light = trace::no_id;
+  shading::FloatTexturePtr alpha;  ///< null = opaque
+  int32_t inside_medium = vacuum, outside_medium = vacuum;
+  bool changes_medium = false;     ///< the surface separates the two media above
+};
+
+/// A scene made ready for rendering: frozen, shared by all threads, free of file syntax.
+class Scene final : public trace::OpacityTest {
+ public:
+  Scene() { traced.set_opacity_test(this); }
+
+  trace::TracedScene traced;
+  std::vector<GeometryBinding> bindings;  ///< by geometry
+  std::vector<shading::MaterialPtr> materials;
+  std::vector<std::unique_ptr<const shading::Light>> lights;
+  std::vector<uint32_t> light_table;  ///< primitive's light, no_id where it has none (zero area)
+  std::vector<uint32_t> infinite_lights;
+  std::unique_ptr<const shading::LightSampler> light_sampler;
+  std::vector<std::shared_ptr<const shading::Medium>> media;
+  int32_t camera_medium = vacuum;
+  Camera camera;
+  Filter filter = Filter::box(0.5f);
+  Film::Settings film;
+  uint64_t fingerprint = 0;  ///< of everything that affects the image but the options of the run
+
+  /// The light a primitive emits, or null.
+  const shading::Light* emitter(uint32_t geometry, uint32_t primitive) const {
+    const uint32_t index = emitter_index(geometry, primitive);
+    return index == trace::no_id ? nullptr : lights[index].get();
+  }
+  uint32_t emitter_index(uint32_t geometry, uint32_t primitive) const {
+    const uint32_t first = bindings[geometry].first_light;
+    return first == trace::no_id ? trace::no_id : light_table[first + primitive];
+  }
+  bool has_media() const { return !media.empty(); }
+  /// Writes lane `lane` of `points` from a surface point; the footprint is a cone of width `width` around direction d.
+  static void set_point(const geom::SurfacePoint& s, const V3f& d, float width, float time, uint64_t key,
+                        shading::ShadingPoints* points, int lane);
+
+  void opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
+               float* alpha) const override;
+};
+
+}  // namespace dapple::scene

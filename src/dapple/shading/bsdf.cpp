@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/bsdf.h"
+
+#include "dapple/shading/coat.h"
+#include "dapple/shading/interfaces.h"
+
+namespace dapple::shading {
+namespace {
+
+ConductorInterface conductor_of(const Bsdf& b) { return {b.eta, b.k, Ggx(b.alpha_x, b.alpha_y)}; }
+DielectricInterface dielectric_of(const Bsdf& b) { return {b.ior, Ggx(b.alpha_x, b.alpha_y)}; }
+
+/// Chance with which diffuse_transmission reflects.
+float reflect_chance(const Bsdf& b) {
+  const float r = b.reflectance.max(), t = b.transmittance.max();
+  return r + t > 0 ? r / (r + t) : 0;
+}
+
+/// Share that a slab with reflectance F at each side reflects, all interreflections summed: 2 F / (1 + F).
+float slab_reflectance(float cos_theta, float ior) {
+  const float F = fresnel_dielectric(std::abs(cos_theta), ior);
+  return 2 * F / (1 + F);
+}
+
+bool sample_diffuse_transmission(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, BsdfSample* out) {
+  const float chance = reflect_chance(b);
+  V3f wi = square_to_cosine_hemisphere(u2);
+  if (wo.z == 0 || wi.z <= 0 || (b.reflectance.is_black() && b.transmittance.is_black())) return false;
+  const bool reflected = u1 < chance;
+  const float p = reflected ? chance : 1 - chance;
+  *out = {wi, (reflected ? b.reflectance : b.transmittance) / p, p * wi.z * inv_pi, Lobe::diffuse, !reflected, 1};
+  if ((wo.z > 0) != reflected) out->wi.z = -wi.z;
+  return true;
+}
+
+bool sample_thin_dielectric(const Bsdf& b, const V3f& wo, float u1, BsdfSample* out) {
+  if (wo.z == 0) return false;
+  const bool reflected = u1 < slab_reflectance(wo.z, b.ior);
+  *out = {reflected ? V3f(-wo.x, -wo.y, wo.z) : -wo, RGB(1), 0, Lobe::delta, !reflected, 1};
+  return true;
+}
+
+template <class Weight>
+bool finish(bool ok, const InterfaceSample<Weight>& s, BsdfSample* out) {
+  if (!ok) return false;
+  *out = {s.wi, RGB(s.weight), s.pdf, s.pdf > 0 ? Lobe::glossy : Lobe::delta, s.transmitted, s.eta};
+  return true;
+}
+
+bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) {
+  switch (b.kind) {
+    case BsdfKind::diffuse_transmission: return sample_diffuse_transmission(b, wo, u1, u2, out);
+    case BsdfKind::thin_dielectric: return sample_thin_dielectric(b, wo, u1, out);
+    case BsdfKind::conductor: {
+      InterfaceSample<RGB> s;
+      return finish(conductor_of(b).sample(wo, u2, &s), s, out);
+    }
+    case BsdfKind::dielectric: {
+      InterfaceSample<float> s;
+      return finish(dielectric_of(b).sample(wo, u1, u2, Transport::radiance, part_both, &s), s, out);
+    }
+    case BsdfKind::coated: {
+      if (wo.z == 0 || !Coat(b).sample(wo.z < 0 ? -wo : wo, u1, u2, key, out)) return false;
+      if (wo.z < 0) out->wi = -out->wi;
+      return true;
+    }
+    default: return false;
+  }
+}
+
+/// Cosine-weighted mean of a conductor's reflectance; 4-point Gauss rule in cos^2.
+RGB mean_fresnel(RGB eta, RGB k) {
+  constexpr float x[] = {0.069431844f, 0.330009478f, 0.669990522f, 0.930568156f};
+  constexpr float w[] = {0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f};
+  RGB sum;
+  for (int i = 0; i < 4; ++i) sum += fresnel_conductor(std::sqrt(x[i]), eta, k) * w[i];
+  return sum;
+}
+
+float mean_alpha(float x, float y) { return std::sqrt((x * x + y * y) / 2); }
+
+/// Share of diffuse light that a lossless GGX mirror returns, the rest being what single scattering misses. Our fit to our
+/// own integration, within 0.005.
+float ggx_mean_albedo(float alpha_x, float alpha_y) {
+  const float a = std::min(mean_alpha(alpha_x, alpha_y), 1.0f);
+  return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
+}
+
+RGB coated_albedo(const Bsdf& b) {
+  const bool diffuse = b.base == BsdfKind::diffuse;
+  const RGB base = diffuse ? b.reflectance : mean_fresnel(b.eta, b.k) * ggx_mean_albedo(b.base_alpha_x, b.base_alpha_y);
+  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal sends it
+  // back about as it came.
+  const float spread = diffuse ? 1 : std::min(2 * mean_alpha(b.base_alpha_x, b.base_alpha_y), 1.0f);
+  RGB sum;
+  for (int c = 0; c < 3; ++c) {
+    const float extinction = b.thickness * (1 - b.medium_albedo[c]);
+    const CoatAlbedo coat = coat_albedo(b.ior, extinction);
+    const float leaves = lerp(spread, coat.entered, coat.entered / sqr(b.ior));
+    const float back = lerp(spread, coat.reflected, coat_return(b.ior, extinction));
+    sum[c] = coat.reflected;
+    float bounce = coat.entered * base[c] * leaves;
+    for (int i = 0; i < (b.max_depth + 1) / 2 && bounce > 1e-6f; ++i) {
+      sum[c] += bounce;
+      bounce *= base[c] * back;
+    }
+  }
+  return sum;
+}
+
+void set_coat(Bsdf* b, float ior, float alpha_x, float alpha_y, const CoatLayer& layer) {
+  b->kind = BsdfKind::coated;
+  b->ior = ior;
+  b->alpha_x = alpha_x;
+  b->alpha_y = alpha_y;
+  b->thickness = layer.thickness;
+  b->g = layer.g;
+  b->medium_albedo = layer.medium_albedo;
+  b->max_depth = static_cast<uint16_t>(std::clamp(layer.max_depth, 0, 65535));
+  b->sample_count = static_cast<uint16_t>(std::clamp(layer.sample_count, 1, 65535));
+}
+
+}  // namespace
+
+Bsdf Bsdf::make_diffuse(RGB reflectance) {
+  Bsdf b;
+  b.kind = BsdfKind::diffuse;
+  b.reflectance = reflectance;
+  return b;
+}
+
+Bsdf Bsdf::make_diffuse_transmission(RGB reflectance, RGB transmittance) {
+  Bsdf b;
+  b.kind = BsdfKind::diffuse_transmission;
+  b.reflectance = reflectance;
+  b.transmittance = transmittance;
+  return b;
+}
+
+Bsdf Bsdf::make_conductor(RGB eta, RGB k, float alpha_x, float alpha_y) {
+  Bsdf b;
+  b.kind = BsdfKind::conductor;
+  b.eta = eta;
+  b.k = k;
+  b.alpha_x = alpha_x;
+  b.alpha_y = alpha_y;
+  return b;
+}
+
+Bsdf Bsdf::make_dielectric(float ior, float alpha_x, float alpha_y) {
+  Bsdf b;
+  b.kind = BsdfKind::dielectric;
+  b.ior = ior;
+  b.alpha_x = alpha_x;
+  b.alpha_y = alpha_y;
+  return b;
+}
+
+Bsdf Bsdf::make_thin_dielectric(float ior) {
+  Bsdf b;
+  b.kind = BsdfKind::thin_dielectric;
+  b.ior = ior;
+  return b;
+}
+
+Bsdf Bsdf::make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer) {
+  return make_coated_diffuse(reflectance, ior, alpha_x, alpha_y, layer, shading::coat_return(ior, layer.thickness));
+}
+
+Bsdf Bsdf::make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer,
+                               float coat_return) {
+  Bsdf b;
+  set_coat(&b, ior, alpha_x, alpha_y, layer);
+  b.base = BsdfKind::diffuse;
+  b.reflectance = reflectance;
+  b.coat_return = coat_return;
+  return b;
+}
+
+Bsdf Bsdf::make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
+                                 float alpha_y, const CoatLayer& layer) {
+  Bsdf b;
+  set_coat(&b, ior, alpha_x, alpha_y, layer);
+  b.base = BsdfKind::conductor;
+  b.eta = eta;
+  b.k = k;
+  b.base_alpha_x = base_alpha_x;
+  b.base_alpha_y = base_alpha_y;
+  return b;
+}
+
+Bsdf Bsdf::make_passthrough() {
+  Bsdf b;
+  b.kind = BsdfKind::passthrough;
+  return b;
+}
+
+RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t key, float* pdf) const {
+  *pdf = 0;
+  const V3f wo = frame.to_local(wo_world), wi = frame.to_local(wi_world);
+  switch (kind) {
+    case BsdfKind::diffuse_transmission: {
+      if (wo.z == 0 || wi.z == 0) return {};
+      const bool reflected = wo.z * wi.z > 0;
+      const float chance = reflect_chance(*this);
+      *pdf = (reflected ? chance : 1 - chance) * std::abs(wi.z) * inv_pi;
+      return (reflected ? reflectance : transmittance) * inv_pi;
+    }
+    case BsdfKind::conductor: return conductor_of(*this).eval(wo, wi, pdf);
+    case BsdfKind::dielectric: return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, part_both, pdf));
+    case BsdfKind::coated: {
+      if (!(wo.z * wi.z > 0)) return {};
+      const Coat coat(*this);
+      const V3f o = wo.z < 0 ? -wo : wo, i = wo.z < 0 ? -wi : wi;
+      *pdf = coat.pdf(o, i);
+      return coat.eval(o, i, key);
+    }
+    default: return {};
+  }
+}
+
+float Bsdf::pdf_general(const V3f& wo_world, const V3f& wi_world) const {
+  if (kind == BsdfKind::coated) {
+    const V3f wo = frame.to_local(wo_world), wi = frame.to_local(wi_world);
+    if (!(wo.z * wi.z > 0)) return 0;
+    return Coat(*this).pdf(wo.z < 0 ? -wo : wo, wo.z < 0 ? -wi : wi);
+  }
+  float pdf;
+  eval_pdf_general(wo_world, wi_world, 0, &pdf);
+  return pdf;
+}
+
+bool Bsdf::sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
+  if (kind == BsdfKind::passthrough) {
+    *out = {-wo, RGB(1), 0, Lobe::passthrough, true, 1};
+    return true;
+  }
+  if (!sample_local(*this, frame.to_local(wo), u1, u2, key, out)) return false;
+  out->wi = frame.to_world(out->wi);
+  return true;
+}
+
+bool Bsdf::is_delta() const {
+  switch (kind) {
+    case BsdfKind::diffuse:
+    case BsdfKind::diffuse_transmission: return false;
+    case BsdfKind::conductor: return conductor_of(*this).is_smooth();
+    case BsdfKind::dielectric: return dielectric_of(*this).is_smooth();
+    case BsdfKind::coated: return Coat(*this).is_delta();
+    default: return true;
+  }
+}
+
+bool Bsdf::has_transmission() const {
+  return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::dielectric || kind == BsdfKind::thin_dielectric ||
+         kind == BsdfKind::passthrough;
+}
+
+RGB Bsdf::albedo() const {
+  switch (kind) {
+    case BsdfKind::black: return {};
+    case BsdfKind::diffuse: return reflectance;
+    case BsdfKind::diffuse_transmission: return reflectance + transmittance;
+    case BsdfKind::conductor: return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
+    case BsdfKind::coated: return coated_albedo(*this);
+    default: return RGB(1);
+  }
+}
+
+}  // namespace dapple::shading

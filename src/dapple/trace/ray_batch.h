@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "dapple/base/ray.h"
+
+namespace dapple::trace {
+
+inline constexpr uint32_t no_id = ~0u;
+
+/// Rays in batches, structure of arrays. tnear is 0: callers move origins off surfaces.
+struct RayBatch {
+  static constexpr int capacity = 256;
+  alignas(64) float ox[capacity], oy[capacity], oz[capacity];
+  alignas(64) float dx[capacity], dy[capacity], dz[capacity];
+  alignas(64) float t_max[capacity];
+  alignas(64) float time[capacity];    ///< [0, 1] over the shutter interval
+  alignas(64) uint32_t key[capacity];  ///< random key for stochastic opacity
+
+  void set(int i, const V3f& o, const V3f& d, float max_distance, float ray_time, uint32_t ray_key) {
+    ox[i] = o.x, oy[i] = o.y, oz[i] = o.z;
+    dx[i] = d.x, dy[i] = d.y, dz[i] = d.z;
+    t_max[i] = max_distance, time[i] = ray_time, key[i] = ray_key;
+  }
+  V3f origin(int i) const { return {ox[i], oy[i], oz[i]}; }
+  V3f direction(int i) const { return {dx[i], dy[i], dz[i]}; }
+};
+
+/// What the rays of a batch met; geometry is no_id for a miss.
+struct HitBatch {
+  static constexpr int capacity = RayBatch::capacity;
+  alignas(64) float t[capacity], u[capacity], v[capacity];
+  alignas(64) float nx[capacity], ny[capacity], nz[capacity];  ///< Embree's normal: curves only need it
+  alignas(64) uint32_t geometry[capacity];  ///< index in TracedScene's table of geometries
+  alignas(64) uint32_t primitive[capacity];
+  alignas(64) uint32_t instance[capacity];  ///< no_id if not instanced
+};
+
+}  // namespace dapple::trace

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/trace/traced_scene.h"
+
+#include <atomic>
+#include <cstring>
+#include <string>
+
+#include "dapple/base/error.h"
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+
+namespace dapple::trace {
+
+namespace {
+
+constexpr int packet = 16;
+
+void check(RTCDevice device) {
+  const RTCError code = rtcGetDeviceError(device);
+  if (code == RTC_ERROR_OUT_OF_MEMORY) throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
+  if (code != RTC_ERROR_NONE) throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
+}
+
+template <class T>
+void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data, size_t stride,
+           size_t count) {
+  rtcSetSharedGeometryBuffer(g, type, slot, format, data.data(), 0, stride, count);
+}
+
+}  // namespace
+
+struct TracedScene::MemoryUse {
+  std::atomic<int64_t> bytes{0};
+  static bool monitor(void* self, ssize_t bytes, bool) {
+    static_cast<MemoryUse*>(self)->bytes += bytes;
+    return true;
+  }
+};
+
+/// Embree's callbacks. N lanes at a time; lanes with valid[i] == 0 are left alone.
+struct TracedScene::Callbacks {
+  static void filter(const RTCFilterFunctionNArguments* a) {
+    const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
+    uint32_t primitive[packet]{}, lane[packet]{}, instance[packet]{}, key[packet]{};
+    float u[packet]{}, v[packet]{}, time[packet]{}, alpha[packet]{};
+    int n = 0;
+    for (unsigned i = 0; i < a->N; ++i) {
+      if (!a->valid[i]) continue;
+      lane[n] = i;
+      primitive[n] = RTCHitN_primID(a->hit, a->N, i);
+      instance[n] = RTCHitN_instID(a->hit, a->N, i, 0);
+      u[n] = RTCHitN_u(a->hit, a->N, i);
+      v[n] = RTCHitN_v(a->hit, a->N, i);
+      time[n] = RTCRayN_time(a->ray, a->N, i);
+      key[n] = RTCRayN_id(a->ray, a->N, i);
+      ++n;
+    }
+    g.scene->opacity_test_->opacity(g.index, n, primitive, u, v, time, alpha);
+    for (int i = 0; i < n; ++i)
+      if (!g.scene->keep_hit(g, instance[i], primitive[i], alpha[i], key[i])) a->valid[lane[i]] = 0;
+  }
+
+  static void bounds(const RTCBoundsFunctionArguments* a) {
+    const Box3f box = std::get<QuadricPtr>(static_cast<const Geometry*>(a->geometryUserPtr)->shape)->bounds();
+    *a->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+  }
+
+  // One lane of a ray packet against a quadric; true if hit and kept.
+  static bool quadric(const Geometry& g, RTCRayN* ray, unsigned N, unsigned i, uint32_t instance, float* t, float* u,
+                      float* v) {
+    const auto& q = *std::get<QuadricPtr>(g.shape);
+    const V3f o(RTCRayN_org_x(ray, N, i), RTCRayN_org_y(ray, N, i), RTCRayN_org_z(ray, N, i));
+    const V3f d(RTCRayN_dir_x(ray, N, i), RTCRayN_dir_y(ray, N, i), RTCRayN_dir_z(ray, N, i));
+    float t_min = RTCRayN_tnear(ray, N, i);
+    const float t_max = RTCRayN_tfar(ray, N, i);
+    // A cut-out front side may uncover the back side.
+    while (q.intersect(o, d, t_min, t_max, t, u, v)) {
+      if (!g.cut_out) return true;
+      const uint32_t primitive = 0;
+      const float time = RTCRayN_time(ray, N, i);
+      float alpha = 1;
+      g.scene->opacity_test_->opacity(g.index, 1, &primitive, u, v, &time, &alpha);
+      if (g.scene->keep_hit(g, instance, primitive, alpha, RTCRayN_id(ray, N, i))) return true;
+      t_min = std::nextafter(*t, infinity);
+    }
+    return false;
+  }
+
+  static void intersect(const RTCIntersectFunctionNArguments* a) {
+    const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
+    RTCRayN* ray = RTCRayHitN_RayN(a->rayhit, a->N);
+    RTCHitN* hit = RTCRayHitN_HitN(a->rayhit, a->N);
+    for (unsigned i = 0; i < a->N; ++i) {
+      float t, u, v;
+      if (!a->valid[i] || !quadric(g, ray, a->N, i, a->context->instID[0], &t, &u, &v)) continue;
+      RTCRayN_tfar(ray, a->N, i) = t;
+      RTCHitN_u(hit, a->N, i) = u;
+      RTCHitN_v(hit, a->N, i) = v;
+      RTCHitN_Ng_x(hit, a->N, i) = RTCHitN_Ng_y(hit, a->N, i) = 0;
+      RTCHitN_Ng_z(hit, a->N, i) = 1;
+      RTCHitN_geomID(hit, a->N, i) = a->geomID;
+      RTCHitN_primID(hit, a->N, i) = 0;
+      RTCHitN_instID(hit, a->N, i, 0) = a->context->instID[0];
+    }
+  }
+
+  static void occluded(const RTCOccludedFunctionNArguments* a) {
+    const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
+    for (unsigned i = 0; i < a->N; ++i) {
+      float t, u, v;
+      if (a->valid[i] && quadric(g, a->ray, a->N, i, a->context->instID[0], &t, &u, &v))
+        RTCRayN_tfar(a->ray, a->N, i) = -infinity;
+    }
+  }
+};
+
+TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
+  const std::string config = "set_affinity=0,start_threads=0,threads=" + std::to_string(thread_count());
+  device_ = rtcNewDevice(config.c_str());
+  if (!device_) throw Error(ExitCode::memory, "ray tracing: Embree could not be started");
+  rtcSetDeviceMemoryMonitorFunction(device_, MemoryUse::monitor, memory_.get());
+  top_.scene = rtcNewScene(device_);
+}
+
+TracedScene::~TracedScene() {
+  for (RTCGeometry g : instance_geometries_) rtcReleaseGeometry(g);
+  for (Object& o : objects_) rtcReleaseScene(o.scene);
+  rtcReleaseScene(top_.scene);
+  rtcReleaseDevice(device_);
+}
+
+uint32_t TracedScene::add_object() {
+  objects_.push_back({rtcNewScene(device_), {}});
+  return uint32_t(objects_.size() - 1);
+}
+
+RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
+  RTCGeometry g = nullptr;
+  if (const auto* p = std::get_if<MeshPtr>(&owner.shape)) {
+    const geom::Mesh& mesh = **p;
+    const bool quads = mesh.corners == 4;
+    g = rtcNewGeometry(device_, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+    // Embree reads 16 bytes at the last vertex: a shared buffer must not end there.
+    const auto positions = [&](unsigned slot, const std::vector<V3f>& v) {
+      void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, slot, RTC_FORMAT_FLOAT3, sizeof(V3f), v.size());
+      if (to && !v.empty()) std::memcpy(to, v.data(), v.size() * sizeof(V3f));
+    };
+    if (!mesh.P_end.empty()) rtcSetGeometryTimeStepCount(g, 2);
+    positions(0, mesh.P);
+    if (!mesh.P_end.empty()) positions(1, mesh.P_end);
+    share(g, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, mesh.indices,
+          size_t(mesh.corners) * sizeof(uint32_t), mesh.face_count());
+  } else if (std::holds_alternative<QuadricPtr>(owner.shape)) {
+    g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(g, 1);
+    rtcSetGeometryBoundsFunction(g, Callbacks::bounds, nullptr);
+    rtcSetGeometryIntersectFunction(g, Callbacks::intersect);
+    rtcSetGeometryOccludedFunction(g, Callbacks::occluded);
+  } else {
+    const geom::CurveSet& curves = *std::get<CurvesPtr>(owner.shape);
+    const auto type = curves.kind == geom::CurveKind::round  ? RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE
+                      : curves.kind == geom::CurveKind::flat ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
+                                                             : RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE;
+    g = rtcNewGeometry(device_, type);
+    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves.control_points, sizeof(geom::CurveSet::ControlPoint),
+          curves.control_points.size());
+    auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT,
+                                                                 sizeof(uint32_t), curves.segment_count()));
+    for (uint32_t i = 0; index && i < curves.segment_count(); ++i) index[i] = 4 * i;
+    if (curves.kind == geom::CurveKind::ribbon) {
+      void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
+      if (to) std::memcpy(to, curves.normals.data(), curves.normals.size() * sizeof(V3f));
+    }
+  }
+  rtcSetGeometryUserData(g, &owner);
+  if (owner.cut_out && !std::holds_alternative<QuadricPtr>(owner.shape)) {
+    rtcSetGeometryIntersectFilterFunction(g, Callbacks::filter);
+    rtcSetGeometryOccludedFilterFunction(g, Callbacks::filter);
+  }
+  rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_MEDIUM);
+  rtcCommitGeometry(g);
+  check(device_);
+  return g;
+}
+
+uint32_t TracedScene::add(const Shape& shape, bool cut_out, uint32_t object) {
+  const uint32_t index = uint32_t(geometries_.size());
+  geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out}));
+  RTCGeometry g = make_geometry(*geometries_.back());
+  Object& owner = object == no_id ? top_ : objects_[object];
+  rtcAttachGeometryByID(owner.scene, g, unsigned(owner.geometries.size()));
+  rtcReleaseGeometry(g);
+  owner.geometries.push_back(index);
+  return index;
+}
+
+uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& motion) {
+  RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(g, objects_[object].scene);
+  Instance instance{};
+  instance.object = object;
+  const M44d& m = motion.start().matrix();
+  float columns[12];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) columns[j * 3 + i] = instance.m[i][j] = float(m[i][j]);
+  if (!motion.is_animated()) {
+    rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  } else {
+    rtcSetGeometryTimeStepCount(g, 2);
+    for (int step = 0; step < 2; ++step) {
+      const Decomposition& d = motion.decomposition(step);
+      RTCQuaternionDecomposition q;
+      rtcInitQuaternionDecomposition(&q);
+      const auto& s = d.scale;
+      rtcQuaternionDecompositionSetScale(&q, float(s[0][0]), float(s[1][1]), float(s[2][2]));
+      rtcQuaternionDecompositionSetSkew(&q, float(s[0][1]), float(s[0][2]), float(s[1][2]));
+      rtcQuaternionDecompositionSetQuaternion(&q, float(d.rotation.r), float(d.rotation.v.x), float(d.rotation.v.y),
+                                              float(d.rotation.v.z));
+      rtcQuaternionDecompositionSetTranslation(&q, float(d.translation.x), float(d.translation.y),
+                                               float(d.translation.z));
+      rtcSetGeometryTransformQuaternion(g, unsigned(step), &q);
+    }
+  }
+  rtcCommitGeometry(g);
+  instance.animated = motion.is_animated() ? g : nullptr;
+  instances_.push_back(instance);
+  instance_geometries_.push_back(g);
+  return uint32_t(instances_.size() - 1);
+}
+
+void TracedScene::commit() {
+  const Timer timer;
+  first_instance_ = uint32_t(top_.geometries.size());
+  for (size_t i = 0; i < instance_geometries_.size(); ++i)
+    rtcAttachGeometryByID(top_.scene, instance_geometries_[i], first_instance_ + unsigned(i));
+  const auto build = [](RTCScene scene) {
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    rtcCommitScene(scene);
+  };
+  for (Object& object : objects_) build(object.scene);
+  build(top_.scene);
+  check(device_);
+  build_seconds_ = timer.seconds();
+}
+
+bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t key) const {
+  if (alpha >= 1) return true;
+  if (!(alpha > 0)) return false;
+  return to_unit_float(hash(key, g.index, instance, primitive)) < alpha;
+}
+
+void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  for (int first = 0; first < n; first += packet) {
+    alignas(64) int valid[packet];
+    alignas(64) RTCRayHit16 q;
+    const int count = std::min(packet, n - first);
+    const auto load = [&](auto* to, const auto* from) { std::memcpy(to, from + first, packet * sizeof(*from)); };
+    load(q.ray.org_x, r.ox), load(q.ray.org_y, r.oy), load(q.ray.org_z, r.oz);
+    load(q.ray.dir_x, r.dx), load(q.ray.dir_y, r.dy), load(q.ray.dir_z, r.dz);
+    load(q.ray.tfar, r.t_max), load(q.ray.time, r.time), load(q.ray.id, r.key);
+    for (int i = 0; i < packet; ++i) {
+      valid[i] = i < count ? -1 : 0;
+      q.ray.tnear[i] = 0;
+      q.ray.mask[i] = ~0u;
+      q.ray.flags[i] = 0;
+      q.hit.geomID[i] = q.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect16(valid, top_.scene, &context, &q);
+    const auto store = [&](auto* to, const auto* from) { std::memcpy(to + first, from, packet * sizeof(*to)); };
+    store(h->t, q.ray.tfar), store(h->u, q.hit.u), store(h->v, q.hit.v);
+    store(h->nx, q.hit.Ng_x), store(h->ny, q.hit.Ng_y), store(h->nz, q.hit.Ng_z);
+    store(h->primitive, q.hit.primID);
+    for (int i = 0; i < count; ++i) {
+      uint32_t geometry = q.hit.geomID[i], instance = q.hit.instID[0][i];
+      if (geometry != RTC_INVALID_GEOMETRY_ID) {
+        if (instance != RTC_INVALID_GEOMETRY_ID) {
+          instance -= first_instance_;
+          geometry = objects_[instances_[instance].object].geometries[geometry];
+        } else {
+          geometry = top_.geometries[geometry];
+        }
+      }
+      h->geometry[first + i] = geometry;
+      h->instance[first + i] = instance;
+    }
+  }
+}
+
+void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  for (int first = 0; first < n; first += packet) {
+    alignas(64) int valid[packet];
+    alignas(64) RTCRay16 q;
+    const int count = std::min(packet, n - first);
+    const auto load = [&](auto* to, const auto* from) { std::memcpy(to, from + first, packet * sizeof(*from)); };
+    load(q.org_x, r.ox), load(q.org_y, r.oy), load(q.org_z, r.oz);
+    load(q.dir_x, r.dx), load(q.dir_y, r.dy), load(q.dir_z, r.dz);
+    load(q.tfar, r.t_max), load(q.time, r.time), load(q.id, r.key);
+    for (int i = 0; i < packet; ++i) {
+      valid[i] = i < count ? -1 : 0;
+      q.tnear[i] = 0;
+      q.mask[i] = ~0u;
+      q.flags[i] = 0;
+    }
+    rtcOccluded16(valid, top_.scene, &context, &q);
+    for (int i = 0; i < count; ++i) hit[first + i] = q.tfar[i] < 0;
+  }
+}
+
+void TracedScene::instance_transform(const Instance& instance, float time, float m[3][4]) const {
+  if (!instance.animated) {
+    std::memcpy(m, instance.m, sizeof(instance.m));
+    return;
+  }
+  float columns[12];
+  rtcGetGeometryTransform(instance.animated, time, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
+}
+
+geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
+  const Geometry& g = *geometries_[h.geometry[i]];
+  geom::SurfacePoint s;
+  if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
+    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
+  else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
+    s = (*quadric)->at(h.u[i], h.v[i]);
+  else
+    s = std::get<CurvesPtr>(g.shape)->at(h.primitive[i], h.u[i], h.v[i], V3f(h.nx[i], h.ny[i], h.nz[i]));
+  if (h.instance[i] == no_id) return s;
+
+  float m[3][4];
+  instance_transform(instances_[h.instance[i]], time, m);
+  const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
+  const V3f t(m[0][3], m[1][3], m[2][3]);
+  const auto vector = [&](const V3f& v) { return c0 * v.x + c1 * v.y + c2 * v.z; };
+  // Cofactors: det times the inverse transpose, with no division; the sign of det keeps the outside outside.
+  const V3f k0 = cross(c1, c2), k1 = cross(c2, c0), k2 = cross(c0, c1);
+  const float det = dot(c0, k0), sign = det < 0 ? -1.0f : 1.0f;
+  const auto normal = [&](const V3f& v) { return (k0 * v.x + k1 * v.y + k2 * v.z) * sign; };
+  const float scale = std::sqrt(std::max({length2(c0), length2(c1), length2(c2)}));
+  s.P = vector(s.P) + t;
+  s.error = s.error * scale + geom::position_error(abs(s.P) + abs(t));
+  s.Ng = normalize(normal(s.Ng));
+  const V3f ns = normal(s.Ns);
+  const float inv = 1 / length(ns);
+  s.Ns = ns * inv;
+  s.dNdu = normal(s.dNdu) * inv;
+  s.dNdv = normal(s.dNdv) * inv;
+  s.dPdu = vector(s.dPdu);
+  s.dPdv = vector(s.dPdv);
+  return s;
+}
+
+Box3f TracedScene::bounds() const {
+  RTCBounds b;
+  rtcGetSceneBounds(top_.scene, &b);
+  Box3f box;
+  if (b.lower_x <= b.upper_x) box = {V3f(b.lower_x, b.lower_y, b.lower_z), V3f(b.upper_x, b.upper_y, b.upper_z)};
+  return box;
+}
+
+size_t TracedScene::acceleration_bytes() const { return size_t(std::max<int64_t>(0, memory_->bytes.load())); }
+
+}  // namespace dapple::trace

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "dapple/base/animated_transform.h"
+#include "dapple/geom/curve_set.h"
+#include "dapple/geom/mesh.h"
+#include "dapple/geom/quadric.h"
+#include "dapple/trace/opacity_test.h"
+#include "dapple/trace/ray_batch.h"
+
+namespace dapple::trace {
+
+using MeshPtr = std::shared_ptr<const geom::Mesh>;
+using QuadricPtr = std::shared_ptr<const geom::Quadric>;
+using CurvesPtr = std::shared_ptr<const geom::CurveSet>;
+using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr>;
+
+/// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from any
+/// number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes where Embree allows.
+class TracedScene {
+ public:
+  TracedScene();
+  ~TracedScene();
+  TracedScene(const TracedScene&) = delete;
+  TracedScene& operator=(const TracedScene&) = delete;
+
+  /// Opens an object definition; add() calls that name it put shapes into it.
+  uint32_t add_object();
+  /// Adds a shape to the scene (object = no_id) or to an object. Returns its index in the table of geometries.
+  /// `cut_out`: ask the OpacityTest about hits.
+  uint32_t add(const Shape& shape, bool cut_out, uint32_t object = no_id);
+  /// Places an object; motion is world from object space. Returns the instance's index.
+  uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
+  void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
+  /// Builds the acceleration structures. Throws MemoryError if they do not fit.
+  void commit();
+
+  /// Nearest hits of rays [0, n).
+  void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
+  /// hit[i] = 1 where something lies within [0, t_max).
+  void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
+
+  /// The surface at a hit, in world space, Ng and Ns on the outside.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
+
+  size_t geometry_count() const { return geometries_.size(); }
+  size_t instance_count() const { return instances_.size(); }
+  const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }
+  Box3f bounds() const;
+  /// Bytes Embree holds now, beside the shapes themselves.
+  size_t acceleration_bytes() const;
+  double build_seconds() const { return build_seconds_; }
+
+ private:
+  struct Geometry {
+    Shape shape;
+    const TracedScene* scene;
+    uint32_t index;
+    bool cut_out;
+  };
+  struct Instance {
+    float m[3][4];  ///< world from object, at shutter open
+    uint32_t object;
+    RTCGeometry animated;  ///< null unless the transform moves
+  };
+  struct Object {
+    RTCScene scene;
+    std::vector<uint32_t> geometries;  ///< by Embree's geometry number
+  };
+  struct Callbacks;
+  struct MemoryUse;
+
+  RTCGeometry make_geometry(Geometry& g) const;
+  bool keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t ray_key) const;
+  void instance_transform(const Instance& instance, float time, float m[3][4]) const;
+
+  std::unique_ptr<MemoryUse> memory_;
+  RTCDevice device_ = nullptr;
+  Object top_;
+  std::vector<Object> objects_;
+  std::vector<Instance> instances_;
+  std::vector<RTCGeometry> instance_geometries_;
+  std::vector<std::unique_ptr<Geometry>> geometries_;
+  const OpacityTest* opacity_test_ = nullptr;
+  double build_seconds_ = 0;
+  uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
+};
+
+}  // namespace dapple::trace

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DSCRIPT=<layers.cmake> -DWORK=<scratch folder> -P tests/layers_test.cmake
+# Runs the layering check on small trees, each with one fault, and demands that it finds the fault.
+cmake_policy(VERSION 3.25)
+
+set(spdx "// SPDX-License-Identifier: Apache-2.0\n")
+
+# expect(text file content [file content ...]): a tree of these files must fail with `text`, or pass where text is "ok".
+function(expect text)
+  file(REMOVE_RECURSE ${WORK})
+  file(WRITE ${WORK}/CMakeLists.txt "# SPDX-License-Identifier: Apache-2.0\n")
+  set(arguments ${ARGN})
+  while(arguments)
+    list(POP_FRONT arguments file content)
+    file(WRITE ${WORK}/${file} "${content}")
+  endwhile()
+  execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${WORK} -P ${SCRIPT} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(text STREQUAL "ok")
+    if(NOT result EQUAL 0)
+      message(FATAL_ERROR "A good tree was refused:\n${output}")
+    endif()
+  elseif(result EQUAL 0)
+    message(FATAL_ERROR "Not found: ${text}\n${output}")
+  else()
+    string(FIND "${output}" "${text}" position)
+    if(position EQUAL -1)
+      message(FATAL_ERROR "Expected \"${text}\", got:\n${output}")
+    endif()
+  endif()
+endfunction()
+
+expect(ok src/dapple/geom/a.h "${spdx}#include <vector>\n#include \"dapple/base/vec.h\"\n#include \"dapple/geom/b.h\"\n")
+expect("src/dapple/geom/a.h:3: geom must not include trace"
+  src/dapple/geom/a.h "${spdx}#include \"dapple/base/vec.h\"\n#include \"dapple/trace/b.h\"\n")
+expect("base must not include numeric" src/dapple/base/a.cpp "${spdx}#  include <dapple/numeric/b.h>\n")
+expect("gi and forest must not name each other" src/dapple/gi/a.h "${spdx}#include \"dapple/forest/b.h\"\n")
+expect("forest and gi must not name each other" src/dapple/forest/a.h "${spdx}#include \"dapple/gi/b.h\"\n")
+expect("src/dapple/base/a.cpp:2: write the include from the root" src/dapple/base/a.cpp "${spdx}#include \"../trace/b.h\"\n")
+expect("src/dapple/film: not a library" src/dapple/film/a.h "${spdx}")
+expect("src/dapple/base/a.h:1: does not begin with" src/dapple/base/a.h "#pragma once\n")
+expect("scripts/go:1: does not begin with" scripts/go "#!/bin/sh\necho\n" src/dapple/base/a.h "${spdx}")
+file(REMOVE_RECURSE ${WORK})
+message("The layering check finds what it should.")

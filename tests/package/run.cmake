@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DBUILD=<Dapple's build> -DSOURCE=<this folder> -DSCENE=<cornell.pbrt> -DWORK=<scratch> -P run.cmake
+# Installs Dapple into an empty prefix, then configures, builds and runs the project in this folder against it.
+cmake_policy(VERSION 3.25)
+
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "${command}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+file(GLOB_RECURSE leaked RELATIVE ${WORK}/prefix ${WORK}/prefix/*.cmake)
+foreach(file ${leaked})
+  file(READ ${WORK}/prefix/${file} content)
+  string(FIND "${content}" "${BUILD}" position)
+  if(NOT position EQUAL -1)
+    message(FATAL_ERROR "${file} names the build folder")
+  endif()
+endforeach()
+
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=${WORK}/prefix)
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/consumer ${SCENE})
+if(NOT output MATCHES "19 shapes, 38 triangles, 3 named materials, 1 area lights")
+  message(FATAL_ERROR "The consumer printed:\n${output}")
+endif()
+message("${output}")
+file(REMOVE_RECURSE ${WORK})
