@@ -1,1 +1,65 @@
-int main() { return 0; }
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <new>
+
+#include "commands.h"
+#include "dapple/base/error.h"
+#include "dapple/base/log.h"
+#include "dapple/render/report.h"
+
+namespace {
+
+// Defaults are shown by every option that has one; arguments are described by what they are.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  HelpFormatter() { column_width(36); }
+};
+
+std::string quoted(int argc, char** argv) {
+  std::string line;
+  for (int i = 0; i < argc; ++i) line.append(i ? " " : "").append(argv[i]);
+  return line;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Dapple renders film scenes and forests with global illumination.", "dapple");
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.set_version_flag("--version", "dapple " + dapple::render::version());
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 2 usage, 3 bad input, 4 could not read or write, 5 out of memory, 130 interrupted.");
+
+  int code = 0;
+  std::vector<std::pair<CLI::App*, dapple::app::Command>> commands;
+  auto* render = app.add_subcommand("render", "Render a scene to an EXR or PNG image");
+  commands.emplace_back(render, dapple::app::add_render(*render, quoted(argc, argv)));
+  auto* info = app.add_subcommand("info", "Say what is in a scene and what of it is not supported");
+  commands.emplace_back(info, dapple::app::add_info(*info));
+  for (auto& [sub, command] : commands) sub->option_defaults()->always_capture_default();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int cli_code = app.exit(e);
+    return cli_code == 0 ? 0 : static_cast<int>(dapple::ExitCode::usage);
+  }
+  for (const auto& [sub, command] : commands)
+    if (sub->parsed()) code = command();
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const dapple::Error& e) {
+    dapple::log_error(e.what());
+    return static_cast<int>(e.code());
+  } catch (const std::bad_alloc&) {
+    dapple::log_error("out of memory");
+    return static_cast<int>(dapple::ExitCode::memory);
+  } catch (const std::exception& e) {
+    dapple::log_error(std::string("internal error: ") + e.what());
+    return 1;
+  }
+}

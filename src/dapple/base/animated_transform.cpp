@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/base/animated_transform.h"
 
+#include <Imath/ImathMatrixAlgo.h>
+
 namespace dapple {
 inline namespace base {
 

@@ -11,22 +11,25 @@
 
 namespace dapple::build {
 
-/// All textures of a scene by name, built once in the order of the file, and the look-ups by which materials, shapes and lights turn their
-/// parameters into textures. Unknown types, missing images and references to what is not defined (yet) throw InputError; unused parameters
-/// are reported. Constant nodes fold: a scale of two constants is a ConstantTexture.
+/// All textures of a scene by name, built once in the order of the file, and the look-ups by which materials, shapes
+/// and lights turn their parameters into textures. Unknown types, missing images and references to what is not defined
+/// (yet) throw InputError; unused parameters are reported. Constant nodes fold: a scale of two constants is a
+/// ConstantTexture.
 ///
-/// Spectrum textures exist twice, since a spectrum as a reflectance and a spectrum as an unbounded quantity (index, absorption, radiance scale)
-/// have different RGB.
+/// Spectrum textures exist twice, since a spectrum as a reflectance and a spectrum as an unbounded quantity (index,
+/// absorption, radiance scale) have different RGB.
 class TextureLibrary {
  public:
   /// Builds every texture of context.description, which must outlive this object (as must the context).
   explicit TextureLibrary(const BuildContext& context);
 
   /// The float texture or number called `name`, else `fallback`. Never null.
-  shading::FloatTexturePtr float_texture(const scenefile::ParamSet& params, std::string_view name, float fallback) const;
+  shading::FloatTexturePtr float_texture(const scenefile::ParamSet& params, std::string_view name,
+                                         float fallback) const;
   /// The same, or nullptr where the parameter is absent.
   shading::FloatTexturePtr optional_float_texture(const scenefile::ParamSet& params, std::string_view name) const;
-  /// The spectrum texture, rgb or spectrum called `name` as a reflectance, else `fallback`. Image textures may leave [0, 1]: clamp where it matters.
+  /// The spectrum texture, rgb or spectrum called `name` as a reflectance, else `fallback`. Image textures may leave
+  /// [0, 1]: clamp where it matters.
   shading::RgbTexturePtr reflectance_texture(const scenefile::ParamSet& params, std::string_view name,
                                              const RGB& fallback) const;
   /// The same for quantities without an upper bound.
@@ -36,11 +39,11 @@ class TextureLibrary {
   shading::RgbTexturePtr optional_reflectance_texture(const scenefile::ParamSet& params, std::string_view name) const;
   shading::RgbTexturePtr optional_unbounded_texture(const scenefile::ParamSet& params, std::string_view name) const;
 
-  /// A tangent-space normal map over the surface's own u, v: stored values in [0, 1] as they are, n = 2 c - 1. With keep_going, a missing file
-  /// gives the flat map (.5, .5, 1) and a warning.
+  /// A tangent-space normal map over the surface's own u, v: stored values in [0, 1] as they are, n = 2 c - 1. With
+  /// keep_going, a missing file gives the flat map (.5, .5, 1) and a warning.
   shading::RgbTexturePtr normal_map(const std::string& filename, const FileLoc& loc) const;
-  /// An image for a light (environment, projection, goniometric), relative to the scene's folder. With keep_going, a missing file gives a small
-  /// magenta and black checker and a warning.
+  /// An image for a light (environment, projection, goniometric), relative to the scene's folder. With keep_going, a
+  /// missing file gives a small magenta and black checker and a warning.
   image::Image light_image(const std::string& filename, const FileLoc& loc,
                            image::Encoding encoding = image::Encoding::automatic()) const;
 

@@ -11,12 +11,14 @@
 
 namespace dapple::image {
 
-/// How an image wraps the sphere of directions. Directions are in the light's space, unit, from the scene towards the sky; z is up. uv is in [0, 1]^2
-/// with v = 0 at the top row of the image.
+/// How an image wraps the sphere of directions. Directions are in the light's space, unit, from the scene towards the
+/// sky; z is up. uv is in [0, 1]^2 with v = 0 at the top row of the image.
 enum class EnvironmentMapping : uint8_t {
-  /// The whole sphere on a square, +z in the middle, -z at the four corners, areas kept (Clarberg 2008; pbrt-v4's image infinite lights).
+  /// The whole sphere on a square, +z in the middle, -z at the four corners, areas kept (Clarberg 2008; pbrt-v4's image
+  /// infinite lights).
   equal_area,
-  /// u = phi / 2 pi, phi = atan2(y, x) in [0, 2 pi); v = theta / pi, theta from +z. As pbrt-v4's `imgtool makeequiarea` takes its input.
+  /// u = phi / 2 pi, phi = atan2(y, x) in [0, 2 pi); v = theta / pi, theta from +z. As pbrt-v4's `imgtool makeequiarea`
+  /// takes its input.
   latitude_longitude
 };
 
@@ -25,7 +27,8 @@ V2f equal_area_uv(const V3f& direction);
 V3f latitude_longitude_direction(const V2f& uv);
 V2f latitude_longitude_uv(const V3f& direction);
 
-/// Radiance (or a scale on it) from every direction, linear RGB in float: what an infinite light samples. Texels are non-negative and finite.
+/// Radiance (or a scale on it) from every direction, linear RGB in float: what an infinite light samples. Texels are
+/// non-negative and finite.
 class EnvironmentImage {
  public:
   /// Without a mapping, a square image is equal_area and a 2:1 image latitude_longitude; others throw InputError.
@@ -41,7 +44,8 @@ class EnvironmentImage {
 
   V3f direction(const V2f& uv) const;
   V2f uv(const V3f& direction) const;
-  /// d omega / (du dv): 4 pi for equal_area, 2 pi^2 sin(theta) for latitude_longitude. A density in uv divided by it is one in solid angle.
+  /// d omega / (du dv): 4 pi for equal_area, 2 pi^2 sin(theta) for latitude_longitude. A density in uv divided by it is
+  /// one in solid angle.
   float solid_angle_per_area(const V2f& uv) const;
   /// Solid angle (sr) of one texel of row y, exact; all texels of all rows together make 4 pi.
   float texel_solid_angle(int y) const;
@@ -50,8 +54,8 @@ class EnvironmentImage {
   RGB nearest(const V3f& direction) const;
   /// Between the four texels around, continuous over the seams of the map.
   RGB bilinear(const V3f& direction) const;
-  /// Averaged over a cone about `width` radians across; bilinear where that is less than a texel.
-  RGB filtered(const V3f& direction, float width) const;
+  /// Averaged over a cone about `cone` radians across; bilinear where that is less than a texel.
+  RGB filtered(const V3f& direction, float cone) const;
 
   /// Mean over the sphere.
   RGB mean() const { return mean_; }
@@ -60,7 +64,9 @@ class EnvironmentImage {
   struct Level {
     int width = 0, height = 0;
     std::vector<RGB> texels;
-    RGB at(int x, int y) const { return texels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)]; }
+    RGB at(int x, int y) const {
+      return texels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    }
   };
   RGB wrapped(const Level& level, int x, int y) const;
   RGB bilinear(const Level& level, const V2f& uv) const;

@@ -247,7 +247,7 @@ void PathIntegrator::sample_light(int k, PathWorkspace& w) const {
 shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
-  return {w.surface[k].P, bsdf.has_transmission() ? V3f(0, 0, 0) : face_forward(bsdf.frame.n, -w.wi[k]), w.time[p]};
+  return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission()};
 }
 
 void PathIntegrator::scatter(int k, PathWorkspace& w) const {

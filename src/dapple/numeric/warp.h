@@ -28,7 +28,9 @@ inline V3f square_to_cosine_hemisphere(const V2f& u) {
   const V2f d = square_to_disk(u);
   return {d.x, d.y, safe_sqrt(1 - d.x * d.x - d.y * d.y)};
 }
-inline float cosine_hemisphere_pdf(float cos_theta) { return std::max(cos_theta, 0.0f) * inv_pi; }
+inline float cosine_hemisphere_pdf(float cos_theta) {
+  return std::max(cos_theta, 0.0f) * inv_pi;
+}
 
 /// Sphere, density 1 / (4 pi).
 inline V3f square_to_sphere(const V2f& u) {
@@ -44,13 +46,16 @@ inline V3f square_to_hemisphere(const V2f& u) {
 }
 inline constexpr float hemisphere_pdf = 1 / (2 * std::numbers::pi_v<float>);
 
-/// Cone around +z of half-angle theta, uniform in solid angle. one_minus_cos = 1 - cos(theta), kept apart for narrow cones.
+/// Cone around +z of half-angle theta, uniform in solid angle. one_minus_cos = 1 - cos(theta), kept apart for narrow
+/// cones.
 inline V3f square_to_cone(const V2f& u, float one_minus_cos) {
   const float d = u.x * one_minus_cos;  // 1 - cos of the sample
   const float r = safe_sqrt(d * (2 - d)), phi = 2 * pi * u.y;
   return {r * std::cos(phi), r * std::sin(phi), 1 - d};
 }
-inline float cone_pdf(float one_minus_cos) { return 1 / (2 * pi * one_minus_cos); }
+inline float cone_pdf(float one_minus_cos) {
+  return 1 / (2 * pi * one_minus_cos);
+}
 
 /// Barycentric coordinates (b0, b1) of a uniform point of a triangle (Heitz 2019, low distortion).
 inline V2f square_to_triangle(const V2f& u) {

@@ -11,8 +11,11 @@
 #include "dapple/shading/light.h"
 #include "dapple/shading/light_sampler.h"
 #include "dapple/shading/material.h"
-#include "dapple/shading/medium.h"
 #include "dapple/trace/traced_scene.h"
+
+namespace dapple::shading {
+class Medium;
+}
 
 namespace dapple::scene {
 

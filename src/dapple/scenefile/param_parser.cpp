@@ -146,8 +146,10 @@ Param ParamParser::parse_option(Tokenizer* tokenizer) {
       read_words(tokenizer, 1, &p);
     } else if (const Kind kind = tokenizer->peek(); kind == Kind::word) {
       Tokenizer ahead = *tokenizer;
-      const std::string_view word = ahead.next().text;
+      const Token value = ahead.next();
+      const std::string_view word = value.text;
       const bool is_bool = word == "true" || word == "false";
+      if (!is_bool && word.find_first_of("0123456789") > 2) wrong_value(value, p, "a value");
       const bool is_real = word.find_first_of(".eE") != std::string_view::npos;
       p.type = is_bool ? ParamType::boolean : is_real ? ParamType::real : ParamType::integer;
       read_values(tokenizer, 1, &p);

@@ -25,7 +25,7 @@ constexpr size_t max_includes = 100000;
 class PbrtParser {
  public:
   PbrtParser(SceneDescription* description, Diagnostics* diagnostics)
-      : description_(*description), diagnostics_(*diagnostics), builder_(description, diagnostics) {}
+      : description_(*description), builder_(description, diagnostics) {}
 
   /// Parses a main file; `name` must live in description.files.
   void parse_main(std::string_view text, std::string_view name) {
@@ -94,14 +94,11 @@ class PbrtParser {
   void shape(const Token& d) { builder_.shape(read_entity(d)); }
   void texture(const Token& d);
   void transform(const Token& d) { builder_.set_transform(read_matrix(d), d.loc); }
-  void transform_begin(const Token& d);
-  void transform_end(const Token& d) { builder_.attribute_end(d.loc); }
   void transform_times(const Token& d);
   void translate(const Token& d);
   void world_begin(const Token&) { builder_.world_begin(); }
 
   SceneDescription& description_;
-  Diagnostics& diagnostics_;
   DescriptionBuilder builder_;
   ParamParser params_;
   Tokenizer* tokenizer_ = nullptr;  // of the file being read
@@ -147,8 +144,8 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
     {"Shape", Block::world, &PbrtParser::shape},
     {"Texture", Block::world, &PbrtParser::texture},
     {"Transform", Block::any, &PbrtParser::transform},
-    {"TransformBegin", Block::world, &PbrtParser::transform_begin},
-    {"TransformEnd", Block::world, &PbrtParser::transform_end},
+    {"TransformBegin", Block::world, &PbrtParser::attribute_begin},
+    {"TransformEnd", Block::world, &PbrtParser::attribute_end},
     {"TransformTimes", Block::options, &PbrtParser::transform_times},
     {"Translate", Block::any, &PbrtParser::translate},
     {"WorldBegin", Block::options, &PbrtParser::world_begin},
@@ -158,6 +155,11 @@ void PbrtParser::unknown_directive(const Token& word) {
   if (word.kind != Kind::word) throw InputError(word.loc, "expected a directive, found " + describe(word));
   if (word.text == "WorldEnd")
     throw InputError(word.loc, "unknown directive \"WorldEnd\": the file is of an older version of the format; expected version 4");
+  // Anything else than a plausible name is not repeated: the file may be no scene at all, and private.
+  const bool is_name = word.text.size() <= 40 && std::all_of(word.text.begin(), word.text.end(), [](char c) {
+                         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+                       });
+  if (!is_name) throw InputError(word.loc, "expected a directive, found text that is none");
   std::vector<std::string_view> names;
   for (const Directive& d : directives) names.push_back(d.name);
   const auto near = closest_names(word.text, names);
@@ -318,12 +320,6 @@ void PbrtParser::texture(const Token& d) {
   if (kind != "float" && kind != "spectrum")
     throw InputError(d.loc, "Texture " + in_quotes(name) + ": unknown kind " + in_quotes(kind) + "; " + one_of({"float", "spectrum"}));
   builder_.define_texture(name, kind == "spectrum", read_entity(d));
-}
-
-void PbrtParser::transform_begin(const Token& d) {
-  diagnostics_.warn(d.loc, "TransformBegin and TransformEnd are deprecated; they are read as AttributeBegin and AttributeEnd",
-                    "TransformBegin");
-  builder_.attribute_begin(d.loc);
 }
 
 void PbrtParser::transform_times(const Token& d) {

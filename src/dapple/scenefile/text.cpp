@@ -24,17 +24,32 @@ size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// Length of the UTF-8 character that begins here, 0 if it is malformed.
+size_t character_bytes(std::string_view text) {
+  const uint8_t first = uint8_t(text[0]);
+  const size_t n = first < 0x80 ? 1 : first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : first < 0xf5 ? 4 : 0;
+  if (n > text.size()) return 0;
+  for (size_t i = 1; i < n; ++i)
+    if ((uint8_t(text[i]) & 0xc0) != 0x80) return 0;
+  return n;
+}
+
 }  // namespace
 
 std::string in_quotes(std::string_view text, size_t max_length) {
   std::string s = "\"";
-  for (const char c : text.substr(0, max_length)) s += uint8_t(c) < 0x20 || c == 0x7f ? '?' : c;
-  if (text.size() > max_length) {
-    while (s.size() > 1 && (uint8_t(s.back()) & 0xc0) == 0x80) s.pop_back();  // do not cut through a UTF-8 character
-    if (uint8_t(s.back()) >= 0xc0) s.pop_back();
-    s += "...";
+  size_t i = 0;
+  while (i < std::min(text.size(), max_length)) {
+    const size_t n = character_bytes(text.substr(i));
+    if (n == 0 || (n == 1 && (uint8_t(text[i]) < 0x20 || text[i] == 0x7f))) {
+      s += '?';
+      ++i;
+    } else {
+      s += text.substr(i, n);
+      i += n;
+    }
   }
-  return s + "\"";
+  return s + (i < text.size() ? "...\"" : "\"");
 }
 
 std::vector<std::string_view> closest_names(std::string_view word, std::span<const std::string_view> names) {

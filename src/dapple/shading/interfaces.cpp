@@ -61,7 +61,7 @@ float DielectricInterface::eval(const V3f& wo, const V3f& wi, Transport transpor
 
 bool DielectricInterface::sample_smooth(const V3f& wo, float u1, Transport transport, Part parts,
                                         InterfaceSample<float>* out) const {
-  const float F = fresnel_dielectric(wo.z, ior);
+  const float F = ior == 1 ? 0 : fresnel_dielectric(wo.z, ior);
   const float reflect_chance = parts == part_both ? F : parts == part_reflection ? 1.0f : 0.0f;
   if (u1 < reflect_chance) {
     *out = {V3f(-wo.x, -wo.y, wo.z), parts == part_both ? 1 : F, 0, false, 1};

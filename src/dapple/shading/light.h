@@ -22,16 +22,19 @@ struct LightReceiver {
   V3f p;
   V3f n{0, 0, 0};  ///< unit shading normal, for importance only
   float time = 0;
+  /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the density 0, in
+  /// Light::pdf and in LightSampler alike.
+  bool transmits = true;
 };
 
 /// For light selection (Conty Estevez & Kulla 2018): where emission comes from and where it goes.
 struct LightBounds {
   Box3f box;
-  V3f axis{0, 0, 1};         ///< of the normal cone
-  float cos_theta_o = -1;    ///< half-angle of the normal cone
-  float cos_theta_e = 0;     ///< emission beyond each normal
-  float power = 0;           ///< luminous, any consistent unit
-  bool two_sided = false;
+  V3f axis{0, 0, 1};       ///< of the normal cone, unit
+  float cos_theta_o = -1;  ///< half-angle of the normal cone
+  float cos_theta_e = 0;   ///< emission beyond each normal
+  float intensity = 0;     ///< luminous intensity along the normals (luminance times m^2), zero only if nothing is emitted
+  bool two_sided = false;  ///< emits to both sides of the normals
 };
 
 /// A source of light that is sampled directly. Emission may be a texture. Immutable, thread-safe.
@@ -50,11 +53,13 @@ class Light {
   /// Lights at infinity: radiance arriving along -wi from direction wi (unit, towards the light). dwi: width of the footprint in radians.
   virtual RGB environment(const V3f& wi, float dwi) const;
 
+  /// Cannot be hit by a scattered ray: sample() is the only way to its light.
   virtual bool is_delta() const { return false; }
+  /// Has no place: bounds() is nullopt, and environment() answers rays that leave the scene.
   virtual bool is_infinite() const { return false; }
   /// nullopt for infinite lights.
   virtual std::optional<LightBounds> bounds() const = 0;
-  /// Luminous power; scene_radius (m) serves lights at infinity.
+  /// Luminous power (luminance times m^2 sr); lights at infinity: what passes a disk of scene_radius (m) from all directions.
   virtual float power(float scene_radius) const = 0;
 };
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace dapple::app {
+
+/// A subcommand: registers its options with the parser; the returned function runs it and gives the exit code.
+using Command = std::function<int()>;
+
+Command add_render(CLI::App& app, const std::string& command_line);
+Command add_info(CLI::App& app);
+
+}  // namespace dapple::app

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <map>
+
+#include "commands.h"
+#include "dapple/base/log.h"
+#include "dapple/base/timer.h"
+#include "dapple/build/scene_builder.h"
+
+namespace dapple::app {
+
+namespace {
+
+struct InfoOptions {
+  std::string scene;
+  bool strict = false, keep_going = false;
+};
+
+template <class Items>
+std::string count_types(const Items& items) {
+  std::map<std::string, size_t> counts;
+  for (const auto& item : items) ++counts[item.type.empty() ? "interface" : item.type];
+  std::string text;
+  for (const auto& [type, count] : counts) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + type;
+  return text.empty() ? "none" : text;
+}
+
+struct Primitives {
+  size_t triangles = 0, quads = 0, quadrics = 0, curve_segments = 0;
+};
+
+Primitives count_primitives(const trace::TracedScene& traced) {
+  Primitives n;
+  for (uint32_t g = 0; g < traced.geometry_count(); ++g) {
+    const trace::Shape& shape = traced.shape(g);
+    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape))
+      ((*mesh)->corners == 3 ? n.triangles : n.quads) += (*mesh)->face_count();
+    else if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape))
+      n.curve_segments += (*curves)->segment_count();
+    else
+      ++n.quadrics;
+  }
+  return n;
+}
+
+std::string megabytes(size_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f MB", double(bytes) / 1e6);
+  return text;
+}
+
+void line(const char* name, const std::string& value) { std::printf("%-14s %s\n", name, value.c_str()); }
+
+int show(const InfoOptions& o) {
+  Diagnostics diagnostics(o.strict);
+  const auto description = scenefile::read_pbrt(o.scene, diagnostics);
+  build::BuildOptions options;
+  options.keep_going = o.keep_going;
+  const build::BuiltScene built = build::build_scene(description, options, diagnostics);
+  const scene::Scene& scene = *built.scene;
+
+  std::vector<scenefile::ShapeEntity> shapes = description.shapes;
+  for (const auto& object : description.objects) shapes.insert(shapes.end(), object.shapes.begin(), object.shapes.end());
+  const Primitives n = count_primitives(scene.traced);
+  const V2i r = scene.film.resolution;
+  const Box3f box = scene.traced.bounds();
+
+  line("scene", o.scene);
+  line("film", std::to_string(r.x) + " x " + std::to_string(r.y) + ", " + std::to_string(built.request.pixel_samples) +
+                   " samples a pixel, maxdepth " + std::to_string(built.request.max_depth));
+  line("camera", description.camera.type.empty() ? "perspective" : description.camera.type);
+  line("shapes", count_types(shapes));
+  line("primitives", std::to_string(n.triangles) + " triangles, " + std::to_string(n.quads) + " quads, " +
+                         std::to_string(n.quadrics) + " quadrics, " + std::to_string(n.curve_segments) + " curve segments");
+  line("objects", std::to_string(description.objects.size()) + " definitions, " +
+                      std::to_string(scene.traced.instance_count()) + " instances");
+  char bounds[160];
+  std::snprintf(bounds, sizeof bounds, "%g %g %g to %g %g %g", box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z);
+  line("bounds", box.isEmpty() ? "empty" : bounds);
+  line("materials", count_types(description.materials));
+  line("textures", count_types(description.textures));
+  line("lights", count_types(description.lights) + "; " + std::to_string(scene.lights.size() - description.lights.size()) +
+                     " emitting primitives");
+  line("media", count_types(description.media));
+  line("memory", megabytes(built.times.shape_bytes) + " shapes, " + megabytes(scene.traced.acceleration_bytes()) +
+                     " acceleration, " + megabytes(process_peak_rss_bytes()) + " peak");
+  const auto unsupported = diagnostics.unsupported_features();
+  if (unsupported.empty()) line("unsupported", "nothing");
+  for (const std::string& feature : unsupported) line("unsupported", feature);
+  return static_cast<int>(ExitCode::done);
+}
+
+}  // namespace
+
+Command add_info(CLI::App& app) {
+  auto o = std::make_shared<InfoOptions>();
+  app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
+  app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
+  app.add_flag("--keep-going", o->keep_going, "Missing images and meshes become visible stand-ins instead of errors");
+  return [o] { return show(*o); };
+}
+
+}  // namespace dapple::app

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <filesystem>
+
+#include "commands.h"
+#include "dapple/base/log.h"
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+#include "dapple/image/atomic_file.h"
+#include "dapple/integrate/path_integrator.h"
+#include "dapple/render/output.h"
+#include "dapple/render/report.h"
+#include "progress_bar.h"
+
+namespace dapple::app {
+
+namespace {
+
+struct RenderOptions {
+  std::string scene, output, integrator, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  int bounces = -1, specular_depth = 16, pixel_samples = 0, threads = 0, png_bits = 8;
+  uint64_t seed = 0;
+  double time_limit = 0, noise_target = 0;
+  bool strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+};
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void on_signal(int) { interrupted = true; }
+
+// "1024x576"
+V2i parse_resolution(const std::string& text) {
+  int x = 0, y = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &x, &y, &rest) != 2 || x < 1 || y < 1)
+    throw UsageError("--resolution: \"" + text + "\"; expected WIDTHxHEIGHT, such as 960x540");
+  return {x, y};
+}
+
+// "X0,Y0,X1,Y1"
+Box2i parse_crop(const std::string& text) {
+  int v[4];
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &v[0], &v[1], &v[2], &v[3], &rest) != 4)
+    throw UsageError("--crop: \"" + text + "\"; expected X0,Y0,X1,Y1 in pixels");
+  return {V2i(v[0], v[1]), V2i(v[2], v[3])};
+}
+
+std::string output_path(const RenderOptions& o, const build::BuiltScene& built) {
+  if (!o.output.empty()) return o.output;
+  // Only the name: a scene file must not write to other folders.
+  const std::string from_scene = std::filesystem::path(built.film.filename).filename().string();
+  const std::string extension = std::filesystem::path(from_scene).extension().string();
+  if (extension == ".exr" || extension == ".png") return from_scene;
+  std::filesystem::path scene_name(o.scene);
+  while (scene_name.has_extension()) scene_name = scene_name.stem();
+  return scene_name.filename().string() + ".exr";
+}
+
+integrate::PathIntegrator::Settings path_settings(const RenderOptions& o, const build::BuiltScene& built, int samples) {
+  integrate::PathIntegrator::Settings s;
+  s.seed = o.seed;
+  s.specular_depth = o.specular_depth;
+  if (o.bounces >= 0) {
+    s.diffuse_bounces = o.bounces;
+  } else {
+    // pbrt's maxdepth counts scatterings of any kind (shading/lobes.h).
+    s.max_scatterings = built.request.max_depth;
+    s.diffuse_bounces = s.specular_depth = built.request.max_depth;
+  }
+  s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
+  return s;
+}
+
+render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
+  render::OutputSettings s;
+  s.aovs = render::parse_aovs(o.aovs);
+  if (s.aovs.empty() && built.film.gbuffer) s.aovs = render::aov_names();
+  const bool half = o.half || (built.film.half && !o.full_float);
+  s.exr.type = half ? image::SampleType::half_float : image::SampleType::full_float;
+  s.exr.multi_part = o.multi_part;
+  s.exr.tile_size = o.tiled ? 64 : 0;
+  s.exr.compression = o.compression;
+  s.png.bits = o.png_bits;
+  s.png.view = {o.display, o.view, o.ocio};
+  char fingerprint[17];
+  std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(built.scene->fingerprint));
+  s.metadata = {{"Software", "Dapple " + render::version()},
+                {"dapple/commandLine", command_line},
+                {"dapple/scene", o.scene},
+                {"dapple/sceneFingerprint", std::string(fingerprint)},
+                {"dapple/seed", std::to_string(o.seed)}};
+  return s;
+}
+
+void install_signal_handlers() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESETHAND;  // a second signal ends the program at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+void check(const RenderOptions& o) {
+  if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
+    throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
+  if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
+  if (!o.output.empty()) image::check_writable(o.output);
+  if (!o.stats.empty()) image::check_output_path(o.stats);
+  render::parse_aovs(o.aovs);
+}
+
+int render_scene(const RenderOptions& o, const std::string& command_line) {
+  const Timer wall;
+  check(o);
+  if (o.quiet) set_log_level(1);
+  set_thread_count(o.threads);
+  Diagnostics diagnostics(o.strict);
+  build::BuildOptions build_options;
+  build_options.keep_going = o.keep_going;
+  if (!o.resolution.empty()) build_options.film.resolution = parse_resolution(o.resolution);
+  if (!o.crop.empty()) build_options.film.crop = parse_crop(o.crop);
+  build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
+  const std::string path = output_path(o, built);
+  image::check_writable(path);
+
+  // A limit of time or noise without a number of samples leaves the number open.
+  const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
+  render::StopRules rules;
+  rules.pixel_samples = uint32_t(o.pixel_samples > 0 ? o.pixel_samples : open_ended ? build::max_pixel_samples : built.request.pixel_samples);
+  rules.time_limit = o.time_limit;
+  rules.noise_target = o.noise_target;
+  const integrate::PathIntegrator integrator(*built.scene, path_settings(o, built, built.request.pixel_samples));
+
+  scene::Film::Settings film_settings = built.scene->film;
+  render::OutputSettings output = output_settings(o, built, command_line);
+  film_settings.features = !output.aovs.empty();
+  scene::Film film(film_settings);
+
+  install_signal_handlers();
+  render::RenderSession session(integrator, film, rules);
+  ProgressBar bar(!o.quiet);
+  session.on_progress([&](const render::Progress& p) { bar.update(p); });
+  const render::SessionResult result = session.run(interrupted);
+  bar.finish();
+  output.metadata.push_back({"dapple/samples", int(result.samples)});
+  output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
+  render::write_output(path, film, output);
+
+  if (film.dropped_samples() > 0)
+    log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
+  render::RunReport report;
+  report.scene_path = o.scene;
+  report.command_line = command_line;
+  report.integrator = "path";
+  report.scene = built.scene.get();
+  report.build_times = &built.times;
+  report.session = result;
+  report.threads = thread_count();
+  report.film_bytes = film.bytes();
+  report.dropped_samples = film.dropped_samples();
+  report.warnings = diagnostics.count();
+  report.wall_seconds = wall.seconds();
+  if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
+  log_info(path + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
+           std::to_string(result.samples) + " samples a pixel, " + format_seconds(result.seconds) + " (" +
+           format_seconds(report.wall_seconds) + " with loading)" +
+           (result.outcome == render::Outcome::interrupted ? "; interrupted: the image is partial" : ""));
+  return static_cast<int>(result.outcome == render::Outcome::interrupted ? ExitCode::interrupted : ExitCode::done);
+}
+
+}  // namespace
+
+Command add_render(CLI::App& app, const std::string& command_line) {
+  auto o = std::make_shared<RenderOptions>();
+  app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
+  app.add_option("-o,--output", o->output, "Image file, .exr or .png [the scene's, in this folder]");
+  app.add_option("--integrator", o->integrator, "Light transport [path]")->check(CLI::IsMember({"path"}));
+  app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's]")->check(CLI::PositiveNumber);
+  app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--noise-target", o->noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--resolution", o->resolution, "Image size WxH [the scene's]");
+  app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
+  app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
+  app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
+  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha or all [none]");
+  app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
+  app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
+  app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");
+  app.add_flag("--tiled", o->tiled, "Tiled EXR [scanlines]");
+  app.add_flag("--multi-part", o->multi_part, "One EXR part for each layer [one part]");
+  app.add_option("--compression", o->compression, "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab")
+      ->capture_default_str();
+  app.add_option("--png-bits", o->png_bits, "Bits of a PNG channel")->check(CLI::IsMember({8, 16}))->capture_default_str();
+  app.add_option("--view", o->view, "OpenColorIO view for PNG [plain sRGB]");
+  app.add_option("--display", o->display, "OpenColorIO display for PNG [the configuration's default]");
+  app.add_option("--ocio", o->ocio, "OpenColorIO configuration file [$OCIO]");
+  app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
+  app.add_flag("--keep-going", o->keep_going, "Missing images and meshes become visible stand-ins instead of errors");
+  app.add_flag("-q,--quiet", o->quiet, "No progress, no information; warnings and errors only");
+  return [o, command_line] { return render_scene(*o, command_line); };
+}
+
+}  // namespace dapple::app

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/geometry_builder.h"
+
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+#include "dapple/build/light_factory.h"
+#include "dapple/build/shape_factory.h"
+
+namespace dapple::build {
+
+using scenefile::ShapeEntity;
+using scenefile::TransformPair;
+using trace::no_id;
+
+namespace {
+
+void check_transform(const TransformPair& t, const FileLoc& loc) {
+  for (const Transform* x : {&t.start, &t.end})
+    if (!x->is_finite() || !x->is_invertible()) throw InputError(loc, "the transform cannot be inverted");
+}
+
+size_t bytes_of(const trace::Shape& shape) {
+  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) return (*mesh)->bytes();
+  if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) return (*curves)->bytes();
+  return sizeof(geom::Quadric);
+}
+
+bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
+  return a.material == b.material && a.area_light == b.area_light && a.inside_medium == b.inside_medium &&
+         a.outside_medium == b.outside_medium;
+}
+
+}  // namespace
+
+std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
+  const auto& d = context_.description;
+  std::vector<Job> jobs;
+  const auto add_job = [&](const ShapeEntity& e, uint32_t object) {
+    check_transform(e.transform, e.loc);
+    if (e.transform.is_animated() && object != no_id)
+      context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
+    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}});
+  };
+  for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
+  for (size_t i = 0; i < d.objects.size(); ++i)
+    for (const ShapeEntity& e : d.objects[i].shapes) add_job(e, objects_[i]);
+  return jobs;
+}
+
+void GeometryBuilder::build() {
+  const Timer timer;
+  const auto& d = context_.description;
+  std::vector<uint8_t> used(d.objects.size(), 0);
+  for (const auto& instance : d.instances) used[size_t(instance.object)] = 1;
+  for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
+
+  std::vector<Job> jobs = collect_jobs();
+  // Errors come out by the order of the file, not by which thread failed first.
+  std::vector<std::exception_ptr> errors(jobs.size());
+  parallel_for(jobs.size(), [&](size_t i) {
+    try {
+      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : jobs[i].entity->transform.start);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+  for (Job& job : jobs) add(job);
+  flush_curves();
+
+  for (const auto& instance : d.instances) {
+    check_transform(instance.transform, instance.loc);
+    scene_.traced.add_instance(objects_[size_t(instance.object)],
+                               AnimatedTransform(instance.transform.start, instance.transform.end));
+  }
+  seconds_ = timer.seconds();
+}
+
+void GeometryBuilder::add(Job& job) {
+  const ShapeEntity& e = *job.entity;
+  shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
+  if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
+  uint32_t object = job.object;
+  if (job.own_object) {
+    object = scene_.traced.add_object();
+    scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
+  }
+  for (const trace::Shape& shape : job.shapes) {
+    const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
+    if (!curves) {
+      add_shape(shape, job, alpha, object);
+      continue;
+    }
+    if (!pending_.curves || pending_.curves->kind != (*curves)->kind || pending_.object != object ||
+        pending_.alpha != alpha || !look_alike(*pending_.like, e)) {
+      flush_curves();
+      pending_ = {std::make_shared<geom::CurveSet>(), &e, alpha, object};
+      pending_.curves->kind = (*curves)->kind;
+    }
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(pending_.curves->control_points, (*curves)->control_points);
+    append(pending_.curves->normals, (*curves)->normals);
+    append(pending_.curves->u_range, (*curves)->u_range);
+  }
+}
+
+void GeometryBuilder::flush_curves() {
+  if (!pending_.curves) return;
+  const PendingCurves curves = std::move(pending_);
+  pending_ = {};
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}}, curves.alpha, curves.object);
+}
+
+void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
+                                uint32_t object) {
+  const ShapeEntity& e = *job.entity;
+  bytes_ += bytes_of(shape);
+  scene::GeometryBinding binding;
+  binding.material = e.material;
+  binding.alpha = alpha;
+  binding.inside_medium = medium_index(e.inside_medium);
+  binding.outside_medium = medium_index(e.outside_medium);
+  binding.changes_medium = binding.inside_medium != binding.outside_medium;
+  if (e.area_light >= 0) {
+    if (object != no_id)
+      context_.diagnostics.unsupported(e.loc, "an area light that is instanced or moves", "a surface that does not shine");
+    else
+      add_lights(shape, job, alpha, &binding);
+  }
+  scene_.traced.add(shape, alpha != nullptr, object);
+  scene_.bindings.push_back(std::move(binding));
+}
+
+void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
+                                 scene::GeometryBinding* binding) {
+  const ShapeEntity& e = *job.entity;
+  std::vector<std::optional<geom::EmitterShape>> emitters = make_emitters(shape);
+  if (emitters.empty()) {
+    context_.diagnostics.unsupported(e.loc, "an area light on a curve", "a surface that does not shine");
+    return;
+  }
+  auto lights = make_area_lights(context_.description.area_lights[size_t(e.area_light)], std::move(emitters), alpha, context_, textures_, e.loc);
+  binding->first_light = uint32_t(scene_.light_table.size());
+  for (auto& light : lights) {
+    scene_.light_table.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
+    if (light) scene_.lights.push_back(std::move(light));
+  }
+}
+
+int32_t GeometryBuilder::medium_index(const std::string& name) const {
+  if (name.empty()) return scene::vacuum;
+  const auto& media = context_.description.named_media;
+  const auto it = media.find(name);
+  return it == media.end() ? scene::vacuum : it->second;
+}
+
+}  // namespace dapple::build

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/build/texture_factory.h"
+#include "dapple/scene/scene.h"
+
+namespace dapple::build {
+
+/// Turns the shapes, object definitions and instances of a description into the traced geometry, bindings and area lights of a scene.
+/// Mesh files are read in parallel.
+class GeometryBuilder {
+ public:
+  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, scene::Scene& scene)
+      : context_(context), textures_(textures), scene_(scene) {}
+
+  void build();
+  double shape_seconds() const { return seconds_; }
+  size_t shape_bytes() const { return bytes_; }
+
+ private:
+  /// A Shape directive with the space its shapes go to.
+  struct Job {
+    const scenefile::ShapeEntity* entity;
+    uint32_t object;   ///< trace::no_id for the scene itself
+    bool own_object;   ///< moves by itself: becomes an object with one instance
+    std::vector<trace::Shape> shapes;
+  };
+
+  std::vector<Job> collect_jobs();
+  void add(Job& job);
+  void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
+  void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
+  void flush_curves();
+  int32_t medium_index(const std::string& name) const;
+
+  const BuildContext& context_;
+  const TextureLibrary& textures_;
+  scene::Scene& scene_;
+  std::vector<uint32_t> objects_;  ///< traced object of each definition
+  double seconds_ = 0;
+  size_t bytes_ = 0;
+
+  // Curves of equal looks are gathered: hair comes as one directive a strand.
+  struct PendingCurves {
+    std::shared_ptr<geom::CurveSet> curves;
+    const scenefile::ShapeEntity* like = nullptr;
+    shading::FloatTexturePtr alpha;
+    uint32_t object = trace::no_id;
+  } pending_;
+};
+
+}  // namespace dapple::build

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/scene_builder.h"
+
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+#include "dapple/build/geometry_builder.h"
+#include "dapple/build/light_factory.h"
+#include "dapple/build/material_factory.h"
+#include "dapple/build/texture_factory.h"
+
+namespace dapple::build {
+
+using scenefile::SceneDescription;
+
+BuiltScene::~BuiltScene() { scene.reset(); }
+
+BuiltScene build_scene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics) {
+  const Timer timer;
+  BuiltScene built;
+  built.texture_system = std::make_unique<image::TextureSystem>();
+  built.scene = std::make_unique<scene::Scene>();
+  scene::Scene& scene = *built.scene;
+  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going};
+
+  built.film = make_film(context, options.film);
+  built.request = make_render_request(context);
+  scene.film = built.film.film;
+  scene.camera = make_camera(context, scene.film.resolution);
+  scene.filter = make_filter(context);
+  const TextureLibrary textures(context);
+  scene.materials = make_materials(context, textures);
+  description.accelerator.params.report_unused("accelerator", diagnostics);
+
+  GeometryBuilder geometry(context, textures, scene);
+  geometry.build();
+  built.times.shape_seconds = geometry.shape_seconds();
+  built.times.shape_bytes = geometry.shape_bytes();
+  scene.traced.commit();
+  built.times.acceleration_seconds = scene.traced.build_seconds();
+
+  for (const scenefile::LightEntity& entity : description.lights)
+    if (auto light = make_light(entity, context, textures)) {
+      if (light->is_infinite()) scene.infinite_lights.push_back(uint32_t(scene.lights.size()));
+      scene.lights.push_back(std::move(light));
+    }
+  if (scene.lights.empty()) diagnostics.warn({}, "the scene has no light: the image will be black");
+  const Box3f bounds = scene.traced.bounds();
+  const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
+  std::vector<const shading::Light*> lights;
+  for (const auto& light : scene.lights) lights.push_back(light.get());
+  if (!lights.empty()) scene.light_sampler = std::make_unique<shading::LightSampler>(lights, radius);
+  //FP
+  built.times.total_seconds = timer.seconds();
+  return built;
+}
+
+BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics) {
+  const Timer timer;
+  const SceneDescription description = scenefile::read_pbrt(path, diagnostics);
+  const double parse_seconds = timer.seconds();
+  BuiltScene built = build_scene(description, options, diagnostics);
+  built.times.parse_seconds = parse_seconds;
+  built.times.total_seconds += parse_seconds;
+  return built;
+}
+
+}  // namespace dapple::build

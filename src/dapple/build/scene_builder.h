@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "dapple/build/build_context.h"
+#include "dapple/build/camera_factory.h"
+#include "dapple/image/texture_system.h"
+#include "dapple/scene/scene.h"
+
+namespace dapple::build {
+
+/// Where the time and memory of loading went. Seconds and bytes.
+struct BuildTimes {
+  double parse_seconds = 0;         ///< of the scene file
+  double shape_seconds = 0;         ///< mesh files, subdivision, handing over to Embree
+  double acceleration_seconds = 0;  ///< Embree's build
+  double total_seconds = 0;
+  size_t shape_bytes = 0;
+};
+
+struct BuildOptions {
+  FilmOverrides film;
+  bool keep_going = false;
+};
+
+/// A scene ready to render, with what its file asks for.
+struct BuiltScene {
+  std::unique_ptr<scene::Scene> scene;
+  FilmRequest film;
+  RenderRequest request;
+  BuildTimes times;
+  /// Owns what image textures read; outlives the scene.
+  std::unique_ptr<image::TextureSystem> texture_system;
+
+  ~BuiltScene();
+  BuiltScene() = default;
+  BuiltScene(BuiltScene&&) = default;
+  BuiltScene& operator=(BuiltScene&&) = delete;
+};
+
+/// SceneDescription to frozen Scene. Throws InputError for what cannot be rendered; what can be approximated goes to `diagnostics`.
+BuiltScene build_scene(const scenefile::SceneDescription& description, const BuildOptions& options,
+                       Diagnostics& diagnostics);
+/// Reads a scene file (by its extension: .pbrt, .pbrt.gz) and builds it.
+BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics);
+
+}  // namespace dapple::build

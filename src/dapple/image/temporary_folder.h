@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace dapple::image {
+
+/// A folder of this process alone, removed with all it holds on destruction. Folders that killed processes left behind
+/// are removed when the next one is made: a folder whose lock nobody holds is nobody's.
+class TemporaryFolder {
+ public:
+  /// `parent` empty: the system's folder for temporary files. IoError if it cannot be made.
+  explicit TemporaryFolder(const std::string& parent);
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& path() const { return path_; }
+
+ private:
+  bool try_make(const std::string& parent);
+
+  std::string path_;
+  int lock_ = -1;
+};
+
+}  // namespace dapple::image

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/image/texture_system.h"
+
+#include <OpenImageIO/texture.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <tuple>
+
+#include "dapple/image/mip_pyramid.h"
+#include "dapple/image/temporary_folder.h"
+#include "dapple/image/texture_source.h"
+
+namespace dapple::image {
+
+namespace {
+
+constexpr size_t resident_limit = size_t{1} << 20;    // samples of one image
+constexpr size_t resident_total = size_t{256} << 20;  // bytes of all
+constexpr float widest_footprint = 1e4f;              // texture widths; beyond lies only the mean
+
+struct Destroy {
+  void operator()(OIIO::TextureSystem* s) const { OIIO::TextureSystem::destroy(s); }
+};
+
+OIIO::TextureOpt::Wrap oiio_wrap(Wrap w) {
+  switch (w) {
+    case Wrap::black:
+      return OIIO::TextureOpt::WrapBlack;
+    case Wrap::clamp:
+      return OIIO::TextureOpt::WrapClamp;
+    case Wrap::repeat:
+      break;
+  }
+  return OIIO::TextureOpt::WrapPeriodic;
+}
+
+OIIO::TextureOpt oiio_options(const TextureSampling& sampling) {
+  OIIO::TextureOpt o;
+  o.swrap = o.twrap = oiio_wrap(sampling.wrap);
+  o.interpmode =
+      sampling.filter == TextureFilter::point ? OIIO::TextureOpt::InterpClosest : OIIO::TextureOpt::InterpBilinear;
+  switch (sampling.filter) {
+    case TextureFilter::point:
+    case TextureFilter::bilinear:
+      o.mipmode = OIIO::TextureOpt::MipModeOneLevel;
+      break;
+    case TextureFilter::trilinear:
+      o.mipmode = OIIO::TextureOpt::MipModeTrilinear;
+      break;
+    case TextureFilter::ewa:
+      o.mipmode = OIIO::TextureOpt::MipModeAniso;
+      break;
+  }
+  o.anisotropic = static_cast<int>(std::lround(std::clamp(sampling.max_anisotropy, 1.0f, 64.0f)));
+  return o;
+}
+
+/// A coordinate as OpenImageIO and integer arithmetic can take it, with the same meaning.
+float sane_coordinate(float v, Wrap wrap) {
+  if (!std::isfinite(v)) return 0;
+  return wrap == Wrap::repeat ? v - std::floor(v) : std::clamp(v, -16.0f, 17.0f);
+}
+
+float sane_derivative(float v) {
+  return std::isnan(v) ? 0.0f : std::clamp(v, -widest_footprint, widest_footprint);
+}
+
+/// A point and footprint with t downwards, as files are stored: the one place where the axis turns round.
+struct Probe {
+  float s, t, dsdx = 0, dtdx = 0, dsdy = 0, dtdy = 0;
+
+  Probe(const TextureCoordinates& at, int i, Wrap wrap)
+      : s(sane_coordinate(at.s[i], wrap)), t(sane_coordinate(1 - at.t[i], wrap)) {
+    if (!at.dsdx) return;
+    dsdx = sane_derivative(at.dsdx[i]);
+    dsdy = sane_derivative(at.dsdy[i]);
+    dtdx = -sane_derivative(at.dtdx[i]);
+    dtdy = -sane_derivative(at.dtdy[i]);
+  }
+  bool within_a_texel(int width, int height) const {
+    return std::max(std::abs(dsdx), std::abs(dsdy)) * static_cast<float>(width) <= 1 &&
+           std::max(std::abs(dtdx), std::abs(dtdy)) * static_cast<float>(height) <= 1;
+  }
+};
+
+int wrap_index(int i, int n, Wrap wrap) {
+  if (i >= 0 && i < n) return i;
+  switch (wrap) {
+    case Wrap::black:
+      return -1;
+    case Wrap::clamp:
+      return i < 0 ? 0 : n - 1;
+    case Wrap::repeat:
+      break;
+  }
+  const int m = i % n;
+  return m < 0 ? m + n : m;
+}
+
+constexpr float outside[3] = {0, 0, 0};
+
+const float* texel(const Image& image, int x, int y, Wrap wrap) {
+  const int i = wrap_index(x, image.width(), wrap), j = wrap_index(y, image.height(), wrap);
+  return i < 0 || j < 0 ? outside : image.pixel(i, j);
+}
+
+void look_up_resident(const Image& image, const Probe& p, const TextureSampling& sampling, float* out) {
+  const float x = p.s * static_cast<float>(image.width()), y = p.t * static_cast<float>(image.height());
+  const int channels = image.channels();
+  if (sampling.filter == TextureFilter::point) {
+    std::copy_n(texel(image, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)), sampling.wrap), channels,
+                out);
+    return;
+  }
+  const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
+  const float u = x - 0.5f - fx, v = y - 0.5f - fy;
+  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+  const float* t00 = texel(image, ix, iy, sampling.wrap);
+  const float* t10 = texel(image, ix + 1, iy, sampling.wrap);
+  const float* t01 = texel(image, ix, iy + 1, sampling.wrap);
+  const float* t11 = texel(image, ix + 1, iy + 1, sampling.wrap);
+  for (int c = 0; c < channels; ++c)
+    out[c] = (1 - v) * ((1 - u) * t00[c] + u * t10[c]) + v * ((1 - u) * t01[c] + u * t11[c]);
+}
+
+/// Writes `to` channels at out from `from` channels of a look-up.
+void store(const float* value, int from, int to, float* out) {
+  if (from == to)
+    std::copy_n(value, to, out);
+  else if (from == 1)
+    out[0] = out[1] = out[2] = value[0];
+  else
+    out[0] = (value[0] + value[1] + value[2]) / 3;
+}
+
+}  // namespace
+
+struct TextureSystem::Shared {
+  using Key = std::tuple<std::string, Encoding::Kind, float, TextureUse>;
+
+  explicit Shared(std::string folder)
+      : system(OIIO::TextureSystem::create(false)), temporary_parent(std::move(folder)) {}
+
+  std::string next_file() {
+    const std::lock_guard lock(mutex);
+    if (!temporary) temporary.emplace(temporary_parent);
+    return temporary->file(std::to_string(next_number++) + ".exr");
+  }
+  bool reserve_resident(size_t bytes) {
+    const std::lock_guard lock(mutex);
+    if (resident_bytes + bytes > resident_total) return false;
+    resident_bytes += bytes;
+    return true;
+  }
+
+  // The folder goes after the system that reads from it.
+  std::optional<TemporaryFolder> temporary;
+  std::unique_ptr<OIIO::TextureSystem, Destroy> system;
+  const std::string temporary_parent;
+  mutable std::mutex mutex;
+  std::map<Key, std::weak_ptr<const TextureHandle::Opened>> opened;
+  int next_number = 0;
+  size_t resident_bytes = 0;
+};
+
+struct TextureHandle::Opened {
+  int width = 0, height = 0, channels = 0;
+  std::optional<std::array<float, 3>> constant;
+  Image resident;    ///< the finest level; empty for large images
+  std::string name;  ///< for messages
+  std::shared_ptr<TextureSystem::Shared> shared;
+  OIIO::TextureSystem::TextureHandle* file = nullptr;
+
+  void open_file(const std::string& path, const FileLoc& loc);
+  static std::shared_ptr<Opened> convert(std::shared_ptr<TextureSystem::Shared> shared, Image image, SampleType type,
+                                         const std::string& name, const FileLoc& loc);
+};
+
+void TextureHandle::Opened::open_file(const std::string& path, const FileLoc& loc) {
+  file = shared->system->get_texture_handle(OIIO::ustring(path));
+  if (!file || !shared->system->good(file))
+    throw InputError(loc, "cannot use image \"" + name + "\" as a texture: " + shared->system->geterror());
+}
+
+std::shared_ptr<TextureHandle::Opened> TextureHandle::Opened::convert(std::shared_ptr<TextureSystem::Shared> shared,
+                                                                      Image image, SampleType type,
+                                                                      const std::string& name, const FileLoc& loc) {
+  const auto opened = std::make_shared<Opened>();
+  opened->width = image.width();
+  opened->height = image.height();
+  opened->channels = image.channels();
+  opened->name = name;
+  opened->shared = std::move(shared);
+  quantize(image, type);
+  opened->constant = uniform_value(image);
+  const size_t samples = image.pixels().size();
+  if (samples <= resident_limit && opened->shared->reserve_resident(samples * sizeof(float))) opened->resident = image;
+  const std::string path = opened->shared->next_file();
+  write_mip_pyramid(path, std::move(image), type);
+  opened->open_file(path, loc);
+  return opened;
+}
+
+V2i TextureHandle::resolution() const {
+  return {opened_->width, opened_->height};
+}
+int TextureHandle::channels() const {
+  return opened_->channels;
+}
+std::optional<std::array<float, 3>> TextureHandle::constant() const {
+  return opened_->constant;
+}
+
+void TextureHandle::lookup(const TextureCoordinates& at, const TextureSampling& sampling, int channels,
+                           float* out) const {
+  const Opened& o = *opened_;
+  // A constant image still ends at its edges where they are black.
+  const bool constant = o.constant && sampling.wrap != Wrap::black;
+  if (constant) {
+    for (int i = 0; i < at.count; ++i) store(o.constant->data(), o.channels, channels, out + i * channels);
+    return;
+  }
+  OIIO::TextureSystem& system = *o.shared->system;
+  OIIO::TextureSystem::Perthread* thread = nullptr;
+  OIIO::TextureOpt options = oiio_options(sampling);
+  for (int i = 0; i < at.count; ++i) {
+    const Probe p(at, i, sampling.wrap);
+    float value[3];
+    if (!o.resident.empty() && p.within_a_texel(o.width, o.height)) {
+      look_up_resident(o.resident, p, sampling, value);
+    } else {
+      if (!thread) thread = system.get_perthread_info();
+      if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels, value))
+        throw IoError("cannot read texture \"" + o.name + "\": " + system.geterror());
+    }
+    store(value, o.channels, channels, out + i * channels);
+  }
+}
+
+TextureSystem::TextureSystem(uint64_t cache_bytes, std::string temporary_folder)
+    : shared_(std::make_shared<Shared>(std::move(temporary_folder))) {
+  // OpenImageIO refuses less than a few tiles.
+  shared_->system->attribute("max_memory_MB",
+                             std::max(1.0f, static_cast<float>(static_cast<double>(cache_bytes) / (1 << 20))));
+  // Conversion leaves nothing for the cache to guess.
+  shared_->system->attribute("automip", 0);
+}
+
+TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc) {
+  std::error_code ignored;
+  const std::string canonical = std::filesystem::weakly_canonical(path, ignored).string();
+  const Shared::Key key{canonical.empty() ? path : canonical, encoding.kind, encoding.exponent, use};
+  TextureHandle handle;
+  {
+    const std::lock_guard lock(shared_->mutex);
+    handle.opened_ = shared_->opened[key].lock();
+  }
+  if (handle.opened_) return handle;
+
+  const ImageInfo info = read_image_info(path, loc);
+  if (usable_in_place(info, encoding, use)) {
+    const auto opened = std::make_shared<TextureHandle::Opened>();
+    opened->width = info.width;
+    opened->height = info.height;
+    opened->channels = info.channels >= 3 ? 3 : 1;
+    opened->name = path;
+    opened->shared = shared_;
+    opened->open_file(path, loc);
+    handle.opened_ = opened;
+  } else {
+    handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(read_image(path, loc, encoding), use),
+                                                    storage_type(info, use), path, loc);
+  }
+  const std::lock_guard lock(shared_->mutex);
+  shared_->opened[key] = handle.opened_;
+  return handle;
+}
+
+TextureHandle TextureSystem::add(const Image& image, TextureUse use, const std::string& name) {
+  TextureHandle handle;
+  handle.opened_ = TextureHandle::Opened::convert(
+      shared_, select_channels(image, use), use == TextureUse::scalar ? SampleType::full_float : SampleType::half_float,
+      name, FileLoc{name, 0, 0});
+  return handle;
+}
+
+TextureStatistics TextureSystem::statistics() const {
+  const OIIO::TextureSystem& system = *shared_->system;
+  const auto number = [&](const char* name) {
+    long long v = 0;
+    if (system.getattribute(name, OIIO::TypeDesc::INT64, &v)) return static_cast<uint64_t>(v);
+    int i = 0;
+    return system.getattribute(name, OIIO::TypeInt, &i) ? static_cast<uint64_t>(i) : uint64_t{0};
+  };
+  TextureStatistics s;
+  s.lookups = number("stat:find_tile_calls");
+  s.fills = number("stat:tiles_created");
+  s.hits = s.lookups - std::min(s.lookups, number("stat:find_tile_cache_misses"));
+  s.evictions = s.fills - std::min(s.fills, number("stat:tiles_current"));
+  s.bytes = number("stat:cache_memory_used");
+  float seconds = 0;
+  if (system.getattribute("stat:fileio_time", OIIO::TypeFloat, &seconds)) s.fill_seconds = seconds;
+  const uint64_t tiles = number("stat:tiles_current");
+  s.peak_bytes = tiles ? s.bytes * number("stat:tiles_peak") / tiles : s.bytes;
+  const std::lock_guard lock(shared_->mutex);
+  s.resident_bytes = shared_->resident_bytes;
+  for (const auto& [key, opened] : shared_->opened) s.files += opened.expired() ? 0 : 1;
+  return s;
+}
+
+}  // namespace dapple::image

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/render/output.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "dapple/base/error.h"
+
+namespace dapple::render {
+
+using image::ImageLayer;
+using image::SampleType;
+using scene::Film;
+
+namespace {
+
+// Collects one layer; `write` puts a pixel's numbers to `out`.
+ImageLayer layer(const Film& film, const std::string& name, std::vector<std::string> channels,
+                 std::optional<SampleType> type, const std::function<void(int x, int y, float* out)>& write) {
+  ImageLayer l{name, std::move(channels), {}, type};
+  l.pixels.resize(size_t(film.width()) * size_t(film.height()) * l.channels.size());
+  float* out = l.pixels.data();
+  const Box2i& crop = film.settings().crop;
+  for (int y = crop.min.y; y < crop.max.y; ++y)
+    for (int x = crop.min.x; x < crop.max.x; ++x, out += l.channels.size()) write(x, y, out);
+  return l;
+}
+
+void put(const RGB& c, float* out) { out[0] = c.r, out[1] = c.g, out[2] = c.b; }
+void put(const V3f& v, float* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
+
+ImageLayer aov_layer(const Film& film, const std::string& name) {
+  const auto full = SampleType::full_float;
+  if (name == "albedo")
+    return layer(film, name, {"albedo.R", "albedo.G", "albedo.B"}, {},
+                 [&](int x, int y, float* out) { put(film.features(x, y).albedo, out); });
+  if (name == "normal")
+    return layer(film, name, {"normal.X", "normal.Y", "normal.Z"}, {},
+                 [&](int x, int y, float* out) { put(film.features(x, y).normal, out); });
+  if (name == "depth")
+    return layer(film, name, {"Z"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).depth; });
+  if (name == "position")
+    return layer(film, name, {"P.X", "P.Y", "P.Z"}, full,
+                 [&](int x, int y, float* out) { put(film.features(x, y).position, out); });
+  if (name == "variance")
+    return layer(film, name, {"variance.R", "variance.G", "variance.B"}, full,
+                 [&](int x, int y, float* out) { put(film.variance(x, y), out); });
+  if (name == "samples")
+    return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
+  return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
+}
+
+}  // namespace
+
+const std::vector<std::string>& aov_names() {
+  static const std::vector<std::string> names = {"albedo", "normal", "depth", "position", "variance", "samples", "alpha"};
+  return names;
+}
+
+std::vector<std::string> parse_aovs(const std::string& list) {
+  std::vector<std::string> chosen;
+  for (size_t begin = 0; begin < list.size();) {
+    const size_t end = std::min(list.find(',', begin), list.size());
+    const std::string name = list.substr(begin, end - begin);
+    begin = end + 1;
+    if (name == "all") return aov_names();
+    if (std::find(aov_names().begin(), aov_names().end(), name) == aov_names().end()) {
+      std::vector<std::string_view> legal(aov_names().begin(), aov_names().end());
+      legal.push_back("all");
+      throw UsageError("--aov: \"" + name + "\" is unknown; " + one_of(legal));
+    }
+    if (std::find(chosen.begin(), chosen.end(), name) == chosen.end()) chosen.push_back(name);
+  }
+  return chosen;
+}
+
+image::OutputImage make_output(const Film& film, const OutputSettings& settings) {
+  const Film::Settings& f = film.settings();
+  image::OutputImage out;
+  out.width = film.width();
+  out.height = film.height();
+  out.origin = f.crop.min;
+  out.display_width = f.resolution.x;
+  out.display_height = f.resolution.y;
+  out.metadata = settings.metadata;
+  out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) { put(film.pixel(x, y), p); }));
+  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name));
+  return out;
+}
+
+void write_output(const std::string& path, const Film& film, const OutputSettings& settings) {
+  image::write_image(path, make_output(film, settings), settings.exr, settings.png);
+}
+
+}  // namespace dapple::render

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dapple/image/image_writer.h"
+#include "dapple/scene/film.h"
+
+namespace dapple::render {
+
+/// Names that --aov takes, in the order they are written.
+const std::vector<std::string>& aov_names();
+
+/// Splits "albedo,normal" and checks each name; "all" means all of them. UsageError lists the legal names.
+std::vector<std::string> parse_aovs(const std::string& list);
+
+struct OutputSettings {
+  std::vector<std::string> aovs;
+  image::ExrOptions exr;
+  image::PngOptions png;
+  std::vector<std::pair<std::string, image::MetadataValue>> metadata;
+};
+
+/// The film as a picture: R, G, B, then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
+/// alpha ("A"). Crops keep the full display window.
+image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
+
+/// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.
+void write_output(const std::string& path, const scene::Film& film, const OutputSettings& settings);
+
+}  // namespace dapple::render

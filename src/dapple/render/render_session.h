@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+
+#include "dapple/integrate/integrator.h"
+
+namespace dapple::render {
+
+/// When to stop: whichever of the limits comes first.
+struct StopRules {
+  uint32_t pixel_samples = 16;
+  double time_limit = 0;    ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
+  double noise_target = 0;  ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
+};
+
+/// Where a rendering stands, for progress displays.
+struct Progress {
+  uint32_t samples_done = 0;  ///< a pixel, in finished passes
+  uint32_t samples_total = 0;
+  double seconds = 0;
+  double fraction = 0;  ///< of the whole work, by the rule that will end it; tiles of the current pass included
+};
+
+enum class Outcome { finished, time_limit, noise_target, interrupted };
+
+struct SessionResult {
+  Outcome outcome = Outcome::finished;
+  uint32_t samples = 0;  ///< camera samples a pixel of all finished passes
+  uint32_t passes = 0;
+  double seconds = 0;
+  double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
+  integrate::RayCounts rays;
+  uint64_t shading_points = 0;
+};
+
+/// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or
+/// how samples fall into passes.
+class RenderSession {
+ public:
+  RenderSession(const integrate::Integrator& integrator, scene::Film& film, const StopRules& rules)
+      : integrator_(integrator), film_(film), rules_(rules) {}
+
+  /// Called now and then from a rendering thread, one call at a time.
+  void on_progress(std::function<void(const Progress&)> callback) { callback_ = std::move(callback); }
+  /// Renders until a rule stops it, or until `interrupt` becomes true: then at once, and the film holds what is done, pixels with
+  /// different numbers of samples.
+  SessionResult run(const std::atomic<bool>& interrupt);
+
+  static constexpr int tile_size = 32;
+  /// Samples of a pass when `done` are finished: 1, 1, 2, 4, then 8.
+  static uint32_t pass_size(uint32_t done, uint32_t total);
+
+ private:
+  const integrate::Integrator& integrator_;
+  scene::Film& film_;
+  const StopRules rules_;
+  std::function<void(const Progress&)> callback_;
+};
+
+}  // namespace dapple::render

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/render/report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "dapple/base/timer.h"
+#include "dapple/image/atomic_file.h"
+
+namespace dapple::render {
+
+namespace {
+std::string_view name_of(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::finished: return "finished";
+    case Outcome::time_limit: return "time_limit";
+    case Outcome::noise_target: return "noise_target";
+    case Outcome::interrupted: return "interrupted";
+  }
+  return "";
+}
+}  // namespace
+
+std::string version() { return DAPPLE_VERSION; }
+
+std::string RunReport::to_json() const {
+  nlohmann::ordered_json j;
+  j["version"] = version();
+  j["scene"] = scene_path;
+  j["command_line"] = command_line;
+  char fingerprint[17];
+  std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(scene->fingerprint));
+  j["scene_fingerprint"] = fingerprint;
+  j["integrator"] = integrator;
+  j["threads"] = threads;
+  j["outcome"] = name_of(session.outcome);
+  j["pixel_samples"] = session.samples;
+  j["passes"] = session.passes;
+  j["wall_seconds"] = wall_seconds;
+  j["load_seconds"] = {{"parse", build_times->parse_seconds},
+                       {"shapes", build_times->shape_seconds},
+                       {"acceleration", build_times->acceleration_seconds},
+                       {"total", build_times->total_seconds}};
+  j["render_seconds"] = session.seconds;
+  j["cpu_seconds"] = process_cpu_seconds();
+  j["peak_rss_bytes"] = process_peak_rss_bytes();
+  j["memory_bytes"] = {{"shapes", build_times->shape_bytes},
+                       {"acceleration", scene->traced.acceleration_bytes()},
+                       {"film", film_bytes}};
+  const integrate::RayCounts& r = session.rays;
+  j["rays"] = {{"camera", r.camera}, {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
+               {"subsurface", r.subsurface}};
+  j["shading_points"] = {{"prelighting", session.shading_points}};
+  j["dropped_samples"] = dropped_samples;
+  j["warnings"] = warnings;
+  if (session.relative_error > 0 && std::isfinite(session.relative_error)) j["relative_error"] = session.relative_error;
+  return j.dump(2) + "\n";
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  image::AtomicFile file(path);
+  file.write(text.data(), text.size());
+  file.commit();
+}
+
+}  // namespace dapple::render

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/coated_material.h"
+
+#include "dapple/shading/coat.h"
+
+namespace dapple::shading {
+namespace {
+
+float clean_thickness(float t) { return t > 0 ? t : 0; }
+
+/// A CoatInput's values over a batch.
+class CoatValues {
+ public:
+  CoatValues(const CoatInput& input, const ShadingPoints& points)
+      : input_(input),
+        u_(input.roughness.u, points),
+        v_(input.roughness.v, points),
+        thickness_(input.thickness, points),
+        g_(input.g, points),
+        albedo_(input.albedo, points) {}
+
+  float alpha_x(int i) const { return input_.roughness.alpha(u_[i]); }
+  float alpha_y(int i) const { return input_.roughness.alpha(v_[i]); }
+  CoatLayer layer(int i) const {
+    return {clean_thickness(thickness_[i]), std::clamp(g_[i], -0.99f, 0.99f), clamp(albedo_[i], 0, 1),
+            input_.max_depth, input_.sample_count};
+  }
+
+ private:
+  const CoatInput& input_;
+  InputValues<float> u_, v_, thickness_, g_;
+  InputValues<RGB> albedo_;
+};
+
+}  // namespace
+
+CoatedDiffuseMaterial::CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
+    : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
+  if (const auto thickness = coat_.thickness.constant()) coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
+  settle(all_constant(reflectance_) && coat_.is_constant());
+}
+
+void CoatedDiffuseMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+  const InputValues<RGB> reflectance(reflectance_, points);
+  const CoatValues coat(coat_, points);
+  for (int i = 0; i < points.count; ++i) {
+    const CoatLayer layer = coat.layer(i);
+    out[i] = Bsdf::make_coated_diffuse(clamp(reflectance[i], 0, 1), coat_.ior, coat.alpha_x(i), coat.alpha_y(i), layer,
+                                       coat_return_ ? *coat_return_ : coat_return(coat_.ior, layer.thickness));
+  }
+}
+
+CoatedConductorMaterial::CoatedConductorMaterial(MetalInput metal, RoughnessInput roughness, CoatInput coat,
+                                                 SurfaceDetail detail)
+    : SurfaceMaterial(std::move(detail)),
+      metal_(std::move(metal)),
+      roughness_(std::move(roughness)),
+      coat_(std::move(coat)) {
+  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v) && coat_.is_constant());
+}
+
+void CoatedConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+  const MetalInput::Values metal(metal_, points);
+  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+  const CoatValues coat(coat_, points);
+  RGB eta, k;
+  for (int i = 0; i < points.count; ++i) {
+    metal.get(i, &eta, &k);
+    out[i] = Bsdf::make_coated_conductor(eta / coat_.ior, k / coat_.ior, roughness_.alpha(u[i]), roughness_.alpha(v[i]),
+                                         coat_.ior, coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
+  }
+}
+
+}  // namespace dapple::shading

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/conductor_material.h"
+#include "dapple/shading/surface_material.h"
+
+namespace dapple::shading {
+
+/// The coat of CoatedDiffuseMaterial and CoatedConductorMaterial. Thickness is at least 0, g within +-0.99, albedo in [0, 1].
+struct CoatInput {
+  float ior = 1.5f;
+  RoughnessInput roughness;
+  Input<float> thickness{0.01f}, g{0.0f};
+  Input<RGB> albedo{RGB()};
+  int max_depth = 10, sample_count = 1;
+
+  bool is_constant() const { return all_constant(roughness.u, roughness.v, thickness, g, albedo); }
+};
+
+/// Paint under varnish, plastic: a diffuse base under a dielectric coat.
+class CoatedDiffuseMaterial final : public SurfaceMaterial {
+ public:
+  CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail);
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  Input<RGB> reflectance_;
+  CoatInput coat_;
+  std::optional<float> coat_return_;  ///< where the thickness is constant
+};
+
+/// Lacquered metal. The metal's index is given against vacuum.
+class CoatedConductorMaterial final : public SurfaceMaterial {
+ public:
+  CoatedConductorMaterial(MetalInput metal, RoughnessInput roughness, CoatInput coat, SurfaceDetail detail);
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  MetalInput metal_;
+  RoughnessInput roughness_;
+  CoatInput coat_;
+};
+
+}  // namespace dapple::shading

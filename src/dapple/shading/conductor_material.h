@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/surface_material.h"
+
+namespace dapple::shading {
+
+/// The complex index of a metal: given as eta and k, or by its reflectance at normal incidence (eta = 1,
+/// k = 2 sqrt(r / (1 - r)), r at most 0.9999).
+class MetalInput {
+ public:
+  MetalInput(Input<RGB> eta, Input<RGB> k) : first_(std::move(eta)), second_(std::move(k)), by_reflectance_(false) {}
+  explicit MetalInput(Input<RGB> reflectance) : first_(std::move(reflectance)), second_(RGB()), by_reflectance_(true) {}
+
+  bool is_constant() const { return all_constant(first_, second_); }
+
+  /// A batch of indices.
+  class Values {
+   public:
+    Values(const MetalInput& input, const ShadingPoints& points)
+        : first_(input.first_, points), second_(input.second_, points), by_reflectance_(input.by_reflectance_) {}
+    void get(int i, RGB* eta, RGB* k) const;
+
+   private:
+    InputValues<RGB> first_, second_;
+    bool by_reflectance_;
+  };
+
+ private:
+  Input<RGB> first_, second_;
+  bool by_reflectance_;
+};
+
+/// Metal, mirror-like or rough.
+class ConductorMaterial final : public SurfaceMaterial {
+ public:
+  ConductorMaterial(MetalInput metal, RoughnessInput roughness, SurfaceDetail detail);
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  MetalInput metal_;
+  RoughnessInput roughness_;
+};
+
+}  // namespace dapple::shading

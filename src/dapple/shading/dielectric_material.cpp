@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/dielectric_material.h"
+
+namespace dapple::shading {
+
+DielectricMaterial::DielectricMaterial(float ior, RoughnessInput roughness, SurfaceDetail detail)
+    : SurfaceMaterial(std::move(detail)), ior_(ior), roughness_(std::move(roughness)) {
+  settle(all_constant(roughness_.u, roughness_.v));
+}
+
+void DielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+  for (int i = 0; i < points.count; ++i)
+    out[i] = Bsdf::make_dielectric(ior_, roughness_.alpha(u[i]), roughness_.alpha(v[i]));
+}
+
+ThinDielectricMaterial::ThinDielectricMaterial(float ior, SurfaceDetail detail)
+    : SurfaceMaterial(std::move(detail)), ior_(ior) {
+  settle(true);
+}
+
+void ThinDielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+  std::fill_n(out, points.count, Bsdf::make_thin_dielectric(ior_));
+}
+
+}  // namespace dapple::shading

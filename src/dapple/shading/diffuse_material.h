@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/surface_material.h"
+
+namespace dapple::shading {
+
+/// Lambertian reflection; reflectance is clamped to [0, 1].
+class DiffuseMaterial final : public SurfaceMaterial {
+ public:
+  DiffuseMaterial(Input<RGB> reflectance, SurfaceDetail detail);
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  Input<RGB> reflectance_;
+};
+
+/// Lambertian reflection and transmission (leaves, paper). Both are scaled, then clamped to [0, 1]; their sum is the user's care.
+class DiffuseTransmissionMaterial final : public SurfaceMaterial {
+ public:
+  DiffuseTransmissionMaterial(Input<RGB> reflectance, Input<RGB> transmittance, float scale, SurfaceDetail detail);
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  Input<RGB> reflectance_, transmittance_;
+  float scale_;
+};
+
+}  // namespace dapple::shading

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/environment_light.h"
+
+#include <utility>
+
+namespace dapple::shading {
+namespace {
+
+/// A look-up at a texel's corner is the mean of the four around it; the mean of a texel's four corners is the tent.
+void texel_weights(const image::EnvironmentImage& image, int y, std::span<float> row) {
+  const float height = static_cast<float>(image.height()), width = static_cast<float>(image.width());
+  const auto corner = [&](int cx, int cy) {
+    return image.bilinear(image.direction({static_cast<float>(cx) / width, static_cast<float>(cy) / height})).average();
+  };
+  const float solid_angle = image.texel_solid_angle(y);
+  float left = corner(0, y) + corner(0, y + 1);
+  for (size_t x = 0; x < row.size(); ++x) {
+    const float right = corner(static_cast<int>(x) + 1, y) + corner(static_cast<int>(x) + 1, y + 1);
+    row[x] = 0.25f * (left + right) * solid_angle;
+    left = right;
+  }
+}
+
+}  // namespace
+
+EnvironmentLight::EnvironmentLight(image::EnvironmentImage image, RGB scale, const Transform& light_to_world)
+    : image_(std::move(image)),
+      scale_(scale),
+      x_(light_to_world.vector({1, 0, 0})),
+      y_(light_to_world.vector({0, 1, 0})),
+      z_(light_to_world.vector({0, 0, 1})),
+      determinant_(dot(x_, cross(y_, z_))),
+      distribution_(image_.width(), image_.height(),
+                    [this](int y, std::span<float> row) { texel_weights(image_, y, row); }) {
+  const float inverse = 1 / determinant_;
+  row_x_ = cross(y_, z_) * inverse;
+  row_y_ = cross(z_, x_) * inverse;
+  row_z_ = cross(x_, y_) * inverse;
+}
+
+V3f EnvironmentLight::to_local(const V3f& wi) const {
+  return normalize(V3f(dot(row_x_, wi), dot(row_y_, wi), dot(row_z_, wi)));
+}
+
+float EnvironmentLight::stretch(const V3f& w) const {
+  const V3f world = x_ * w.x + y_ * w.y + z_ * w.z;
+  const float l2 = length2(world);
+  return std::abs(determinant_) / (l2 * std::sqrt(l2));
+}
+
+bool EnvironmentLight::sample(const LightReceiver&, const V2f& u, LightSample* out) const {
+  if (distribution_.is_zero()) return false;
+  const Distribution2D::Sample s = distribution_.sample(u);
+  const V3f local = image_.direction(s.p);
+  const float per_area = image_.solid_angle_per_area(s.p);
+  if (!(per_area > 0)) return false;
+  *out = {.wi = normalize(x_ * local.x + y_ * local.y + z_ * local.z),
+          .distance = infinity,
+          .radiance = image_.bilinear(local) * scale_,
+          .pdf = s.pdf / (per_area * stretch(local)),
+          .delta = false};
+  return out->pdf > 0 && out->pdf < infinity && !out->radiance.is_black();
+}
+
+float EnvironmentLight::pdf(const LightReceiver&, const V3f& wi, const V3f&, const V3f&) const {
+  if (distribution_.is_zero()) return 0;
+  const V3f local = to_local(wi);
+  const V2f uv = image_.uv(local);
+  const float per_area = image_.solid_angle_per_area(uv);
+  if (!(per_area > 0)) return 0;
+  const V2f inside(std::clamp(uv.x, 0.0f, one_minus_epsilon), std::clamp(uv.y, 0.0f, one_minus_epsilon));
+  return distribution_.pdf(inside) / (per_area * stretch(local));
+}
+
+RGB EnvironmentLight::environment(const V3f& wi, float dwi) const {
+  return (dwi > 0 ? image_.filtered(to_local(wi), dwi) : image_.bilinear(to_local(wi))) * scale_;
+}
+
+float EnvironmentLight::power(float scene_radius) const {
+  return 4 * pi * pi * sqr(scene_radius) * (image_.mean() * scale_).luminance();
+}
+
+}  // namespace dapple::shading

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/base/transform.h"
+#include "dapple/image/environment.h"
+#include "dapple/numeric/distribution.h"
+#include "dapple/shading/light.h"
+
+namespace dapple::shading {
+
+/// Radiance from an image around the scene. Drawn in proportion to radiance times solid angle, constant over texels, where the radiance of a texel
+/// is that of itself and its neighbours in tent weights: so every direction whose bilinear look-up is not black can be drawn.
+class EnvironmentLight final : public Light {
+ public:
+  /// light_to_world: its linear part turns directions. Mirroring and shear are allowed for; it must be invertible.
+  EnvironmentLight(image::EnvironmentImage image, RGB scale, const Transform& light_to_world);
+
+  bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;
+  float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override;
+  RGB environment(const V3f& wi, float dwi) const override;
+  bool is_infinite() const override { return true; }
+  std::optional<LightBounds> bounds() const override { return std::nullopt; }
+  float power(float scene_radius) const override;
+
+  const image::EnvironmentImage& image() const { return image_; }
+
+ private:
+  V3f to_local(const V3f& wi) const;
+  /// Solid angle in the world over that in the light's space, around a local direction.
+  float stretch(const V3f& local) const;
+
+  image::EnvironmentImage image_;
+  RGB scale_;
+  V3f x_, y_, z_;           // images of the light's axes
+  V3f row_x_, row_y_, row_z_;  // of the inverse
+  float determinant_;
+  Distribution2D distribution_;
+};
+
+}  // namespace dapple::shading

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/input.h"
+#include "dapple/shading/material.h"
+
+namespace dapple::shading {
+
+/// One of two materials at each point, at random: the second with probability `amount` (clamped to [0, 1]; NaN is 0). The choice is a hash
+/// of the point's key and of `salt`, which must differ between mixes that nest.
+class MixMaterial final : public Material {
+ public:
+  MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);
+
+  void prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  bool needs_differentials() const override;
+  bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
+
+ private:
+  MaterialPtr first_, second_;
+  Input<float> amount_;
+  uint64_t salt_;
+};
+
+/// A surface that is not there: it only separates media.
+class InterfaceMaterial final : public Material {
+ public:
+  void prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  bool needs_differentials() const override { return false; }
+  std::optional<Bsdf> constant() const override { return Bsdf::make_passthrough(); }
+  bool is_interface() const override { return true; }
+};
+
+}  // namespace dapple::shading

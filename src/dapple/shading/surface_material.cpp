@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/surface_material.h"
+
+namespace dapple::shading {
+
+void SurfaceMaterial::settle(bool inputs_constant) {
+  varies_ = !inputs_constant;
+  if (varies_) return;
+  ShadingPoints nowhere;  // constant inputs read no lane of it
+  nowhere.count = 1;
+  Bsdf bsdf;
+  scatter(nowhere, &bsdf);
+  constant_ = bsdf;
+}
+
+void SurfaceMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+  if (constant_)
+    std::fill_n(out, points.count, *constant_);
+  else
+    scatter(points, out);
+  detail_.write_frames(points, out);
+}
+
+}  // namespace dapple::shading

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/input.h"
+#include "dapple/shading/material.h"
+#include "dapple/shading/surface_detail.h"
+
+namespace dapple::shading {
+
+/// GGX roughness as a user gives it, along u and v, in [0, 1]; alpha = sqrt(roughness) where remapped, else the same number.
+/// Values of textures outside [0, 1] are clamped, NaN is zero.
+struct RoughnessInput {
+  Input<float> u{0.0f}, v{0.0f};
+  bool remap = true;
+
+  float alpha(float roughness) const {
+    const float r = roughness > 0 ? std::min(roughness, 1.0f) : 0.0f;
+    return remap ? std::sqrt(r) : r;
+  }
+};
+
+/// What the materials of one Bsdf kind share: constant ones take a fast path, and the frame comes from the surface's detail.
+class SurfaceMaterial : public Material {
+ public:
+  void prelighting(const ShadingPoints& points, Bsdf* out) const final;
+  bool needs_differentials() const final { return varies_ || !detail_.is_flat(); }
+  std::optional<Bsdf> constant() const final { return detail_.is_flat() ? constant_ : std::nullopt; }
+
+ protected:
+  explicit SurfaceMaterial(SurfaceDetail detail) : detail_(std::move(detail)) {}
+  /// The last act of a subclass's constructor: if no input varies, scatter() is asked once and for all.
+  void settle(bool inputs_constant);
+
+ private:
+  /// Writes out[0, points.count), the frame apart.
+  virtual void scatter(const ShadingPoints& points, Bsdf* out) const = 0;
+
+  SurfaceDetail detail_;
+  bool varies_ = true;
+  std::optional<Bsdf> constant_;
+};
+
+}  // namespace dapple::shading
