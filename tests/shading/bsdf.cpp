@@ -123,9 +123,9 @@ TEST(Bsdf, LosslessOnesReturnAllLight) {
 // Rough lossless surfaces lose only what single scattering misses: little at low roughness.
 TEST(Bsdf, SlightlyRoughLosesLittle) {
   for (const float theta : {0.0f, 30.0f, 60.0f})
-    for (const Bsdf& b : {Bsdf::make_dielectric(1.5f, 0.1f, 0.1f), Bsdf::make_conductor(RGB(1), RGB(1e6f), 0.1f, 0.1f)}) {
+    for (const Bsdf& b : {Bsdf::make_dielectric(1.5f, 0.05f, 0.05f), Bsdf::make_conductor(RGB(1), RGB(1e6f), 0.05f, 0.05f)}) {
       const float a = directional_albedo(b, direction(b, theta, 3), 20000).g;
-      EXPECT_GT(a, 0.98f);
+      EXPECT_GT(a, 0.985f);
       EXPECT_LE(a, 1.0005f);
     }
 }
@@ -221,8 +221,11 @@ TEST(Bsdf, LobesFollowTheTable) {
                                                                               {"lacquered mirror", delta},
                                                                               {"passthrough", passthrough},
                                                                               {"black", 0}}) {
-    for (const auto& b : bsdf_catalogue())
-      if (b.name == name) EXPECT_EQ(lobes(b.bsdf), expected) << name;
+    for (const auto& b : bsdf_catalogue()) {
+      if (b.name == name) {
+        EXPECT_EQ(lobes(b.bsdf), expected) << name;
+      }
+    }
   }
 }
 
@@ -297,7 +300,7 @@ TEST(Bsdf, AlbedoIsTheMeanOfDirectionalAlbedos) {
     }
     const bool exact = b.kind == BsdfKind::black || b.kind == BsdfKind::diffuse || b.kind == BsdfKind::diffuse_transmission ||
                        name == "mirror" || name == "glass" || name == "pane" || name == "varnish" || name == "thick varnish";
-    EXPECT_NEAR(b.albedo().g, mean, exact ? 0.01 : 0.2) << name;
+    EXPECT_NEAR(b.albedo().g, mean, exact ? 0.01 : b.kind == BsdfKind::conductor ? 0.03 : 0.25) << name;
   }
 }
 

@@ -77,22 +77,32 @@ RGB mean_fresnel(RGB eta, RGB k) {
   return sum;
 }
 
+float mean_alpha(float x, float y) { return std::sqrt((x * x + y * y) / 2); }
+
+/// Share of diffuse light that a lossless GGX mirror returns, the rest being what single scattering misses. Our fit to our
+/// own integration, within 0.005.
+float ggx_mean_albedo(float alpha_x, float alpha_y) {
+  const float a = std::min(mean_alpha(alpha_x, alpha_y), 1.0f);
+  return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
+}
+
 RGB coated_albedo(const Bsdf& b) {
+  const bool diffuse = b.base == BsdfKind::diffuse;
+  const RGB base = diffuse ? b.reflectance : mean_fresnel(b.eta, b.k) * ggx_mean_albedo(b.base_alpha_x, b.base_alpha_y);
+  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal sends it
+  // back about as it came.
+  const float spread = diffuse ? 1 : std::min(2 * mean_alpha(b.base_alpha_x, b.base_alpha_y), 1.0f);
   RGB sum;
   for (int c = 0; c < 3; ++c) {
     const float extinction = b.thickness * (1 - b.medium_albedo[c]);
     const CoatAlbedo coat = coat_albedo(b.ior, extinction);
-    const float returned = coat_return(b.ior, extinction);
-    const float under = b.base == BsdfKind::diffuse ? b.reflectance[c] : mean_fresnel(b.eta, b.k)[c];
-    // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a metal sends it back
-    // about as it came.
-    const float leaves = b.base == BsdfKind::diffuse ? coat.entered / sqr(b.ior) : coat.entered;
-    const float back = b.base == BsdfKind::diffuse ? returned : coat.reflected;
+    const float leaves = lerp(spread, coat.entered, coat.entered / sqr(b.ior));
+    const float back = lerp(spread, coat.reflected, coat_return(b.ior, extinction));
     sum[c] = coat.reflected;
-    float bounce = coat.entered * under * leaves;
+    float bounce = coat.entered * base[c] * leaves;
     for (int i = 0; i < (b.max_depth + 1) / 2 && bounce > 1e-6f; ++i) {
       sum[c] += bounce;
-      bounce *= under * back;
+      bounce *= base[c] * back;
     }
   }
   return sum;
@@ -251,7 +261,7 @@ RGB Bsdf::albedo() const {
     case BsdfKind::black: return {};
     case BsdfKind::diffuse: return reflectance;
     case BsdfKind::diffuse_transmission: return reflectance + transmittance;
-    case BsdfKind::conductor: return mean_fresnel(eta, k);
+    case BsdfKind::conductor: return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
     case BsdfKind::coated: return coated_albedo(*this);
     default: return RGB(1);
   }

@@ -92,8 +92,9 @@ struct Bsdf {
   bool has_transmission() const;
   /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged):
   /// reflected plus transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering
-  /// medium. Conductors: the mean Fresnel reflectance, without the few per cent that single-scattering GGX loses. Rough
-  /// coats: as if smooth. A scattering medium: as if it absorbed 1 - albedo of what it absorbs at albedo 0.
+  /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a mirror and a
+  /// diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs at albedo 0. Those
+  /// are within 0.25.
   RGB albedo() const;
 
  private:

@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-
+#include "dapple/numeric/quadrature.h"
 #include "dapple/shading/coat.h"
 
 namespace dapple::shading {
 namespace {
 
-/// Gauss-Legendre rule of 16 points on [0, 1] (Abramowitz & Stegun 1964, table 25.4): int f.
 template <class F>
 float integrate_unit(const F& f) {
-  constexpr std::array<float, 8> x = {0.0950125098f, 0.2816035508f, 0.4580167777f, 0.6178762444f,
-                                      0.7554044084f, 0.8656312024f, 0.9445750231f, 0.9894009350f};
-  constexpr std::array<float, 8> w = {0.1894506105f, 0.1826034150f, 0.1691565194f, 0.1495959888f,
-                                      0.1246289713f, 0.0951585117f, 0.0622535239f, 0.0271524594f};
-  float sum = 0;
-  for (size_t i = 0; i < x.size(); ++i) sum += w[i] * (f((1 - x[i]) / 2) + f((1 + x[i]) / 2));
-  return sum / 2;
+  static const QuadratureRule rule = gauss_legendre(16, 0, 1);
+  return static_cast<float>(rule.integrate([&](double x) { return f(static_cast<float>(x)); }));
 }
 
 /// Cosine below the coat of a direction with cosine c above; negative where it does not enter.
@@ -30,12 +23,13 @@ float coat_return(float ior, float thickness) {
   if (ior <= 1)
     return integrate_unit(
         [&](float mu) { return 2 * mu * fresnel_dielectric(mu, 1 / ior) * std::exp(-2 * thickness / mu); });
-  // Beyond the critical angle F = 1: with x = mu^2 that part is smooth; below it, integrate over the cosine above the coat,
-  // where F has no square root (mu dmu = c dc / ior^2).
-  const float x_critical = 1 - 1 / (ior * ior);
-  const float total = x_critical * integrate_unit([&](float x) {
-                        return std::exp(-2 * thickness / std::sqrt(x * x_critical));
-                      });
+  // Beyond the critical angle F = 1: mu = mu_c s^2 spreads out the fall of the exponential near zero. Below it, integrate
+  // over the cosine above the coat, where F has no square root (mu dmu = c dc / ior^2).
+  const float mu_c = std::sqrt(1 - 1 / (ior * ior));
+  const float total = integrate_unit([&](float t) {
+    const float s2 = t * t;
+    return 4 * mu_c * mu_c * s2 * t * std::exp(-2 * thickness / (mu_c * s2));
+  });
   const float partial = integrate_unit([&](float c) {
     return 2 * c * fresnel_dielectric(c, ior) * std::exp(-2 * thickness / cos_below(c, ior));
   });

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of several files, compressed files, and files that are none.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+#include "tests/scenefile/support.h"
+
+namespace dapple::scenefile {
+namespace {
+
+using test::TempFolder;
+
+TEST(PbrtFiles, IncludeSharesTheState) {
+  TempFolder folder;
+  folder.write("inner.pbrt", "Translate 1 0 0\nAttributeBegin\nMaterial \"conductor\"\n");
+  const std::string main =
+      folder.write("main.pbrt", "WorldBegin Include \"inner.pbrt\" Shape \"a\" AttributeEnd Shape \"b\"");
+  Diagnostics diagnostics;
+  const auto s = read_pbrt(main, diagnostics);
+  EXPECT_EQ(s.base_directory, folder.path());
+  EXPECT_EQ(s.materials[size_t(s.shapes[0].material)].type, "conductor");
+  EXPECT_EQ(s.materials[size_t(s.shapes[0].material)].loc.file, folder.path() + "/inner.pbrt");
+  EXPECT_EQ(s.materials[size_t(s.shapes[0].material)].loc.line, 3u);
+  EXPECT_EQ(s.shapes[1].material, 0);
+  EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(1, 0, 0));
+}
+
+TEST(PbrtFiles, ImportKeepsItsStateToItself) {
+  TempFolder folder;
+  folder.write("inner.pbrt",
+               "CoordinateSystem \"local\" Translate 1 0 0 Material \"conductor\" "
+               "MakeNamedMaterial \"m\" \"string type\" \"mix\" Shape \"inner\"");
+  const std::string main =
+      folder.write("main.pbrt", "WorldBegin Translate 0 1 0 Import \"inner.pbrt\" NamedMaterial \"m\" Shape \"a\"");
+  Diagnostics diagnostics;
+  const auto s = read_pbrt(main, diagnostics);
+  ASSERT_EQ(s.shapes.size(), 2u);
+  EXPECT_EQ(s.shapes[0].transform.start.point({0, 0, 0}), V3f(1, 1, 0));
+  EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(0, 1, 0));
+  EXPECT_EQ(s.materials[size_t(s.shapes[1].material)].name, "m");
+}
+
+std::string read_error(const std::string& path) {
+  return test::error_of([&] {
+    Diagnostics diagnostics;
+    read_pbrt(path, diagnostics);
+  });
+}
+
+TEST(PbrtFiles, ImportsMustCloseWhatTheyOpenAndNoMore) {
+  TempFolder folder;
+  folder.write("open.pbrt", "AttributeBegin");
+  folder.write("close.pbrt", "AttributeEnd");
+  EXPECT_CONTAINS(read_error(folder.write("a.pbrt", "WorldBegin Import \"open.pbrt\" AttributeEnd")), "open.pbrt:1:1");
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin AttributeBegin Import \"close.pbrt\"")),
+                  "close.pbrt:1:1");
+}
+
+TEST(PbrtFiles, CyclesAreFoundUnderAnyName) {
+  TempFolder folder;
+  const std::string path = folder.write("a.pbrt", "Include \"./b.pbrt\"");
+  folder.write("b.pbrt", "\n Include \"link.pbrt\"");
+  std::filesystem::create_symlink(path, folder.path() + "/link.pbrt");
+  EXPECT_CONTAINS(read_error(path), "b.pbrt:2:2: file");
+}
+
+TEST(PbrtFiles, DeepAndWideIncludesAreBounded) {
+  TempFolder folder;
+  for (int i = 0; i < 100; ++i)
+    folder.write("d" + std::to_string(i) + ".pbrt", "Include \"d" + std::to_string(i + 1) + ".pbrt\"");
+  EXPECT_CONTAINS(read_error(folder.path() + "/d0.pbrt"), "deep");
+  for (int i = 0; i < 30; ++i) {
+    const std::string next = "Include \"w" + std::to_string(i + 1) + ".pbrt\" ";
+    folder.write("w" + std::to_string(i) + ".pbrt", next + next);
+  }
+  folder.write("w30.pbrt", "");
+  EXPECT_CONTAINS(read_error(folder.path() + "/w0.pbrt"), "files are included");
+}
+
+TEST(PbrtFiles, OnlyRegularFilesAreRead) {
+  TempFolder folder;
+  EXPECT_CONTAINS(read_error(folder.path()), "directory");
+  EXPECT_CONTAINS(read_error("/dev/zero"), "not a regular file");
+  EXPECT_NE(read_error(folder.path() + "/missing.pbrt"), "");
+  const std::string pipe = folder.path() + "/pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_CONTAINS(read_error(pipe), "not a regular file");
+  EXPECT_CONTAINS(read_error(folder.write("m.pbrt", "WorldBegin\nInclude \"/dev/zero\"")), "m.pbrt:2:1:");
+}
+
+TEST(PbrtFiles, ForeignFilesAreNotRepeatedInMessages) {
+  TempFolder folder;
+  folder.write("secret", "root:hunter2:password");
+  const std::string message = read_error(folder.write("m.pbrt", "Include \"secret\""));
+  EXPECT_NE(message, "");
+  EXPECT_FALSE(test::contains(message, "hunter2")) << message;
+}
+
+std::string gzip(const std::string& text) {
+  z_stream z{};
+  deflateInit2(&z, 9, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&z, text.size()), '\0');
+  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data())), z.avail_in = uInt(text.size());
+  z.next_out = reinterpret_cast<Bytef*>(out.data()), z.avail_out = uInt(out.size());
+  deflate(&z, Z_FINISH);
+  out.resize(z.total_out);
+  deflateEnd(&z);
+  return out;
+}
+
+TEST(PbrtFiles, GzipIsInflated) {
+  TempFolder folder;
+  const std::string packed = gzip("WorldBegin Shape \"sphere\"");
+  Diagnostics diagnostics;
+  EXPECT_EQ(read_pbrt(folder.write("a.pbrt.gz", packed), diagnostics).shapes.size(), 1u);
+  EXPECT_EQ(read_pbrt(folder.write("b.pbrt.gz", gzip("WorldBegin ") + gzip("Shape \"a\"")), diagnostics).shapes.size(),
+            1u);
+  EXPECT_CONTAINS(read_error(folder.write("c.pbrt.gz", packed.substr(0, packed.size() / 2))), "too early");
+  std::string damaged = packed;
+  damaged[12] = char(~damaged[12]);
+  EXPECT_CONTAINS(read_error(folder.write("d.pbrt.gz", damaged)), "cannot read");
+}
+
+TEST(PbrtFiles, DecompressionBombsAreRefused) {
+  TempFolder folder;
+  const std::string bomb = gzip(std::string(size_t(300) << 20, ' '));
+  ASSERT_LT(bomb.size(), size_t(1) << 20);
+  EXPECT_CONTAINS(read_error(folder.write("bomb.pbrt.gz", bomb)), "implausible");
+}
+
+}  // namespace
+}  // namespace dapple::scenefile
