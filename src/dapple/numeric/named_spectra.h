@@ -14,7 +14,7 @@ inline namespace numeric {
 ///   stdillum-A, -D50, -D65, -F1 ... -F12, illum-acesD60       CIE standard illuminants, relative
 ///   glass-BK7, -BAF10, -FK51A, -LASF9, -F5, -F10, -F11        index; pbrt's F5, F10, F11 are Schott's SF5, SF10, SF11,
 ///   also known as such metal-Ag, -Al, -Au, -Cu, -CuZn, -MgO, -TiO2, each -eta and -k
-/// Differences to pbrt-v4's tables: Ag, Au, Cu and Al are other, later measurements than its; D50 is CIE's (its table
+/// Differences to pbrt-v4's tables: Ag, Au, Cu and Al are other measurements than its; D50 is CIE's (its table
 /// departs from that). pbrt's sensor responses (canon_eos_..., ...) are not known here. nullopt for other names.
 std::optional<SampledSpectrum> find_named_spectrum(std::string_view name);
 
