@@ -129,7 +129,10 @@ TEST(Materials, CoatedOnesTakeTheirLayer) {
     EXPECT_EQ(b.max_depth, 7);
     EXPECT_EQ(b.sample_count, 3);
   }
-  const CoatedConductorMaterial metal(MetalInput(Input<RGB>(RGB(0.28f)), Input<RGB>(RGB(2.8f))), {Input<float>(0.09f), Input<float>(0.04f)}, CoatInput{.ior = 1.4f}, {});
+  const MetalInput index(Input<RGB>(RGB(0.28f)), Input<RGB>(RGB(2.8f)), 1.4f);
+  CoatInput lacquer;
+  lacquer.ior = 1.4f;
+  const CoatedConductorMaterial metal(index, {Input<float>(0.09f), Input<float>(0.04f)}, lacquer, {});
   EXPECT_NEAR(metal.constant()->eta.g, 0.2f, 1e-6f);
   EXPECT_NEAR(metal.constant()->k.g, 2, 1e-6f);
   EXPECT_NEAR(metal.constant()->base_alpha_x, 0.3f, 1e-6f);
@@ -184,7 +187,7 @@ TEST(SurfaceDetail, BumpFollowsReversedOrientation) {
 }
 
 TEST(SurfaceDetail, BrokenDisplacementKeepsTheNormal) {
-  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return p.u[i] / 0; });
+  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return p.u[i] * infinity; });
   EXPECT_EQ(shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *square(1))[0].frame.n, V3f(0, 0, 1));
 }
 

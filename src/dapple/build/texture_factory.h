@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -10,6 +11,9 @@
 #include "dapple/shading/texture.h"
 
 namespace dapple::build {
+
+/// What a spectrum texture stands for.
+enum class TextureRole : uint8_t { reflectance, unbounded };
 
 /// All textures of a scene by name, built once in the order of the file, and the look-ups by which materials, shapes
 /// and lights turn their parameters into textures. Unknown types, missing images and references to what is not defined
@@ -48,17 +52,19 @@ class TextureLibrary {
                            image::Encoding encoding = image::Encoding::automatic()) const;
 
  private:
-  enum class SpectrumKind { reflectance, unbounded };
+  friend class TextureBuilder;
   using RgbTextures = std::map<std::string, shading::RgbTexturePtr, std::less<>>;
 
-  void build(const scenefile::TextureEntity& entity);
-  shading::RgbTexturePtr rgb_texture(const scenefile::ParamSet& params, std::string_view name, SpectrumKind kind) const;
+  shading::RgbTexturePtr find_rgb(const scenefile::ParamSet& params, std::string_view name, TextureRole role) const;
+  shading::RgbTexturePtr named_rgb(const scenefile::Param& param, TextureRole role) const;
   [[noreturn]] void fail_unknown(const scenefile::Param& param, bool spectrum) const;
 
-  friend class TextureBuilder;
   const BuildContext& context_;
   std::map<std::string, shading::FloatTexturePtr, std::less<>> float_textures_;
-  RgbTextures reflectance_textures_, unbounded_textures_;
+  RgbTextures unbounded_textures_;
+  /// Made when first asked for: a value that is none of a reflectance is reported only where it is used as one.
+  mutable RgbTextures reflectance_textures_;
+  mutable std::recursive_mutex mutex_;  ///< of reflectance_textures_; making one asks for its children
 };
 
 }  // namespace dapple::build

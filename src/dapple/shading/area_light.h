@@ -15,9 +15,9 @@ struct AreaEmission {
   RGB radiance;            ///< or the scale on `image`
   bool two_sided = false;  ///< on both sides
   /// Radiance over uv, the top row at v = 1; bilinear, clamped at the edge. May be null. Texels are finite and not negative.
-  std::shared_ptr<const image::Image> image;
+  std::shared_ptr<const image::Image> image = nullptr;
   /// The surface's opacity, which rays that hit it test. May be null. A constant 0 makes a light that shines but cannot be hit.
-  FloatTexturePtr alpha;
+  FloatTexturePtr alpha = nullptr;
 };
 
 /// A light that is one primitive. The shape must not be degenerate. Light::sample is the shape's, with what faces away from the receiver left out; where

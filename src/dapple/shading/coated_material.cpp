@@ -66,7 +66,7 @@ void CoatedConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) co
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {
     metal.get(i, &eta, &k);
-    out[i] = Bsdf::make_coated_conductor(eta / coat_.ior, k / coat_.ior, roughness_.alpha(u[i]), roughness_.alpha(v[i]),
+    out[i] = Bsdf::make_coated_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]),
                                          coat_.ior, coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
   }
 }

@@ -29,7 +29,7 @@ class CoatedDiffuseMaterial final : public SurfaceMaterial {
   std::optional<float> coat_return_;  ///< where the thickness is constant
 };
 
-/// Lacquered metal. The metal's index is given against vacuum.
+/// Lacquered metal. The metal's index is relative to the coat (MetalInput's outer_index).
 class CoatedConductorMaterial final : public SurfaceMaterial {
  public:
   CoatedConductorMaterial(MetalInput metal, RoughnessInput roughness, CoatInput coat, SurfaceDetail detail);

@@ -218,7 +218,7 @@ LightTree::Node LightTree::make_node(const LightBounds& b, float intensity_scale
 float LightTree::importance(const Node& node, const LightReceiver& to) {
   const V3f d = to.p - node.centre;
   const float d2 = std::min(length2(d), 1e36f), r2 = std::min(node.radius * node.radius, 1e36f);
-  float weight = node.intensity / std::max({d2, r2, 1e-30f});
+  float weight = node.intensity / (d2 + r2 / 8 + 1e-30f);
   if (d2 <= r2) return weight;
   const V3f w = d * (1 / std::sqrt(d2));
   const float sin_b = std::sqrt(r2 / d2), cos_b = safe_sqrt(1 - r2 / d2);  // the sphere, seen from the receiver

@@ -30,7 +30,9 @@ constexpr int8_t gradients[16][3] = {{1, 1, 0},  {-1, 1, 0},  {1, -1, 0}, {-1, -
                                      {1, 0, -1}, {-1, 0, -1}, {0, 1, 1},  {0, -1, 1},  {0, 1, -1}, {0, -1, -1},
                                      {1, 1, 0},  {-1, 1, 0},  {0, 1, -1}, {0, -1, -1}};
 
-int permute(int i) { return permutation[static_cast<size_t>(i & 255)]; }
+int permute(int i) {
+  return permutation[static_cast<size_t>(i & 255)];
+}
 
 float corner(int x, int y, int z, float dx, float dy, float dz) {
   const int8_t* g = gradients[permute(permute(permute(x) + y) + z) & 15];
@@ -38,7 +40,9 @@ float corner(int x, int y, int z, float dx, float dy, float dz) {
 }
 
 /// 6 t^5 - 15 t^4 + 10 t^3: first and second derivative vanish at 0 and 1.
-float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
+float fade(float t) {
+  return t * t * t * (t * (t * 6 - 15) + 10);
+}
 
 /// Splits v into the cell modulo the period and the place in it.
 int cell(float v, float* fraction) {

@@ -10,7 +10,8 @@
 
 namespace dapple::shading {
 
-// Textures made of textures, for T = float or RGB. The make_ functions fold: constants give a ConstantTexture, weights of 0 and 1 give a child.
+// Textures made of textures, for T = float or RGB. The make_ functions fold: constants give a ConstantTexture, weights
+// of 0 and 1 give a child.
 
 template <class T>
 using TexturePtr = std::shared_ptr<const Texture<T>>;

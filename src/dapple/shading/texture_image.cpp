@@ -13,8 +13,12 @@ constexpr int channels_of = std::is_same_v<T, float> ? 1 : 3;
 
 static_assert(sizeof(RGB) == 3 * sizeof(float), "look-ups write colours as three floats");
 
-float inverted(float v) { return std::max(0.0f, 1 - v); }
-RGB inverted(const RGB& v) { return {inverted(v.r), inverted(v.g), inverted(v.b)}; }
+float inverted(float v) {
+  return std::max(0.0f, 1 - v);
+}
+RGB inverted(const RGB& v) {
+  return {inverted(v.r), inverted(v.g), inverted(v.b)};
+}
 
 }  // namespace
 

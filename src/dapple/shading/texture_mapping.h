@@ -8,7 +8,8 @@
 
 namespace dapple::shading {
 
-/// Points on a plane of patterns, with footprints: the change of s and t from one sample to its neighbours. Structure of arrays.
+/// Points on a plane of patterns, with footprints: the change of s and t from one sample to its neighbours. Structure
+/// of arrays.
 struct TextureCoordinates2 {
   static constexpr int capacity = ShadingPoints::capacity;
   alignas(64) float s[capacity], t[capacity];

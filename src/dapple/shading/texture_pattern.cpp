@@ -13,7 +13,9 @@ namespace {
 constexpr float filter_width = 1.5f;  // footprints on either side
 
 /// 1 for even, -1 for odd cells.
-float cell_sign(float floor_x) { return floor_x - 2 * std::floor(floor_x / 2) == 0 ? 1.0f : -1.0f; }
+float cell_sign(float floor_x) {
+  return floor_x - 2 * std::floor(floor_x / 2) == 0 ? 1.0f : -1.0f;
+}
 
 /// The periodic part of the second integral of the square wave.
 float second_integral(float x) {
@@ -22,11 +24,17 @@ float second_integral(float x) {
 }
 
 /// Weight of the second texture.
-float checker(float sx, float sy, float sz) { return std::clamp(0.5f - 0.5f * sx * sy * sz, 0.0f, 1.0f); }
+float checker(float sx, float sy, float sz) {
+  return std::clamp(0.5f - 0.5f * sx * sy * sz, 0.0f, 1.0f);
+}
 
-float half_width(float dx, float dy) { return filter_width * std::max(std::abs(dx), std::abs(dy)); }
+float half_width(float dx, float dy) {
+  return filter_width * std::max(std::abs(dx), std::abs(dy));
+}
 
-float plane_noise(float s, float t) { return gradient_noise({s, t, 0.5f}); }
+float plane_noise(float s, float t) {
+  return gradient_noise({s, t, 0.5f});
+}
 
 bool in_dot(float s, float t) {
   constexpr float radius = 0.35f, shift = 0.5f - radius;
@@ -45,7 +53,8 @@ RGB bezier(const RGB* p, float t) {
 /// pbrt's marble colours over t in [0, 1].
 RGB marble_color(float t) {
   static constexpr RGB light{.58f, .58f, .6f};
-  static constexpr RGB colors[] = {light, light, light, {.5f, .5f, .5f}, {.6f, .59f, .58f}, light, light, {.2f, .2f, .33f}, light};
+  static constexpr RGB colors[] = {
+      light, light, light, {.5f, .5f, .5f}, {.6f, .59f, .58f}, light, light, {.2f, .2f, .33f}, light};
   constexpr int segments = 6;
   const float x = std::clamp(t, 0.0f, 1.0f) * segments;
   const int first = std::min(static_cast<int>(x), segments - 1);

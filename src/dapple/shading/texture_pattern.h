@@ -10,10 +10,12 @@
 
 namespace dapple::shading {
 
-/// The square wave that is 1 on [0, 1), -1 on [1, 2) and so on, filtered by a tent of half-width r around x: exact for any r >= 0.
+/// The square wave that is 1 on [0, 1), -1 on [1, 2) and so on, filtered by a tent of half-width r around x: exact for
+/// any r >= 0.
 float filtered_square_wave(float x, float r);
 
-/// Unit cells of two textures in turn, in the plane or in space; `a` in the cell at the origin. Filtered by a tent of 1.5 footprints on either side.
+/// Unit cells of two textures in turn, in the plane or in space; `a` in the cell at the origin. Filtered by a tent
+/// of 1.5 footprints on either side.
 template <class T>
 class CheckerboardTexture final : public Texture<T> {
  public:
@@ -50,7 +52,8 @@ extern template class DotsTexture<RGB>;
 /// Fractional Brownian motion, see noise.h.
 class FbmTexture final : public FloatTexture {
  public:
-  FbmTexture(const TextureMapping3& mapping, int octaves, float omega) : mapping_(mapping), octaves_(octaves), omega_(omega) {}
+  FbmTexture(const TextureMapping3& mapping, int octaves, float omega)
+      : mapping_(mapping), octaves_(octaves), omega_(omega) {}
   void evaluate(const ShadingPoints& points, float* out) const override;
 
  private:

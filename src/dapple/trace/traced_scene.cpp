@@ -323,11 +323,11 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
-geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
+geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time, bool tangents) const {
   const Geometry& g = *geometries_[h.geometry[i]];
   geom::SurfacePoint s;
   if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
-    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
+    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time, tangents);
   else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
     s = (*quadric)->at(h.u[i], h.v[i]);
   else

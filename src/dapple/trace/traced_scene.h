@@ -47,7 +47,8 @@ class TracedScene {
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
   /// The surface at a hit, in world space, Ng and Ns on the outside.
-  geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
+  /// Without tangents, dPdu to dNdv may be left at their defaults: cheaper.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
 
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }

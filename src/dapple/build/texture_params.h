@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "dapple/build/texture_factory.h"
+#include "dapple/shading/texture_image.h"
+
+namespace dapple::build {
+
+// Parameters of textures, read from a scene. Helpers of TextureLibrary and TextureBuilder.
+
+/// A colour given by any of the ways of writing a spectrum. InputError for other types.
+RGB spectrum_value(const scenefile::Param& param, TextureRole role, const BuildContext& context);
+
+/// What an imagemap directive asks for, its mapping apart.
+struct ImageParams {
+  std::string path;
+  FileLoc loc;  ///< of the file name
+  image::Encoding encoding;
+  shading::ImageTextureOptions options;
+};
+ImageParams image_params(const scenefile::TextureEntity& entity, const BuildContext& context);
+
+/// What stands in for images that cannot be read: magenta and black squares, ten to the unit.
+shading::RgbTexturePtr missing_image_texture();
+/// The warning that goes with it.
+void warn_of_stand_in(const InputError& error, const FileLoc& loc, const std::string& stand_in,
+                      const BuildContext& context);
+
+}  // namespace dapple::build

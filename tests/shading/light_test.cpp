@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/light.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "dapple/base/hash.h"
+#include "dapple/shading/area_light.h"
+#include "dapple/shading/distant_light.h"
+#include "dapple/shading/environment_light.h"
+#include "dapple/shading/image_light.h"
+#include "dapple/shading/infinite_light.h"
+#include "dapple/shading/point_light.h"
+#include "tests/support/chi_square.h"
+
+namespace dapple::shading {
+namespace {
+
+using geom::DiskEmitter;
+using geom::EmitterShape;
+using geom::PatchEmitter;
+using geom::SphereEmitter;
+using geom::TriangleEmitter;
+
+/// Irradiance on the plane through `to`, by sampling the light alone.
+test::Moments irradiance(const Light& light, const LightReceiver& to, int samples = 100000) {
+  test::Moments m;
+  for (int i = 0; i < samples; ++i) {
+    KeyedRng rng(hash(11, i));
+    LightSample s;
+    if (!light.sample(to, {rng.next(), rng.next()}, &s)) {
+      m.add(0);
+      continue;
+    }
+    EXPECT_NEAR(length(s.wi), 1, 1e-4f);
+    m.add(s.radiance.g * std::max(dot(to.n, s.wi), 0.0f) / s.pdf);
+  }
+  return m;
+}
+
+const LightReceiver up{.p = V3f(0, 0, 0), .n = V3f(0, 0, 1)};
+
+EmitterShape unit_square_at(float z) {  // facing down, 2 x 2
+  return EmitterShape(std::in_place_type<PatchEmitter>, V3f(-1, -1, z), V3f(1, -1, z), V3f(-1, 1, z), V3f(1, 1, z), true);
+}
+
+TEST(LightIrradiance, DiskOverAPointIsPiLSinSquared) {
+  // E = pi L r^2 / (r^2 + h^2)
+  const auto light = make_area_light(EmitterShape(std::in_place_type<DiskEmitter>, Transform::translate({0, 0, 2}), 0.0f, 1.5f, 0.0f, 2 * pi, true),
+                                     {.radiance = RGB(3)});
+  EXPECT_GT(test::z_test(irradiance(*light, up), pi * 3 * 2.25 / (2.25 + 4), 1e-4), 1e-3);
+}
+
+TEST(LightIrradiance, RectangleOverAPointIsItsFormFactor) {
+  // A point under the corner of an a x b rectangle at distance c, X = a/c, Y = b/c (Howell's catalogue, B-4):
+  // F = 1/2pi [X/sqrt(1+X^2) atan(Y/sqrt(1+X^2)) + Y/sqrt(1+Y^2) atan(X/sqrt(1+Y^2))]; four corners make the square.
+  const double x = 1 / 1.5, f = 4 / (2 * pi) * 2 * x / std::sqrt(1 + x * x) * std::atan(x / std::sqrt(1 + x * x));
+  const auto light = make_area_light(unit_square_at(1.5f), {.radiance = RGB(2)});
+  EXPECT_GT(test::z_test(irradiance(*light, up), pi * 2 * f, 1e-4), 1e-3);
+}
+
+TEST(LightIrradiance, TwoTrianglesMakeTheRectangle) {
+  const auto one = make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, -1, 1), V3f(1, 1, 1), true), {.radiance = RGB(1)});
+  const auto two = make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, 1, 1), V3f(-1, 1, 1), true), {.radiance = RGB(1)});
+  const auto both = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
+  EXPECT_NEAR(irradiance(*one, up).mean() + irradiance(*two, up).mean(), irradiance(*both, up).mean(), 0.01);
+}
+
+TEST(LightIrradiance, SphereIsItsIntensityOverDistanceSquared) {
+  // Facing the receiver, a Lambertian sphere gives pi L r^2 / d^2 at any distance.
+  const auto light = make_area_light(
+      EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1.0f, -1.0f, 1.0f, 2 * pi, false), {.radiance = RGB(5)});
+  EXPECT_GT(test::z_test(irradiance(*light, up), pi * 5 / 4, 1e-4), 1e-3);
+}
+
+TEST(LightIrradiance, ConstantSkyIsPiL) {
+  const InfiniteLight sky(RGB(0.7f));
+  EXPECT_GT(test::z_test(irradiance(sky, up), pi * 0.7, 1e-4), 1e-3);
+  // Where light from below cannot count, the cosine is sampled exactly: no variance is left.
+  LightReceiver opaque = up;
+  opaque.transmits = false;
+  const test::Moments m = irradiance(sky, opaque, 1000);
+  EXPECT_NEAR(m.mean(), pi * 0.7, 1e-4);
+  EXPECT_LT(m.variance(), 1e-8);
+}
+
+TEST(LightIrradiance, PointSpotAndDistant) {
+  LightSample s;
+  const LightReceiver to{.p = V3f(1, 0, 0)};
+  ASSERT_TRUE(PointLight(V3f(1, 0, 2), RGB(8)).sample(to, {0, 0}, &s));
+  EXPECT_TRUE(s.delta);
+  EXPECT_FLOAT_EQ(s.radiance.r, 2);
+  EXPECT_FLOAT_EQ(s.distance, 2);
+  EXPECT_FLOAT_EQ(s.wi.z, 1);
+  EXPECT_FLOAT_EQ(s.pdf, 1);
+  ASSERT_TRUE(DistantLight(V3f(0, 0, 1), RGB(4)).sample(to, {0, 0}, &s));
+  EXPECT_EQ(s.radiance.g, 4);
+  EXPECT_EQ(s.distance, infinity);
+  // A spot's intensity integrates to its power.
+  const SpotLight spot(V3f(0, 0, 0), V3f(0, 0, 1), RGB(2), radians(50), radians(20));
+  double sum = 0;
+  constexpr int steps = 4000;
+  for (int i = 0; i < steps; ++i) {
+    const float z = 2 * (i + 0.5f) / steps - 1;
+    sum += spot.intensity(V3f(safe_sqrt(1 - z * z), 0, z)).g * 2 * pi * 2 / steps;
+  }
+  EXPECT_NEAR(spot.power(0), sum, 1e-3 * sum);
+  EXPECT_NEAR(sum, 2 * SpotLight::solid_angle(radians(50), radians(20)), 1e-3 * sum);
+}
+
+TEST(AreaLight, ShinesOnItsSide) {
+  const auto one = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
+  const auto two = make_area_light(unit_square_at(1), {.radiance = RGB(1), .two_sided = true});
+  const LightReceiver above{.p = V3f(0, 0, 2)};
+  LightSample s;
+  EXPECT_FALSE(one->sample(above, {0.5f, 0.5f}, &s));
+  EXPECT_TRUE(two->sample(above, {0.5f, 0.5f}, &s));
+  const V3f down(0, 0, -1);
+  EXPECT_TRUE(one->emitted({0, 0, 1}, down, {0, 0}, {0, 0, 1}).is_black());
+  EXPECT_EQ(one->emitted({0, 0, 1}, down, {0, 0}, down), RGB(1));
+  EXPECT_EQ(two->emitted({0, 0, 1}, down, {0, 0}, {0, 0, 1}), RGB(1));
+  EXPECT_FLOAT_EQ(one->power(1), pi * 4);
+  EXPECT_FLOAT_EQ(two->power(1), 2 * pi * 4);
+}
+
+TEST(AreaLight, ImageIsLookedUpByUvWithTheTopRowAtOne) {
+  auto image = std::make_shared<image::Image>(2, 2, 3);
+  for (int c = 0; c < 3; ++c) image->pixel(0, 0)[c] = 1, image->pixel(1, 0)[c] = 2, image->pixel(0, 1)[c] = 3, image->pixel(1, 1)[c] = 4;
+  const auto light = make_area_light(unit_square_at(1), {.radiance = RGB(10), .image = image});
+  const V3f down(0, 0, -1);
+  const auto at = [&](float u, float v) { return light->emitted({0, 0, 1}, down, {u, v}, down).g; };
+  EXPECT_FLOAT_EQ(at(0.25f, 0.75f), 10);
+  EXPECT_FLOAT_EQ(at(0.75f, 0.75f), 20);
+  EXPECT_FLOAT_EQ(at(0.25f, 0.25f), 30);
+  EXPECT_FLOAT_EQ(at(1, 0), 40);
+  EXPECT_FLOAT_EQ(at(0.5f, 0.5f), 25);
+  EXPECT_FLOAT_EQ(light->power(1), 25 * pi * 4);
+}
+
+/// Opacity u over the surface.
+class Ramp final : public FloatTexture {
+ public:
+  void evaluate(const ShadingPoints& points, float* out) const override {
+    for (int i = 0; i < points.count; ++i) out[i] = points.u[i];
+  }
+};
+
+TEST(AreaLight, AlphaDimsWhatIsSampledAndZeroAlphaCannotBeHit) {
+  const auto plain = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
+  const auto ramp = make_area_light(unit_square_at(1), {.radiance = RGB(1), .alpha = std::make_shared<Ramp>()});
+  const auto ghost = make_area_light(unit_square_at(1), {.radiance = RGB(1), .alpha = std::make_shared<ConstantTexture<float>>(0.0f)});
+  const double full = irradiance(*plain, up).mean();
+  EXPECT_GT(test::z_test(irradiance(*ramp, up), full / 2, 1e-3), 1e-3);  // by symmetry
+  EXPECT_GT(test::z_test(irradiance(*ghost, up), full, 1e-3), 1e-3);
+  EXPECT_TRUE(ghost->is_delta());
+  EXPECT_EQ(ghost->pdf(up, {0, 0, 1}, {0, 0, 1}, {0, 0, -1}), 0);
+  // Rays that hit have passed the opacity test: no second dimming.
+  EXPECT_EQ(ramp->emitted({0, 0, 1}, {0, 0, -1}, {0.2f, 0}, {0, 0, -1}), RGB(1));
+}
+
+/// Noise with one sun; a black quarter at the top unless `floor` is above zero.
+image::EnvironmentImage panorama(int width, int height, float floor = 0) {
+  image::Image image(width, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] = y < height / 4 ? floor : to_unit_float(hash(x, y)) * (x == 3 && y == height / 2 ? 500 : 1);
+  return image::EnvironmentImage(image, std::nullopt, {});
+}
+
+/// Directions follow the density, which is exact for both mappings, for rotated and for sheared lights.
+TEST(LightChiSquare, Environment) {
+  const Transform turned = Transform::rotate(70, V3d(1, 0.3, 0.2)) * Transform::scale({1, -1, 1});
+  const Transform sheared = Transform::rotate(40, V3d(0, 1, 0.2)) * Transform::scale({1, 2, 0.7});
+  for (const auto& [width, height] : {std::pair(16, 8), std::pair(12, 12)}) {
+    for (const Transform& t : {turned, sheared}) {
+      const EnvironmentLight light(panorama(width, height, 0.01f), RGB(1), t);
+      test::ChiSquareOptions options;
+      options.samples = 100000;
+      options.mass_tolerance = 5e-3;
+      const auto result = test::chi_square_sphere(
+          [&](KeyedRng& rng) -> std::optional<V3f> {
+            LightSample s;
+            const V2f u(rng.next(), rng.next());
+            if (!light.sample(up, u, &s)) return std::nullopt;
+            return s.wi;
+          },
+          [&](const V3f& w) { return light.pdf(up, w, {0, 0, 0}, {0, 0, 0}); }, options);
+      EXPECT_GT(result.p_value, test::sidak(0.01, 4)) << width << " " << result.message;
+    }
+  }
+}
+
+TEST(LightChiSquare, ConstantSky) {
+  const InfiniteLight sky(RGB(1));
+  const V3f tilted = normalize(V3f(1, 2, -0.5f));
+  for (const LightReceiver& to : {LightReceiver{.p = V3f(0, 0, 0)}, LightReceiver{.p = V3f(0, 0, 0), .n = tilted},
+                                  LightReceiver{.p = V3f(0, 0, 0), .n = tilted, .transmits = false}}) {
+    const auto result = test::chi_square_sphere(
+        [&](KeyedRng& rng) -> std::optional<V3f> {
+          LightSample s;
+          const V2f u(rng.next(), rng.next());
+          if (!sky.sample(to, u, &s)) return std::nullopt;
+          EXPECT_NEAR(s.pdf, sky.pdf(to, s.wi, s.wi, s.wi), 1e-5f);
+          return s.wi;
+        },
+        [&](const V3f& w) { return sky.pdf(to, w, w, w); });
+    EXPECT_GT(result.p_value, test::sidak(0.01, 3)) << result.message;
+  }
+}
+
+TEST(EnvironmentLight, SampledRadianceIsWhatARayFinds) {
+  const EnvironmentLight light(panorama(32, 16), RGB(1, 2, 3), Transform::rotate(30, V3d(1, 1, 0)));
+  for (int i = 0; i < 1000; ++i) {
+    KeyedRng rng(hash(2, i));
+    LightSample s;
+    if (!light.sample(up, {rng.next(), rng.next()}, &s)) continue;
+    const RGB seen = light.environment(s.wi, 0);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], s.radiance[c], 1e-2f * s.radiance.max());
+    EXPECT_GT(light.pdf(up, s.wi, s.wi, s.wi), 0);
+  }
+}
+
+/// Wherever a ray finds light, sampling can too; and the fluence both find is 4 pi times the mean.
+TEST(EnvironmentLight, NoLightIsOutOfReach) {
+  const EnvironmentLight light(panorama(32, 16), RGB(1), Transform::rotate(30, V3d(1, 1, 0)));
+  test::Moments by_light, by_sphere;
+  for (int i = 0; i < 200000; ++i) {
+    KeyedRng rng(hash(4, i));
+    const V2f u(rng.next(), rng.next());
+    LightSample s;
+    by_light.add(light.sample(up, u, &s) ? s.radiance.g / s.pdf : 0);
+    const float z = 1 - 2 * u.x, r = safe_sqrt(1 - z * z);
+    const V3f w(r * std::cos(2 * pi * u.y), r * std::sin(2 * pi * u.y), z);
+    const float radiance = light.environment(w, 0).g;
+    by_sphere.add(4 * pi * radiance);
+    if (radiance > 0) {
+      EXPECT_GT(light.pdf(up, w, w, w), 0);
+    }
+  }
+  EXPECT_GT(test::z_test(by_light, by_sphere), 1e-3);
+  EXPECT_NEAR(light.power(1), by_light.mean() * pi, 0.05 * light.power(1));  // grey: luminance is the green channel
+}
+
+TEST(ProjectionLight, PlacesThePictureUprightWithinItsFov) {
+  image::Image picture(2, 2, 3);
+  const auto set = [&](int x, int y, float r, float g, float b) { picture.pixel(x, y)[0] = r, picture.pixel(x, y)[1] = g, picture.pixel(x, y)[2] = b; };
+  set(0, 0, 1, 0, 0), set(1, 0, 0, 1, 0), set(0, 1, 0, 0, 1), set(1, 1, 1, 1, 1);
+  const ProjectionLight light(Transform(), RGB(2), picture, 90);
+  EXPECT_EQ(light.intensity(normalize(V3f(-0.5f, 0.5f, 1))), RGB(2, 0, 0));  // left, top
+  EXPECT_EQ(light.intensity(normalize(V3f(0.5f, 0.5f, 1))), RGB(0, 2, 0));
+  EXPECT_EQ(light.intensity(normalize(V3f(-0.5f, -0.5f, 1))), RGB(0, 0, 2));
+  EXPECT_TRUE(light.intensity(normalize(V3f(1.01f, 0, 1))).is_black());
+  EXPECT_TRUE(light.intensity(V3f(0, 0, -1)).is_black());
+  // Power of a white picture: the solid angle of a 90 degree square, 4 asin(1/2) = 2 pi / 3.
+  image::Image white(64, 64, 1);
+  for (float& v : white.pixels()) v = 1;
+  EXPECT_NEAR(ProjectionLight(Transform(), RGB(1), white, 90).power(0), 2 * pi / 3, 1e-3);
+}
+
+TEST(GoniometricLight, PoleIsTheYAxis) {
+  image::Image diagram(64, 32, 1);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 64; ++x) diagram.pixel(x, y)[0] = y < 16 ? 1 : 0;  // the upper half
+  const GoniometricLight light(Transform(), RGB(3), image::EnvironmentImage(diagram, std::nullopt, {}));
+  EXPECT_FLOAT_EQ(light.intensity(normalize(V3f(0.2f, 1, 0.3f))).g, 3);
+  EXPECT_FLOAT_EQ(light.intensity(normalize(V3f(0.2f, -1, 0.3f))).g, 0);
+  EXPECT_NEAR(light.power(0), 2 * pi * 3, 0.01);
+}
+
+}  // namespace
+}  // namespace dapple::shading
