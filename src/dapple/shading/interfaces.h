@@ -18,8 +18,8 @@ enum Part : uint8_t { part_reflection = 1, part_transmission = 2, part_both = 3 
 
 template <class Weight>
 struct InterfaceSample {
-  V3f wi;
-  Weight weight;
+  V3f wi{0, 0, 1};
+  Weight weight{};
   float pdf = 0;  ///< 0 for a delta lobe
   bool transmitted = false;
   float eta = 1;
