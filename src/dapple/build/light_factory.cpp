@@ -175,12 +175,13 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
 /// What an AreaLightSource says, before it is laid over a primitive.
 struct AreaLightParams {
   shading::AreaEmission emission;
-  float power = 0;           // lm of each primitive of colour 1; 0 = not given
-  float mean_luminance = 1;  // of the image
+  float power = 0;  // of each primitive of colour 1; 0 = not given
+
+  float mean_luminance() const { return emission.pattern ? emission.pattern->mean_luminance() : 1; }
 
   shading::AreaEmission on(const Entity& e, float area) const {
     shading::AreaEmission out = emission;
-    const float at_one = pi * area * (emission.two_sided ? 2.0f : 1.0f) * mean_luminance;
+    const float at_one = pi * area * (emission.two_sided ? 2.0f : 1.0f) * mean_luminance();
     if (power > 0 && at_one > 0) out.radiance *= power / at_one;
     checked(e, out.radiance);
     return out;
@@ -196,16 +197,13 @@ AreaLightParams area_light_params(const Entity& e, const shading::FloatTexturePt
     throw InputError(filename->loc, "an area light has both \"L\" and \"filename\"; expected one of them");
   out.emission.radiance = checked(e, colour(e, "L", context) * scale_of(e));
   out.emission.two_sided = e.params.get_bool("twosided", false);
-  out.emission.alpha = alpha;
+  out.emission.invisible = alpha && alpha->constant() && *alpha->constant() <= 0;
   out.power = positive(e, "power").value_or(0);
-  if (filename) {
-    auto image = std::make_shared<image::Image>(emission_image(e, context, textures));
-    double sum = 0;
-    for (int y = 0; y < image->height(); ++y)
-      for (int x = 0; x < image->width(); ++x) sum += image->rgb(x, y).luminance();
-    out.mean_luminance = static_cast<float>(sum / (double(image->width()) * image->height()));
-    out.emission.image = std::move(image);
-  }
+  std::shared_ptr<const image::Image> image;
+  if (filename) image = std::make_shared<const image::Image>(emission_image(e, context, textures));
+  const bool masked = alpha && !out.emission.invisible;
+  if (image || masked)
+    out.emission.pattern = std::make_shared<const shading::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
   e.params.report_unused("AreaLightSource \"diffuse\"", context.diagnostics);
   return out;
 }
@@ -242,7 +240,7 @@ std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e, std::vecto
       continue;
     }
     const shading::AreaEmission emission = params.on(e, geom::area(*emitters[i]));
-    if (emission.radiance.is_black() || params.mean_luminance == 0) continue;
+    if (emission.radiance.is_black() || params.mean_luminance() == 0) continue;
     lights[i] = shading::make_area_light(std::move(*emitters[i]), emission);
   }
   if (without_area > 0)
