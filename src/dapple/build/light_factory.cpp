@@ -142,13 +142,16 @@ std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, co
 
 /// Illuminance on a patch that faces +z in the light's space.
 float upward_illuminance(const image::EnvironmentImage& image) {
+  const int n = std::clamp(512 / image.height(), 1, 32);  // points a texel: small images have few across the horizon
+  const float step_x = 1.0f / (image.width() * n), step_y = 1.0f / (image.height() * n);
   double sum = 0;
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) {
-      const V3f w = image.direction({(x + 0.5f) / image.width(), (y + 0.5f) / image.height()});
-      if (w.z > 0) sum += double(image.texel(x, y).luminance()) * w.z * image.texel_solid_angle(y);
+  for (int y = 0; y < image.height() * n; ++y)
+    for (int x = 0; x < image.width() * n; ++x) {
+      const V2f uv((x + 0.5f) * step_x, (y + 0.5f) * step_y);
+      const float z = image.direction(uv).z;
+      if (z > 0) sum += double(image.texel(x / n, y / n).luminance()) * z * image.solid_angle_per_area(uv);
     }
-  return static_cast<float>(sum);
+  return static_cast<float>(sum * step_x * step_y);
 }
 
 std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, const BuildContext& context,
