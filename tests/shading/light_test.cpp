@@ -19,7 +19,7 @@ namespace {
 
 using geom::DiskEmitter;
 using geom::EmitterShape;
-using geom::PatchEmitter;
+using geom::RectangleEmitter;
 using geom::SphereEmitter;
 using geom::TriangleEmitter;
 
@@ -42,7 +42,8 @@ test::Moments irradiance(const Light& light, const LightReceiver& to, int sample
 const LightReceiver up{.p = V3f(0, 0, 0), .n = V3f(0, 0, 1)};
 
 EmitterShape unit_square_at(float z) {  // facing down, 2 x 2
-  return EmitterShape(std::in_place_type<PatchEmitter>, V3f(-1, -1, z), V3f(1, -1, z), V3f(-1, 1, z), V3f(1, 1, z), true);
+  const V3f corners[4] = {V3f(-1, -1, z), V3f(1, -1, z), V3f(1, 1, z), V3f(-1, 1, z)};
+  return EmitterShape(std::in_place_type<RectangleEmitter>, corners, true);
 }
 
 TEST(LightIrradiance, DiskOverAPointIsPiLSinSquared) {

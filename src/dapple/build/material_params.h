@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/build/spectrum_params.h"
 #include "dapple/build/texture_factory.h"
-#include "dapple/numeric/spectrum.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/conductor_material.h"
 #include "dapple/shading/surface_material.h"
@@ -19,7 +19,7 @@ class MaterialParams {
   const scenefile::MaterialEntity& entity() const { return entity_; }
   const TextureLibrary& textures() const { return textures_; }
 
-  /// Clamped to [0, 1] by the materials; constants outside are warned of.
+  /// Clamped to [0, 1] by the materials.
   shading::Input<RGB> reflectance(std::string_view name, RGB fallback) const;
   shading::Input<float> number(std::string_view name, float fallback) const;
   float constant(std::string_view name, float fallback) const { return params_.get_float(name, fallback); }
@@ -38,8 +38,6 @@ class MaterialParams {
 
  private:
   FileLoc location_of(std::string_view name) const;
-  bool is_spectral(const scenefile::Param* param) const;
-  SampledSpectrum spectrum(const scenefile::Param* param, std::string_view fallback_name) const;
   shading::Input<RGB> index(std::string_view name, RGB fallback) const;
   int bounded_int(std::string_view name, int fallback, int low, int high) const;
 
