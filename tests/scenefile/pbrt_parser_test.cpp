@@ -115,8 +115,8 @@ TEST(PbrtParser, EveryParameterType) {
     "integer i" [ 1 -2 ] "float f" 1.5 "point2 p2" [ 1 2 ] "vector2 v2" [ 3 4 ]
     "point3 p3" [ 1 2 3 ] "point p" [ 1 2 3 ] "vector3 v3" [ 1 2 3 ] "vector v" [ 4 5 6 ]
     "normal n" [ 0 0 1 ] "normal3 n3" [ 0 1 0 ] "string s" "text" "string ss" [ "a" "b" ] "texture t" "tex"
-    "rgb c" [ .1 .2 .3 ] "blackbody k" 3000 "spectrum sp" [ 400 1 500 2 ] "spectrum sn" "glass-BK7" "  float   spaced  " 2
-    "float empty" [ ])");
+    "rgb c" [ .1 .2 .3 ] "blackbody k" 3000 "spectrum sp" [ 400 1 500 2 ] "spectrum sn" "glass-BK7"
+    "  float   spaced  " 2 "float empty" [ ])");
   const ParamSet& p = s.shapes[0].params;
   EXPECT_TRUE(p.get_bool("b1", false));
   EXPECT_FALSE(p.get_bool("b2", true));

@@ -20,7 +20,9 @@ namespace {
 
 constexpr double sodium_d = 589;  // nm; where indices of glass are quoted
 
-std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+std::string in_quotes(std::string_view name) {
+  return "\"" + std::string(name) + "\"";
+}
 
 }  // namespace
 
@@ -34,12 +36,7 @@ void MaterialParams::ignore(std::initializer_list<std::string_view> names) const
 }
 
 Input<RGB> MaterialParams::reflectance(std::string_view name, RGB fallback) const {
-  Input<RGB> input(textures_.reflectance_texture(params_, name, fallback));
-  // Colours of spectra may lie outside Rec.709, which is not the user's fault; 0.001 is for rounding.
-  const Param* param = params_.find(name);
-  if (const auto c = input.constant(); c && param && (c->max() > 1.001f || (c->min() < 0 && param->type == ParamType::rgb)))
-    context_.diagnostics.warn(param->loc, in_quotes(name) + " is outside [0, 1]: it is clamped");
-  return input;
+  return Input<RGB>(textures_.reflectance_texture(params_, name, fallback));
 }
 
 Input<float> MaterialParams::number(std::string_view name, float fallback) const {
@@ -53,7 +50,8 @@ RoughnessInput MaterialParams::roughness(const std::string& prefix) const {
   const auto checked = [&](const std::string& name, Input<float> input) {
     if (const auto r = input.constant()) {
       if (!(*r >= 0))
-        throw InputError(location_of(name), in_quotes(name) + " is " + std::to_string(*r) + "; expected a value in [0, 1]");
+        throw InputError(location_of(name),
+                         in_quotes(name) + " is " + std::to_string(*r) + "; expected a value in [0, 1]");
       if (*r > 1) context_.diagnostics.warn(location_of(name), in_quotes(name) + " is above 1: it is taken as 1");
     }
     return input;
@@ -68,47 +66,24 @@ RoughnessInput MaterialParams::roughness(const std::string& prefix) const {
   return {along("u"), along("v"), params_.get_bool("remaproughness", true)};
 }
 
-bool MaterialParams::is_spectral(const Param* param) const { return !param || param->type == ParamType::spectrum; }
-
-SampledSpectrum MaterialParams::spectrum(const Param* param, std::string_view fallback_name) const {
-  if (param && param->strings.empty()) {
-    std::vector<float> wavelengths, values;
-    for (size_t i = 0; i + 1 < param->numbers.size(); i += 2) {
-      wavelengths.push_back(param->numbers[i]);
-      values.push_back(param->numbers[i + 1]);
-    }
-    if (param->numbers.size() % 2 == 0 && !values.empty()) try {
-        return SampledSpectrum(std::move(wavelengths), std::move(values));
-      } catch (const std::invalid_argument& e) {
-        throw InputError(param->loc, in_quotes(param->name) + ": " + e.what());
-      }
-    throw InputError(param->loc, in_quotes(param->name) + ": expected pairs of wavelength (nm) and value");
-  }
-  const std::string name(param ? std::string_view(param->strings.front()) : fallback_name);
-  if (auto named = find_named_spectrum(name)) return *std::move(named);
-  return read_spectrum_file(context_.description.resolve(name), param->loc);
-}
-
 float MaterialParams::ior(std::string_view name, float fallback) const {
   const Param* param = params_.find(name);
   if (!param) return fallback;
-  float eta = 0;
-  if (param->type == ParamType::spectrum)
-    eta = static_cast<float>(spectrum(param, {})(sodium_d));
-  else if (param->type == ParamType::rgb && param->numbers.size() == 3)
-    eta = (param->numbers[0] + param->numbers[1] + param->numbers[2]) / 3;
-  else
-    eta = params_.get_float(name, fallback);
+  const float eta = param->type == ParamType::spectrum ? static_cast<float>((*spectrum_of(*param, context_))(sodium_d))
+                    : param->type == ParamType::rgb    ? unbounded_rgb(*param, context_).average()
+                                                       : params_.get_float(name, fallback);
   if (eta == 0) return 1;
   if (!(eta >= 0.01f && eta <= 100))
-    throw InputError(param->loc, in_quotes(name) + " is " + std::to_string(eta) + "; expected an index between 0.01 and 100");
+    throw InputError(param->loc,
+                     in_quotes(name) + " is " + std::to_string(eta) + "; expected an index between 0.01 and 100");
   return eta;
 }
 
 Input<RGB> MaterialParams::index(std::string_view name, RGB fallback) const {
   Input<RGB> input(textures_.unbounded_texture(params_, name, fallback));
   if (const auto c = input.constant(); c && !(c->min() >= 0 && c->is_finite()))
-    throw InputError(location_of(name), in_quotes(name) + " is negative; expected a complex index of refraction's part");
+    throw InputError(location_of(name),
+                     in_quotes(name) + " is negative; expected a complex index of refraction's part");
   return input;
 }
 
@@ -121,11 +96,15 @@ MetalInput MaterialParams::metal(const std::string& prefix, float outer_index) c
                                                        " are given; expected one way to describe the metal");
     return MetalInput(reflectance("reflectance", RGB(0.5f)), outer_index);
   }
-  if (is_spectral(eta) && is_spectral(k)) {
-    const ConductorRgb metal = conductor_to_rgb(spectrum(eta, "metal-Cu-eta"), spectrum(k, "metal-Cu-k"), outer_index);
+  const auto spectral = [](const Param* p) { return !p || p->type == ParamType::spectrum; };
+  const SampledSpectrum copper_eta = *find_named_spectrum("metal-Cu-eta"),
+                        copper_k = *find_named_spectrum("metal-Cu-k");
+  if (spectral(eta) && spectral(k)) {
+    const ConductorRgb metal = conductor_to_rgb(eta ? *spectrum_of(*eta, context_) : copper_eta,
+                                                k ? *spectrum_of(*k, context_) : copper_k, outer_index);
     return {Input<RGB>(metal.eta), Input<RGB>(metal.k)};
   }
-  const ConductorRgb copper = conductor_to_rgb(spectrum(nullptr, "metal-Cu-eta"), spectrum(nullptr, "metal-Cu-k"));
+  const ConductorRgb copper = conductor_to_rgb(copper_eta, copper_k);
   return {index(eta_name, copper.eta), index(k_name, copper.k), outer_index};
 }
 
@@ -143,7 +122,8 @@ CoatInput MaterialParams::coat(const std::string& prefix) const {
   coat.roughness = roughness(prefix);
   coat.thickness = number("thickness", 0.01f);
   if (const auto t = coat.thickness.constant(); t && *t < 0)
-    throw InputError(location_of("thickness"), "\"thickness\" is negative; expected optical thickness of the coat, 0 or more");
+    throw InputError(location_of("thickness"),
+                     "\"thickness\" is negative; expected optical thickness of the coat, 0 or more");
   coat.g = number("g", 0);
   if (const auto g = coat.g.constant(); g && std::abs(*g) > 0.99f)
     context_.diagnostics.warn(location_of("g"), "\"g\" is outside [-0.99, 0.99]: it is clamped");
@@ -156,7 +136,8 @@ CoatInput MaterialParams::coat(const std::string& prefix) const {
 SurfaceDetail MaterialParams::detail() const {
   SurfaceDetail detail;
   detail.displacement = textures_.optional_float_texture(params_, "displacement");
-  if (detail.displacement && detail.displacement->constant()) detail.displacement = nullptr;  // a uniform shift bends nothing
+  if (detail.displacement && detail.displacement->constant())
+    detail.displacement = nullptr;  // a uniform shift bends nothing
   if (const Param* map = params_.find("normalmap")) {
     const std::string file = params_.get_string("normalmap", "");
     if (!file.empty()) detail.normal_map = textures_.normal_map(file, map->loc);

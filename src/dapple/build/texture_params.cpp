@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/texture_params.h"
 
+#include "dapple/build/spectrum_params.h"
 #include "dapple/shading/texture_pattern.h"
 
 namespace dapple::build {
 
 using scenefile::Param;
-using scenefile::ParamType;
 
-RGB spectrum_value(const Param& param, TextureRole, const BuildContext&) {
-  if (param.type == ParamType::rgb && param.numbers.size() == 3)
-    return {param.numbers[0], param.numbers[1], param.numbers[2]};
-  throw InputError(param.loc, "parameter \"" + param.name + "\" has type \"" + std::string(name_of(param.type)) +
-                                  "\"; expected rgb, spectrum or texture");
+RGB spectrum_value(const Param& param, TextureRole role, const BuildContext& context) {
+  return role == TextureRole::reflectance ? reflectance_rgb(param, context) : unbounded_rgb(param, context);
 }
 
 namespace {

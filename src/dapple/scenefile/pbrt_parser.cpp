@@ -127,7 +127,7 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
     {"Integrator", Block::options, &PbrtParser::set_once<&SceneDescription::integrator>},
     {"LightSource", Block::world, &PbrtParser::light_source},
     {"LookAt", Block::any, &PbrtParser::look_at},
-    {"MakeNamedMaterial", Block::any, &PbrtParser::make_named_material},
+    {"MakeNamedMaterial", Block::world, &PbrtParser::make_named_material},
     {"MakeNamedMedium", Block::any, &PbrtParser::make_named_medium},
     {"Material", Block::world, &PbrtParser::material},
     {"MediumInterface", Block::any, &PbrtParser::medium_interface},

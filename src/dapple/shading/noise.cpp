@@ -101,12 +101,12 @@ float turbulence(const V3f& p, const V3f& dpdx, const V3f& dpdy, float omega, in
     frequency *= lacunarity;
     amplitude *= omega;
   }
-  // As in pbrt, the octave that fades out and the mean that stands for it are both counted.
+  if (whole == octaves) return sum;
   const float faded = smooth_step(0.3f, 0.7f, n - static_cast<float>(whole));
   sum += amplitude * lerp(faded, mean_absolute_noise, std::abs(gradient_noise(p * frequency)));
-  for (int i = whole; i < octaves; ++i) {
-    sum += amplitude * mean_absolute_noise;
+  for (int i = whole + 1; i < octaves; ++i) {
     amplitude *= omega;
+    sum += amplitude * mean_absolute_noise;
   }
   return sum;
 }

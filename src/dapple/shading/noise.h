@@ -13,7 +13,8 @@ float gradient_noise(const V3f& p);
 /// the last. Octaves finer than the footprint are left out, the last one faded.
 float fbm(const V3f& p, const V3f& dpdx, const V3f& dpdy, float omega, int octaves);
 
-/// The same sum of absolute values; octaves left out are replaced by their mean, about .2.
+/// The same sum of absolute values; octaves left out are replaced by their mean, about .2, so that the whole keeps its
+/// mean at any distance (pbrt-v4 counts the fading octave twice).
 float turbulence(const V3f& p, const V3f& dpdx, const V3f& dpdy, float omega, int octaves);
 
 }  // namespace dapple::shading
