@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(
                     FurnaceCase{"thin", R"(Material "thindielectric" "float eta" 1.5)", 1, .004f},
                     FurnaceCase{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)", 1, .02f},
                     FurnaceCase{"interface", R"(Material "interface")", 1, .001f}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 // A point light of intensity I at height h over a diffuse floor of reflectance rho: radiance below it is rho / pi * I / h^2.
 TEST(DirectLight, PointLightFallsOffWithTheSquare) {

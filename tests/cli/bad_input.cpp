@@ -68,9 +68,9 @@ std::vector<std::string> files_in(const std::string& folder, const std::string& 
 }
 
 std::string legal_name(const testing::TestParamInfo<std::string>& info) {
-  std::string name = info.param;
+  std::string name = tested.param;
   std::replace_if(name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
-  return std::to_string(info.index) + "_" + name;
+  return std::to_string(tested.index) + "_" + name;
 }
 
 class BadScene : public testing::TestWithParam<std::string> {};
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Refused{"unterminated_string.pbrt", "unterminated_string.pbrt:7"},
                     Refused{"ply_count_lie.pbrt", "count_lie.ply"}, Refused{"ply_not_ply.pbrt", "not_ply.ply:1"},
                     Refused{"ply_ascii_words.pbrt", "ascii_words.ply:"}, Refused{"wrong_type.pbrt", "wrong_type.pbrt:7"}),
-    [](const auto& info) { return std::to_string(info.index); });
+    [](const auto& tested) { return std::to_string(tested.index); });
 
 // The scenes of several megabytes: deep nesting, many names, one long name.
 std::string repeated(int n, const std::function<std::string(int)>& text) {

@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values("scenes/cornell-box/cornell.pbrt", "../shared/scenes/veach-mis/scene-v4.pbrt",
                                          "../shared/scenes/staircase2/scene-v4.pbrt",
                                          "../shared/scenes/forest/forest-cutout.pbrt"),
-                         [](const auto& info) { return "scene_" + std::to_string(info.index); });
+                         [](const auto& tested) { return "scene_" + std::to_string(tested.index); });
 
 }  // namespace
 }  // namespace dapple::test

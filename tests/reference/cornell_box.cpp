@@ -38,7 +38,7 @@ INSTANTIATE_TEST_SUITE_P(Bounces, CornellBox,
                          testing::Values(Bounces{"b0", {"--bounces", "0"}}, Bounces{"b1", {"--bounces", "1"}},
                                          Bounces{"b2", {"--bounces", "2"}}, Bounces{"b3", {"--bounces", "3"}},
                                          Bounces{"b64", {}}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 // The references above differ by 3 to 13 % from one bounce to the next: a test that could not tell them apart would show nothing.
 TEST(CornellBoxReferences, DifferByMoreThanTheBounds) {

@@ -252,6 +252,7 @@ bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primit
 }
 
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
+  if (recorder_) recorder_->record(r, n, false);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int first = 0; first < n; first += packet) {
@@ -291,6 +292,7 @@ void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
 }
 
 void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
+  if (recorder_) recorder_->record(r, n, true);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int first = 0; first < n; first += packet) {
