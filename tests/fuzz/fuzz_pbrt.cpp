@@ -13,8 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   dapple::Diagnostics diagnostics;
   try {
     // No folder of that name exists: files that the text includes are not to be found.
-    const auto scene = dapple::scenefile::parse_pbrt(std::string(reinterpret_cast<const char*>(data), size), "fuzz.pbrt",
-                                                     "/nonexistent", diagnostics);
+    const auto scene = dapple::scenefile::parse_pbrt(std::string(reinterpret_cast<const char*>(data), size),
+                                                     "fuzz.pbrt", "/nonexistent", diagnostics);
     for (const auto& shape : scene.shapes) shape.params.report_unused("Shape", diagnostics);
   } catch (const dapple::InputError&) {
   }

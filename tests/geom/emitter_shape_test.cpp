@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <string>
 
@@ -51,20 +52,28 @@ std::vector<Case> cases() {
   triangle("triangle_grazing", {0, 0, 1}, {4, 0, 1}, {2, 5, 1.01f}, {-1, 0, 0.98f});
   triangle("triangle_sliver", {-3, 0, 1}, {3, 0, 1}, {0, 0.01f, 1}, {0, 0, 0});
 
-  const auto patch = [&](std::string name, V3f a, V3f b, V3f c, V3f d, V3f ref) {
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<PatchEmitter>, a, b, c, d, false); }, ref,
+  const auto rectangle = [&](std::string name, V3f a, V3f b, V3f d, V3f ref) {
+    const std::array<V3f, 4> c = {a, b, b + d - a, d};
+    EXPECT_TRUE(RectangleEmitter::is_rectangle(c.data())) << name;
+    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<RectangleEmitter>, c.data(), false); }, ref,
+                   [=](double u, double v) { return V3d(a) + V3d(b - a) * u + V3d(d - a) * v; }});
+  };
+  rectangle("rectangle", {-1, -0.5f, 2}, {1, -0.5f, 2}, {-1, 0.7f, 2.3f}, {0.5f, 0, 0});
+  rectangle("rectangle_near", {-1, -1, 0.01f}, {1, -1, 0.01f}, {-1, 1, 0.01f}, {0, 0.3f, 0});
+  rectangle("rectangle_grazing", {1, -1, 1}, {1, 1, 1}, {5, -1, 1}, {0, 0, 0.98f});
+  rectangle("rectangle_far", {-1, -1, 5000}, {1, -1, 5000}, {-1, 1, 5000}, {0, 0, 0});
+
+  const auto quad = [&](std::string name, std::array<V3f, 4> c, V3f ref) {
+    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<QuadEmitter>, c.data(), false); }, ref,
                    [=](double u, double v) {
-                     return (V3d(a) * (1 - u) + V3d(b) * u) * (1 - v) + (V3d(c) * (1 - u) + V3d(d) * u) * v;
+                     if (u + v <= 1) return V3d(c[0]) + V3d(c[1] - c[0]) * u + V3d(c[3] - c[0]) * v;
+                     return V3d(c[2]) + V3d(c[3] - c[2]) * (1 - u) + V3d(c[1] - c[2]) * (1 - v);
                    }});
   };
-  patch("rectangle", {-1, -0.5f, 2}, {1, -0.5f, 2}, {-1, 0.7f, 2.3f}, {1, 0.7f, 2.3f}, {0.5f, 0, 0});
-  patch("rectangle_near", {-1, -1, 0.01f}, {1, -1, 0.01f}, {-1, 1, 0.01f}, {1, 1, 0.01f}, {0, 0.3f, 0});
-  patch("rectangle_grazing", {1, -1, 1}, {1, 1, 1}, {5, -1, 1}, {5, 1, 1}, {0, 0, 0.98f});
-  patch("rectangle_far", {-1, -1, 5000}, {1, -1, 5000}, {-1, 1, 5000}, {1, 1, 5000}, {0, 0, 0});
-  patch("parallelogram", {-1, 0, 2}, {1, 0, 2}, {0, 1, 2}, {2, 1, 2}, {0, 0, 0});
-  patch("trapezoid", {-1, 0, 2}, {1, 0, 2}, {-0.2f, 1, 2}, {0.3f, 1, 2}, {0, 0, 0});
-  patch("curved", {-1, -1, 2}, {1, -1, 1.2f}, {-1, 1, 1.4f}, {1.5f, 1, 2.6f}, {0, 0, 0});
-  patch("curved_one_corner_flat", {0, 0, 2}, {1, 0, 2}, {0, 1, 2}, {0.5f, 0.5f, 1.5f}, {0, 0.4f, 0});
+  quad("parallelogram", {V3f(-1, 0, 2), V3f(1, 0, 2), V3f(2, 1, 2), V3f(0, 1, 2)}, {0, 0, 0});
+  quad("trapezoid", {V3f(-1, 0, 2), V3f(1, 0, 2), V3f(0.3f, 1, 2), V3f(-0.2f, 1, 2)}, {0, 0, 0});
+  quad("bent_quad", {V3f(-1, -1, 2), V3f(1, -1, 1.2f), V3f(1.5f, 1, 2.6f), V3f(-1, 1, 1.4f)}, {0, 0, 0});
+  quad("quad_that_is_a_triangle", {V3f(0, 0, 2), V3f(1, 0, 2), V3f(0.5f, 0.5f, 2), V3f(0, 1, 2)}, {0, 0.4f, 0});
 
   const auto sphere = [&](std::string name, Transform t, float r, float z0, float z1, float phi, V3f ref, bool hides) {
     out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<SphereEmitter>, t, r, z0, z1, phi, false); }, ref,
@@ -203,7 +212,8 @@ TEST(EmitterSolidAngle, ClosedForms) {
   const EmitterShape disk(std::in_place_type<DiskEmitter>, id, 0.0f, 1.0f, 0.0f, 2 * pi, false);
   expect_solid_angle(disk, {0, 0, 0.5f}, 2 * pi * (1 - 0.5 / std::sqrt(1.25)));
   // A rectangle 2a x 2b at distance d over its middle: 4 asin(ab / sqrt((a^2 + d^2) (b^2 + d^2))).
-  const EmitterShape rectangle(std::in_place_type<PatchEmitter>, V3f(-1, -2, 1), V3f(1, -2, 1), V3f(-1, 2, 1), V3f(1, 2, 1), false);
+  const V3f corners[4] = {V3f(-1, -2, 1), V3f(1, -2, 1), V3f(1, 2, 1), V3f(-1, 2, 1)};
+  const EmitterShape rectangle(std::in_place_type<RectangleEmitter>, corners, false);
   expect_solid_angle(rectangle, {0, 0, 0}, 4 * std::asin(2 / std::sqrt(2.0 * 5.0)));
   // An octant.
   const EmitterShape octant(std::in_place_type<TriangleEmitter>, V3f(1, 0, 0), V3f(0, 1, 0), V3f(0, 0, 1), false);
@@ -256,7 +266,9 @@ TEST(EmitterShape, DegenerateShapesAreToldApart) {
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<TriangleEmitter>, a, b, b, false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<TriangleEmitter>, a, b, V3f(3e38f, 3e38f, 3e38f), false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<TriangleEmitter>, a, b, V3f(0, NAN, 0), false)));
-  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<PatchEmitter>, a, b, a, b, false)));
+  const V3f line[4] = {a, b, b, a};
+  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<RectangleEmitter>, line, false)));
+  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<QuadEmitter>, line, false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<SphereEmitter>, Transform(), 0.0f, 0.0f, 0.0f, 2 * pi, false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<DiskEmitter>, Transform(), 0.0f, 1.0f, 1.0f, 2 * pi, false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<CylinderEmitter>, Transform(), 1.0f, 0.0f, 0.0f, 2 * pi, false)));

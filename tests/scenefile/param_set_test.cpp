@@ -42,10 +42,12 @@ TEST(ParamSet, WrongTypeNamesPlaceNameTypeAndCount) {
   ParamSet set;
   set.add(string("radius", "big"));
   set.add(real("pair", {1, 2}));
-  EXPECT_EQ(error_of([&] { set.get_float("radius", 1); }),
-            "file.pbrt:3:9: parameter \"radius\": expected type \"float\" with 1 value, found type \"string\" with 1 value");
-  EXPECT_EQ(error_of([&] { set.get_float("pair", 1); }),
-            "file.pbrt:3:9: parameter \"pair\": expected type \"float\" with 1 value, found type \"float\" with 2 values");
+  EXPECT_EQ(
+      error_of([&] { set.get_float("radius", 1); }),
+      "file.pbrt:3:9: parameter \"radius\": expected type \"float\" with 1 value, found type \"string\" with 1 value");
+  EXPECT_EQ(
+      error_of([&] { set.get_float("pair", 1); }),
+      "file.pbrt:3:9: parameter \"pair\": expected type \"float\" with 1 value, found type \"float\" with 2 values");
   EXPECT_NE(error_of([&] { set.get_ints("pair"); }), "");
   EXPECT_NE(error_of([&] { set.get_strings("pair"); }), "");
   EXPECT_NE(error_of([&] { set.get_bool("pair", false); }), "");
@@ -66,7 +68,9 @@ TEST(ParamSet, ChoiceListsLegalNames) {
   set.add(string("wrap", "clamp"));
   EXPECT_EQ(set.get_choice("wrap", {"repeat", "clamp"}, 0), 1);
   EXPECT_EQ(set.get_choice("none", {"repeat", "clamp"}, 0), 0);
-  EXPECT_CONTAINS(error_of([&] { set.get_choice("filter", {"point", "bilinear"}, 0); }),
+  EXPECT_CONTAINS(error_of([&] {
+                    set.get_choice("filter", {"point", "bilinear"}, 0);
+                  }),
                   "\"cubic\" is unknown; expected one of: point, bilinear");
 }
 

@@ -14,7 +14,8 @@ using test::TempFolder;
 TEST(PbrtFiles, IncludeSharesTheState) {
   TempFolder folder;
   folder.write("inner.pbrt", "Translate 1 0 0\nAttributeBegin\nMaterial \"conductor\"\n");
-  const std::string main = folder.write("main.pbrt", "WorldBegin Include \"inner.pbrt\" Shape \"a\" AttributeEnd Shape \"b\"");
+  const std::string main =
+      folder.write("main.pbrt", "WorldBegin Include \"inner.pbrt\" Shape \"a\" AttributeEnd Shape \"b\"");
   Diagnostics diagnostics;
   const auto s = read_pbrt(main, diagnostics);
   EXPECT_EQ(s.base_directory, folder.path());
@@ -27,9 +28,11 @@ TEST(PbrtFiles, IncludeSharesTheState) {
 
 TEST(PbrtFiles, ImportKeepsItsStateToItself) {
   TempFolder folder;
-  folder.write("inner.pbrt", "CoordinateSystem \"local\" Translate 1 0 0 Material \"conductor\" "
-                             "MakeNamedMaterial \"m\" \"string type\" \"mix\" Shape \"inner\"");
-  const std::string main = folder.write("main.pbrt", "WorldBegin Translate 0 1 0 Import \"inner.pbrt\" NamedMaterial \"m\" Shape \"a\"");
+  folder.write("inner.pbrt",
+               "CoordinateSystem \"local\" Translate 1 0 0 Material \"conductor\" "
+               "MakeNamedMaterial \"m\" \"string type\" \"mix\" Shape \"inner\"");
+  const std::string main =
+      folder.write("main.pbrt", "WorldBegin Translate 0 1 0 Import \"inner.pbrt\" NamedMaterial \"m\" Shape \"a\"");
   Diagnostics diagnostics;
   const auto s = read_pbrt(main, diagnostics);
   ASSERT_EQ(s.shapes.size(), 2u);
@@ -50,7 +53,8 @@ TEST(PbrtFiles, ImportsMustCloseWhatTheyOpenAndNoMore) {
   folder.write("open.pbrt", "AttributeBegin");
   folder.write("close.pbrt", "AttributeEnd");
   EXPECT_CONTAINS(read_error(folder.write("a.pbrt", "WorldBegin Import \"open.pbrt\" AttributeEnd")), "open.pbrt:1:1");
-  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin AttributeBegin Import \"close.pbrt\"")), "close.pbrt:1:1");
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin AttributeBegin Import \"close.pbrt\"")),
+                  "close.pbrt:1:1");
 }
 
 TEST(PbrtFiles, CyclesAreFoundUnderAnyName) {
@@ -110,7 +114,8 @@ TEST(PbrtFiles, GzipIsInflated) {
   const std::string packed = gzip("WorldBegin Shape \"sphere\"");
   Diagnostics diagnostics;
   EXPECT_EQ(read_pbrt(folder.write("a.pbrt.gz", packed), diagnostics).shapes.size(), 1u);
-  EXPECT_EQ(read_pbrt(folder.write("b.pbrt.gz", gzip("WorldBegin ") + gzip("Shape \"a\"")), diagnostics).shapes.size(), 1u);
+  EXPECT_EQ(read_pbrt(folder.write("b.pbrt.gz", gzip("WorldBegin ") + gzip("Shape \"a\"")), diagnostics).shapes.size(),
+            1u);
   EXPECT_CONTAINS(read_error(folder.write("c.pbrt.gz", packed.substr(0, packed.size() / 2))), "too early");
   std::string damaged = packed;
   damaged[12] = char(~damaged[12]);

@@ -12,7 +12,9 @@ using test::parse;
 using test::parse_error;
 using test::parse_world;
 
-std::string world_error(const std::string& text) { return parse_error("WorldBegin " + text); }
+std::string world_error(const std::string& text) {
+  return parse_error("WorldBegin " + text);
+}
 
 TEST(PbrtParser, EveryOptionsDirective) {
   const auto s = parse(R"(
@@ -113,8 +115,8 @@ TEST(PbrtParser, EveryParameterType) {
     "integer i" [ 1 -2 ] "float f" 1.5 "point2 p2" [ 1 2 ] "vector2 v2" [ 3 4 ]
     "point3 p3" [ 1 2 3 ] "point p" [ 1 2 3 ] "vector3 v3" [ 1 2 3 ] "vector v" [ 4 5 6 ]
     "normal n" [ 0 0 1 ] "normal3 n3" [ 0 1 0 ] "string s" "text" "string ss" [ "a" "b" ] "texture t" "tex"
-    "rgb c" [ .1 .2 .3 ] "blackbody k" 3000 "spectrum sp" [ 400 1 500 2 ] "spectrum sn" "glass-BK7" "  float   spaced  " 2
-    "float empty" [ ])");
+    "rgb c" [ .1 .2 .3 ] "blackbody k" 3000 "spectrum sp" [ 400 1 500 2 ] "spectrum sn" "glass-BK7"
+    "  float   spaced  " 2 "float empty" [ ])");
   const ParamSet& p = s.shapes[0].params;
   EXPECT_TRUE(p.get_bool("b1", false));
   EXPECT_FALSE(p.get_bool("b2", true));
@@ -143,8 +145,9 @@ TEST(PbrtParser, EveryParameterType) {
 }
 
 TEST(PbrtParser, MatricesAreReadByColumns) {
-  const auto s = parse_world("Scale 2 2 2 Transform [ 1 0 0 0  0 1 0 0  0 0 1 0  7 8 9 1 ] Shape \"a\" "
-                             "ConcatTransform [ 2 0 0 0  0 2 0 0  0 0 2 0  0 0 0 1 ] Shape \"b\"");
+  const auto s = parse_world(
+      "Scale 2 2 2 Transform [ 1 0 0 0  0 1 0 0  0 0 1 0  7 8 9 1 ] Shape \"a\" "
+      "ConcatTransform [ 2 0 0 0  0 2 0 0  0 0 2 0  0 0 0 1 ] Shape \"b\"");
   EXPECT_EQ(s.shapes[0].transform.start.point({0, 0, 0}), V3f(7, 8, 9));
   EXPECT_EQ(s.shapes[1].transform.start.point({1, 1, 1}), V3f(9, 10, 11));
 }
@@ -156,8 +159,9 @@ TEST(PbrtParser, TransformsApplyInnermostLast) {
 }
 
 TEST(PbrtParser, ActiveTransformMovesOneEndOnly) {
-  const auto s = parse_world("ActiveTransform EndTime Translate 1 0 0 Shape \"a\" "
-                             "ActiveTransform StartTime Translate 0 1 0 Shape \"b\" ActiveTransform All Translate 0 0 1 Shape \"c\"");
+  const auto s = parse_world(
+      "ActiveTransform EndTime Translate 1 0 0 Shape \"a\" "
+      "ActiveTransform StartTime Translate 0 1 0 Shape \"b\" ActiveTransform All Translate 0 0 1 Shape \"c\"");
   EXPECT_TRUE(s.shapes[0].transform.is_animated());
   EXPECT_EQ(s.shapes[0].transform.start.point({0, 0, 0}), V3f(0, 0, 0));
   EXPECT_EQ(s.shapes[0].transform.end.point({0, 0, 0}), V3f(1, 0, 0));
@@ -166,14 +170,16 @@ TEST(PbrtParser, ActiveTransformMovesOneEndOnly) {
 }
 
 TEST(PbrtParser, WorldBeginResetsTheTransformAndCameraNamesACoordinateSystem) {
-  const auto s = parse("Translate 0 0 -5 Camera \"perspective\" WorldBegin Shape \"a\" CoordSysTransform \"camera\" Shape \"b\"");
+  const auto s =
+      parse("Translate 0 0 -5 Camera \"perspective\" WorldBegin Shape \"a\" CoordSysTransform \"camera\" Shape \"b\"");
   EXPECT_EQ(s.shapes[0].transform.start.point({0, 0, 0}), V3f(0, 0, 0));
   EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(0, 0, 5));
 }
 
 TEST(PbrtParser, InstancesCarryTheTransformOfTheirPlace) {
-  const auto s = parse_world("AttributeBegin Translate 1 0 0 ObjectBegin \"o\" Translate 0 1 0 Shape \"a\" ObjectEnd "
-                             "ObjectInstance \"o\" AttributeEnd Scale 3 3 3 ObjectInstance \"o\"");
+  const auto s = parse_world(
+      "AttributeBegin Translate 1 0 0 ObjectBegin \"o\" Translate 0 1 0 Shape \"a\" ObjectEnd "
+      "ObjectInstance \"o\" AttributeEnd Scale 3 3 3 ObjectInstance \"o\"");
   EXPECT_EQ(s.objects[0].shapes[0].transform.start.point({0, 0, 0}), V3f(1, 1, 0));
   EXPECT_EQ(s.instances[0].transform.start.point({0, 0, 0}), V3f(1, 0, 0));
   EXPECT_EQ(s.instances[1].transform.start.point({1, 0, 0}), V3f(3, 0, 0));
@@ -204,21 +210,24 @@ MakeNamedMedium "c")");
   EXPECT_EQ(s.lights[0].params.get_float("scale", 1), 3);
   EXPECT_EQ(s.textures[0].params.get_float("scale", 1), 4);
   EXPECT_EQ(s.media[0].type, "cloud");
-  EXPECT_CONTAINS(world_error("Attribute \"shapes\" \"float a\" 1"), "unknown target \"shapes\"; expected one of: shape");
+  EXPECT_CONTAINS(world_error("Attribute \"shapes\" \"float a\" 1"),
+                  "unknown target \"shapes\"; expected one of: shape");
 }
 
 TEST(PbrtParser, ColorSpaceIsPartOfTheAttributes) {
-  const auto s = parse("WorldBegin AttributeBegin ColorSpace \"aces2065-1\" Material \"diffuse\" \"rgb reflectance\" [ 1 1 1 ] "
-                       "AttributeEnd Material \"diffuse\" \"rgb reflectance\" [ 1 1 1 ]");
+  const auto s = parse(
+      "WorldBegin AttributeBegin ColorSpace \"aces2065-1\" Material \"diffuse\" \"rgb reflectance\" [ 1 1 1 ] "
+      "AttributeEnd Material \"diffuse\" \"rgb reflectance\" [ 1 1 1 ]");
   EXPECT_EQ(s.materials[1].params.find("reflectance")->color_space, ColorSpace::aces2065_1);
   EXPECT_EQ(s.materials[2].params.find("reflectance")->color_space, ColorSpace::srgb);
   EXPECT_NE(world_error("ColorSpace \"cmyk\""), "");
 }
 
 TEST(PbrtParser, NamesMayBeUsedBeforeTheirDefinition) {
-  const auto s = parse_world("NamedMaterial \"late\" Shape \"a\" ObjectInstance \"o\" MediumInterface \"m\" \"\" "
-                             "MakeNamedMaterial \"late\" \"string type\" \"mix\" ObjectBegin \"o\" ObjectEnd "
-                             "MakeNamedMedium \"m\" \"string type\" \"cloud\"");
+  const auto s = parse_world(
+      "NamedMaterial \"late\" Shape \"a\" ObjectInstance \"o\" MediumInterface \"m\" \"\" "
+      "MakeNamedMaterial \"late\" \"string type\" \"mix\" ObjectBegin \"o\" ObjectEnd "
+      "MakeNamedMedium \"m\" \"string type\" \"cloud\"");
   EXPECT_EQ(s.materials[size_t(s.shapes[0].material)].type, "mix");
   EXPECT_EQ(s.instances[0].object, 0);
 }
@@ -287,7 +296,8 @@ const BadScene bad_scenes[] = {
     {"WorldBegin\nAttributeBegin", "2:1", "has no AttributeEnd"},
     {"WorldBegin\nObjectEnd", "2:1", "ObjectEnd without ObjectBegin"},
     {"WorldBegin\nObjectBegin \"a\"", "2:1", "has no ObjectEnd"},
-    {"WorldBegin\nAttributeBegin ObjectBegin \"a\" AttributeEnd", "2:32", "inside of the ObjectBegin at test.pbrt:2:16"},
+    {"WorldBegin\nAttributeBegin ObjectBegin \"a\" AttributeEnd", "2:32",
+     "inside of the ObjectBegin at test.pbrt:2:16"},
     {"WorldBegin\nObjectBegin \"a\" ObjectBegin \"b\"", "2:17", "do not nest"},
     {"WorldBegin\nObjectBegin \"a\" ObjectInstance \"a\"", "2:17", "hold no instances"},
     {"WorldBegin\nObjectBegin \"a\" ObjectEnd ObjectBegin \"a\"", "2:27", "defined already, at test.pbrt:2:1"},
@@ -296,9 +306,10 @@ const BadScene bad_scenes[] = {
     {"WorldBegin\nMediumInterface \"a\"", "2:1", "medium \"a\" is not defined"},
     {"MediumInterface \"a\" \"\" WorldBegin", "1:1", "medium \"a\" is not defined"},
     {"WorldBegin\nMakeNamedMaterial \"a\"", "2:1", "string type"},
-    {"WorldBegin\nMakeNamedMaterial \"a\" \"string type\" \"mix\" MakeNamedMaterial \"a\" \"string type\" \"mix\"", "2:43",
-     "defined already, at test.pbrt:2:1"},
-    {"WorldBegin\nMakeNamedMedium \"a\" \"string type\" \"x\" MakeNamedMedium \"a\" \"string type\" \"x\"", "2:39", "defined already"},
+    {"WorldBegin\nMakeNamedMaterial \"a\" \"string type\" \"mix\" MakeNamedMaterial \"a\" \"string type\" \"mix\"",
+     "2:43", "defined already, at test.pbrt:2:1"},
+    {"WorldBegin\nMakeNamedMedium \"a\" \"string type\" \"x\" MakeNamedMedium \"a\" \"string type\" \"x\"", "2:39",
+     "defined already"},
     {"WorldBegin\nTexture \"a\" \"float\" \"x\" Texture \"a\" \"float\" \"x\"", "2:25", "defined already"},
     {"WorldBegin\nTexture \"a\" \"color\" \"x\"", "2:1", "expected one of: float, spectrum"},
     {"Option seed 1 WorldBegin", "1:8", "name in quotes"},
@@ -356,11 +367,42 @@ TEST(PbrtParser, MovedDescriptionsKeepTheirPlaces) {
 
 // Whatever the text, the parser returns a description or throws InputError.
 RC_GTEST_PROP(PbrtParser, SurvivesAnySequenceOfWords, (const std::vector<uint8_t>& picks)) {
-  static constexpr const char* words[] = {
-      "WorldBegin", "AttributeBegin", "AttributeEnd", "Shape", "\"sphere\"", "\"float radius\"", "[", "]", "1", "-2.5e3",
-      "Transform", "ObjectBegin", "ObjectEnd", "ObjectInstance", "\"a\"", "NamedMaterial", "MakeNamedMaterial",
-      "\"string type\"", "\"diffuse\"", "Scale", "0", "LookAt", "#\n", "Attribute", "\"shape\"", "Texture", "\"float\"",
-      "Option", "true", "Import", "Include", "CoordSysTransform", "\"camera\"", "Camera", "TransformBegin", "TransformEnd"};
+  static constexpr const char* words[] = {"WorldBegin",
+                                          "AttributeBegin",
+                                          "AttributeEnd",
+                                          "Shape",
+                                          "\"sphere\"",
+                                          "\"float radius\"",
+                                          "[",
+                                          "]",
+                                          "1",
+                                          "-2.5e3",
+                                          "Transform",
+                                          "ObjectBegin",
+                                          "ObjectEnd",
+                                          "ObjectInstance",
+                                          "\"a\"",
+                                          "NamedMaterial",
+                                          "MakeNamedMaterial",
+                                          "\"string type\"",
+                                          "\"diffuse\"",
+                                          "Scale",
+                                          "0",
+                                          "LookAt",
+                                          "#\n",
+                                          "Attribute",
+                                          "\"shape\"",
+                                          "Texture",
+                                          "\"float\"",
+                                          "Option",
+                                          "true",
+                                          "Import",
+                                          "Include",
+                                          "CoordSysTransform",
+                                          "\"camera\"",
+                                          "Camera",
+                                          "TransformBegin",
+                                          "TransformEnd"};
   std::string text = picks.size() % 2 ? "WorldBegin " : "";
   for (const uint8_t p : picks) text.append(words[p % std::size(words)]).append(" ");
   const std::string message = parse_error(text);

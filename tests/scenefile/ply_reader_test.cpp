@@ -17,7 +17,9 @@ namespace {
 using test::error_of;
 using test::TempFolder;
 
-PlyMesh parse(const std::string& data) { return parse_ply(data, "m.ply", {}); }
+PlyMesh parse(const std::string& data) {
+  return parse_ply(data, "m.ply", {});
+}
 std::string ply_error(const std::string& data) {
   return error_of([&] { parse(data); });
 }
@@ -88,7 +90,8 @@ class Writer {
 };
 
 std::string header(bool big, const std::string& rest) {
-  return std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") + " 1.0\n" + rest + "end_header\n";
+  return std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") + " 1.0\n" + rest +
+         "end_header\n";
 }
 
 const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
@@ -103,7 +106,8 @@ TEST_P(PlyByteOrder, OddTypesUnknownPropertiesAndElementsAreRead) {
                   "element camera 2\nproperty list uint double what\nproperty short k\n"
                   "element vertex 3\nproperty uchar red\nproperty double z\nproperty short x\nproperty float y\n"
                   "property list uchar ushort neighbours\nproperty float u\nproperty float v\n"
-                  "element face 2\nproperty uchar flags\nproperty list ushort uchar vertex_index\nproperty list uchar float texcoord\n"
+                  "element face 2\nproperty uchar flags\nproperty list ushort uchar vertex_index\nproperty list uchar "
+                  "float texcoord\n"
                   "property uint face_indices\nelement edge 1\nproperty int a\n");
   for (int i = 0; i < 2; ++i) w.put<uint32_t>(2).put<double>(1).put<double>(2).put<int16_t>(5);
   for (int i = 0; i < 3; ++i) {
@@ -173,7 +177,8 @@ TEST(PlyReader, RefusesWhatIsWrong) {
   EXPECT_CONTAINS(with("3 0 1 2 8", "3 0 1"), "too early");
   EXPECT_CONTAINS(with("3 0 1 2 8", "4000000000 0 1 2 8"), "too early");
   EXPECT_CONTAINS(with("element vertex 4", "element vertex 4000000"), "the data end before that");
-  EXPECT_CONTAINS(with("element vertex 4", "element vertex -4"), "m.ply:4: element \"vertex\": expected a whole number");
+  EXPECT_CONTAINS(with("element vertex 4", "element vertex -4"),
+                  "m.ply:4: element \"vertex\": expected a whole number");
   EXPECT_CONTAINS(with("element vertex 4", "element vertex 99999999999999999999999"), "expected a whole number");
   EXPECT_CONTAINS(with("element vertex 4", "element vertices 4"), "no element \"vertex\"");
   EXPECT_CONTAINS(with("element face 2", "element faces 2"), "no element \"face\"");
@@ -196,7 +201,9 @@ TEST(PlyReader, ClaimsOfSizeAllocateNothing) {
   const uint64_t before = process_peak_rss_bytes();
   for (const bool big : {false, true})
     for (const char* claim : {"2000000000", "4000000000", "18446744073709551615"}) {
-      EXPECT_NE(ply_error(header(big, std::string("element vertex ") + claim + "\n" + xyz + "element face 1\n" + triangles)), "");
+      EXPECT_NE(
+          ply_error(header(big, std::string("element vertex ") + claim + "\n" + xyz + "element face 1\n" + triangles)),
+          "");
       Writer w(big);
       w.data = header(big, "element vertex 1\n" + xyz + "element face " + claim + "\n" + triangles);
       EXPECT_NE(ply_error(w.put(0.f).put(0.f).put(0.f).put<uint8_t>(3).data), "");
@@ -218,7 +225,8 @@ TEST(PlyReader, EveryTruncationIsRefused) {
   for (int i = 0; i < 12; ++i) w.put(float(i));
   w.put<uint8_t>(3).put(0).put(1).put(2).put<uint8_t>(4).put(0).put(1).put(2).put(3);
   EXPECT_NO_THROW(parse(w.data));
-  for (size_t n = 0; n < w.data.size(); ++n) EXPECT_THROW(parse(w.data.substr(0, n)), InputError) << n << " body " << body;
+  for (size_t n = 0; n < w.data.size(); ++n)
+    EXPECT_THROW(parse(w.data.substr(0, n)), InputError) << n << " body " << body;
 }
 
 TEST(PlyReader, ReadsAMillionTrianglesInMilliseconds) {
@@ -244,15 +252,16 @@ TEST(PlyReader, ReadsAMillionTrianglesInMilliseconds) {
 }
 
 // A random mesh written in all formats reads as one.
-RC_GTEST_PROP(PlyReader, AllFormatsAgree, (const std::vector<std::array<int16_t, 3>>& points, const std::vector<uint8_t>& sizes)) {
+RC_GTEST_PROP(PlyReader, AllFormatsAgree,
+              (const std::vector<std::array<int16_t, 3>>& points, const std::vector<uint8_t>& sizes)) {
   const int n = int(points.size());
   std::vector<std::vector<int>> faces;
   for (size_t i = 0; n > 0 && i < sizes.size(); ++i) {
     faces.emplace_back();
     for (int k = 0; k < sizes[i] % 7; ++k) faces.back().push_back(int(i * 31 + size_t(k) * 17) % n);
   }
-  const std::string rest = "element vertex " + std::to_string(n) + "\n" + xyz + "element face " + std::to_string(faces.size()) +
-                           "\n" + triangles;
+  const std::string rest = "element vertex " + std::to_string(n) + "\n" + xyz + "element face " +
+                           std::to_string(faces.size()) + "\n" + triangles;
   std::string ascii = "ply\nformat ascii 1.0\n" + rest + "end_header\n";
   Writer little(false), big(true);
   little.data = header(false, rest), big.data = header(true, rest);

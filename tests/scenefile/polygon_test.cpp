@@ -58,7 +58,8 @@ TEST(Triangulator, ConvexPolygonsBecomeFans) {
 TEST(Triangulator, ConcavePolygonsArePartitioned) {
   expect_partition(star({2, .5f, 2, .5f, 2, .5f, 2, .5f}));
   expect_partition({{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {3, 3, 0}, {3, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}});  // a U
-  expect_partition({{0, 0, 0}, {0, 3, 0}, {1, 3, 0}, {1, 1, 0}, {3, 1, 0}, {3, 3, 0}, {4, 3, 0}, {4, 0, 0}});  // from behind
+  expect_partition(
+      {{0, 0, 0}, {0, 3, 0}, {1, 3, 0}, {1, 1, 0}, {3, 1, 0}, {3, 3, 0}, {4, 3, 0}, {4, 0, 0}});  // from behind
 }
 
 RC_GTEST_PROP(Triangulator, StarShapedPolygonsArePartitioned, (const std::vector<uint8_t>& distances)) {

@@ -21,7 +21,9 @@ std::vector<fs::path> files(const fs::path& folder, const std::string& extension
   return found;
 }
 
-bool is_bad(const fs::path& path) { return path.parent_path().filename() == "bad"; }
+bool is_bad(const fs::path& path) {
+  return path.parent_path().filename() == "bad";
+}
 
 TEST(SharedScenes, GoodScenesAndTheirMeshesRead) {
   if (!fs::exists(scenes_folder)) GTEST_SKIP() << "no scenes at " << scenes_folder;
@@ -68,14 +70,43 @@ TEST(SharedScenes, BadScenesEndWellInTimeAndMemory) {
 
 TEST(SharedScenes, SomeBadScenesMustFail) {
   if (!fs::exists(scenes_folder / "bad")) GTEST_SKIP() << "no scenes at " << scenes_folder / "bad";
-  for (const char* name :
-       {"empty", "garbage", "deep_attributes", "include_a", "include_self", "include_missing", "include_escape", "integer_overflow",
-        "light_nan", "lookat_parallel", "lookat_same", "material_undefined", "medium_undefined", "nan_transform", "no_world",
-        "number_overflow", "object_in_object", "object_missing", "object_self_instance", "points_inf", "points_nan", "short_transform",
-        "singular_transform", "spectrum_odd", "truncated_0", "truncated_3", "truncated_5", "unknown_directive", "unmatched_begin",
-        "unmatched_end", "unterminated_list", "unterminated_string", "utf16", "world_twice"}) {
+  for (const char* name : {"empty",
+                           "garbage",
+                           "deep_attributes",
+                           "include_a",
+                           "include_self",
+                           "include_missing",
+                           "include_escape",
+                           "integer_overflow",
+                           "light_nan",
+                           "lookat_parallel",
+                           "lookat_same",
+                           "material_undefined",
+                           "medium_undefined",
+                           "nan_transform",
+                           "no_world",
+                           "number_overflow",
+                           "object_in_object",
+                           "object_missing",
+                           "object_self_instance",
+                           "points_inf",
+                           "points_nan",
+                           "short_transform",
+                           "singular_transform",
+                           "spectrum_odd",
+                           "truncated_0",
+                           "truncated_3",
+                           "truncated_5",
+                           "unknown_directive",
+                           "unmatched_begin",
+                           "unmatched_end",
+                           "unterminated_list",
+                           "unterminated_string",
+                           "utf16",
+                           "world_twice"}) {
     Diagnostics diagnostics;
-    EXPECT_THROW(read_pbrt((scenes_folder / "bad" / (std::string(name) + ".pbrt")).string(), diagnostics), InputError) << name;
+    EXPECT_THROW(read_pbrt((scenes_folder / "bad" / (std::string(name) + ".pbrt")).string(), diagnostics), InputError)
+        << name;
   }
 }
 

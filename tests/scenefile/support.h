@@ -46,7 +46,9 @@ inline SceneDescription parse(const std::string& text, Diagnostics* diagnostics 
 }
 
 /// The scene of `text` after WorldBegin on its line 1.
-inline SceneDescription parse_world(const std::string& text) { return parse("WorldBegin " + text); }
+inline SceneDescription parse_world(const std::string& text) {
+  return parse("WorldBegin " + text);
+}
 
 /// The message of the InputError that f throws; empty if it does not.
 template <class F>
@@ -63,7 +65,9 @@ inline std::string parse_error(const std::string& text) {
   return error_of([&] { parse(text); });
 }
 
-inline bool contains(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
+inline bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
 
 #define EXPECT_CONTAINS(text, part) \
   EXPECT_TRUE(::dapple::scenefile::test::contains(text, part)) << "no \"" << (part) << "\" in: " << (text)

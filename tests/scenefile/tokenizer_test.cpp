@@ -45,14 +45,22 @@ TEST(Tokenizer, CutsWordsStringsAndBrackets) {
 }
 
 TEST(Tokenizer, SkipsByteOrderMarkAndCountsColumnsAfterIt) {
-  const auto t = tokens_of("\xef\xbb\xbf" "Film\r\nCamera");
+  const auto t = tokens_of(
+      "\xef\xbb\xbf"
+      "Film\r\nCamera");
   ASSERT_EQ(t.size(), 2u);
   EXPECT_EQ(t[0].loc.column, 1u);
   EXPECT_EQ(t[1].loc.line, 2u);
 }
 
 TEST(Tokenizer, RefusesUtf16) {
-  EXPECT_CONTAINS(error_of([] { tokens_of(std::string_view("\xff\xfe" "F\0", 4)); }), "UTF-16");
+  EXPECT_CONTAINS(error_of([] {
+                    tokens_of(
+                        std::string_view("\xff\xfe"
+                                         "F\0",
+                                         4));
+                  }),
+                  "UTF-16");
 }
 
 TEST(Tokenizer, StringsEndOnTheirLine) {
@@ -80,8 +88,8 @@ TEST(Tokenizer, TinyNumbersAreZeroOrDenormal) {
 }
 
 TEST(Tokenizer, RefusesWhatIsNoFiniteNumber) {
-  for (const char* bad : {"nan", "inf", "-inf", "+-1", "--1", "-", "+", ".", "1e999999", "1e39", "-1e39", "1.2.3", "1,", "1f", "0x10",
-                          "infinity", "NaN", "1e", "e5"})
+  for (const char* bad : {"nan", "inf", "-inf", "+-1", "--1", "-", "+", ".", "1e999999", "1e39", "-1e39", "1.2.3", "1,",
+                          "1f", "0x10", "infinity", "NaN", "1e", "e5"})
     EXPECT_CONTAINS(error_of([&] { numbers_of<float>(bad); }), "t:1:1:") << bad;
   for (const char* bad : {"1.0", "99999999999999", "2147483648", "1e3", "x", "--2"})
     EXPECT_CONTAINS(error_of([&] { numbers_of<int32_t>(bad); }), "t:1:1:") << bad;
@@ -104,7 +112,10 @@ TEST(Text, QuotesAreCleanedAndCut) {
   EXPECT_EQ(in_quotes("a\tb\x1b[31m\xff"), "\"a?b?[31m?\"");
   EXPECT_EQ(in_quotes("B\xc3\xa4ume"), "\"B\xc3\xa4ume\"");
   EXPECT_EQ(in_quotes("abcdef", 3), "\"abc...\"");
-  EXPECT_EQ(in_quotes("ab\xc3\xa4" "f", 3), "\"ab\xc3\xa4...\"");
+  EXPECT_EQ(in_quotes("ab\xc3\xa4"
+                      "f",
+                      3),
+            "\"ab\xc3\xa4...\"");
 }
 
 TEST(Text, FindsCloseNames) {
@@ -132,8 +143,10 @@ RC_GTEST_PROP(Tokenizer, LocationsFindTheWords, (const std::vector<uint8_t>& byt
   for (const uint8_t b : bytes) text += "ab \n\t[]#\"\r"[b % 10];
   std::vector<std::string> lines(1);
   for (const char c : text) {
-    if (c == '\n') lines.emplace_back();
-    else lines.back() += c;
+    if (c == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += c;
   }
   Tokenizer tokenizer(text, "t");
   try {

@@ -19,7 +19,7 @@ namespace {
 
 using geom::DiskEmitter;
 using geom::EmitterShape;
-using geom::PatchEmitter;
+using geom::RectangleEmitter;
 using geom::SphereEmitter;
 using geom::TriangleEmitter;
 
@@ -42,7 +42,8 @@ test::Moments irradiance(const Light& light, const LightReceiver& to, int sample
 const LightReceiver up{.p = V3f(0, 0, 0), .n = V3f(0, 0, 1)};
 
 EmitterShape unit_square_at(float z) {  // facing down, 2 x 2
-  return EmitterShape(std::in_place_type<PatchEmitter>, V3f(-1, -1, z), V3f(1, -1, z), V3f(-1, 1, z), V3f(1, 1, z), true);
+  const V3f corners[4] = {V3f(-1, -1, z), V3f(1, -1, z), V3f(1, 1, z), V3f(-1, 1, z)};
+  return EmitterShape(std::in_place_type<RectangleEmitter>, corners, true);
 }
 
 TEST(LightIrradiance, DiskOverAPointIsPiLSinSquared) {
@@ -127,7 +128,7 @@ TEST(AreaLight, ShinesOnItsSide) {
 TEST(AreaLight, ImageIsLookedUpByUvWithTheTopRowAtOne) {
   auto image = std::make_shared<image::Image>(2, 2, 3);
   for (int c = 0; c < 3; ++c) image->pixel(0, 0)[c] = 1, image->pixel(1, 0)[c] = 2, image->pixel(0, 1)[c] = 3, image->pixel(1, 1)[c] = 4;
-  const auto light = make_area_light(unit_square_at(1), {.radiance = RGB(10), .image = image});
+  const auto light = make_area_light(unit_square_at(1), {.radiance = RGB(10), .pattern = std::make_shared<EmissionPattern>(image, nullptr)});
   const V3f down(0, 0, -1);
   const auto at = [&](float u, float v) { return light->emitted({0, 0, 1}, down, {u, v}, down).g; };
   EXPECT_FLOAT_EQ(at(0.25f, 0.75f), 10);
@@ -148,8 +149,8 @@ class Ramp final : public FloatTexture {
 
 TEST(AreaLight, AlphaDimsWhatIsSampledAndZeroAlphaCannotBeHit) {
   const auto plain = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
-  const auto ramp = make_area_light(unit_square_at(1), {.radiance = RGB(1), .alpha = std::make_shared<Ramp>()});
-  const auto ghost = make_area_light(unit_square_at(1), {.radiance = RGB(1), .alpha = std::make_shared<ConstantTexture<float>>(0.0f)});
+  const auto ramp = make_area_light(unit_square_at(1), {.radiance = RGB(1), .pattern = std::make_shared<EmissionPattern>(nullptr, std::make_shared<Ramp>())});
+  const auto ghost = make_area_light(unit_square_at(1), {.radiance = RGB(1), .invisible = true});
   const double full = irradiance(*plain, up).mean();
   EXPECT_GT(test::z_test(irradiance(*ramp, up), full / 2, 1e-3), 1e-3);  // by symmetry
   EXPECT_GT(test::z_test(irradiance(*ghost, up), full, 1e-3), 1e-3);

@@ -19,7 +19,6 @@ class CylinderEmitter {
   float area() const { return area_; }
   Box3f bounds() const;
   NormalCone normal_cone() const { return {}; }
-  bool is_planar() const { return false; }
 
  private:
   AffineMap map_;

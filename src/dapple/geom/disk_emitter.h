@@ -19,7 +19,6 @@ class DiskEmitter {
   float area() const { return area_; }
   Box3f bounds() const;
   NormalCone normal_cone() const { return {n_, 1}; }
-  bool is_planar() const { return true; }
 
  private:
   AffineMap map_;

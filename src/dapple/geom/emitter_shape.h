@@ -6,7 +6,8 @@
 
 #include "dapple/geom/cylinder_emitter.h"
 #include "dapple/geom/disk_emitter.h"
-#include "dapple/geom/patch_emitter.h"
+#include "dapple/geom/quad_emitter.h"
+#include "dapple/geom/rectangle_emitter.h"
 #include "dapple/geom/sphere_emitter.h"
 #include "dapple/geom/triangle_emitter.h"
 
@@ -15,10 +16,10 @@ namespace dapple::geom {
 /// One primitive that can emit light, in world space. The alternatives have the same members:
 ///   bool sample(ref, u, EmitterSample*)   a point of the surface for a reference point; false where none can be drawn
 ///   float pdf(ref, wi, p, n)              its density over solid angle, given that p was hit along wi
-///   float area(), Box3f bounds(), NormalCone normal_cone(), bool is_planar()
+///   float area(), Box3f bounds(), NormalCone normal_cone()
 /// Emission is on the side of the normal. A caller that stores many keeps the alternative itself (a triangle is 48 bytes), not
 /// the variant. sample() may return points that cannot be seen from ref (the far side of a partial sphere).
-using EmitterShape = std::variant<TriangleEmitter, PatchEmitter, SphereEmitter, DiskEmitter, CylinderEmitter>;
+using EmitterShape = std::variant<TriangleEmitter, RectangleEmitter, QuadEmitter, SphereEmitter, DiskEmitter, CylinderEmitter>;
 
 inline float area(const EmitterShape& shape) {
   return std::visit([](const auto& s) { return s.area(); }, shape);

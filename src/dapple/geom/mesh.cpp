@@ -14,7 +14,7 @@ void Mesh::corners_at(uint32_t face, float time, V3f out[4]) const {
     out[i] = P_end.empty() ? P[index[i]] : P[index[i]] * (1 - time) + P_end[index[i]] * time;
 }
 
-SurfacePoint Mesh::at(uint32_t face, float u, float v, float time) const {
+SurfacePoint Mesh::at(uint32_t face, float u, float v, float time, bool tangents) const {
   V3f c[4], n[4];
   V2f t[4];
   corners_at(face, time, c);
@@ -23,7 +23,7 @@ SurfacePoint Mesh::at(uint32_t face, float u, float v, float time) const {
   for (int i = 0; i < corners && !uv.empty(); ++i) t[i] = uv[index[i]];
   SurfacePoint s;
   if (corners == 3) {
-    complete_triangle(c, N.empty() ? nullptr : n, uv.empty() ? nullptr : t, u, v, flip, &s);
+    complete_triangle(c, N.empty() ? nullptr : n, uv.empty() ? nullptr : t, u, v, flip, tangents, &s);
     return s;
   }
   // Embree splits a quad into (0, 1, 3) and (2, 3, 1); the hit lies on one of them.
@@ -32,7 +32,8 @@ SurfacePoint Mesh::at(uint32_t face, float u, float v, float time) const {
   const int a = first ? 0 : 2, b = first ? 1 : 3, d = first ? 3 : 1;
   const V3f tri_c[3] = {c[a], c[b], c[d]}, tri_n[3] = {n[a], n[b], n[d]};
   const V2f tri_t[3] = {t[a], t[b], t[d]};
-  complete_triangle(tri_c, N.empty() ? nullptr : tri_n, tri_t, first ? u : 1 - u, first ? v : 1 - v, flip, &s);
+  complete_triangle(tri_c, N.empty() ? nullptr : tri_n, tri_t, first ? u : 1 - u, first ? v : 1 - v, flip, tangents,
+                    &s);
   return s;
 }
 

@@ -26,8 +26,8 @@ struct Mesh {
   size_t bytes() const;
   /// Corner positions of a face at a time of the shutter interval [0, 1].
   void corners_at(uint32_t face, float time, V3f out[4]) const;
-  /// u, v: barycentric (b1, b2) of a triangle, or quad coordinates, as Embree reports them.
-  SurfacePoint at(uint32_t face, float u, float v, float time) const;
+  /// u, v: barycentric (b1, b2) of a triangle, or quad coordinates, as Embree reports them. dPdu to dNdv are set if `tangents`.
+  SurfacePoint at(uint32_t face, float u, float v, float time, bool tangents = true) const;
 };
 
 }  // namespace dapple::geom

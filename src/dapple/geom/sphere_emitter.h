@@ -20,7 +20,6 @@ class SphereEmitter {
   float area() const { return area_; }
   Box3f bounds() const;
   NormalCone normal_cone() const { return {}; }
-  bool is_planar() const { return false; }
 
  private:
   bool sees_cone(const V3f& ref, float* sin2_max, float* distance) const;

@@ -30,7 +30,6 @@ class TriangleEmitter {
   Box3f bounds() const;
   NormalCone normal_cone() const { return {normal(), 1}; }
   V3f normal() const;
-  bool is_planar() const { return true; }
 
  private:
   V2f uv_at(const V3f& barycentric) const;

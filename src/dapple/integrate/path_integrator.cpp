@@ -38,7 +38,11 @@ V3f offset_origin(const geom::SurfacePoint& s, const V3f& direction) {
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
     : scene_(scene), settings_(settings) {
-  for (const shading::MaterialPtr& material : scene.materials) constants_.push_back(material->constant());
+  for (const shading::MaterialPtr& material : scene.materials) {
+    constants_.push_back(material->constant());
+    const auto& c = constants_.back();
+    needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
+  }
   hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
@@ -82,7 +86,7 @@ void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& 
     w.time[p] = r.ray.time;
     w.medium[p] = scene_.camera_medium;
     w.receiver[p] = {r.ray.o, V3f(0, 0, 0), r.ray.time};
-    w.push_ray(p, r.ray.o, r.ray.d, uint32_t(hash(w.seed[p], sample)));
+    w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
   }
   w.swap_rays();
   w.rays.camera += uint64_t(n);
@@ -124,13 +128,14 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
       add_environment(p, d, w);
       continue;
     }
+    const scene::GeometryBinding& binding = scene_.bindings[w.hit.geometry[i]];
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
     if (w.last[p] && light == no_id && !passes(w.hit.geometry[i])) continue;
     const int k = w.point_count++;
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
     w.wi[k] = d;
-    w.surface[k] = scene_.traced.surface(w.hit, i, w.time[p]);
+    w.surface[k] = scene_.traced.surface(w.hit, i, w.time[p], needs_tangents_[binding.material]);
     w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
     if (light != no_id) add_emission(p, light, w.surface[k], d, w);
   }
@@ -177,7 +182,8 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
     if (constant) {
       Bsdf& b = w.bsdf[kept];
       b = *constant;
-      b.frame = b.alpha_x == b.alpha_y ? Frame(w.surface[kept].Ns) : Frame(w.surface[kept].Ns, w.surface[kept].dPdu);
+      const geom::SurfacePoint& s = w.surface[kept];
+      b.frame = needs_tangents_[size_t(material)] ? Frame(s.Ns, s.dPdu) : Frame(s.Ns);
     } else {
       w.batched[batched++] = {material, kept};
     }
@@ -191,7 +197,7 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
     int n = 0;
     for (; first + n < batched && w.batched[first + n].material == material; ++n) {
       const int k = w.batched[first + n].point, p = w.point_path[k];
-      const uint64_t key = hash(w.seed[p], w.index[p], w.scatterings[p], 1);
+      const uint64_t key = w.vertex_key(p, 1);
       scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], key, &w.points, n);
     }
     w.points.count = n;
@@ -231,17 +237,22 @@ void PathIntegrator::sample_light(int k, PathWorkspace& w) const {
   shading::LightSample light;
   if (!scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light)) return;
   float bsdf_pdf = 0;
-  const RGB f = bsdf.eval_pdf(wo, light.wi, hash(w.seed[p], w.index[p], w.scatterings[p], 2), &bsdf_pdf);
+  const RGB f = bsdf.eval_pdf(wo, light.wi, w.vertex_key(p, 2), &bsdf_pdf);
   if (f.is_black()) return;
   const float light_pdf = light.pdf * selection.probability;
   const float weight = light.delta ? 1 : power_heuristic(light_pdf, bsdf_pdf);
   const RGB contribution =
       w.beta[p] * f * light.radiance * (std::abs(dot(light.wi, bsdf.frame.n)) * weight / light_pdf);
   if (contribution.is_black()) return;
-  // Short of the light by a little, so that it does not shadow itself.
-  const float distance = std::isinf(light.distance) ? infinity : light.distance * (1 - 1e-4f) - s.error;
-  if (distance <= 0) return;
-  w.push_shadow(p, offset_origin(s, light.wi), light.wi, distance, contribution);
+  const V3f origin = offset_origin(s, light.wi);
+  if (std::isinf(light.distance)) {
+    w.push_shadow(p, origin, light.wi, infinity, contribution);
+    return;
+  }
+  // Aimed anew from the origin that was moved, and short of the light by a little, so that it does not shadow itself.
+  const V3f to_light = s.P + light.wi * light.distance - origin;
+  const float distance = length(to_light);
+  if (distance > 0) w.push_shadow(p, origin, to_light * (1 / distance), distance * (1 - 1e-4f), contribution);
 }
 
 shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
@@ -254,7 +265,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
   BsdfSample sample;
-  const uint64_t key = hash(w.seed[p], w.index[p], w.scatterings[p], 3);
+  const uint64_t key = w.vertex_key(p, 3);
   if (!bsdf.sample(-w.wi[k], w.sample(dim_lobe, k), w.sample2(dim_direction, k), key, &sample)) return;
   w.beta[p] *= sample.weight;
   if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);

@@ -49,6 +49,7 @@ class PathIntegrator final : public Integrator {
   const scene::Scene& scene_;
   const Settings settings_;
   std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it needs no textures
+  std::vector<uint8_t> needs_tangents_;  ///< by material
   bool hit_lights_ = false;  ///< some light can be met by a ray
 };
 

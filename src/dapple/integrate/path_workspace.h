@@ -74,7 +74,12 @@ struct PathWorkspace final : Integrator::Workspace {
     last[p] = 0;
     features[p] = {};
   }
-  uint32_t next_key(int p) { return uint32_t(hash(seed[p], index[p], ++ray_number[p])); }
+  /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
+  uint32_t next_key(int p) { return seed[p] + 0x9e3779b9u * (index[p] * 64 + ++ray_number[p]); }
+  /// A key for stochastic evaluations at the path's current vertex; likewise.
+  uint64_t vertex_key(int p, uint64_t purpose) const {
+    return (uint64_t(seed[p]) << 32 | index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(scatterings[p]) * 4 + purpose);
+  }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
     next->batch.set(next->count, o, d, infinity, time[p], key);
     next->path[next->count++] = p;
@@ -84,7 +89,7 @@ struct PathWorkspace final : Integrator::Workspace {
     next->count = 0;
   }
   void push_shadow(int p, const V3f& o, const V3f& d, float distance, RGB contribution) {
-    shadow.set(shadow_count, o, d, distance, time[p], uint32_t(hash(seed[p], index[p], ray_number[p], 7)));
+    shadow.set(shadow_count, o, d, distance, time[p], next_key(p));
     shadow_L[shadow_count] = contribution;
     shadow_path[shadow_count++] = p;
   }

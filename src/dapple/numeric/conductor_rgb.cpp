@@ -36,8 +36,8 @@ double squared_error(double eta, double r0, const std::vector<Angle>& angles) {
 /// best.
 double best_eta(double r0, const std::vector<Angle>& angles) {
   const double root = std::sqrt(r0);
-  const double hi = std::min(std::log((1 + root) / (1 - root)), std::log(10.0)),
-               lo = -hi;  // beyond lies nothing of interest
+  const double end = std::log((1 + root) / (1 - root));
+  const double lo = std::max(-end, std::log(0.01)), hi = std::min(end, std::log(10.0));  // no metal lies beyond
   constexpr int steps = 200;
   const auto error = [&](double log_eta) { return squared_error(std::exp(log_eta), r0, angles); };
   int best = 0;

@@ -21,8 +21,8 @@ struct ConductorRgb {
 /// to 85 degrees by 2.5) is found by a search.
 ///
 /// Error, for every named metal: none at normal incidence, below 0.005 in each channel up to 85 degrees
-/// (conductor_rgb_test.cpp). A channel beyond [0, 0.9999] is clamped to that range first, for an RGB renderer must not
-/// create energy: the red of gold is 1.038, just outside Rec.709.
+/// (conductor_rgb_test.cpp), after channels beyond [0, 0.9999] are clamped to that range, for an RGB renderer must not
+/// create energy. That happens to the red of gold, 1.038, which is just outside Rec.709; there the error reaches 0.01.
 ///
 /// `outer_index` is that of the medium around the metal (the coat's); the spectra are relative to vacuum.
 ConductorRgb conductor_to_rgb(const SampledSpectrum& eta, const SampledSpectrum& k, float outer_index = 1);

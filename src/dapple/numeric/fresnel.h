@@ -39,6 +39,7 @@ T fresnel_conductor(T cos_i, T eta, T k) {
   const T a2 = real >= 0 ? (modulus + real) / 2 : product * product / (2 * (modulus - real));  // no cancellation
   const T a = std::sqrt(a2);
   const T across = 2 * a * c;
+  if (!(modulus + c2 > 0)) return 1;  // grazing, and no interface
   const T perpendicular = (modulus + c2 - across) / (modulus + c2 + across);
   const T sum = c2 * modulus + s2 * s2, along = across * s2;
   const T parallel = sum + along > 0 ? perpendicular * (sum - along) / (sum + along) : perpendicular;

@@ -13,6 +13,8 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
                              ? std::tan(radians(settings.fov_degrees) / 2)
                              : 1.0f;
   half_width_ = half_height_ = tan_half;
+  origin_ = world_start_.point(V3f(0, 0, 0));
+  for (int i = 0; i < 3; ++i) axes_[i] = world_start_.vector(V3f(i == 0, i == 1, i == 2));
   const float height = (settings.screen_max_y - settings.screen_min_y) * tan_half;
   pixel_ = height / float(settings.resolution.y);
 }
@@ -55,10 +57,15 @@ CameraRay Camera::generate(const V2f& film, const V2f& lens, float time) const {
     d = normalize(focus - o);
   }
   r.ray.time = lerp(time, s.time_open, s.time_close);
-  const Transform moved = s.camera_to_world.is_animated() ? s.camera_to_world.at(r.ray.time) : Transform();
-  const Transform& to_world = s.camera_to_world.is_animated() ? moved : world_start_;
-  r.ray.o = to_world.point(o);
-  const V3f world_d = to_world.vector(d);
+  V3f world_d;
+  if (s.camera_to_world.is_animated()) {
+    const Transform to_world = s.camera_to_world.at(r.ray.time);
+    r.ray.o = to_world.point(o);
+    world_d = to_world.vector(d);
+  } else {
+    r.ray.o = origin_ + axes_[0] * o.x + axes_[1] * o.y + axes_[2] * o.z;
+    world_d = axes_[0] * d.x + axes_[1] * d.y + axes_[2] * d.z;
+  }
   const float scale = length(world_d);
   r.ray.d = world_d * (1 / scale);
   r.cone_width *= scale;

@@ -45,6 +45,7 @@ class Camera {
  private:
   Settings settings_;
   Transform world_start_, camera_start_;
+  V3f origin_, axes_[3];  ///< of a still camera, in world space
   float half_width_ = 1, half_height_ = 1, pixel_ = 0;
 };
 

@@ -19,8 +19,12 @@ Derived derived_from(Entity entity) {
   return d;
 }
 
-const char* begin_name(bool is_object) { return is_object ? "ObjectBegin" : "AttributeBegin"; }
-const char* end_name(bool is_object) { return is_object ? "ObjectEnd" : "AttributeEnd"; }
+const char* begin_name(bool is_object) {
+  return is_object ? "ObjectBegin" : "AttributeBegin";
+}
+const char* end_name(bool is_object) {
+  return is_object ? "ObjectEnd" : "AttributeEnd";
+}
 
 }  // namespace
 
@@ -35,7 +39,8 @@ DescriptionBuilder::DescriptionBuilder(SceneDescription* description, Diagnostic
 void DescriptionBuilder::set_once(Entity SceneDescription::*member, std::string_view directive, Entity entity) {
   Entity& slot = description_.*member;
   if (slot.loc.line != 0)
-    diagnostics_.warn(entity.loc, std::string(directive) + " is given again; this one replaces the one at " + slot.loc.to_string());
+    diagnostics_.warn(entity.loc,
+                      std::string(directive) + " is given again; this one replaces the one at " + slot.loc.to_string());
   slot = std::move(entity);
 }
 
@@ -62,7 +67,8 @@ void DescriptionBuilder::world_begin() {
 void DescriptionBuilder::apply(const Transform& t, bool replace, const FileLoc& loc) {
   if (!t.is_finite()) throw InputError(loc, "the transform is not finite");
   if (!t.is_invertible()) throw InputError(loc, "the transform is singular: it has no inverse");
-  for (const auto& [active, ctm] : {std::pair(state_.start_is_active, &state_.ctm.start), {state_.end_is_active, &state_.ctm.end}}) {
+  for (const auto& [active, ctm] :
+       {std::pair(state_.start_is_active, &state_.ctm.start), {state_.end_is_active, &state_.ctm.end}}) {
     if (!active) continue;
     *ctm = replace ? t : *ctm * t;
     if (!ctm->is_finite() || !ctm->inverse().is_finite())
@@ -70,20 +76,27 @@ void DescriptionBuilder::apply(const Transform& t, bool replace, const FileLoc& 
   }
 }
 
-void DescriptionBuilder::concat(const Transform& t, const FileLoc& loc) { apply(t, false, loc); }
-void DescriptionBuilder::set_transform(const Transform& t, const FileLoc& loc) { apply(t, true, loc); }
+void DescriptionBuilder::concat(const Transform& t, const FileLoc& loc) {
+  apply(t, false, loc);
+}
+void DescriptionBuilder::set_transform(const Transform& t, const FileLoc& loc) {
+  apply(t, true, loc);
+}
 
 void DescriptionBuilder::active_transform(bool start, bool end) {
   state_.start_is_active = start;
   state_.end_is_active = end;
 }
 
-void DescriptionBuilder::coordinate_system(const std::string& name) { coordinate_systems_[name] = state_.ctm; }
+void DescriptionBuilder::coordinate_system(const std::string& name) {
+  coordinate_systems_[name] = state_.ctm;
+}
 
 void DescriptionBuilder::coord_sys_transform(const std::string& name, const FileLoc& loc) {
   const auto it = coordinate_systems_.find(name);
   if (it == coordinate_systems_.end()) {
-    diagnostics_.warn(loc, "CoordSysTransform: no coordinate system " + in_quotes(name) + "; the transform stays as it is");
+    diagnostics_.warn(loc,
+                      "CoordSysTransform: no coordinate system " + in_quotes(name) + "; the transform stays as it is");
     return;
   }
   state_.ctm = it->second;
@@ -91,7 +104,8 @@ void DescriptionBuilder::coord_sys_transform(const std::string& name, const File
 
 void DescriptionBuilder::push(const FileLoc& loc, bool is_object) {
   if (stack_.size() >= max_nesting)
-    throw InputError(loc, std::string(begin_name(is_object)) + " is nested more than " + std::to_string(max_nesting) + " deep");
+    throw InputError(
+        loc, std::string(begin_name(is_object)) + " is nested more than " + std::to_string(max_nesting) + " deep");
   stack_.push_back({state_, loc, is_object});
 }
 
@@ -112,8 +126,12 @@ void DescriptionBuilder::check_stack_closed() const {
   throw InputError(open.loc, std::string(begin_name(open.is_object)) + " has no " + end_name(open.is_object));
 }
 
-void DescriptionBuilder::attribute_begin(const FileLoc& loc) { push(loc, false); }
-void DescriptionBuilder::attribute_end(const FileLoc& loc) { pop(loc, false); }
+void DescriptionBuilder::attribute_begin(const FileLoc& loc) {
+  push(loc, false);
+}
+void DescriptionBuilder::attribute_end(const FileLoc& loc) {
+  pop(loc, false);
+}
 
 void DescriptionBuilder::attribute(GraphicsState::Target target, const ParamSet& params) {
   ParamSet::Defaults& defaults = state_.defaults[target];
@@ -164,7 +182,8 @@ void DescriptionBuilder::named_material(const std::string& name, const FileLoc& 
 std::string DescriptionBuilder::take_type(Entity* entity, const char* directive, const std::string& name) const {
   const Param* type = entity->params.find("type", ParamType::string);
   if (!type || type->strings.size() != 1)
-    throw InputError(entity->loc, std::string(directive) + " " + in_quotes(name) + ": expected a parameter \"string type\"");
+    throw InputError(entity->loc,
+                     std::string(directive) + " " + in_quotes(name) + ": expected a parameter \"string type\"");
   return type->strings[0];
 }
 
@@ -198,7 +217,8 @@ void DescriptionBuilder::define_texture(const std::string& name, bool is_spectru
   const auto [it, is_new] = names.emplace(name, int32_t(description_.textures.size()));
   if (!is_new)
     throw InputError(entity.loc, std::string(is_spectrum ? "spectrum" : "float") + " texture " + in_quotes(name) +
-                                     " is defined already, at " + description_.textures[size_t(it->second)].loc.to_string());
+                                     " is defined already, at " +
+                                     description_.textures[size_t(it->second)].loc.to_string());
   TextureEntity texture = derived_from<TextureEntity>(std::move(entity));
   texture.name = name;
   texture.is_spectrum = is_spectrum;
@@ -248,7 +268,8 @@ int32_t DescriptionBuilder::object_index(const std::string& name, const FileLoc&
 
 void DescriptionBuilder::object_begin(const std::string& name, const FileLoc& loc) {
   if (active_object_ >= 0)
-    throw InputError(loc, "ObjectBegin inside of the definition of " + in_quotes(description_.objects[size_t(active_object_)].name) +
+    throw InputError(loc, "ObjectBegin inside of the definition of " +
+                              in_quotes(description_.objects[size_t(active_object_)].name) +
                               "; definitions do not nest");
   const int32_t i = object_index(name, loc);
   ObjectEntity& object = description_.objects[size_t(i)];
@@ -268,7 +289,8 @@ void DescriptionBuilder::object_end(const FileLoc& loc) {
 void DescriptionBuilder::object_instance(const std::string& name, const FileLoc& loc) {
   if (active_object_ >= 0)
     throw InputError(loc, "ObjectInstance inside of the definition of " +
-                              in_quotes(description_.objects[size_t(active_object_)].name) + "; definitions hold no instances");
+                              in_quotes(description_.objects[size_t(active_object_)].name) +
+                              "; definitions hold no instances");
   description_.instances.push_back({object_index(name, loc), state_.ctm, loc});
 }
 
@@ -288,10 +310,12 @@ void DescriptionBuilder::finish(const FileLoc& loc) {
   check_stack_closed();
   for (size_t i = 0; i < description_.materials.size(); ++i)
     if (!material_defined_[i])
-      throw InputError(description_.materials[i].loc, "material " + in_quotes(description_.materials[i].name) + " is not defined");
+      throw InputError(description_.materials[i].loc,
+                       "material " + in_quotes(description_.materials[i].name) + " is not defined");
   for (size_t i = 0; i < description_.objects.size(); ++i)
     if (!object_defined_[i])
-      throw InputError(description_.objects[i].loc, "object " + in_quotes(description_.objects[i].name) + " is not defined");
+      throw InputError(description_.objects[i].loc,
+                       "object " + in_quotes(description_.objects[i].name) + " is not defined");
   for (const auto& [name, first_use] : mentioned_media_)
     if (!description_.named_media.contains(name))
       throw InputError(first_use, "medium " + in_quotes(name) + " is not defined");

@@ -27,11 +27,12 @@ struct GraphicsState {
   std::array<ParamSet::Defaults, target_count> defaults;
 };
 
-/// The semantics of pbrt-v4's directives: keeps the graphics state and fills a SceneDescription. A parser calls one member for each
-/// directive, in file order, and finish() at the end. Every member throws InputError where the directive is not legal.
+/// The semantics of pbrt-v4's directives: keeps the graphics state and fills a SceneDescription. A parser calls one
+/// member for each directive, in file order, and finish() at the end. Every member throws InputError where the
+/// directive is not legal.
 ///
-/// Materials, media and objects may be named before they are defined (pbrt resolves names when the file has ended); finish() reports
-/// names that never were, where they were used first.
+/// Materials, media and objects may be named before they are defined (pbrt resolves names when the file has ended);
+/// finish() reports names that never were, where they were used first.
 class DescriptionBuilder {
  public:
   DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics);
@@ -76,8 +77,8 @@ class DescriptionBuilder {
   void shape(Entity entity);
   void object_instance(const std::string& name, const FileLoc& loc);
 
-  /// Import: between these the graphics state, its stack and the named coordinate systems are the imported file's own, beginning as
-  /// copies; what it defines stays.
+  /// Import: between these the graphics state, its stack and the named coordinate systems are the imported file's own,
+  /// beginning as copies; what it defines stays.
   struct Scope {
     GraphicsState state;
     std::map<std::string, TransformPair> coordinate_systems;

@@ -38,7 +38,9 @@ struct Inflater {
   bool ok = false;
 };
 
-bool is_gzip(std::string_view data) { return data.size() >= 2 && data[0] == '\x1f' && data[1] == '\x8b'; }
+bool is_gzip(std::string_view data) {
+  return data.size() >= 2 && data[0] == '\x1f' && data[1] == '\x8b';
+}
 
 }  // namespace
 
@@ -65,7 +67,8 @@ std::string inflate_gzip(std::string_view data, const std::string& path, const F
       if (!is_gzip({reinterpret_cast<const char*>(next), left})) break;
       inflateReset(&z);
     } else if (status != Z_OK) {
-      cannot_read(path, loc, status == Z_BUF_ERROR ? "its compressed data end too early" : "its compressed data are damaged");
+      cannot_read(path, loc,
+                  status == Z_BUF_ERROR ? "its compressed data end too early" : "its compressed data are damaged");
     }
   }
   out.resize(used);

@@ -9,9 +9,9 @@
 
 namespace dapple::scenefile {
 
-/// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its name).
-/// Directories, devices and pipes are refused. Inflated text may be at most 64 MiB plus 128 times the file's size, so that a
-/// small hostile file cannot fill the memory.
+/// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its
+/// name). Directories, devices and pipes are refused. Inflated text may be at most 64 MiB plus 128 times the file's
+/// size, so that a small hostile file cannot fill the memory.
 class FileSource {
  public:
   /// InputError at `loc` (where the file is named) if it cannot be read.

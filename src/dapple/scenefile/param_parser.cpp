@@ -19,21 +19,28 @@ struct TypeName {
 };
 
 constexpr std::array type_names = {
-    TypeName{"float", ParamType::real},       TypeName{"integer", ParamType::integer},
-    TypeName{"point3", ParamType::point3},    TypeName{"string", ParamType::string},
-    TypeName{"rgb", ParamType::rgb},          TypeName{"texture", ParamType::texture},
-    TypeName{"bool", ParamType::boolean},     TypeName{"spectrum", ParamType::spectrum},
-    TypeName{"point2", ParamType::point2},    TypeName{"normal", ParamType::normal},
-    TypeName{"vector3", ParamType::vector3},  TypeName{"vector2", ParamType::vector2},
-    TypeName{"blackbody", ParamType::blackbody}, TypeName{"point", ParamType::point3},
-    TypeName{"vector", ParamType::vector3},   TypeName{"normal3", ParamType::normal},
+    TypeName{"float", ParamType::real},
+    TypeName{"integer", ParamType::integer},
+    TypeName{"point3", ParamType::point3},
+    TypeName{"string", ParamType::string},
+    TypeName{"rgb", ParamType::rgb},
+    TypeName{"texture", ParamType::texture},
+    TypeName{"bool", ParamType::boolean},
+    TypeName{"spectrum", ParamType::spectrum},
+    TypeName{"point2", ParamType::point2},
+    TypeName{"normal", ParamType::normal},
+    TypeName{"vector3", ParamType::vector3},
+    TypeName{"vector2", ParamType::vector2},
+    TypeName{"blackbody", ParamType::blackbody},
+    TypeName{"point", ParamType::point3},
+    TypeName{"vector", ParamType::vector3},
+    TypeName{"normal3", ParamType::normal},
 };
 
 ParamType type_of(std::string_view name, const FileLoc& loc) {
   for (const TypeName& t : type_names)
     if (t.name == name) return t.type;
-  if (name == "color")
-    throw InputError(loc, "parameter type \"color\" is of an older format; write \"rgb\"");
+  if (name == "color") throw InputError(loc, "parameter type \"color\" is of an older format; write \"rgb\"");
   if (name == "xyz")
     throw InputError(loc, "parameter type \"xyz\" is of an older format; convert the value and write \"rgb\"");
   std::vector<std::string_view> names;
@@ -41,7 +48,9 @@ ParamType type_of(std::string_view name, const FileLoc& loc) {
   throw InputError(loc, "unknown parameter type " + in_quotes(name) + "; " + one_of(names));
 }
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
 
 // `"type name"` to a Param without values.
 Param declaration_of(const Token& token) {
@@ -59,7 +68,9 @@ Param declaration_of(const Token& token) {
   return p;
 }
 
-bool holds_strings(ParamType type) { return type == ParamType::string || type == ParamType::texture; }
+bool holds_strings(ParamType type) {
+  return type == ParamType::string || type == ParamType::texture;
+}
 
 [[noreturn]] void wrong_value(const Token& token, const Param& param, const char* expected) {
   throw InputError(token.loc, "parameter " + in_quotes(param.name) + " of type \"" + std::string(name_of(param.type)) +
@@ -115,7 +126,8 @@ Param ParamParser::parse_param(Tokenizer* tokenizer, ColorSpace color_space) {
     if (close.kind != Kind::close) wrong_value(close, p, "more values or \"]\"");
   } else {
     read_values(tokenizer, 1, &p);
-    if (p.numbers.empty() && p.integers.empty() && p.strings.empty()) wrong_value(tokenizer->next(), p, "a value or \"[\"");
+    if (p.numbers.empty() && p.integers.empty() && p.strings.empty())
+      wrong_value(tokenizer->next(), p, "a value or \"[\"");
   }
   if (p.type == ParamType::spectrum && p.strings.empty() && (p.numbers.empty() || p.numbers.size() % 2 != 0))
     throw InputError(p.loc, "parameter " + in_quotes(p.name) +
@@ -132,7 +144,8 @@ ParamSet ParamParser::parse_list(Tokenizer* tokenizer, ColorSpace color_space) {
 
 Param ParamParser::parse_option(Tokenizer* tokenizer) {
   const Token name = tokenizer->next();
-  if (name.kind != Kind::string) throw InputError(name.loc, "Option: expected a name in quotes, found " + describe(name));
+  if (name.kind != Kind::string)
+    throw InputError(name.loc, "Option: expected a name in quotes, found " + describe(name));
   Param p;
   p.loc = name.loc;
   // Written like a parameter, "float seed", it says its type.

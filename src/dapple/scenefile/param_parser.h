@@ -9,12 +9,12 @@
 
 namespace dapple::scenefile {
 
-/// Reads parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them. Keeps its buffers between lists, so that
-/// large arrays are copied once, at their final size.
+/// Reads parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them. Keeps its buffers
+/// between lists, so that large arrays are copied once, at their final size.
 class ParamParser {
  public:
-  /// The parameters from here up to the next directive. InputError for an unknown type, values of the wrong kind, an odd number of
-  /// values in a spectrum, or a name given twice.
+  /// The parameters from here up to the next directive. InputError for an unknown type, values of the wrong kind, an
+  /// odd number of values in a spectrum, or a name given twice.
   ParamSet parse_list(Tokenizer* tokenizer, ColorSpace color_space);
 
   /// The value of `Option "name" value`, whose type shows in the value itself.

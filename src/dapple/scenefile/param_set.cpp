@@ -16,36 +16,57 @@ constexpr size_t index_above = 16;  // fewer parameters are found faster by look
 constexpr size_t max_asked = 64;
 constexpr size_t max_reported = 8;
 
-size_t hash_of(std::string_view name) { return std::hash<std::string_view>()(name); }
+size_t hash_of(std::string_view name) {
+  return std::hash<std::string_view>()(name);
+}
 
-size_t value_count(const Param& p) { return p.numbers.size() + p.integers.size() + p.strings.size(); }
+size_t value_count(const Param& p) {
+  return p.numbers.size() + p.integers.size() + p.strings.size();
+}
 
-std::string values_text(size_t n) { return std::to_string(n) + (n == 1 ? " value" : " values"); }
+std::string values_text(size_t n) {
+  return std::to_string(n) + (n == 1 ? " value" : " values");
+}
 
 [[noreturn]] void wrong(const Param& p, const std::string& expected) {
   throw InputError(p.loc, "parameter " + in_quotes(p.name) + ": expected " + expected + ", found type \"" +
                               std::string(name_of(p.type)) + "\" with " + values_text(value_count(p)));
 }
 
-std::string type_text(ParamType type) { return "type \"" + std::string(name_of(type)) + "\""; }
+std::string type_text(ParamType type) {
+  return "type \"" + std::string(name_of(type)) + "\"";
+}
 
 }  // namespace
 
 std::string_view name_of(ParamType type) {
   switch (type) {
-    case ParamType::boolean: return "bool";
-    case ParamType::integer: return "integer";
-    case ParamType::real: return "float";
-    case ParamType::point2: return "point2";
-    case ParamType::vector2: return "vector2";
-    case ParamType::point3: return "point3";
-    case ParamType::vector3: return "vector3";
-    case ParamType::normal: return "normal";
-    case ParamType::string: return "string";
-    case ParamType::texture: return "texture";
-    case ParamType::rgb: return "rgb";
-    case ParamType::blackbody: return "blackbody";
-    case ParamType::spectrum: return "spectrum";
+    case ParamType::boolean:
+      return "bool";
+    case ParamType::integer:
+      return "integer";
+    case ParamType::real:
+      return "float";
+    case ParamType::point2:
+      return "point2";
+    case ParamType::vector2:
+      return "vector2";
+    case ParamType::point3:
+      return "point3";
+    case ParamType::vector3:
+      return "vector3";
+    case ParamType::normal:
+      return "normal";
+    case ParamType::string:
+      return "string";
+    case ParamType::texture:
+      return "texture";
+    case ParamType::rgb:
+      return "rgb";
+    case ParamType::blackbody:
+      return "blackbody";
+    case ParamType::spectrum:
+      return "spectrum";
   }
   return "unknown";
 }
@@ -118,8 +139,7 @@ const Param* ParamSet::find(std::string_view name, ParamType type) const {
 
 const Param* ParamSet::typed(std::string_view name, ParamType type, size_t values) const {
   const Param* p = find(name);
-  if (p && (p->type != type || value_count(*p) != values))
-    wrong(*p, type_text(type) + " with " + values_text(values));
+  if (p && (p->type != type || value_count(*p) != values)) wrong(*p, type_text(type) + " with " + values_text(values));
   return p;
 }
 
@@ -164,7 +184,8 @@ int ParamSet::get_choice(std::string_view name, const std::vector<std::string_vi
   if (!p) return fallback;
   const auto it = std::find(legal.begin(), legal.end(), p->strings[0]);
   if (it == legal.end())
-    throw InputError(p->loc, "parameter " + in_quotes(name) + ": " + in_quotes(p->strings[0]) + " is unknown; " + one_of(legal));
+    throw InputError(
+        p->loc, "parameter " + in_quotes(name) + ": " + in_quotes(p->strings[0]) + " is unknown; " + one_of(legal));
   return int(it - legal.begin());
 }
 
@@ -176,11 +197,21 @@ std::span<const float> ParamSet::tuples(std::string_view name, ParamType type, s
   return p->numbers;
 }
 
-std::span<const float> ParamSet::get_floats(std::string_view name) const { return tuples(name, ParamType::real, 1); }
-std::span<const float> ParamSet::get_points2(std::string_view name) const { return tuples(name, ParamType::point2, 2); }
-std::span<const float> ParamSet::get_points3(std::string_view name) const { return tuples(name, ParamType::point3, 3); }
-std::span<const float> ParamSet::get_normals(std::string_view name) const { return tuples(name, ParamType::normal, 3); }
-std::span<const float> ParamSet::get_vectors3(std::string_view name) const { return tuples(name, ParamType::vector3, 3); }
+std::span<const float> ParamSet::get_floats(std::string_view name) const {
+  return tuples(name, ParamType::real, 1);
+}
+std::span<const float> ParamSet::get_points2(std::string_view name) const {
+  return tuples(name, ParamType::point2, 2);
+}
+std::span<const float> ParamSet::get_points3(std::string_view name) const {
+  return tuples(name, ParamType::point3, 3);
+}
+std::span<const float> ParamSet::get_normals(std::string_view name) const {
+  return tuples(name, ParamType::normal, 3);
+}
+std::span<const float> ParamSet::get_vectors3(std::string_view name) const {
+  return tuples(name, ParamType::vector3, 3);
+}
 
 std::span<const int32_t> ParamSet::get_ints(std::string_view name) const {
   const Param* p = find(name);

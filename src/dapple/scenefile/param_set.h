@@ -15,7 +15,16 @@ namespace dapple::scenefile {
 
 /// Declared type of a parameter as written in the file.
 enum class ParamType {
-  boolean, integer, real, point2, vector2, point3, vector3, normal, string, texture,
+  boolean,
+  integer,
+  real,
+  point2,
+  vector2,
+  point3,
+  vector3,
+  normal,
+  string,
+  texture,
   rgb,        ///< three numbers
   blackbody,  ///< kelvin
   spectrum    ///< wavelength (nm), value pairs in `numbers`, or the name of a spectrum or file in `strings`
@@ -33,18 +42,18 @@ struct Param {
   ColorSpace color_space = ColorSpace::srgb;  ///< in force where the parameter stands; matters to rgb only
   std::string name;
   FileLoc loc;
-  std::vector<float> numbers;      ///< real, point*, vector*, normal, rgb, blackbody, spectrum
-  std::vector<int32_t> integers;   ///< integer; boolean as 0 and 1
+  std::vector<float> numbers;        ///< real, point*, vector*, normal, rgb, blackbody, spectrum
+  std::vector<int32_t> integers;     ///< integer; boolean as 0 and 1
   std::vector<std::string> strings;  ///< string, texture, named spectrum
-  mutable bool used = false;       ///< set by look-ups
+  mutable bool used = false;         ///< set by look-ups
 };
 
-/// Parameters of one directive. Look-ups mark a parameter as used; report_unused() names the rest. A look-up by the wrong type or
-/// with the wrong number of values throws InputError naming what was expected. Look-ups take constant time, but because they keep
-/// a record, only one thread at a time may use a ParamSet.
+/// Parameters of one directive. Look-ups mark a parameter as used; report_unused() names the rest. A look-up by the
+/// wrong type or with the wrong number of values throws InputError naming what was expected. Look-ups take constant
+/// time, but because they keep a record, only one thread at a time may use a ParamSet.
 ///
-/// Defaults (pbrt's `Attribute "shape" ...`) are shared by all directives they apply to: look-ups fall back to them; they count
-/// neither as unused nor into all().
+/// Defaults (pbrt's `Attribute "shape" ...`) are shared by all directives they apply to: look-ups fall back to them;
+/// they count neither as unused nor into all().
 class ParamSet {
  public:
   using Defaults = std::shared_ptr<const ParamSet>;
@@ -83,9 +92,9 @@ class ParamSet {
   std::span<const float> get_normals(std::string_view name) const;
   std::span<const float> get_vectors3(std::string_view name) const;
 
-  /// Warns of every parameter no look-up asked for, with the legal names (those that were asked for): one warning per `what` and
-  /// name, and after the first few only their number. `what` is the directive as the user knows it: `Shape "sphere"`.
-  /// Call it last: the record of look-ups is dropped.
+  /// Warns of every parameter no look-up asked for, with the legal names (those that were asked for): one warning per
+  /// `what` and name, and after the first few only their number. `what` is the directive as the user knows it: `Shape
+  /// "sphere"`. Call it last: the record of look-ups is dropped.
   void report_unused(std::string_view what, Diagnostics& diagnostics) const;
 
  private:

@@ -127,7 +127,7 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
     {"Integrator", Block::options, &PbrtParser::set_once<&SceneDescription::integrator>},
     {"LightSource", Block::world, &PbrtParser::light_source},
     {"LookAt", Block::any, &PbrtParser::look_at},
-    {"MakeNamedMaterial", Block::any, &PbrtParser::make_named_material},
+    {"MakeNamedMaterial", Block::world, &PbrtParser::make_named_material},
     {"MakeNamedMedium", Block::any, &PbrtParser::make_named_medium},
     {"Material", Block::world, &PbrtParser::material},
     {"MediumInterface", Block::any, &PbrtParser::medium_interface},
@@ -154,7 +154,8 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
 void PbrtParser::unknown_directive(const Token& word) {
   if (word.kind != Kind::word) throw InputError(word.loc, "expected a directive, found " + describe(word));
   if (word.text == "WorldEnd")
-    throw InputError(word.loc, "unknown directive \"WorldEnd\": the file is of an older version of the format; expected version 4");
+    throw InputError(
+        word.loc, "unknown directive \"WorldEnd\": the file is of an older version of the format; expected version 4");
   // Anything else than a plausible name is not repeated: the file may be no scene at all, and private.
   const bool is_name = word.text.size() <= 40 && std::all_of(word.text.begin(), word.text.end(), [](char c) {
                          return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
@@ -188,7 +189,8 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   const FileLoc& loc = directive.loc;
   if (open_files_.size() >= max_include_depth)
     throw InputError(loc, "files are included more than " + std::to_string(max_include_depth) + " deep");
-  if (++includes_ > max_includes) throw InputError(loc, "more than " + std::to_string(max_includes) + " files are included");
+  if (++includes_ > max_includes)
+    throw InputError(loc, "more than " + std::to_string(max_includes) + " files are included");
   const FileSource source(path, loc);
   if (std::find(open_files_.begin(), open_files_.end(), source.identity()) != open_files_.end())
     throw InputError(loc, "file " + in_quotes(path, 400) + " includes itself, directly or through others");
@@ -209,7 +211,8 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
 std::string PbrtParser::read_string(const Token& directive, const char* expected) {
   const Token token = tokenizer_->next();
   if (token.kind != Kind::string)
-    throw InputError(token.loc, std::string(directive.text) + ": expected " + expected + " in quotes, found " + describe(token));
+    throw InputError(token.loc,
+                     std::string(directive.text) + ": expected " + expected + " in quotes, found " + describe(token));
   return string_of(token);
 }
 
@@ -218,8 +221,8 @@ std::array<double, N> PbrtParser::read_numbers(const Token& directive) {
   std::vector<double> values;
   tokenizer_->read_numbers(&values, N);
   if (values.size() != N)
-    throw InputError(tokenizer_->loc(), std::string(directive.text) + ": expected " + std::to_string(N) + " numbers, found " +
-                                            std::to_string(values.size()));
+    throw InputError(tokenizer_->loc(), std::string(directive.text) + ": expected " + std::to_string(N) +
+                                            " numbers, found " + std::to_string(values.size()));
   std::array<double, N> result{};
   std::copy(values.begin(), values.end(), result.begin());
   return result;
@@ -232,10 +235,12 @@ Transform PbrtParser::read_matrix(const Token& directive) {
   if (bracketed) {
     const Token close = tokenizer_->next();
     if (close.kind != Kind::close)
-      throw InputError(close.loc, std::string(directive.text) + ": expected \"]\" after 16 numbers, found " + describe(close));
+      throw InputError(close.loc,
+                       std::string(directive.text) + ": expected \"]\" after 16 numbers, found " + describe(close));
   }
   // Columns follow each other in the file.
-  return Transform(M44d(m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14], m[3], m[7], m[11], m[15]));
+  return Transform(
+      M44d(m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14], m[3], m[7], m[11], m[15]));
 }
 
 Entity PbrtParser::read_params(const Token& directive) {
@@ -256,7 +261,8 @@ void PbrtParser::active_transform(const Token&) {
   const Token which = tokenizer_->next();
   const bool all = which.text == "All", start = which.text == "StartTime", end = which.text == "EndTime";
   if (which.kind != Kind::word || !(all || start || end))
-    throw InputError(which.loc, "ActiveTransform: found " + describe(which) + "; " + one_of({"StartTime", "EndTime", "All"}));
+    throw InputError(which.loc,
+                     "ActiveTransform: found " + describe(which) + "; " + one_of({"StartTime", "EndTime", "All"}));
   builder_.active_transform(all || start, all || end);
 }
 
@@ -265,7 +271,8 @@ void PbrtParser::attribute(const Token& d) {
   const FileLoc loc = tokenizer_->loc();
   const std::string target = read_string(d, "what it is for");
   const auto it = std::find(targets.begin(), targets.end(), target);
-  if (it == targets.end()) throw InputError(loc, "Attribute: unknown target " + in_quotes(target) + "; " + one_of(targets));
+  if (it == targets.end())
+    throw InputError(loc, "Attribute: unknown target " + in_quotes(target) + "; " + one_of(targets));
   builder_.attribute(GraphicsState::Target(it - targets.begin()), read_params(d).params);
 }
 
@@ -275,7 +282,8 @@ void PbrtParser::color_space(const Token& d) {
   entity.loc = d.loc;
   entity.type = read_string(d, "a colour space");
   const auto it = std::find(names.begin(), names.end(), entity.type);
-  if (it == names.end()) throw InputError(d.loc, "unknown colour space " + in_quotes(entity.type) + "; " + one_of(names));
+  if (it == names.end())
+    throw InputError(d.loc, "unknown colour space " + in_quotes(entity.type) + "; " + one_of(names));
   builder_.color_space(std::move(entity), ColorSpace(it - names.begin()));
 }
 
@@ -283,7 +291,8 @@ void PbrtParser::look_at(const Token& d) {
   const auto v = read_numbers<9>(d);
   const Transform t = Transform::look_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
   if (!t.is_finite() || !t.is_invertible())
-    throw InputError(d.loc, "LookAt: eye and look must differ, and up must not be parallel to the direction between them");
+    throw InputError(d.loc,
+                     "LookAt: eye and look must differ, and up must not be parallel to the direction between them");
   builder_.concat(t, d.loc);
 }
 
@@ -318,7 +327,8 @@ void PbrtParser::texture(const Token& d) {
   const std::string name = read_string(d, "a name");
   const std::string kind = read_string(d, "\"float\" or \"spectrum\"");
   if (kind != "float" && kind != "spectrum")
-    throw InputError(d.loc, "Texture " + in_quotes(name) + ": unknown kind " + in_quotes(kind) + "; " + one_of({"float", "spectrum"}));
+    throw InputError(d.loc, "Texture " + in_quotes(name) + ": unknown kind " + in_quotes(kind) + "; " +
+                                one_of({"float", "spectrum"}));
   builder_.define_texture(name, kind == "spectrum", read_entity(d));
 }
 

@@ -17,11 +17,11 @@ struct TypeName {
 };
 
 constexpr std::array type_names = {
-    TypeName{"char", PlyType::int8},      TypeName{"uchar", PlyType::uint8},   TypeName{"short", PlyType::int16},
-    TypeName{"ushort", PlyType::uint16},  TypeName{"int", PlyType::int32},     TypeName{"uint", PlyType::uint32},
-    TypeName{"float", PlyType::float32},  TypeName{"double", PlyType::float64}, TypeName{"int8", PlyType::int8},
-    TypeName{"uint8", PlyType::uint8},    TypeName{"int16", PlyType::int16},   TypeName{"uint16", PlyType::uint16},
-    TypeName{"int32", PlyType::int32},    TypeName{"uint32", PlyType::uint32}, TypeName{"float32", PlyType::float32},
+    TypeName{"char", PlyType::int8},       TypeName{"uchar", PlyType::uint8},    TypeName{"short", PlyType::int16},
+    TypeName{"ushort", PlyType::uint16},   TypeName{"int", PlyType::int32},      TypeName{"uint", PlyType::uint32},
+    TypeName{"float", PlyType::float32},   TypeName{"double", PlyType::float64}, TypeName{"int8", PlyType::int8},
+    TypeName{"uint8", PlyType::uint8},     TypeName{"int16", PlyType::int16},    TypeName{"uint16", PlyType::uint16},
+    TypeName{"int32", PlyType::int32},     TypeName{"uint32", PlyType::uint32},  TypeName{"float32", PlyType::float32},
     TypeName{"float64", PlyType::float64},
 };
 
@@ -84,7 +84,8 @@ class HeaderParser {
     } else if (word(1) == "binary_big_endian") {
       header_.format = PlyFormat::binary_big_endian;
     } else {
-      fail("unknown format " + in_quotes(word(1)) + "; " + one_of({"ascii", "binary_little_endian", "binary_big_endian"}));
+      fail("unknown format " + in_quotes(word(1)) + "; " +
+           one_of({"ascii", "binary_little_endian", "binary_big_endian"}));
     }
     return true;
   }
@@ -134,13 +135,17 @@ class HeaderParser {
 size_t size_of(PlyType type) {
   switch (type) {
     case PlyType::int8:
-    case PlyType::uint8: return 1;
+    case PlyType::uint8:
+      return 1;
     case PlyType::int16:
-    case PlyType::uint16: return 2;
+    case PlyType::uint16:
+      return 2;
     case PlyType::int32:
     case PlyType::uint32:
-    case PlyType::float32: return 4;
-    case PlyType::float64: return 8;
+    case PlyType::float32:
+      return 4;
+    case PlyType::float64:
+      return 8;
   }
   return 0;
 }
@@ -168,6 +173,8 @@ void PlyPlace::fail(const std::string& message, uint32_t line) const {
   throw InputError(loc, FileLoc{file, line, 0}.to_string() + ": " + message);
 }
 
-PlyHeader parse_ply_header(std::string_view data, const PlyPlace& place) { return HeaderParser(data, place).parse(); }
+PlyHeader parse_ply_header(std::string_view data, const PlyPlace& place) {
+  return HeaderParser(data, place).parse();
+}
 
 }  // namespace dapple::scenefile

@@ -26,7 +26,8 @@ struct VertexLayout {
 
   explicit VertexLayout(const PlyElement& e)
       : p{e.find("x"), e.find("y"), e.find("z")}, n{e.find("nx"), e.find("ny"), e.find("nz")} {
-    constexpr std::string_view names[][2] = {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}};
+    constexpr std::string_view names[][2] = {
+        {"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}};
     for (const auto& [u, v] : names)
       if (!has_uv()) uv = {e.find(u), e.find(v)};
   }
@@ -35,7 +36,9 @@ struct VertexLayout {
   bool has_uv() const { return uv[0] >= 0 && uv[1] >= 0; }
 };
 
-bool is_finite(const V2f& v) { return std::isfinite(v.x) && std::isfinite(v.y); }
+bool is_finite(const V2f& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y);
+}
 using dapple::is_finite;
 
 // True if any of the floats is infinite or NaN; plain enough for the compiler to vectorise.
@@ -87,7 +90,8 @@ class MeshReader {
     const VertexLayout layout(e);
     if (!layout.has_p()) place_.fail("element \"vertex\" lacks x, y or z");
     if (e.count > max_vertices) place_.fail("more than " + std::to_string(max_vertices) + " vertices");
-    for (const auto& wanted : {std::span<const int>(layout.p), std::span<const int>(layout.n), std::span<const int>(layout.uv)})
+    for (const auto& wanted :
+         {std::span<const int>(layout.p), std::span<const int>(layout.n), std::span<const int>(layout.uv)})
       for (const int i : wanted)
         if (i >= 0 && e.properties[size_t(i)].is_list)
           place_.fail("property " + in_quotes(e.properties[size_t(i)].name) + " is a list; expected a number");
@@ -125,8 +129,8 @@ class MeshReader {
     }
   }
 
-  // The usual layout, read at the speed of memory: rows of one size in this machine's byte order, with x y z, nx ny nz and u v as
-  // neighbouring floats.
+  // The usual layout, read at the speed of memory: rows of one size in this machine's byte order, with x y z, nx ny nz
+  // and u v as neighbouring floats.
   bool read_float_vertices(PlyBinaryStream* in, const PlyElement& e, const VertexLayout& layout) {
     if (in->swaps() || e.has_lists()) return false;
     const auto offset_of = [&e](std::span<const int> wanted, size_t* offset) {
@@ -222,8 +226,8 @@ class MeshReader {
     for (uint64_t i = 0; i < n; ++i) face->push_back(read_index(in, p.type));
   }
 
-  // Rows of nothing but a byte and that many 32-bit indices. Triangles and quads are gathered in blocks so that the large arrays are
-  // written once.
+  // Rows of nothing but a byte and that many 32-bit indices. Triangles and quads are gathered in blocks so that the
+  // large arrays are written once.
   void read_usual_faces(PlyBinaryStream* in, uint64_t count) {
     constexpr size_t block = 1024;
     std::array<int32_t, 3 * block> tris;

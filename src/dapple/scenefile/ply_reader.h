@@ -15,19 +15,20 @@ namespace dapple::scenefile {
 /// A mesh of triangles and quads as read from a PLY file. Indices are in range; positions are finite.
 struct PlyMesh {
   std::vector<V3f> P;
-  std::vector<V3f> N;    ///< empty, or one a vertex; not normalised; 0 where the file's is not finite
-  std::vector<V2f> uv;   ///< empty, or one a vertex; 0 where the file's is not finite
-  std::vector<int32_t> tri_indices;   ///< 3 a triangle; those of larger polygons come last
-  std::vector<int32_t> quad_indices;  ///< 4 a quad, going round it as in the file (pbrt's bilinear patch wants 0, 1, 3, 2)
+  std::vector<V3f> N;                ///< empty, or one a vertex; not normalised; 0 where the file's is not finite
+  std::vector<V2f> uv;               ///< empty, or one a vertex; 0 where the file's is not finite
+  std::vector<int32_t> tri_indices;  ///< 3 a triangle; those of larger polygons come last
+  std::vector<int32_t>
+      quad_indices;  ///< 4 a quad, going round it as in the file (pbrt's bilinear patch wants 0, 1, 3, 2)
   /// The file's face_indices: empty, or one for each triangle followed by one for each quad.
   std::vector<int32_t> face_indices;
   int64_t ignored_faces = 0;  ///< faces of fewer than 3 corners, left out
 };
 
-/// Reads a PLY file: ASCII or binary of either byte order, plain or gzip. Vertex properties x y z, nx ny nz, and u v (also s t, texture_u
-/// texture_v, texture_s texture_t) of any number type; face properties vertex_indices (also vertex_index) and face_indices; all others
-/// are skipped. InputError at `loc`, naming the file, if it is damaged, lies about its size, has indices out of range or positions
-/// that are not finite. Memory stays in proportion to the file.
+/// Reads a PLY file: ASCII or binary of either byte order, plain or gzip. Vertex properties x y z, nx ny nz, and u v
+/// (also s t, texture_u texture_v, texture_s texture_t) of any number type; face properties vertex_indices (also
+/// vertex_index) and face_indices; all others are skipped. InputError at `loc`, naming the file, if it is damaged, lies
+/// about its size, has indices out of range or positions that are not finite. Memory stays in proportion to the file.
 PlyMesh read_ply(const std::string& path, const FileLoc& loc);
 
 /// The same from memory; `name` stands for the file in messages.

@@ -27,14 +27,22 @@ class PlyBinaryStream {
 
   double read(PlyType type) {
     switch (type) {
-      case PlyType::int8: return raw<int8_t>();
-      case PlyType::uint8: return raw<uint8_t>();
-      case PlyType::int16: return raw<int16_t>();
-      case PlyType::uint16: return raw<uint16_t>();
-      case PlyType::int32: return raw<int32_t>();
-      case PlyType::uint32: return raw<uint32_t>();
-      case PlyType::float32: return raw<float>();
-      case PlyType::float64: return raw<double>();
+      case PlyType::int8:
+        return raw<int8_t>();
+      case PlyType::uint8:
+        return raw<uint8_t>();
+      case PlyType::int16:
+        return raw<int16_t>();
+      case PlyType::uint16:
+        return raw<uint16_t>();
+      case PlyType::int32:
+        return raw<int32_t>();
+      case PlyType::uint32:
+        return raw<uint32_t>();
+      case PlyType::float32:
+        return raw<float>();
+      case PlyType::float64:
+        return raw<double>();
     }
     return 0;
   }
@@ -81,7 +89,8 @@ class PlyAsciiStream {
     double value = 0;
     const char* const begin = word.data() + (word[0] == '+');
     const auto [stop, error] = std::from_chars(begin, word.data() + word.size(), value);
-    // Out of range is left at zero, which underflow should be, or made infinite, which whoever needs a finite number refuses.
+    // Out of range is left at zero, which underflow should be, or made infinite, which whoever needs a finite number
+    // refuses.
     if (error == std::errc::result_out_of_range) {
       const size_t e = word.find_first_of("eE");
       value = e != word.npos && word.substr(e + 1, 1) == "-" ? 0 : std::numeric_limits<double>::infinity();

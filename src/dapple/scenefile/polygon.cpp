@@ -45,7 +45,8 @@ bool is_convex(const std::vector<Point>& p) {
   return true;
 }
 
-// Ear clipping on a linked list of the corners left (Meisters 1975). Clipping an ear can change only whether its neighbours are ears.
+// Ear clipping on a linked list of the corners left (Meisters 1975). Clipping an ear can change only whether its
+// neighbours are ears.
 class EarClipper {
  public:
   explicit EarClipper(std::vector<Point> points) : points_(std::move(points)), links_(points_.size()) {

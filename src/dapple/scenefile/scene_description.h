@@ -60,7 +60,8 @@ struct ShapeEntity : Entity {
   std::string inside_medium, outside_medium;
 };
 
-/// ObjectBegin ... ObjectEnd. `loc` is that of ObjectBegin. Definitions do not nest and hold no instances (as in pbrt-v4).
+/// ObjectBegin ... ObjectEnd. `loc` is that of ObjectBegin. Definitions do not nest and hold no instances (as in
+/// pbrt-v4).
 struct ObjectEntity {
   std::string name;
   FileLoc loc;
@@ -75,8 +76,8 @@ struct InstanceEntity {
   FileLoc loc;
 };
 
-/// What a scene file says, with nothing interpreted beyond the directives: neutral between file formats. Every item keeps its
-/// FileLoc, whose file names live in `files`. Move-only, because ParamSets and FileLocs point into it.
+/// What a scene file says, with nothing interpreted beyond the directives: neutral between file formats. Every item
+/// keeps its FileLoc, whose file names live in `files`. Move-only, because ParamSets and FileLocs point into it.
 struct SceneDescription {
   SceneDescription() = default;
   SceneDescription(SceneDescription&&) = default;
@@ -85,16 +86,16 @@ struct SceneDescription {
   std::deque<std::string> files;  ///< paths as opened, the main file first; stable addresses
   std::string base_directory;     ///< relative file names in parameters are relative to this (the main file's folder)
 
-  // Each exactly once; an empty type means that the file is silent: pbrt-v4's default holds (camera "perspective" at the origin,
-  // film "rgb", ...). color_space is the one of the film; parameters carry their own (Param::color_space).
+  // Each exactly once; an empty type means that the file is silent: pbrt-v4's default holds (camera "perspective" at
+  // the origin, film "rgb", ...). color_space is the one of the film; parameters carry their own (Param::color_space).
   Entity camera, film, sampler, pixel_filter, integrator, accelerator, color_space;
   TransformPair world_to_camera;
   double shutter_start_transform_time = 0, shutter_end_transform_time = 1;  ///< TransformTimes
   std::string camera_medium;
   ParamSet options;  ///< Option directives: names in lower case without '_' and '-'; of equal names the last
 
-  /// [0] is the default: "diffuse" without parameters (pbrt: reflectance .5). A material may be used before its definition, so the
-  /// order is that of first mention.
+  /// [0] is the default: "diffuse" without parameters (pbrt: reflectance .5). A material may be used before its
+  /// definition, so the order is that of first mention.
   std::vector<MaterialEntity> materials;
   std::map<std::string, MaterialIndex> named_materials;
   std::vector<TextureEntity> textures;  ///< in order of definition; a texture may only use earlier ones

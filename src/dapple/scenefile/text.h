@@ -8,8 +8,8 @@
 
 namespace dapple::scenefile {
 
-/// A piece of an input file for a message: in double quotes, control characters and broken UTF-8 as '?', cut after `max_length` bytes. Messages
-/// must not pour out files that were never meant as scenes.
+/// A piece of an input file for a message: in double quotes, control characters and broken UTF-8 as '?', cut after
+/// `max_length` bytes. Messages must not pour out files that were never meant as scenes.
 std::string in_quotes(std::string_view text, size_t max_length = 40);
 
 /// Up to three of `names` that resemble `word`, the most similar first: what the user may have meant.

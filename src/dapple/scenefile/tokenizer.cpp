@@ -22,16 +22,21 @@ constexpr std::array<CharClass, 256> char_classes = [] {
   return classes;
 }();
 
-CharClass class_of(char c) { return char_classes[uint8_t(c)]; }
+CharClass class_of(char c) {
+  return char_classes[uint8_t(c)];
+}
 
 const char* word_end(const char* p, const char* end) {
   while (p < end && class_of(*p) == plain) ++p;
   return p;
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
 
-// from_chars reports overflow and underflow alike; underflow is harmless. Double tells them apart for all but absurd exponents.
+// from_chars reports overflow and underflow alike; underflow is harmless. Double tells them apart for all but absurd
+// exponents.
 template <class T>
 bool underflows(const char* begin, const char* end) {
   double wide = 0;
@@ -47,7 +52,8 @@ const char* parse_number(const char* begin, const char* end, T* value, const cha
   const char* p = begin;
   if (p < end && *p == '+') ++p;
   const char* const digits = p < end && *p == '-' && p == begin ? p + 1 : p;
-  const bool begins_well = digits < end && (is_digit(*digits) || *digits == '.');  // from_chars would take "inf" and "nan"
+  const bool begins_well =
+      digits < end && (is_digit(*digits) || *digits == '.');  // from_chars would take "inf" and "nan"
   const auto [stop, error] = std::from_chars(p, end, *value);
   const bool ends_well = stop == end || class_of(*stop) != plain;
   if (begins_well && ends_well && error == std::errc()) [[likely]] {
@@ -131,10 +137,14 @@ Token::Kind Tokenizer::peek() {
   skip_space();
   if (next_ == end_) return Token::Kind::end;
   switch (*next_) {
-    case '"': return Token::Kind::string;
-    case '[': return Token::Kind::open;
-    case ']': return Token::Kind::close;
-    default: return Token::Kind::word;
+    case '"':
+      return Token::Kind::string;
+    case '[':
+      return Token::Kind::open;
+    case ']':
+      return Token::Kind::close;
+    default:
+      return Token::Kind::word;
   }
 }
 
@@ -155,9 +165,15 @@ void Tokenizer::read_numbers_of(std::vector<T>* out, size_t most) {
   }
 }
 
-void Tokenizer::read_numbers(std::vector<float>* out, size_t most) { read_numbers_of(out, most); }
-void Tokenizer::read_numbers(std::vector<double>* out, size_t most) { read_numbers_of(out, most); }
-void Tokenizer::read_numbers(std::vector<int32_t>* out, size_t most) { read_numbers_of(out, most); }
+void Tokenizer::read_numbers(std::vector<float>* out, size_t most) {
+  read_numbers_of(out, most);
+}
+void Tokenizer::read_numbers(std::vector<double>* out, size_t most) {
+  read_numbers_of(out, most);
+}
+void Tokenizer::read_numbers(std::vector<int32_t>* out, size_t most) {
+  read_numbers_of(out, most);
+}
 
 std::string string_of(const Token& token) {
   if (!token.has_escapes) return std::string(token.text);
@@ -167,7 +183,8 @@ std::string string_of(const Token& token) {
     if (c == '\\' && i + 1 < token.text.size()) {
       static constexpr std::string_view codes = "bfnrt\\\"'", meanings = "\b\f\n\r\t\\\"'";
       const size_t code = codes.find(token.text[++i]);
-      if (code == std::string_view::npos) throw InputError(token.loc, "unknown escape in the string " + in_quotes(token.text));
+      if (code == std::string_view::npos)
+        throw InputError(token.loc, "unknown escape in the string " + in_quotes(token.text));
       c = meanings[code];
     }
     s += c;

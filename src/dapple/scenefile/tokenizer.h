@@ -25,8 +25,8 @@ struct Token {
   FileLoc loc;
 };
 
-/// Cuts pbrt's text into tokens, in place: nothing is copied and nothing allocated per token. White space separates (line ends of any
-/// kind), # begins a comment, a UTF-8 byte order mark is skipped. Columns count bytes.
+/// Cuts pbrt's text into tokens, in place: nothing is copied and nothing allocated per token. White space separates
+/// (line ends of any kind), # begins a comment, a UTF-8 byte order mark is skipped. Columns count bytes.
 class Tokenizer {
  public:
   /// `text` and `file` must outlive the tokenizer and all it returns. InputError if it is UTF-16.
@@ -37,8 +37,8 @@ class Tokenizer {
   /// The kind of what next() will return.
   Token::Kind peek();
 
-  /// Appends the numbers from here, `most` of them or up to the next bracket, string or the end. All are finite and numbers too small
-  /// for a float are zero; InputError for anything else.
+  /// Appends the numbers from here, `most` of them or up to the next bracket, string or the end. All are finite and
+  /// numbers too small for a float are zero; InputError for anything else.
   void read_numbers(std::vector<float>* out, size_t most = SIZE_MAX);
   void read_numbers(std::vector<double>* out, size_t most = SIZE_MAX);
   void read_numbers(std::vector<int32_t>* out, size_t most = SIZE_MAX);

@@ -6,7 +6,8 @@
 
 namespace dapple::shading {
 
-/// The coat of CoatedDiffuseMaterial and CoatedConductorMaterial. Thickness is at least 0, g within +-0.99, albedo in [0, 1].
+/// The coat of CoatedDiffuseMaterial and CoatedConductorMaterial. Thickness is at least 0, g within +-0.99, albedo in
+/// [0, 1].
 struct CoatInput {
   float ior = 1.5f;
   RoughnessInput roughness;
@@ -29,7 +30,7 @@ class CoatedDiffuseMaterial final : public SurfaceMaterial {
   std::optional<float> coat_return_;  ///< where the thickness is constant
 };
 
-/// Lacquered metal. The metal's index is given against vacuum.
+/// Lacquered metal. The metal's index is relative to the coat (MetalInput's outer_index).
 class CoatedConductorMaterial final : public SurfaceMaterial {
  public:
   CoatedConductorMaterial(MetalInput metal, RoughnessInput roughness, CoatInput coat, SurfaceDetail detail);

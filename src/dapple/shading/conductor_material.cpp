@@ -15,6 +15,8 @@ void MetalInput::Values::get(int i, RGB* eta, RGB* k) const {
     *eta = first;
     *k = second_[i];
   }
+  *eta *= scale_;
+  *k *= scale_;
 }
 
 ConductorMaterial::ConductorMaterial(MetalInput metal, RoughnessInput roughness, SurfaceDetail detail)

@@ -6,11 +6,14 @@
 namespace dapple::shading {
 
 /// The complex index of a metal: given as eta and k, or by its reflectance at normal incidence (eta = 1,
-/// k = 2 sqrt(r / (1 - r)), r at most 0.9999).
+/// k = 2 sqrt(r / (1 - r)), r at most 0.9999). Either is divided by the index of the medium outside (the coat's), as
+/// pbrt-v4 does.
 class MetalInput {
  public:
-  MetalInput(Input<RGB> eta, Input<RGB> k) : first_(std::move(eta)), second_(std::move(k)), by_reflectance_(false) {}
-  explicit MetalInput(Input<RGB> reflectance) : first_(std::move(reflectance)), second_(RGB()), by_reflectance_(true) {}
+  MetalInput(Input<RGB> eta, Input<RGB> k, float outer_index = 1)
+      : first_(std::move(eta)), second_(std::move(k)), by_reflectance_(false), scale_(1 / outer_index) {}
+  explicit MetalInput(Input<RGB> reflectance, float outer_index = 1)
+      : first_(std::move(reflectance)), second_(RGB()), by_reflectance_(true), scale_(1 / outer_index) {}
 
   bool is_constant() const { return all_constant(first_, second_); }
 
@@ -18,17 +21,22 @@ class MetalInput {
   class Values {
    public:
     Values(const MetalInput& input, const ShadingPoints& points)
-        : first_(input.first_, points), second_(input.second_, points), by_reflectance_(input.by_reflectance_) {}
+        : first_(input.first_, points),
+          second_(input.second_, points),
+          by_reflectance_(input.by_reflectance_),
+          scale_(input.scale_) {}
     void get(int i, RGB* eta, RGB* k) const;
 
    private:
     InputValues<RGB> first_, second_;
     bool by_reflectance_;
+    float scale_;
   };
 
  private:
   Input<RGB> first_, second_;
   bool by_reflectance_;
+  float scale_;
 };
 
 /// Metal, mirror-like or rough.

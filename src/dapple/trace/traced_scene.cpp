@@ -252,6 +252,7 @@ bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primit
 }
 
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
+  if (recorder_) recorder_->record(r, n, false);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int first = 0; first < n; first += packet) {
@@ -291,6 +292,7 @@ void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
 }
 
 void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
+  if (recorder_) recorder_->record(r, n, true);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int first = 0; first < n; first += packet) {
@@ -323,11 +325,11 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
-geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
+geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time, bool tangents) const {
   const Geometry& g = *geometries_[h.geometry[i]];
   geom::SurfacePoint s;
   if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
-    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
+    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time, tangents);
   else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
     s = (*quadric)->at(h.u[i], h.v[i]);
   else

@@ -21,6 +21,13 @@ using QuadricPtr = std::shared_ptr<const geom::Quadric>;
 using CurvesPtr = std::shared_ptr<const geom::CurveSet>;
 using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr>;
 
+/// Sees every batch of rays before it is traced, from the threads that trace: for benchmarks, which replay them.
+class RayRecorder {
+ public:
+  virtual ~RayRecorder() = default;
+  virtual void record(const RayBatch& rays, int n, bool occlusion) = 0;
+};
+
 /// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from any
 /// number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes where Embree allows.
 class TracedScene {
@@ -38,6 +45,7 @@ class TracedScene {
   /// Places an object; motion is world from object space. Returns the instance's index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
+  void set_recorder(RayRecorder* recorder) { recorder_ = recorder; }  ///< null for none
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
   void commit();
 
@@ -47,7 +55,8 @@ class TracedScene {
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
   /// The surface at a hit, in world space, Ng and Ns on the outside.
-  geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
+  /// Without tangents, dPdu to dNdv may be left at their defaults: cheaper.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
 
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
@@ -56,6 +65,8 @@ class TracedScene {
   /// Bytes Embree holds now, beside the shapes themselves.
   size_t acceleration_bytes() const;
   double build_seconds() const { return build_seconds_; }
+  /// Embree's own scene, for benchmarks.
+  RTCScene embree_scene() const { return top_.scene; }
 
  private:
   struct Geometry {
@@ -88,6 +99,7 @@ class TracedScene {
   std::vector<RTCGeometry> instance_geometries_;
   std::vector<std::unique_ptr<Geometry>> geometries_;
   const OpacityTest* opacity_test_ = nullptr;
+  RayRecorder* recorder_ = nullptr;
   double build_seconds_ = 0;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// bench_path_rays SCENE: what path tracing costs beyond its rays. Records every ray of a rendering, then times, in alternation and for one
+// and several threads, the same rendering and Embree alone tracing the recorded rays in the recorded order: one at a time and in packets
+// of 16, of which the faster counts. Prints JSON.
+#include <embree3/rtcore.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+#include "dapple/build/scene_builder.h"
+#include "dapple/integrate/path_integrator.h"
+#include "dapple/render/render_session.h"
+
+namespace {
+
+using namespace dapple;
+
+constexpr int packet = 16;
+
+struct RecordedRay {
+  float o[3], d[3], t_max, time;
+};
+
+/// Up to 256 rays that were traced together.
+struct RecordedBatch {
+  size_t first;
+  int count;
+  bool occlusion;
+};
+
+class Recorder final : public trace::RayRecorder {
+ public:
+  void record(const trace::RayBatch& r, int n, bool occlusion) override {
+    const std::lock_guard lock(mutex_);
+    batches.push_back({rays.size(), n, occlusion});
+    for (int i = 0; i < n; ++i)
+      rays.push_back({{r.ox[i], r.oy[i], r.oz[i]}, {r.dx[i], r.dy[i], r.dz[i]}, r.t_max[i], r.time[i]});
+  }
+  std::vector<RecordedRay> rays;
+  std::vector<RecordedBatch> batches;
+
+ private:
+  std::mutex mutex_;
+};
+
+void load(const RecordedRay* from, int n, int* valid, RTCRay16* q) {
+  for (int i = 0; i < packet; ++i) {
+    valid[i] = i < n ? -1 : 0;
+    const RecordedRay& r = from[i < n ? i : 0];
+    q->org_x[i] = r.o[0], q->org_y[i] = r.o[1], q->org_z[i] = r.o[2];
+    q->dir_x[i] = r.d[0], q->dir_y[i] = r.d[1], q->dir_z[i] = r.d[2];
+    q->tnear[i] = 0, q->tfar[i] = r.t_max, q->time[i] = r.time;
+    q->mask[i] = ~0u, q->flags[i] = 0;
+  }
+}
+
+size_t trace_packets(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
+  size_t hits = 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  for (int first = 0; first < b.count; first += packet) {
+    alignas(64) int valid[packet];
+    alignas(64) RTCRayHit16 q;
+    const int n = std::min(packet, b.count - first);
+    load(rays + b.first + first, n, valid, &q.ray);
+    if (b.occlusion) {
+      rtcOccluded16(valid, scene, &context, &q.ray);
+      for (int i = 0; i < n; ++i) hits += q.ray.tfar[i] < 0;
+    } else {
+      for (unsigned& id : q.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
+      rtcIntersect16(valid, scene, &context, &q);
+      for (int i = 0; i < n; ++i) hits += q.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+  return hits;
+}
+
+size_t trace_singly(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
+  size_t hits = 0;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  for (int i = 0; i < b.count; ++i) {
+    const RecordedRay& r = rays[b.first + i];
+    RTCRayHit q{};
+    q.ray = {r.o[0], r.o[1], r.o[2], 0, r.d[0], r.d[1], r.d[2], r.time, r.t_max, ~0u, 0, 0};
+    q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    if (b.occlusion) {
+      rtcOccluded1(scene, &context, &q.ray);
+      hits += q.ray.tfar < 0;
+    } else {
+      rtcIntersect1(scene, &context, &q);
+      hits += q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+  return hits;
+}
+
+class Bench {
+ public:
+  Bench(const build::BuiltScene& built, uint32_t samples, int bounces)
+      : built_(built), samples_(samples), integrator_(*built.scene, settings(bounces)) {}
+
+  void record() {
+    built_.scene->traced.set_recorder(&recorder_);
+    render();
+    built_.scene->traced.set_recorder(nullptr);
+  }
+  double render() const {
+    scene::Film film(built_.scene->film);
+    render::RenderSession session(integrator_, film, {.pixel_samples = samples_});
+    return session.run(false).seconds;
+  }
+  /// Seconds of Embree alone; `hits` keeps the work from being optimised away and must agree between ways.
+  template <class Trace>
+  double replay(Trace trace, size_t* hits) const {
+    std::vector<size_t> found(recorder_.batches.size());
+    const Timer timer;
+    parallel_ranges(found.size(), 64, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i)
+        found[i] = trace(built_.scene->traced.embree_scene(), recorder_.rays.data(), recorder_.batches[i]);
+    });
+    const double seconds = timer.seconds();
+    *hits = 0;
+    for (const size_t n : found) *hits += n;
+    return seconds;
+  }
+  size_t ray_count() const { return recorder_.rays.size(); }
+
+ private:
+  static integrate::PathIntegrator::Settings settings(int bounces) {
+    integrate::PathIntegrator::Settings s;
+    s.diffuse_bounces = bounces;
+    return s;
+  }
+  const build::BuiltScene& built_;
+  const uint32_t samples_;
+  const integrate::PathIntegrator integrator_;
+  Recorder recorder_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string path;
+  int size = 512, samples = 4, bounces = 4, repeats = 5, threads = 2;
+  CLI::App app("Times path tracing against Embree alone tracing the same rays.");
+  app.option_defaults()->always_capture_default();
+  app.add_option("scene", path)->required();
+  app.add_option("--size", size, "pixels each way");
+  app.add_option("--samples", samples, "camera samples a pixel");
+  app.add_option("--bounces", bounces, "diffuse bounces");
+  app.add_option("--repeats", repeats, "timings of each");
+  app.add_option("--threads", threads, "compared with one");
+  CLI11_PARSE(app, argc, argv);
+
+  try {
+    Diagnostics diagnostics;
+    build::BuildOptions options;
+    options.film.resolution = V2i(size, size);
+    const build::BuiltScene built = build::load_scene(path, options, diagnostics);
+    Bench bench(built, static_cast<uint32_t>(samples), bounces);
+    set_thread_count(1);
+    bench.record();
+
+    nlohmann::ordered_json result{{"scene", path}, {"rays", bench.ray_count()}};
+    for (int i = 0; i < repeats; ++i)
+      for (const int n : {1, threads}) {
+        set_thread_count(n);
+        auto& times = result["threads"][std::to_string(n)];
+        size_t hits16 = 0, hits1 = 0;
+        times["render"].push_back(bench.render());
+        times["embree_packets"].push_back(bench.replay(trace_packets, &hits16));
+        times["embree_single"].push_back(bench.replay(trace_singly, &hits1));
+        result["hits"] = hits16;
+        if (hits16 > hits1 + hits1 / 1000 || hits1 > hits16 + hits16 / 1000)
+          throw std::runtime_error("packets and single rays disagree on what is hit");
+      }
+    std::printf("%s\n", result.dump(2).c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_path_rays: %s\n", error.what());
+    return 1;
+  }
+}

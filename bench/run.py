@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the benchmarks named, or all, and writes OUT/NAME.md and OUT/NAME.json for each.
+
+Each benchmark compares two things in one run, in alternation, and states the ratio of their medians: numbers of different machines, or of
+the same machine at different times, say little.
+"""
+import argparse
+import json
+import sys
+
+import against_cycles
+import common
+import path_rays
+import scene_load
+
+BENCHMARKS = {"against_cycles": against_cycles, "path_rays": path_rays, "scene_load": scene_load}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
+    parser.add_argument("--build", default=common.ROOT / "build/release", help="build folder")
+    parser.add_argument("--out", default=common.ROOT / "out/bench", help="folder of the results")
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--threads", type=int, default=2)
+    options = parser.parse_args()
+    for name in options.names:
+        if name not in BENCHMARKS:
+            parser.error(f"no benchmark {name}; there are {', '.join(BENCHMARKS)}")
+
+    context = common.Context(options.build, options.out, options.repeats, options.threads)
+    for name in options.names or BENCHMARKS:
+        try:
+            result, text = BENCHMARKS[name].bench(context)
+        except common.Skip as reason:
+            print(f"## {name}\n\nSkipped: {reason}.\n")
+            continue
+        result["machine"] = common.machine()
+        text = f"## {name}\n\n{common.machine()}\n\n{text}\n"
+        print(text, flush=True)
+        (context.out / f"{name}.md").write_text(text)
+        (context.out / f"{name}.json").write_text(json.dumps(result, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

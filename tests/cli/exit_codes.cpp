@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line as promised in DESIGN section 5: exit codes, outputs, statistics.
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/dapple_program.h"
+
+namespace dapple::test {
+namespace {
+
+const std::string cornell = source_path("scenes/cornell-box/cornell.pbrt");
+const std::vector<std::string> quick{"--resolution", "16x16", "--pixel-samples", "1"};
+
+ProcessResult render_quickly(const std::vector<std::string>& arguments, const std::string& directory = ".") {
+  std::vector<std::string> all{"render"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  all.insert(all.end(), quick.begin(), quick.end());
+  return run_dapple(all, 60, directory);
+}
+
+TEST(ExitCode, HelpAndVersionAreNoErrors) {
+  EXPECT_EQ(run_dapple({"--help"}, 60).exit_code, 0);
+  EXPECT_EQ(run_dapple({"--version"}, 60).exit_code, 0);
+  const ProcessResult help = run_dapple({"render", "--help"}, 60);
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* option : {"--bounces", "--pixel-samples", "--threads", "--seed", "--stats", "--crop", "--aov"})
+    EXPECT_NE(help.output.find(option), std::string::npos) << option;
+}
+
+TEST(ExitCode, WrongUseIs2) {
+  EXPECT_EQ(run_dapple({}, 60).exit_code, 2);
+  EXPECT_EQ(run_dapple({"paint"}, 60).exit_code, 2);
+  EXPECT_EQ(run_dapple({"render"}, 60).exit_code, 2);
+  EXPECT_EQ(run_dapple({"render", cornell, "--no-such-option"}, 60).exit_code, 2);
+  EXPECT_EQ(run_dapple({"render", cornell, "--pixel-samples", "-1"}, 60).exit_code, 2);
+  EXPECT_EQ(run_dapple({"render", cornell, "--resolution", "16"}, 60).exit_code, 2);
+}
+
+TEST(ExitCode, MissingSceneIs3) {
+  const ProcessResult result = run_dapple({"render", "/no/such/scene.pbrt"}, 60);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.output.find("/no/such/scene.pbrt"), std::string::npos) << result.output;
+}
+
+TEST(ExitCode, UnwritableOutputIs4BeforeAnyWork) {
+  const ProcessResult result =
+      run_dapple({"render", cornell, "-o", "/no/such/folder/image.exr", "--pixel-samples", "1000000"}, 20);
+  EXPECT_EQ(result.exit_code, 4) << result.output;
+  EXPECT_NE(result.output.find("/no/such/folder"), std::string::npos) << result.output;
+}
+
+TEST(Render, WritesExrAndPng) {
+  ScratchFolder folder;
+  for (const char* name : {"image.exr", "image.png"}) {
+    const ProcessResult result = render_quickly({cornell, "-o", folder.file(name)});
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    const Picture p = load_picture(folder.file(name));
+    EXPECT_EQ(p.width, 16);
+    EXPECT_EQ(p.height, 16);
+  }
+}
+
+TEST(Render, PngIsTheExrInSrgb) {
+  ScratchFolder folder;
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr"), "--float"}).exit_code, 0);
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.png")}).exit_code, 0);
+  const Picture linear = load_picture(folder.file("a.exr")), display = load_picture(folder.file("a.png"));
+  for (size_t i = 0; i < linear.rgb.size(); ++i) {
+    const float v = std::clamp(linear.rgb[i], 0.0f, 1.0f);
+    const float srgb = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+    EXPECT_NEAR(display.rgb[i], srgb, 1.01f / 255) << i;
+  }
+}
+
+TEST(Render, WritesOnlyWhereItIsTold) {
+  ScratchFolder folder;
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr")}, folder.path().string()).exit_code, 0);
+  size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++files;
+  EXPECT_EQ(files, 1u);
+}
+
+TEST(Render, ReportsStatistics) {
+  ScratchFolder folder;
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr"), "--stats", folder.file("s.json")}).exit_code, 0);
+  const auto stats = nlohmann::json::parse(std::ifstream(folder.file("s.json")));
+  for (const char* key : {"wall_seconds", "render_seconds", "cpu_seconds", "peak_rss_bytes"})
+    EXPECT_GT(stats.at(key).get<double>(), 0) << key;
+  EXPECT_EQ(stats.at("rays").at("camera"), 16 * 16);
+  for (const char* kind : {"shadow", "diffuse", "specular", "subsurface"})
+    EXPECT_GE(stats.at("rays").at(kind).get<int64_t>(), 0) << kind;
+  EXPECT_GE(stats.at("wall_seconds").get<double>(), stats.at("render_seconds").get<double>());
+}
+
+TEST(Render, HeaderNamesVersionSceneAndCommand) {
+  ScratchFolder folder;
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr")}).exit_code, 0);
+  const auto in = OIIO::ImageInput::open(folder.file("a.exr"));
+  ASSERT_TRUE(in);
+  EXPECT_EQ(in->spec().get_string_attribute("Software").rfind("Dapple ", 0), 0u);
+  EXPECT_NE(in->spec().get_string_attribute("dapple/commandLine").find("--pixel-samples 1"), std::string::npos);
+  EXPECT_EQ(in->spec().get_string_attribute("dapple/sceneFingerprint").size(), 16u);
+}
+
+TEST(Render, WritesTheLayersAskedFor) {
+  ScratchFolder folder;
+  ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr"), "--aov", "albedo,normal,depth"}).exit_code, 0);
+  const auto in = OIIO::ImageInput::open(folder.file("a.exr"));
+  ASSERT_TRUE(in);
+  for (const char* channel : {"R", "G", "B", "albedo.R", "normal.X", "Z"})
+    EXPECT_GE(in->spec().channelindex(channel), 0) << channel;
+}
+
+TEST(Render, MissingTextureIsAStandInWithKeepGoing) {
+  ScratchFolder folder;
+  const std::string scene = source_path("tests/cli/bad/texture_missing.pbrt");
+  EXPECT_EQ(render_quickly({scene, "-o", folder.file("a.exr")}).exit_code, 3);
+  const ProcessResult result = render_quickly({scene, "-o", folder.file("b.exr"), "--keep-going"});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("none.png"), std::string::npos) << result.output;
+  EXPECT_FALSE(std::filesystem::exists(folder.file("a.exr")));
+  EXPECT_TRUE(std::filesystem::exists(folder.file("b.exr")));
+}
+
+TEST(Render, StrictMakesWarningsErrors) {
+  ScratchFolder folder;
+  const std::string scene = source_path("tests/cli/bad/unknown_parameter.pbrt");
+  EXPECT_EQ(render_quickly({scene, "-o", folder.file("a.exr")}).exit_code, 0);
+  EXPECT_EQ(render_quickly({scene, "-o", folder.file("a.exr"), "--strict"}).exit_code, 3);
+}
+
+TEST(Info, ListsWhatIsInAScene) {
+  const ProcessResult result = run_dapple({"info", cornell}, 60);
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("38"), std::string::npos) << "triangles\n" << result.output;
+}
+
+}  // namespace
+}  // namespace dapple::test

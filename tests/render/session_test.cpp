@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/render/render_session.h"
+
+#include <gtest/gtest.h>
+
+#include "dapple/base/parallel.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using test::bounces;
+using test::build_text;
+using test::render_built;
+
+constexpr const char* box = R"(LookAt 0 -3.5 1  0 0 1  0 0 1
+Camera "perspective" "float fov" 40 "float lensradius" .05 "float focaldistance" 3
+Film "rgb" "integer xresolution" 75 "integer yresolution" 50
+PixelFilter "mitchell"
+WorldBegin
+LightSource "infinite" "rgb L" [ .1 .2 .3 ]
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 5 4 3 ]
+  Translate 0 0 2  Shape "sphere" "float radius" .2
+AttributeEnd
+Texture "c" "spectrum" "checkerboard" "float uscale" 8 "float vscale" 8
+Material "diffuse" "texture reflectance" "c"
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+Material "dielectric"
+Translate .3 0 .5  Shape "sphere" "float radius" .5
+)";
+
+bool same(const scene::Film& a, const scene::Film& b, const Box2i& box_to_compare) {
+  for (int y = box_to_compare.min.y; y < box_to_compare.max.y; ++y)
+    for (int x = box_to_compare.min.x; x < box_to_compare.max.x; ++x)
+      if (!(a.pixel(x, y) == b.pixel(x, y)) || a.samples(x, y) != b.samples(x, y)) return false;
+  return true;
+}
+
+TEST(Session, ImageDoesNotDependOnThreads) {
+  const auto built = build_text(box);
+  set_thread_count(1);
+  const auto one = render_built(built, 5, bounces(3));
+  for (const int threads : {2, 4}) {
+    set_thread_count(threads);
+    const auto many = render_built(built, 5, bounces(3));
+    EXPECT_TRUE(same(one.film, many.film, one.film.settings().crop)) << threads << " threads";
+  }
+  set_thread_count(0);
+}
+
+TEST(Session, SeedChangesTheImage) {
+  const auto built = build_text(box);
+  auto settings = bounces(3);
+  const auto a = render_built(built, 2, settings);
+  settings.seed = 1;
+  EXPECT_FALSE(same(a.film, render_built(built, 2, settings).film, a.film.settings().crop));
+}
+
+TEST(Session, CropShowsTheSamePixels) {
+  const auto full = render_built(build_text(box), 3, bounces(3));
+  build::BuildOptions options;
+  options.film.crop = Box2i(V2i(20, 10), V2i(61, 37));
+  const auto crop = render_built(build_text(box, options), 3, bounces(3));
+  EXPECT_TRUE(same(full.film, crop.film, *options.film.crop));
+}
+
+TEST(Session, TimeLimitStopsAtWholePassesOfTheSameImage) {
+  const auto built = build_text(box);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(2));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.pixel_samples = 1 << 20;
+  rules.time_limit = 0.05;
+  const std::atomic<bool> interrupt{false};
+  const auto result = render::RenderSession(integrator, film, rules).run(interrupt);
+  EXPECT_EQ(result.outcome, render::Outcome::time_limit);
+  ASSERT_GT(result.samples, 0u);
+  const auto again = render_built(built, int(result.samples), bounces(2));
+  EXPECT_TRUE(same(film, again.film, film.settings().crop));
+}
+
+TEST(Session, NoiseTargetIsReached) {
+  const auto built = build_text(box);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.pixel_samples = 1 << 16;
+  rules.noise_target = 0.2;
+  const std::atomic<bool> interrupt{false};
+  const auto result = render::RenderSession(integrator, film, rules).run(interrupt);
+  EXPECT_EQ(result.outcome, render::Outcome::noise_target);
+  EXPECT_LE(film.relative_error(), 0.2);
+  EXPECT_LT(result.samples, rules.pixel_samples);
+}
+
+TEST(Session, InterruptKeepsWhatIsDone) {
+  const auto built = build_text(box);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(2));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.pixel_samples = 1 << 20;
+  std::atomic<bool> interrupt{false};
+  render::RenderSession session(integrator, film, rules);
+  session.on_progress([&](const render::Progress& p) {
+    if (p.samples_done >= 2) interrupt = true;
+  });
+  const auto result = session.run(interrupt);
+  EXPECT_EQ(result.outcome, render::Outcome::interrupted);
+  EXPECT_GE(result.samples, 2u);
+  EXPECT_GE(film.samples(0, 0), result.samples);
+}
+
+TEST(Session, PassesAddUpToTheSamplesAsked) {
+  for (const uint32_t total : {1u, 2u, 3u, 7u, 16u, 100u}) {
+    uint32_t done = 0;
+    while (done < total) {
+      const uint32_t pass = render::RenderSession::pass_size(done, total);
+      ASSERT_GT(pass, 0u);
+      done += pass;
+    }
+    EXPECT_EQ(done, total);
+  }
+}
+
+TEST(Session, FeaturesDescribeTheFirstSurface) {
+  const auto r = test::render_text(R"(LookAt 0 0 5  0 0 0  0 1 0
+Camera "perspective" "float fov" 30
+Film "rgb" "integer xresolution" 9 "integer yresolution" 9
+PixelFilter "box"
+WorldBegin
+LightSource "infinite"
+Material "diffuse" "rgb reflectance" [ .2 .4 .6 ]
+Shape "bilinearmesh" "point3 P" [ -9 -9 1  9 -9 1  -9 9 1  9 9 1 ]
+)", 4, bounces(0));
+  const scene::Features f = r.film.features(4, 4);
+  EXPECT_FLOAT_EQ(f.alpha, 1);
+  EXPECT_NEAR(f.depth, 4, 1e-4);
+  EXPECT_NEAR(f.position.z, 1, 1e-4);
+  EXPECT_NEAR(f.normal.z, 1, 1e-5);
+  EXPECT_NEAR(f.albedo.g, .4f, 1e-5);
+}
+
+}  // namespace
+}  // namespace dapple

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "dapple/build/scene_builder.h"
+#include "dapple/integrate/path_integrator.h"
+#include "dapple/render/render_session.h"
+
+namespace dapple::test {
+
+/// A scene from pbrt text, built.
+inline build::BuiltScene build_text(const std::string& text, const build::BuildOptions& options = {}) {
+  Diagnostics diagnostics;
+  const auto description = scenefile::parse_pbrt(text, "test.pbrt", ".", diagnostics);
+  return build::build_scene(description, options, diagnostics);
+}
+
+struct RenderedText {
+  scene::Film film;
+  render::SessionResult result;
+
+  /// Mean radiance over all pixels.
+  RGB mean() const {
+    double sum[3] = {0, 0, 0};
+    const Box2i& b = film.settings().crop;
+    for (int y = b.min.y; y < b.max.y; ++y)
+      for (int x = b.min.x; x < b.max.x; ++x)
+        for (int c = 0; c < 3; ++c) sum[c] += double(film.pixel(x, y)[c]);
+    const double n = double(film.width()) * film.height();
+    return {float(sum[0] / n), float(sum[1] / n), float(sum[2] / n)};
+  }
+};
+
+inline RenderedText render_built(const build::BuiltScene& built, int samples,
+                                 const integrate::PathIntegrator::Settings& settings) {
+  const integrate::PathIntegrator integrator(*built.scene, settings);
+  scene::Film::Settings film = built.scene->film;
+  film.features = true;
+  RenderedText r{scene::Film(film), {}};
+  render::StopRules rules;
+  rules.pixel_samples = uint32_t(samples);
+  const std::atomic<bool> interrupt{false};
+  r.result = render::RenderSession(integrator, r.film, rules).run(interrupt);
+  return r;
+}
+
+inline RenderedText render_text(const std::string& text, int samples, const integrate::PathIntegrator::Settings& settings) {
+  return render_built(build_text(text), samples, settings);
+}
+
+/// Path settings with so many bounces that what is cut off is below `left` for reflectance a.
+inline integrate::PathIntegrator::Settings bounces(int diffuse, int specular = 64) {
+  integrate::PathIntegrator::Settings s;
+  s.diffuse_bounces = diffuse;
+  s.specular_depth = specular;
+  return s;
+}
+
+}  // namespace dapple::test
