@@ -6,6 +6,7 @@
 #include "dapple/build/geometry_builder.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/material_factory.h"
+#include "dapple/build/medium_factory.h"
 #include "dapple/build/texture_factory.h"
 
 namespace dapple::build {
@@ -29,6 +30,8 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.filter = make_filter(context);
   const TextureLibrary textures(context);
   scene.materials = make_materials(context, textures);
+  scene.media = make_media(context);
+  if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
   GeometryBuilder geometry(context, textures, scene);
@@ -49,7 +52,6 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   std::vector<const shading::Light*> lights;
   for (const auto& light : scene.lights) lights.push_back(light.get());
   if (!lights.empty()) scene.light_sampler = std::make_unique<shading::LightSampler>(lights, radius);
-  //FP
   built.times.total_seconds = timer.seconds();
   return built;
 }
