@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/scene_builder.h"
 
-#include "dapple/base/parallel.h"
+#include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/geometry_builder.h"
 #include "dapple/build/light_factory.h"
@@ -38,6 +38,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();
+  scene.fingerprint = hash(description.fingerprint, geometry.fingerprint());
   scene.traced.commit();
   built.times.acceleration_seconds = scene.traced.build_seconds();
 
