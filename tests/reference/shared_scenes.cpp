@@ -51,7 +51,7 @@ TEST_P(SharedScene, AgreesWithReference) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<SceneCase>& info) { return tested.param.name; }
+std::string name_of(const testing::TestParamInfo<SceneCase>& tested) { return tested.param.name; }
 
 INSTANTIATE_TEST_SUITE_P(
     Quick, SharedScene,

@@ -236,7 +236,7 @@ void TextureHandle::lookup(const TextureCoordinates& at, const TextureSampling& 
     } else {
       if (!thread) thread = system.get_perthread_info();
       if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels, value))
-        throw IoError("cannot read texture \"" + o.name + "\": " + system.geterror());
+        throw InputError(FileLoc{o.name, 0, 0}, "cannot read texture: " + system.geterror());
     }
     store(value, o.channels, channels, out + i * channels);
   }

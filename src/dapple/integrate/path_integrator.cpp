@@ -244,10 +244,15 @@ void PathIntegrator::sample_light(int k, PathWorkspace& w) const {
   const RGB contribution =
       w.beta[p] * f * light.radiance * (std::abs(dot(light.wi, bsdf.frame.n)) * weight / light_pdf);
   if (contribution.is_black()) return;
-  // Short of the light by a little, so that it does not shadow itself.
-  const float distance = std::isinf(light.distance) ? infinity : light.distance * (1 - 1e-4f) - s.error;
-  if (distance <= 0) return;
-  w.push_shadow(p, offset_origin(s, light.wi), light.wi, distance, contribution);
+  const V3f origin = offset_origin(s, light.wi);
+  if (std::isinf(light.distance)) {
+    w.push_shadow(p, origin, light.wi, infinity, contribution);
+    return;
+  }
+  // Aimed anew from the origin that was moved, and short of the light by a little, so that it does not shadow itself.
+  const V3f to_light = s.P + light.wi * light.distance - origin;
+  const float distance = length(to_light);
+  if (distance > 0) w.push_shadow(p, origin, to_light * (1 / distance), distance * (1 - 1e-4f), contribution);
 }
 
 shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
