@@ -16,7 +16,9 @@ RGB HomogeneousMedium::transmittance(float t) const {
   return out;
 }
 
-RGB HomogeneousMedium::transmittance(const Ray&, float t_max, uint64_t) const { return transmittance(t_max); }
+RGB HomogeneousMedium::transmittance(const Ray&, float t_max, uint64_t) const {
+  return transmittance(t_max);
+}
 
 MediumSample HomogeneousMedium::sample(const Ray&, float t_max, const RGB& beta, uint64_t key) const {
   MediumSample out;
