@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(All, Filters,
                                          Case{"gaussian", FilterKind::gaussian, {1.5f, 1.5f}, .5f, 0},
                                          Case{"mitchell", FilterKind::mitchell, {2, 2}, 1.f / 3, 1.f / 3},
                                          Case{"sinc", FilterKind::sinc, {4, 3}, 3, 0}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
 }  // namespace dapple::scene

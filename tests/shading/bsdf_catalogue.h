@@ -42,10 +42,12 @@ inline std::vector<NamedBsdf> bsdf_catalogue() {
       {"milky varnish", Bsdf::make_coated_diffuse(paint, 1.5f, 0, 0, milky)},
       {"milky satin", Bsdf::make_coated_diffuse(paint, 1.5f, 0.3f, 0.3f, milky)},
       {"lacquered mirror", Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0, 0, 1.5f, 0, 0, plain)},
-      {"lacquered rough gold", Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0.3f, 0.3f, 1.5f, 0, 0, plain)},
+      {"lacquered rough gold",
+       Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0.3f, 0.3f, 1.5f, 0, 0, plain)},
       {"lacquered brushed gold",
        Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0.4f, 0.1f, 1.5f, 0.2f, 0.3f, plain)},
-      {"satin-lacquered mirror", Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0, 0, 1.5f, 0.3f, 0.3f, thick)},
+      {"satin-lacquered mirror",
+       Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0, 0, 1.5f, 0.3f, 0.3f, thick)},
       {"milky lacquered mirror", Bsdf::make_coated_conductor(gold_eta / 1.5f, gold_k / 1.5f, 0, 0, 1.5f, 0, 0, milky)},
       {"passthrough", Bsdf::make_passthrough()},
       {"black", Bsdf()},
@@ -56,8 +58,7 @@ inline std::vector<NamedBsdf> bsdf_catalogue() {
 
 /// A direction by its angles (degrees) in the Bsdf's frame.
 inline V3f direction(const Bsdf& bsdf, float theta, float phi) {
-  return bsdf.frame.to_world(
-      spherical_direction(std::sin(radians(theta)), std::cos(radians(theta)), radians(phi)));
+  return bsdf.frame.to_world(spherical_direction(std::sin(radians(theta)), std::cos(radians(theta)), radians(phi)));
 }
 
 /// Mean of the samples' weights: the directional albedo, an estimate from n samples in a jittered grid.

@@ -45,17 +45,20 @@ MaterialPtr make_thin_dielectric(const MaterialParams& p) {
 }
 
 MaterialPtr make_coated_diffuse(const MaterialParams& p) {
-  return std::make_shared<shading::CoatedDiffuseMaterial>(p.reflectance("reflectance", RGB(0.5f)), p.coat(""), p.detail());
+  return std::make_shared<shading::CoatedDiffuseMaterial>(p.reflectance("reflectance", RGB(0.5f)), p.coat(""),
+                                                          p.detail());
 }
 
 MaterialPtr make_coated_conductor(const MaterialParams& p) {
   shading::CoatInput coat = p.coat("interface.");
   shading::MetalInput metal = p.metal("conductor.", coat.ior);
-  return std::make_shared<shading::CoatedConductorMaterial>(std::move(metal), p.roughness("conductor."), std::move(coat),
-                                                            p.detail());
+  return std::make_shared<shading::CoatedConductorMaterial>(std::move(metal), p.roughness("conductor."),
+                                                            std::move(coat), p.detail());
 }
 
-MaterialPtr make_interface(const MaterialParams&) { return std::make_shared<shading::InterfaceMaterial>(); }
+MaterialPtr make_interface(const MaterialParams&) {
+  return std::make_shared<shading::InterfaceMaterial>();
+}
 
 struct MaterialType {
   std::string_view name;
@@ -118,8 +121,10 @@ class MaterialBuilder {
   }
 
   MaterialPtr make(const MaterialEntity& entity) {
-    const std::string_view name = entity.type.empty() || entity.type == "none" ? "interface" : std::string_view(entity.type);
-    const auto* type = std::find_if(std::begin(types), std::end(types), [&](const MaterialType& t) { return t.name == name; });
+    const std::string_view name =
+        entity.type.empty() || entity.type == "none" ? "interface" : std::string_view(entity.type);
+    const auto* type =
+        std::find_if(std::begin(types), std::end(types), [&](const MaterialType& t) { return t.name == name; });
     if (type == std::end(types))
       throw InputError(entity.loc, "unknown material \"" + entity.type + "\"; " + list_of_types());
     if (!type->stand_in.empty())
@@ -134,15 +139,15 @@ class MaterialBuilder {
     if (level >= max_mix_levels) throw too_deep();
     const auto names = entity.params.get_strings("materials");
     if (names.size() != 2)
-      throw InputError(entity.loc, "a mix has " + std::to_string(names.size()) +
-                                       " \"materials\"; expected the names of two");
+      throw InputError(entity.loc,
+                       "a mix has " + std::to_string(names.size()) + " \"materials\"; expected the names of two");
     const Made& first = part(entity, names[0], level);
     const Made& second = part(entity, names[1], level);
     made->mix_levels = 1 + std::max(first.mix_levels, second.mix_levels);
     if (made->mix_levels > max_mix_levels) throw too_deep();
     const MaterialParams params(entity, context_, textures_);
-    made->material = std::make_shared<shading::MixMaterial>(first.material, second.material, params.number("amount", 0.5f),
-                                                            static_cast<uint64_t>(index));
+    made->material = std::make_shared<shading::MixMaterial>(
+        first.material, second.material, params.number("amount", 0.5f), static_cast<uint64_t>(index));
   }
 
   const Made& part(const MaterialEntity& entity, const std::string& name, int level) {

@@ -20,7 +20,9 @@ namespace {
 
 constexpr double sodium_d = 589;  // nm; where indices of glass are quoted
 
-std::string in_quotes(std::string_view name) { return "\"" + std::string(name) + "\""; }
+std::string in_quotes(std::string_view name) {
+  return "\"" + std::string(name) + "\"";
+}
 
 }  // namespace
 
@@ -48,7 +50,8 @@ RoughnessInput MaterialParams::roughness(const std::string& prefix) const {
   const auto checked = [&](const std::string& name, Input<float> input) {
     if (const auto r = input.constant()) {
       if (!(*r >= 0))
-        throw InputError(location_of(name), in_quotes(name) + " is " + std::to_string(*r) + "; expected a value in [0, 1]");
+        throw InputError(location_of(name),
+                         in_quotes(name) + " is " + std::to_string(*r) + "; expected a value in [0, 1]");
       if (*r > 1) context_.diagnostics.warn(location_of(name), in_quotes(name) + " is above 1: it is taken as 1");
     }
     return input;
@@ -71,14 +74,16 @@ float MaterialParams::ior(std::string_view name, float fallback) const {
                                                        : params_.get_float(name, fallback);
   if (eta == 0) return 1;
   if (!(eta >= 0.01f && eta <= 100))
-    throw InputError(param->loc, in_quotes(name) + " is " + std::to_string(eta) + "; expected an index between 0.01 and 100");
+    throw InputError(param->loc,
+                     in_quotes(name) + " is " + std::to_string(eta) + "; expected an index between 0.01 and 100");
   return eta;
 }
 
 Input<RGB> MaterialParams::index(std::string_view name, RGB fallback) const {
   Input<RGB> input(textures_.unbounded_texture(params_, name, fallback));
   if (const auto c = input.constant(); c && !(c->min() >= 0 && c->is_finite()))
-    throw InputError(location_of(name), in_quotes(name) + " is negative; expected a complex index of refraction's part");
+    throw InputError(location_of(name),
+                     in_quotes(name) + " is negative; expected a complex index of refraction's part");
   return input;
 }
 
@@ -92,7 +97,8 @@ MetalInput MaterialParams::metal(const std::string& prefix, float outer_index) c
     return MetalInput(reflectance("reflectance", RGB(0.5f)), outer_index);
   }
   const auto spectral = [](const Param* p) { return !p || p->type == ParamType::spectrum; };
-  const SampledSpectrum copper_eta = *find_named_spectrum("metal-Cu-eta"), copper_k = *find_named_spectrum("metal-Cu-k");
+  const SampledSpectrum copper_eta = *find_named_spectrum("metal-Cu-eta"),
+                        copper_k = *find_named_spectrum("metal-Cu-k");
   if (spectral(eta) && spectral(k)) {
     const ConductorRgb metal = conductor_to_rgb(eta ? *spectrum_of(*eta, context_) : copper_eta,
                                                 k ? *spectrum_of(*k, context_) : copper_k, outer_index);
@@ -116,7 +122,8 @@ CoatInput MaterialParams::coat(const std::string& prefix) const {
   coat.roughness = roughness(prefix);
   coat.thickness = number("thickness", 0.01f);
   if (const auto t = coat.thickness.constant(); t && *t < 0)
-    throw InputError(location_of("thickness"), "\"thickness\" is negative; expected optical thickness of the coat, 0 or more");
+    throw InputError(location_of("thickness"),
+                     "\"thickness\" is negative; expected optical thickness of the coat, 0 or more");
   coat.g = number("g", 0);
   if (const auto g = coat.g.constant(); g && std::abs(*g) > 0.99f)
     context_.diagnostics.warn(location_of("g"), "\"g\" is outside [-0.99, 0.99]: it is clamped");
@@ -129,7 +136,8 @@ CoatInput MaterialParams::coat(const std::string& prefix) const {
 SurfaceDetail MaterialParams::detail() const {
   SurfaceDetail detail;
   detail.displacement = textures_.optional_float_texture(params_, "displacement");
-  if (detail.displacement && detail.displacement->constant()) detail.displacement = nullptr;  // a uniform shift bends nothing
+  if (detail.displacement && detail.displacement->constant())
+    detail.displacement = nullptr;  // a uniform shift bends nothing
   if (const Param* map = params_.find("normalmap")) {
     const std::string file = params_.get_string("normalmap", "");
     if (!file.empty()) detail.normal_map = textures_.normal_map(file, map->loc);

@@ -9,8 +9,8 @@
 
 namespace dapple::build {
 
-/// Turns the parameters of one material into the inputs of shading materials, checked. Names are pbrt-v4's; `prefix` is "", "interface." or
-/// "conductor.".
+/// Turns the parameters of one material into the inputs of shading materials, checked. Names are pbrt-v4's; `prefix` is
+/// "", "interface." or "conductor.".
 class MaterialParams {
  public:
   MaterialParams(const scenefile::MaterialEntity& entity, const BuildContext& context, const TextureLibrary& textures)
@@ -25,9 +25,11 @@ class MaterialParams {
   float constant(std::string_view name, float fallback) const { return params_.get_float(name, fallback); }
   /// Roughness, uroughness, vroughness and remaproughness; constants below zero throw, those above one are warned of.
   shading::RoughnessInput roughness(const std::string& prefix = {}) const;
-  /// A dielectric's index, a number or a spectrum, of which the value at 589 nm (the sodium D line) counts. Positive; 0 is 1, as in pbrt.
+  /// A dielectric's index, a number or a spectrum, of which the value at 589 nm (the sodium D line) counts. Positive; 0
+  /// is 1, as in pbrt.
   float ior(std::string_view name, float fallback) const;
-  /// <prefix>eta and <prefix>k, or reflectance; copper by default. Spectra are fitted for RGB (numeric/conductor_rgb.h).
+  /// <prefix>eta and <prefix>k, or reflectance; copper by default. Spectra are fitted for RGB
+  /// (numeric/conductor_rgb.h).
   shading::MetalInput metal(const std::string& prefix, float outer_index) const;
   /// The coat of coateddiffuse (prefix "") and coatedconductor ("interface.").
   shading::CoatInput coat(const std::string& prefix) const;

@@ -71,7 +71,9 @@ RgbTexturePtr colour_of_medium(RgbTexturePtr sigma_a, RgbTexturePtr sigma_s, flo
   });
 }
 
-RgbTexturePtr constant_colour(RGB c) { return std::make_shared<shading::ConstantTexture<RGB>>(c); }
+RgbTexturePtr constant_colour(RGB c) {
+  return std::make_shared<shading::ConstantTexture<RGB>>(c);
+}
 
 RgbTexturePtr subsurface_colour(const MaterialParams& params) {
   const scenefile::ParamSet& p = params.entity().params;
@@ -79,7 +81,8 @@ RgbTexturePtr subsurface_colour(const MaterialParams& params) {
   if (auto reflectance = params.textures().optional_reflectance_texture(p, "reflectance")) return reflectance;
   const std::string name = p.get_string("name", "");
   for (const NamedMedium& medium : media)  // Jensen's coefficients are reduced already
-    if (medium.name == name) return colour_of_medium(constant_colour(medium.sigma_a), constant_colour(medium.sigma_s), 0);
+    if (medium.name == name)
+      return colour_of_medium(constant_colour(medium.sigma_a), constant_colour(medium.sigma_s), 0);
   const NamedMedium& fallback = media[std::size(media) - 1];
   return colour_of_medium(params.textures().unbounded_texture(p, "sigma_a", fallback.sigma_a),
                           params.textures().unbounded_texture(p, "sigma_s", fallback.sigma_s), g);

@@ -202,7 +202,6 @@ std::vector<trace::Shape> ply_mesh(const BuildContext& context, const ShapeEntit
     quads.N = both ? ply.N : std::move(ply.N);
     quads.uv = both ? ply.uv : std::move(ply.uv);
     quads.indices.assign(ply.quad_indices.begin(), ply.quad_indices.end());
-    for (size_t i = 0; i < quads.indices.size(); i += 4) std::swap(quads.indices[i + 2], quads.indices[i + 3]);
     place(quads, e, to_target);
     shapes.push_back(std::make_shared<const Mesh>(dice_patches(std::move(quads))));
   }

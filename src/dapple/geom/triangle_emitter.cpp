@@ -8,14 +8,16 @@
 namespace dapple::geom {
 namespace {
 
-V3d to_double(const V3f& v) { return V3d(v.x, v.y, v.z); }
+V3d to_double(const V3f& v) {
+  return V3d(v.x, v.y, v.z);
+}
 
-/// The triangle seen from a point, projected on the unit sphere. Double precision: small triangles are differences of nearly equal
-/// unit vectors.
+/// The triangle seen from a point, projected on the unit sphere. Double precision: small triangles are differences of
+/// nearly equal unit vectors.
 struct SphericalTriangle {
-  V3d A, B, C;            // vertices relative to the point
-  V3d a, b, c;            // the same, unit
-  double det = 0;         // |a . (b x c)|
+  V3d A, B, C;             // vertices relative to the point
+  V3d a, b, c;             // the same, unit
+  double det = 0;          // |a . (b x c)|
   double solid_angle = 0;  // 0 where it is outside the range for spherical sampling
 
   SphericalTriangle(const V3f& ref, const V3f& p0, const V3f& p1, const V3f& p2) {
@@ -30,7 +32,8 @@ struct SphericalTriangle {
     if (omega >= TriangleEmitter::min_solid_angle && omega <= TriangleEmitter::max_solid_angle) solid_angle = omega;
   }
 
-  /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards c2.
+  /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards
+  /// c2.
   V3d sample(const V2f& u) const {
     const double cos_c = a.dot(b), cos_b = a.dot(c);
     const double num = b.dot(c) - cos_c * cos_b, hyp = std::hypot(num, det);
@@ -66,9 +69,13 @@ V2f TriangleEmitter::uv_at(const V3f& b) const {
   return {b1 + b2, b2};
 }
 
-float TriangleEmitter::area() const { return 0.5f * length(cross(p1_ - p0_, p2_ - p0_)); }
+float TriangleEmitter::area() const {
+  return 0.5f * length(cross(p1_ - p0_, p2_ - p0_));
+}
 
-V3f TriangleEmitter::normal() const { return normalize(cross(p1_ - p0_, p2_ - p0_)); }
+V3f TriangleEmitter::normal() const {
+  return normalize(cross(p1_ - p0_, p2_ - p0_));
+}
 
 Box3f TriangleEmitter::bounds() const {
   Box3f box(p0_);

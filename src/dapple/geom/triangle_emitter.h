@@ -9,9 +9,9 @@
 
 namespace dapple::geom {
 
-/// A triangle that emits. Points are drawn uniformly in solid angle (Arvo 1995, "Stratified sampling of spherical triangles") where
-/// the triangle subtends between min_solid_angle and max_solid_angle, and uniformly by area otherwise, where Arvo's construction
-/// loses its precision. 48 bytes, because a scene may have a million.
+/// A triangle that emits. Points are drawn uniformly in solid angle (Arvo 1995, "Stratified sampling of spherical
+/// triangles") where the triangle subtends between min_solid_angle and max_solid_angle, and uniformly by area
+/// otherwise, where Arvo's construction loses its precision. 48 bytes, because a scene may have a million.
 class TriangleEmitter {
  public:
   using UV = std::array<V2f, 3>;

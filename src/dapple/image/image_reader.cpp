@@ -2,12 +2,14 @@
 #include <OpenImageIO/imageio.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 
+#include "dapple/base/parallel.h"
 #include "dapple/image/image.h"
 
 namespace dapple::image {
@@ -111,12 +113,28 @@ std::vector<std::string> channel_names(const OpenFile& file) {
   return names;
 }
 
-void decode(Image& image, const Encoding& encoding) {
+/// Linear values of all numbers an integer file of 8 or 16 bits can hold; empty for others.
+std::vector<float> decoding_table(const Encoding& encoding, OIIO::TypeDesc type) {
+  const size_t size = type == OIIO::TypeDesc::UINT8 ? 256 : type == OIIO::TypeDesc::UINT16 ? 65536 : 0;
+  std::vector<float> table(size);
+  for (size_t i = 0; i < size; ++i) table[i] = encoding.decode(static_cast<float>(i) / static_cast<float>(size - 1));
+  return table;
+}
+
+void decode(Image& image, const Encoding& encoding, OIIO::TypeDesc type) {
   if (encoding.kind == Encoding::Kind::linear || encoding.kind == Encoding::Kind::automatic) return;
-  const int alpha = image.alpha_channel(), channels = image.channels();
+  const std::vector<float> table = decoding_table(encoding, type);
+  const float top = static_cast<float>(table.size()) - 1;
+  const size_t alpha = static_cast<size_t>(image.alpha_channel()), channels = static_cast<size_t>(image.channels());
   const std::span<float> pixels = image.pixels();
-  for (size_t i = 0; i < pixels.size(); ++i)
-    if (static_cast<int>(i % channels) != alpha) pixels[i] = encoding.decode(pixels[i]);
+  parallel_ranges(pixels.size() / channels, 1 << 14, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      for (size_t c = 0; c < channels; ++c) {
+        if (c == alpha) continue;
+        float& v = pixels[i * channels + c];
+        v = table.empty() ? encoding.decode(v) : table[static_cast<size_t>(std::clamp(v, 0.0f, 1.0f) * top + 0.5f)];
+      }
+  });
 }
 
 /// OpenEXR and others throw through OpenImageIO where files are badly damaged.
@@ -159,9 +177,11 @@ Image read_image(const std::string& path, const FileLoc& loc, Encoding encoding,
     if (encoding.kind == Encoding::Kind::automatic) encoding = automatic_encoding(file);
     const OIIO::ImageSpec spec = file.spec();
     Image image(spec.width, spec.height, spec.nchannels, channel_names(file));
-    if (!file.input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels().data()))
-      throw InputError(loc, "image \"" + path + "\" is damaged: " + file.input->geterror());
-    decode(image, encoding);
+    const bool read = file.input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels().data());
+    // Some readers report success with what is missing left out; the complaint is there all the same.
+    if (const std::string complaint = file.input->geterror(); !read || !complaint.empty())
+      throw InputError(loc, "image \"" + path + "\" is damaged: " + complaint);
+    decode(image, encoding, spec.format);
     return image;
   });
 }

@@ -76,11 +76,14 @@ struct TextureStatistics {
 /// Images for look-ups, paged in by tiles and bounded in memory; OpenImageIO's TextureSystem and cache.
 ///
 /// OpenImageIO filters numbers as they are stored. Therefore an image is decoded to linear, reduced to a mip pyramid by
-/// exact area averages and stored in tiles (colour in half precision, scalars beyond 8 bits in float) in a private
+/// exact area averages and stored in tiles (colour in half precision, scalars in float) in a private
 /// temporary folder when it is first opened; it goes with the last user, and with the next run if this one is killed.
 /// Linear files that already are tiled pyramids are used in place.
 ///
-/// Small images (up to 1 MiB at full size, 256 MiB together, in the order of opening) are also held whole, for look-ups
+/// A look-up costs about 30 ns in a small image without footprint, 100 ns point or bilinear, 350 ns trilinear and
+/// 500-700 ns ewa where neighbours are close together; scattered ones two to four times as much (one core, 2.5 GHz).
+///
+/// Small images (up to 2^20 numbers, 256 MiB together, in the order of opening) are also held whole, for look-ups
 /// without a footprint: the alpha test of a ray must not cost more than the ray.
 class TextureSystem {
  public:

@@ -13,14 +13,14 @@ inline namespace numeric {
 
 // Spectra, and how they become the RGB (linear, Rec.709 primaries, D65 white) that Dapple renders with.
 //
-// Spectra exist while a scene is built only. What a spectrum is of decides its conversion:
-//   emission     integrals over the CIE 1931 2-degree observer, divided by that of Y: a chromaticity at luminance 1.
-//   This is what the
-//                default sensor of pbrt-v4's film sees of a light, since pbrt-v4 divides every light's spectrum by its
-//                photometric integral before `scale`;
-//   reflectance  integrals under D65, each channel divided by that of a perfect reflector: the constant 1 becomes (1,
-//   1, 1); other        (index of refraction, absorption): averages with the same weights, so a constant c becomes (c,
-//   c, c).
+// Spectra exist while a scene is built only. What a spectrum is of decides its conversion.
+//
+// - Emission: integrals over the CIE 1931 2-degree observer, divided by that of Y: a chromaticity at luminance 1. The
+//   default sensor of pbrt-v4's film sees the same of a light, since pbrt-v4 divides every light's spectrum by its
+//   photometric integral before `scale`.
+// - Reflectance: integrals under D65, each channel divided by that of a perfect reflector: constant 1 becomes white.
+// - Other (index of refraction, absorption): averages with the same weights, so a constant c becomes (c, c, c).
+//
 // Chromaticities beyond Rec.709 come out with a negative channel; see each function for what becomes of it.
 
 /// Piecewise-linear function of wavelength (nm).

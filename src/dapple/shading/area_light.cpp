@@ -6,62 +6,15 @@
 namespace dapple::shading {
 namespace {
 
-/// The parts of an emission few lights have, apart so that a mesh's many triangles stay small.
-struct Pattern {
-  std::shared_ptr<const image::Image> image;
-  float mean_luminance = 1;  // of the image
-  FloatTexturePtr alpha;
-
-  RGB at(const V2f& uv) const {
-    if (!image) return RGB(1);
-    const float x = uv.x * image->width() - 0.5f, y = (1 - uv.y) * image->height() - 0.5f;
-    const float fx = std::floor(x), fy = std::floor(y);
-    const auto texel = [&](float px, float py) {
-      return image->rgb(static_cast<int>(std::clamp(px, 0.0f, image->width() - 1.0f)),
-                        static_cast<int>(std::clamp(py, 0.0f, image->height() - 1.0f)));
-    };
-    return lerp(y - fy, lerp(x - fx, texel(fx, fy), texel(fx + 1, fy)),
-                lerp(x - fx, texel(fx, fy + 1), texel(fx + 1, fy + 1)));
-  }
-
-  float opacity(const geom::EmitterSample& s, float time) const {
-    if (!alpha) return 1;
-    ShadingPoints points;
-    points.count = 1;
-    points.P.set(0, s.p);
-    points.Ng.set(0, s.n);
-    points.Ns.set(0, s.n);
-    for (auto* zero : {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy}) zero->set(0, {0, 0, 0});
-    points.u[0] = s.uv.x, points.v[0] = s.uv.y;
-    points.dudx[0] = points.dudy[0] = points.dvdx[0] = points.dvdy[0] = 0;
-    points.time[0] = time;
-    points.key[0] = 0;
-    float value;
-    alpha->evaluate(points, &value);
-    return std::clamp(value, 0.0f, 1.0f);
-  }
-};
-
-float mean_luminance(const image::Image& image) {
-  double sum = 0;
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) sum += image.rgb(x, y).luminance();
-  return static_cast<float>(sum / (static_cast<double>(image.width()) * image.height()));
-}
-
 template <class Shape>
 class AreaLight final : public Light {
  public:
   AreaLight(Shape shape, const AreaEmission& e)
-      : shape_(std::move(shape)), radiance_(e.radiance), two_sided_(e.two_sided) {
-    invisible_ = e.alpha && e.alpha->constant() && *e.alpha->constant() <= 0;
-    const bool masked = e.alpha && !e.alpha->constant();
-    if (!e.image && !masked) return;
-    auto pattern = std::make_shared<Pattern>();
-    if (e.image) pattern->image = e.image, pattern->mean_luminance = mean_luminance(*e.image);
-    if (masked) pattern->alpha = e.alpha;
-    pattern_ = std::move(pattern);
-  }
+      : shape_(std::move(shape)),
+        radiance_(e.radiance),
+        two_sided_(e.two_sided),
+        invisible_(e.invisible),
+        pattern_(e.pattern) {}
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override {
     geom::EmitterSample s;
@@ -86,7 +39,7 @@ class AreaLight final : public Light {
 
   RGB emitted(const V3f&, const V3f& n, const V2f& uv, const V3f& wo) const override {
     if (!two_sided_ && dot(n, wo) <= 0) return {};
-    return pattern_ ? radiance_ * pattern_->at(uv) : radiance_;
+    return pattern_ ? radiance_ * pattern_->radiance(uv) : radiance_;
   }
 
   bool is_delta() const override { return invisible_; }
@@ -106,12 +59,12 @@ class AreaLight final : public Light {
   float power(float) const override { return luminance() * pi * shape_.area() * (two_sided_ ? 2 : 1); }
 
  private:
-  float luminance() const { return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance : 1); }
+  float luminance() const { return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance() : 1); }
 
   Shape shape_;
   RGB radiance_;
   bool two_sided_, invisible_;
-  std::shared_ptr<const Pattern> pattern_;
+  std::shared_ptr<const EmissionPattern> pattern_;
 };
 
 static_assert(sizeof(AreaLight<geom::TriangleEmitter>) <= 88);

@@ -7,8 +7,12 @@
 namespace dapple::shading {
 namespace {
 
-ConductorInterface conductor_of(const Bsdf& b) { return {b.eta, b.k, Ggx(b.alpha_x, b.alpha_y)}; }
-DielectricInterface dielectric_of(const Bsdf& b) { return {b.ior, Ggx(b.alpha_x, b.alpha_y)}; }
+ConductorInterface conductor_of(const Bsdf& b) {
+  return {b.eta, b.k, Ggx(b.alpha_x, b.alpha_y)};
+}
+DielectricInterface dielectric_of(const Bsdf& b) {
+  return {b.ior, Ggx(b.alpha_x, b.alpha_y)};
+}
 
 /// Chance with which diffuse_transmission reflects.
 float reflect_chance(const Bsdf& b) {
@@ -49,8 +53,10 @@ bool finish(bool ok, const InterfaceSample<Weight>& s, BsdfSample* out) {
 
 bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) {
   switch (b.kind) {
-    case BsdfKind::diffuse_transmission: return sample_diffuse_transmission(b, wo, u1, u2, out);
-    case BsdfKind::thin_dielectric: return sample_thin_dielectric(b, wo, u1, out);
+    case BsdfKind::diffuse_transmission:
+      return sample_diffuse_transmission(b, wo, u1, u2, out);
+    case BsdfKind::thin_dielectric:
+      return sample_thin_dielectric(b, wo, u1, out);
     case BsdfKind::conductor: {
       InterfaceSample<RGB> s;
       return finish(conductor_of(b).sample(wo, u2, &s), s, out);
@@ -64,7 +70,8 @@ bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_
       if (wo.z < 0) out->wi = -out->wi;
       return true;
     }
-    default: return false;
+    default:
+      return false;
   }
 }
 
@@ -77,10 +84,12 @@ RGB mean_fresnel(RGB eta, RGB k) {
   return sum;
 }
 
-float mean_alpha(float x, float y) { return std::sqrt((x * x + y * y) / 2); }
+float mean_alpha(float x, float y) {
+  return std::sqrt((x * x + y * y) / 2);
+}
 
-/// Share of diffuse light that a lossless GGX mirror returns, the rest being what single scattering misses. Our fit to our
-/// own integration, within 0.005.
+/// Share of diffuse light that a lossless GGX mirror returns, the rest being what single scattering misses. Our fit to
+/// our own integration, within 0.005.
 float ggx_mean_albedo(float alpha_x, float alpha_y) {
   const float a = std::min(mean_alpha(alpha_x, alpha_y), 1.0f);
   return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
@@ -89,8 +98,8 @@ float ggx_mean_albedo(float alpha_x, float alpha_y) {
 RGB coated_albedo(const Bsdf& b) {
   const bool diffuse = b.base == BsdfKind::diffuse;
   const RGB base = diffuse ? b.reflectance : mean_fresnel(b.eta, b.k) * ggx_mean_albedo(b.base_alpha_x, b.base_alpha_y);
-  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal sends it
-  // back about as it came.
+  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal sends
+  // it back about as it came.
   const float spread = diffuse ? 1 : std::min(2 * mean_alpha(b.base_alpha_x, b.base_alpha_y), 1.0f);
   RGB sum;
   for (int c = 0; c < 3; ++c) {
@@ -206,8 +215,10 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
       *pdf = (reflected ? chance : 1 - chance) * std::abs(wi.z) * inv_pi;
       return (reflected ? reflectance : transmittance) * inv_pi;
     }
-    case BsdfKind::conductor: return conductor_of(*this).eval(wo, wi, pdf);
-    case BsdfKind::dielectric: return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, part_both, pdf));
+    case BsdfKind::conductor:
+      return conductor_of(*this).eval(wo, wi, pdf);
+    case BsdfKind::dielectric:
+      return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, part_both, pdf));
     case BsdfKind::coated: {
       if (!(wo.z * wi.z > 0)) return {};
       const Coat coat(*this);
@@ -215,7 +226,8 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
       *pdf = coat.pdf(o, i);
       return coat.eval(o, i, key);
     }
-    default: return {};
+    default:
+      return {};
   }
 }
 
@@ -243,11 +255,17 @@ bool Bsdf::sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, 
 bool Bsdf::is_delta() const {
   switch (kind) {
     case BsdfKind::diffuse:
-    case BsdfKind::diffuse_transmission: return false;
-    case BsdfKind::conductor: return conductor_of(*this).is_smooth();
-    case BsdfKind::dielectric: return dielectric_of(*this).is_smooth();
-    case BsdfKind::coated: return Coat(*this).is_delta();
-    default: return true;
+    case BsdfKind::diffuse_transmission:
+      return false;
+    case BsdfKind::conductor:
+      return conductor_of(*this).is_smooth();
+    case BsdfKind::dielectric:
+      return dielectric_of(*this).is_smooth();
+    case BsdfKind::coated:
+      return base == BsdfKind::conductor && medium_albedo.is_black() && dielectric_of(*this).is_smooth() &&
+             Ggx(base_alpha_x, base_alpha_y).is_smooth();
+    default:
+      return true;
   }
 }
 
@@ -258,12 +276,18 @@ bool Bsdf::has_transmission() const {
 
 RGB Bsdf::albedo() const {
   switch (kind) {
-    case BsdfKind::black: return {};
-    case BsdfKind::diffuse: return reflectance;
-    case BsdfKind::diffuse_transmission: return reflectance + transmittance;
-    case BsdfKind::conductor: return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
-    case BsdfKind::coated: return coated_albedo(*this);
-    default: return RGB(1);
+    case BsdfKind::black:
+      return {};
+    case BsdfKind::diffuse:
+      return reflectance;
+    case BsdfKind::diffuse_transmission:
+      return reflectance + transmittance;
+    case BsdfKind::conductor:
+      return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
+    case BsdfKind::coated:
+      return coated_albedo(*this);
+    default:
+      return RGB(1);
   }
 }
 

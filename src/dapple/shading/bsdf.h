@@ -39,9 +39,9 @@ struct CoatLayer {
   int sample_count = 1;     ///< walks averaged by one evaluation
 };
 
-/// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation needs
-/// no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance transport:
-/// a refraction scales by 1 / eta^2.
+/// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation
+/// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
+/// transport: a refraction scales by 1 / eta^2.
 ///
 /// Reflection and transmission are told apart by the shading frame's normal. wo below the shading normal but above the
 /// geometric one is for the integrator to handle. All kinds but dielectric are the same from both sides.
@@ -49,7 +49,7 @@ struct CoatLayer {
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
 struct Bsdf {
   BsdfKind kind = BsdfKind::black;
-  BsdfKind base = BsdfKind::black;  ///< coated: what is under the coat
+  BsdfKind base = BsdfKind::black;            ///< coated: what is under the coat
   uint16_t max_depth = 10, sample_count = 1;  ///< coated: CoatLayer's
   Frame frame;
   RGB reflectance;    ///< diffuse albedo
@@ -76,15 +76,16 @@ struct Bsdf {
                                     float alpha_y, const CoatLayer& layer);
   static Bsdf make_passthrough();
 
-  /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored by others.
+  /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored
+  /// by others.
   RGB eval(const V3f& wo, const V3f& wi, uint64_t key) const;
   /// Solid-angle density with which sample() returns wi, delta lobes excluded. Deterministic, exact for every kind. It
   /// integrates to less than one by the chance of delta lobes and of samples that scatter nothing.
   float pdf(const V3f& wo, const V3f& wi) const;
   /// eval and pdf in one, for light sampling.
   RGB eval_pdf(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
-  /// Draws wi. False where nothing is scattered. u1 and u2 uniform in [0, 1). Where pdf > 0, weight is eval |cos| / pdf;
-  /// for stochastic kinds with an estimate of f of its own, so that the mean is right.
+  /// Draws wi. False where nothing is scattered. u1 and u2 uniform in [0, 1). Where pdf > 0, weight is eval |cos| /
+  /// pdf; for stochastic kinds with an estimate of f of its own, so that the mean is right.
   bool sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
 
   /// True if only delta lobes scatter: no light sampling is needed.
@@ -92,9 +93,9 @@ struct Bsdf {
   bool has_transmission() const;
   /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged):
   /// reflected plus transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering
-  /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a mirror and a
-  /// diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs at albedo 0. Those
-  /// are within 0.25.
+  /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a
+  /// mirror and a diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs
+  /// at albedo 0. Those are within 0.25.
   RGB albedo() const;
 
  private:
@@ -127,9 +128,9 @@ inline bool Bsdf::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, B
   const float cos_o = dot(frame.n, wo);
   V3f local = square_to_cosine_hemisphere(u2);
   if (cos_o == 0 || local.z <= 0) return false;
-  *out = {V3f(), reflectance, local.z * inv_pi, Lobe::diffuse, false, 1};
+  const float density = local.z * inv_pi;
   if (cos_o < 0) local.z = -local.z;
-  out->wi = frame.to_world(local);
+  *out = {frame.to_world(local), reflectance, density, Lobe::diffuse, false, 1};
   return true;
 }
 

@@ -18,7 +18,9 @@ float geometric_sum(float q, int n) {
   if (q > 0.9999f) return static_cast<float>(n);
   return (1 - std::pow(q, static_cast<float>(n))) / (1 - q);
 }
-RGB geometric_sum(RGB q, int n) { return {geometric_sum(q.r, n), geometric_sum(q.g, n), geometric_sum(q.b, n)}; }
+RGB geometric_sum(RGB q, int n) {
+  return {geometric_sum(q.r, n), geometric_sum(q.g, n), geometric_sum(q.b, n)};
+}
 
 }  // namespace
 
@@ -62,8 +64,8 @@ RGB Coat::delta_weight(const V3f& wo) const {
   V3f inside;
   float eta;
   if (!both_smooth_ || max_depth_ == 0 || !refract(wo, V3f(0, 0, 1), coat_.ior, &inside, &eta)) return RGB(F);
-  const RGB once = fresnel_conductor(-inside.z, conductor_.eta, conductor_.k) *
-                   sqr(coat_transmittance(thickness_, inside.z));
+  const RGB once =
+      fresnel_conductor(-inside.z, conductor_.eta, conductor_.k) * sqr(coat_transmittance(thickness_, inside.z));
   return RGB(F) + once * geometric_sum(once * F, (max_depth_ + 1) / 2) * sqr(1 - F);
 }
 
@@ -124,7 +126,9 @@ float Coat::sum_pdf(const Mixture& m, const V3f& wo, const V3f& wi) const {
   return sum;
 }
 
-float Coat::pdf(const V3f& wo, const V3f& wi) const { return is_delta() ? 0 : sum_pdf(mixture(wo), wo, wi); }
+float Coat::pdf(const V3f& wo, const V3f& wi) const {
+  return is_delta() ? 0 : sum_pdf(mixture(wo), wo, wi);
+}
 
 RGB Coat::eval(const V3f& wo, const V3f& wi, uint64_t key) const {
   if (is_delta()) return {};

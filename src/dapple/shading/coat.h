@@ -7,7 +7,9 @@
 namespace dapple::shading {
 
 /// Beer-Lambert attenuation of a crossing of the whole layer, extinction one.
-inline float coat_transmittance(float thickness, float cos_theta) { return std::exp(-thickness / std::abs(cos_theta)); }
+inline float coat_transmittance(float thickness, float cos_theta) {
+  return std::exp(-thickness / std::abs(cos_theta));
+}
 
 /// Share of a diffuse base's light that a smooth coat reflects back onto the base:
 /// 2 int_0^1 F(mu) exp(-2 thickness / mu) mu dmu, F seen from inside the coat. Accurate to about 1e-5.
@@ -19,16 +21,17 @@ struct CoatAlbedo {
 };
 CoatAlbedo coat_albedo(float ior, float thickness);
 
-/// A dielectric coat over an opaque base, after pbrt-v4's layered model: light crosses the coat, interreflects between base
-/// and coat (maxdepth events) and comes out again; the layer between has extinction one and may scatter. Local frame; wo.z > 0
-/// and wi.z > 0 (callers mirror both for the other side).
+/// A dielectric coat over an opaque base, after pbrt-v4's layered model: light crosses the coat, interreflects between
+/// base and coat (maxdepth events) and comes out again; the layer between has extinction one and may scatter. Local
+/// frame; wo.z > 0 and wi.z > 0 (callers mirror both for the other side).
 ///
-/// The general case is a position-free random walk from wo (Guo, Hasan & Zhao 2018) that joins wi by two strategies at each
-/// event, weighted by the power heuristic: a direction sampled by the coat from wi's side, and the walk's own next
+/// The general case is a position-free random walk from wo (Guo, Hasan & Zhao 2018) that joins wi by two strategies at
+/// each event, weighted by the power heuristic: a direction sampled by the coat from wi's side, and the walk's own next
 /// direction. With a smooth coat and a non-scattering layer two sums are closed:
-///   diffuse base  f = T(wo) T(wi) / eta^2 . R/pi . sum_k (R K)^k   (K: coat_return; T includes the layer's attenuation)
-///   smooth base   one delta lobe, the geometric series of its interreflections.
-/// The sampling density is a fixed mixture: the coat's reflection, the base's lobe seen through a smooth coat, a cosine lobe.
+///   diffuse base  f = T(wo) T(wi) / eta^2 . R/pi . sum_k (R K)^k   (K: coat_return; T includes the layer's
+///   attenuation) smooth base   one delta lobe, the geometric series of its interreflections.
+/// The sampling density is a fixed mixture: the coat's reflection, the base's lobe seen through a smooth coat, a cosine
+/// lobe.
 class Coat {
  public:
   explicit Coat(const Bsdf& bsdf);
@@ -47,7 +50,8 @@ class Coat {
   bool has_closed_form() const { return diffuse_ && coat_.is_smooth() && !scatters_; }
 
  private:
-  /// Chances of the sampling mixture for one wo; the rest goes to the base's lobe. `inside` is wo refracted, where it enters.
+  /// Chances of the sampling mixture for one wo; the rest goes to the base's lobe. `inside` is wo refracted, where it
+  /// enters.
   struct Mixture {
     float coat, cosine;
     float base() const { return 1 - coat - cosine; }

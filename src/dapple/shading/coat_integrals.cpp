@@ -23,16 +23,15 @@ float coat_return(float ior, float thickness) {
   if (ior <= 1)
     return integrate_unit(
         [&](float mu) { return 2 * mu * fresnel_dielectric(mu, 1 / ior) * std::exp(-2 * thickness / mu); });
-  // Beyond the critical angle F = 1: mu = mu_c s^2 spreads out the fall of the exponential near zero. Below it, integrate
-  // over the cosine above the coat, where F has no square root (mu dmu = c dc / ior^2).
+  // Beyond the critical angle F = 1: mu = mu_c s^2 spreads out the fall of the exponential near zero. Below it,
+  // integrate over the cosine above the coat, where F has no square root (mu dmu = c dc / ior^2).
   const float mu_c = std::sqrt(1 - 1 / (ior * ior));
   const float total = integrate_unit([&](float t) {
     const float s2 = t * t;
     return 4 * mu_c * mu_c * s2 * t * std::exp(-2 * thickness / (mu_c * s2));
   });
-  const float partial = integrate_unit([&](float c) {
-    return 2 * c * fresnel_dielectric(c, ior) * std::exp(-2 * thickness / cos_below(c, ior));
-  });
+  const float partial = integrate_unit(
+      [&](float c) { return 2 * c * fresnel_dielectric(c, ior) * std::exp(-2 * thickness / cos_below(c, ior)); });
   return total + partial / (ior * ior);
 }
 

@@ -36,7 +36,8 @@ struct Coat::Vertex {
   float depth = 0;  ///< 0 at the coat, thickness at the base
 };
 
-/// Joins wi by the direction the walk has just drawn with density pdf (0: a delta lobe, which no connection competes with).
+/// Joins wi by the direction the walk has just drawn with density pdf (0: a delta lobe, which no connection competes
+/// with).
 RGB Coat::join_own_direction(const Vertex& v, const V3f& wi, float pdf) const {
   if (coat_.is_smooth() || v.travel.z <= 0) return {};
   float pdf_connection;

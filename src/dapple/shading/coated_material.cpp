@@ -6,7 +6,9 @@
 namespace dapple::shading {
 namespace {
 
-float clean_thickness(float t) { return t > 0 ? t : 0; }
+float clean_thickness(float t) {
+  return t > 0 ? t : 0;
+}
 
 /// A CoatInput's values over a batch.
 class CoatValues {
@@ -22,8 +24,8 @@ class CoatValues {
   float alpha_x(int i) const { return input_.roughness.alpha(u_[i]); }
   float alpha_y(int i) const { return input_.roughness.alpha(v_[i]); }
   CoatLayer layer(int i) const {
-    return {clean_thickness(thickness_[i]), std::clamp(g_[i], -0.99f, 0.99f), clamp(albedo_[i], 0, 1),
-            input_.max_depth, input_.sample_count};
+    return {clean_thickness(thickness_[i]), std::clamp(g_[i], -0.99f, 0.99f), clamp(albedo_[i], 0, 1), input_.max_depth,
+            input_.sample_count};
   }
 
  private:
@@ -36,7 +38,8 @@ class CoatValues {
 
 CoatedDiffuseMaterial::CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
-  if (const auto thickness = coat_.thickness.constant()) coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
+  if (const auto thickness = coat_.thickness.constant())
+    coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
   settle(all_constant(reflectance_) && coat_.is_constant());
 }
 
@@ -66,8 +69,8 @@ void CoatedConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) co
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {
     metal.get(i, &eta, &k);
-    out[i] = Bsdf::make_coated_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]),
-                                         coat_.ior, coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
+    out[i] = Bsdf::make_coated_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]), coat_.ior,
+                                         coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
   }
 }
 

@@ -6,7 +6,8 @@
 
 namespace dapple::shading {
 
-/// The coat of CoatedDiffuseMaterial and CoatedConductorMaterial. Thickness is at least 0, g within +-0.99, albedo in [0, 1].
+/// The coat of CoatedDiffuseMaterial and CoatedConductorMaterial. Thickness is at least 0, g within +-0.99, albedo in
+/// [0, 1].
 struct CoatInput {
   float ior = 1.5f;
   RoughnessInput roughness;

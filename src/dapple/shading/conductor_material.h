@@ -6,7 +6,8 @@
 namespace dapple::shading {
 
 /// The complex index of a metal: given as eta and k, or by its reflectance at normal incidence (eta = 1,
-/// k = 2 sqrt(r / (1 - r)), r at most 0.9999). Either is divided by the index of the medium outside (the coat's), as pbrt-v4 does.
+/// k = 2 sqrt(r / (1 - r)), r at most 0.9999). Either is divided by the index of the medium outside (the coat's), as
+/// pbrt-v4 does.
 class MetalInput {
  public:
   MetalInput(Input<RGB> eta, Input<RGB> k, float outer_index = 1)
@@ -20,7 +21,10 @@ class MetalInput {
   class Values {
    public:
     Values(const MetalInput& input, const ShadingPoints& points)
-        : first_(input.first_, points), second_(input.second_, points), by_reflectance_(input.by_reflectance_), scale_(input.scale_) {}
+        : first_(input.first_, points),
+          second_(input.second_, points),
+          by_reflectance_(input.by_reflectance_),
+          scale_(input.scale_) {}
     void get(int i, RGB* eta, RGB* k) const;
 
    private:

@@ -25,7 +25,8 @@ DiffuseTransmissionMaterial::DiffuseTransmissionMaterial(Input<RGB> reflectance,
 void DiffuseTransmissionMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
   const InputValues<RGB> reflectance(reflectance_, points), transmittance(transmittance_, points);
   for (int i = 0; i < points.count; ++i)
-    out[i] = Bsdf::make_diffuse_transmission(clamp(scale_ * reflectance[i], 0, 1), clamp(scale_ * transmittance[i], 0, 1));
+    out[i] =
+        Bsdf::make_diffuse_transmission(clamp(scale_ * reflectance[i], 0, 1), clamp(scale_ * transmittance[i], 0, 1));
 }
 
 }  // namespace dapple::shading

@@ -15,7 +15,8 @@ class DiffuseMaterial final : public SurfaceMaterial {
   Input<RGB> reflectance_;
 };
 
-/// Lambertian reflection and transmission (leaves, paper). Both are scaled, then clamped to [0, 1]; their sum is the user's care.
+/// Lambertian reflection and transmission (leaves, paper). Both are scaled, then clamped to [0, 1]; their sum is the
+/// user's care.
 class DiffuseTransmissionMaterial final : public SurfaceMaterial {
  public:
   DiffuseTransmissionMaterial(Input<RGB> reflectance, Input<RGB> transmittance, float scale, SurfaceDetail detail);

@@ -8,10 +8,12 @@
 namespace dapple::shading {
 
 /// Mirror image of w about unit n.
-inline V3f reflect(const V3f& w, const V3f& n) { return n * (2 * dot(w, n)) - w; }
+inline V3f reflect(const V3f& w, const V3f& n) {
+  return n * (2 * dot(w, n)) - w;
+}
 
-/// Refracts w (away from the surface, either side) at unit n. Writes the direction away from the surface on the other side
-/// and the index there over the index on w's side. False under total internal reflection.
+/// Refracts w (away from the surface, either side) at unit n. Writes the direction away from the surface on the other
+/// side and the index there over the index on w's side. False under total internal reflection.
 inline bool refract(const V3f& w, V3f n, float eta, V3f* out, float* relative_eta) {
   float cos_i = dot(n, w);
   if (cos_i < 0) {

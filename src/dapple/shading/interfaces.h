@@ -7,18 +7,19 @@
 
 namespace dapple::shading {
 
-// Single boundaries in their local frame (normal +z): the parts BSDFs and layer stacks are made of. f excludes the cosine and
-// delta lobes; a sample's weight is f |cos| / pdf.
+// Single boundaries in their local frame (normal +z): the parts BSDFs and layer stacks are made of. f excludes the
+// cosine and delta lobes; a sample's weight is f |cos| / pdf.
 
-/// What is carried along a path decides how refraction scales: radiance by 1 / eta^2, importance not (Veach 1997, ch. 5).
+/// What is carried along a path decides how refraction scales: radiance by 1 / eta^2, importance not (Veach 1997, ch.
+/// 5).
 enum class Transport : uint8_t { radiance, importance };
 
 enum Part : uint8_t { part_reflection = 1, part_transmission = 2, part_both = 3 };
 
 template <class Weight>
 struct InterfaceSample {
-  V3f wi;
-  Weight weight;
+  V3f wi{0, 0, 1};
+  Weight weight{};
   float pdf = 0;  ///< 0 for a delta lobe
   bool transmitted = false;
   float eta = 1;
@@ -53,8 +54,8 @@ struct ConductorInterface {
   bool sample(const V3f& wo, const V2f& u, InterfaceSample<RGB>* out) const;
 };
 
-/// GGX boundary between dielectrics, or a smooth one; index-matched boundaries are smooth (Walter et al. 2007, eq. 20, 21).
-/// Reflection is chosen with the probability of its Fresnel term among the parts asked for.
+/// GGX boundary between dielectrics, or a smooth one; index-matched boundaries are smooth (Walter et al. 2007, eq. 20,
+/// 21). Reflection is chosen with the probability of its Fresnel term among the parts asked for.
 struct DielectricInterface {
   float ior;  ///< below (-z) over above
   Ggx ggx;

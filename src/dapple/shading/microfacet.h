@@ -6,15 +6,17 @@
 namespace dapple::shading {
 
 /// Anisotropic Trowbridge-Reitz (GGX) distribution of microfacet normals about +z, with height-correlated Smith masking
-/// (Heitz 2014) and sampling of visible normals by a spherical cap (Dupuy & Benyoub 2023). Directions are unit and in the
-/// local frame; those of wo and wi may lie on either side, masking being symmetric.
+/// (Heitz 2014) and sampling of visible normals by a spherical cap (Dupuy & Benyoub 2023). Directions are unit and in
+/// the local frame; those of wo and wi may lie on either side, masking being symmetric.
 class Ggx {
  public:
   /// Below it a surface is treated as perfectly smooth.
   static constexpr float smooth_alpha = 1e-3f;
 
   Ggx(float alpha_x, float alpha_y)
-      : ax_(std::max(alpha_x, 1e-4f)), ay_(std::max(alpha_y, 1e-4f)), smooth_(std::max(alpha_x, alpha_y) < smooth_alpha) {}
+      : ax_(std::max(alpha_x, 1e-4f)),
+        ay_(std::max(alpha_y, 1e-4f)),
+        smooth_(std::max(alpha_x, alpha_y) < smooth_alpha) {}
 
   bool is_smooth() const { return smooth_; }
 

@@ -6,8 +6,8 @@
 
 namespace dapple::shading {
 
-/// One of two materials at each point, at random: the second with probability `amount` (clamped to [0, 1]; NaN is 0). The choice is a hash
-/// of the point's key and of `salt`, which must differ between mixes that nest.
+/// One of two materials at each point, at random: the second with probability `amount` (clamped to [0, 1]; NaN is 0).
+/// The choice is a hash of the point's key and of `salt`, which must differ between mixes that nest.
 class MixMaterial final : public Material {
  public:
   MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);

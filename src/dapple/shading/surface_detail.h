@@ -6,12 +6,12 @@
 
 namespace dapple::shading {
 
-/// Small-scale shape of a surface that only its shading normal shows: a bump map (Blinn 1978) or a tangent-space normal map.
-/// Of the two the normal map wins, as in pbrt-v4.
+/// Small-scale shape of a surface that only its shading normal shows: a bump map (Blinn 1978) or a tangent-space normal
+/// map. Of the two the normal map wins, as in pbrt-v4.
 ///
 /// Bump: the surface is displaced by d (metres) along Ns, and its tangents follow from forward differences over half a
-/// footprint, du = (|dudx| + |dudy|) / 2, or 0.0005 where that is zero. Normal map: n = 2 c - 1 in the frame (dPdu, Ns x dPdu,
-/// Ns), c linear. The new normal is kept on Ng's side; where it is undefined the old one stays.
+/// footprint, du = (|dudx| + |dudy|) / 2, or 0.0005 where that is zero. Normal map: n = 2 c - 1 in the frame (dPdu, Ns
+/// x dPdu, Ns), c linear. The new normal is kept on Ng's side; where it is undefined the old one stays.
 struct SurfaceDetail {
   FloatTexturePtr displacement;  ///< or nullptr
   RgbTexturePtr normal_map;      ///< or nullptr

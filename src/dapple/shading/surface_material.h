@@ -7,8 +7,8 @@
 
 namespace dapple::shading {
 
-/// GGX roughness as a user gives it, along u and v, in [0, 1]; alpha = sqrt(roughness) where remapped, else the same number.
-/// Values of textures outside [0, 1] are clamped, NaN is zero.
+/// GGX roughness as a user gives it, along u and v, in [0, 1]; alpha = sqrt(roughness) where remapped, else the same
+/// number. Values of textures outside [0, 1] are clamped, NaN is zero.
 struct RoughnessInput {
   Input<float> u{0.0f}, v{0.0f};
   bool remap = true;
@@ -19,7 +19,8 @@ struct RoughnessInput {
   }
 };
 
-/// What the materials of one Bsdf kind share: constant ones take a fast path, and the frame comes from the surface's detail.
+/// What the materials of one Bsdf kind share: constant ones take a fast path, and the frame comes from the surface's
+/// detail.
 class SurfaceMaterial : public Material {
  public:
   void prelighting(const ShadingPoints& points, Bsdf* out) const final;

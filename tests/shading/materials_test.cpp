@@ -29,8 +29,12 @@ class FunctionTexture final : public Texture<T> {
   F f_;
 };
 
-Input<float> varying(FunctionTexture<float>::F f) { return Input<float>(std::make_shared<FunctionTexture<float>>(std::move(f))); }
-Input<RGB> varying_rgb(FunctionTexture<RGB>::F f) { return Input<RGB>(std::make_shared<FunctionTexture<RGB>>(std::move(f))); }
+Input<float> varying(FunctionTexture<float>::F f) {
+  return Input<float>(std::make_shared<FunctionTexture<float>>(std::move(f)));
+}
+Input<RGB> varying_rgb(FunctionTexture<RGB>::F f) {
+  return Input<RGB>(std::make_shared<FunctionTexture<RGB>>(std::move(f)));
+}
 
 /// n points of the square [0, 1]^2 in z = 0, parametrised by x = 2 u, y = 3 v.
 std::unique_ptr<ShadingPoints> square(int n) {
@@ -91,7 +95,8 @@ TEST(Materials, DiffuseTransmissionScalesThenClamps) {
 }
 
 TEST(Materials, RoughnessIsRemappedAndClamped) {
-  const RoughnessInput remapped{Input<float>(0.25f), Input<float>(4.0f), true}, raw{Input<float>(0.25f), Input<float>(-1.0f), false};
+  const RoughnessInput remapped{Input<float>(0.25f), Input<float>(4.0f), true},
+      raw{Input<float>(0.25f), Input<float>(-1.0f), false};
   const DielectricMaterial a(1.5f, remapped, {}), b(1.3f, raw, {});
   EXPECT_EQ(a.constant()->alpha_x, 0.5f);
   EXPECT_EQ(a.constant()->alpha_y, 1);
@@ -141,7 +146,8 @@ TEST(Materials, CoatedOnesTakeTheirLayer) {
 
 // d = 0.4 u + 0.9 v on x = 2 u, y = 3 v is the plane z = 0.2 x + 0.3 y.
 TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
-  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.4f * p.u[i] + 0.9f * p.v[i]; });
+  const auto d = std::make_shared<FunctionTexture<float>>(
+      [](const ShadingPoints& p, int i) { return 0.4f * p.u[i] + 0.9f * p.v[i]; });
   const DiffuseMaterial m(Input<RGB>(RGB(0.5f)), {d, nullptr});
   EXPECT_FALSE(m.constant());
   EXPECT_TRUE(m.needs_differentials());
@@ -157,7 +163,8 @@ TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
 
 // Solid textures see the shifted position too: d = 0.1 x.
 TEST(SurfaceDetail, BumpBySolidTexture) {
-  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
+  const auto d =
+      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
   for (const Bsdf& b : shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *square(20)))
     EXPECT_LT(length(b.frame.n - normalize(V3f(-0.1f, 0, 1))), 1e-3f);
 }
@@ -178,7 +185,8 @@ TEST(SurfaceDetail, ConstantBumpOnACurvedSurfaceKeepsTheNormal) {
 
 // A flipped surface (normal against dPdu x dPdv) is displaced along its own normal and keeps its side.
 TEST(SurfaceDetail, BumpFollowsReversedOrientation) {
-  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
+  const auto d =
+      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
   auto p = square(1);
   p->Ng.set(0, {0, 0, -1});
   p->Ns.set(0, {0, 0, -1});
@@ -187,13 +195,16 @@ TEST(SurfaceDetail, BumpFollowsReversedOrientation) {
 }
 
 TEST(SurfaceDetail, BrokenDisplacementKeepsTheNormal) {
-  const auto d = std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return p.u[i] * infinity; });
+  const auto d =
+      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return p.u[i] * infinity; });
   EXPECT_EQ(shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *square(1))[0].frame.n, V3f(0, 0, 1));
 }
 
 TEST(SurfaceDetail, NormalMap) {
   const auto at = [](RGB c) {
-    return shade(DiffuseMaterial(Input<RGB>(RGB(1)), {nullptr, std::make_shared<ConstantTexture<RGB>>(c)}), *square(1))[0].frame;
+    return shade(DiffuseMaterial(Input<RGB>(RGB(1)), {nullptr, std::make_shared<ConstantTexture<RGB>>(c)}),
+                 *square(1))[0]
+        .frame;
   };
   EXPECT_LT(length(at(RGB(0.5f, 0.5f, 1)).n - V3f(0, 0, 1)), 1e-6f);
   EXPECT_LT(length(at(RGB(0.8f, 0.5f, 0.9f)).n - normalize(V3f(0.6f, 0, 0.8f))), 1e-6f);
@@ -206,8 +217,10 @@ TEST(SurfaceDetail, NormalMap) {
 
 TEST(Mix, ChoosesTheSecondByAmount) {
   const auto red = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
-  const auto green = std::make_shared<DiffuseMaterial>(varying_rgb([](const ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
-  const MixMaterial mix(red, green, varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }), 1);
+  const auto green = std::make_shared<DiffuseMaterial>(
+      varying_rgb([](const ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
+  const MixMaterial mix(red, green, varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }),
+                        1);
   EXPECT_TRUE(mix.needs_differentials());
   int seconds = 0, candidates = 0;
   for (int batch = 0; batch < 100; ++batch) {
@@ -252,7 +265,8 @@ TEST(Mix, DoesNotDependOnBatching) {
 // Nested mixes with different salts choose independently: of four leaves each takes a quarter.
 TEST(Mix, NestsIndependently) {
   std::vector<MaterialPtr> leaves;
-  for (int i = 0; i < 4; ++i) leaves.push_back(std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{}));
+  for (int i = 0; i < 4; ++i)
+    leaves.push_back(std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{}));
   const auto low = std::make_shared<MixMaterial>(leaves[0], leaves[1], Input<float>(0.5f), 10);
   const auto high = std::make_shared<MixMaterial>(leaves[2], leaves[3], Input<float>(0.5f), 11);
   const MixMaterial mix(low, high, Input<float>(0.5f), 12);

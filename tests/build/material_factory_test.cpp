@@ -91,22 +91,27 @@ TEST(MaterialFactory, DefaultsAreThoseOfPbrt) {
 
   const Bsdf lacquer = constant_of("Material \"coatedconductor\"");
   EXPECT_EQ(lacquer.base, BsdfKind::conductor);
-  EXPECT_EQ(lacquer.eta, conductor_to_rgb(*find_named_spectrum("metal-Cu-eta"), *find_named_spectrum("metal-Cu-k"), 1.5f).eta);
+  EXPECT_EQ(lacquer.eta,
+            conductor_to_rgb(*find_named_spectrum("metal-Cu-eta"), *find_named_spectrum("metal-Cu-k"), 1.5f).eta);
 }
 
 TEST(MaterialFactory, ReadsParameters) {
   EXPECT_EQ(constant_of("Material \"diffuse\" \"rgb reflectance\" [0.1 0.2 0.3]").reflectance, RGB(0.1f, 0.2f, 0.3f));
-  const Bsdf leaf = constant_of("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .1 .1] \"rgb transmittance\" [.2 .2 .2] \"float scale\" 2");
+  const Bsdf leaf = constant_of(
+      "Material \"diffusetransmission\" \"rgb reflectance\" [.1 .1 .1] \"rgb transmittance\" [.2 .2 .2] \"float "
+      "scale\" 2");
   EXPECT_EQ(leaf.reflectance, RGB(0.2f));
   EXPECT_EQ(leaf.transmittance, RGB(0.4f));
 
-  const Bsdf brushed = constant_of("Material \"conductor\" \"float uroughness\" .25 \"float vroughness\" .04 \"rgb reflectance\" [.9 .9 .9]");
+  const Bsdf brushed = constant_of(
+      "Material \"conductor\" \"float uroughness\" .25 \"float vroughness\" .04 \"rgb reflectance\" [.9 .9 .9]");
   EXPECT_NEAR(brushed.alpha_x, 0.5f, 1e-6f);
   EXPECT_NEAR(brushed.alpha_y, 0.2f, 1e-6f);
   EXPECT_EQ(brushed.eta, RGB(1));
   EXPECT_NEAR(brushed.k.r, 6, 1e-4f);
 
-  const Bsdf frosted = constant_of("Material \"dielectric\" \"float roughness\" .3 \"bool remaproughness\" false \"float eta\" 1.33");
+  const Bsdf frosted =
+      constant_of("Material \"dielectric\" \"float roughness\" .3 \"bool remaproughness\" false \"float eta\" 1.33");
   EXPECT_EQ(frosted.alpha_x, 0.3f);
   EXPECT_EQ(frosted.alpha_y, 0.3f);
   EXPECT_EQ(frosted.ior, 1.33f);
@@ -115,7 +120,8 @@ TEST(MaterialFactory, ReadsParameters) {
   EXPECT_EQ(constant_of("Material \"dielectric\" \"float eta\" 0").ior, 1);
 
   const Bsdf paint = constant_of(
-      "Material \"coateddiffuse\" \"float roughness\" .09 \"float thickness\" .2 \"float g\" .5 \"rgb albedo\" [.3 .2 .1]"
+      "Material \"coateddiffuse\" \"float roughness\" .09 \"float thickness\" .2 \"float g\" .5 \"rgb albedo\" [.3 .2 "
+      ".1]"
       " \"integer maxdepth\" 20 \"integer nsamples\" 4 \"float eta\" 1.4");
   EXPECT_NEAR(paint.alpha_x, 0.3f, 1e-6f);
   EXPECT_EQ(paint.thickness, 0.2f);
@@ -126,7 +132,8 @@ TEST(MaterialFactory, ReadsParameters) {
   EXPECT_EQ(paint.ior, 1.4f);
 
   const Bsdf lacquer = constant_of(
-      "Material \"coatedconductor\" \"float interface.roughness\" .04 \"float conductor.roughness\" .09 \"float interface.eta\" 2"
+      "Material \"coatedconductor\" \"float interface.roughness\" .04 \"float conductor.roughness\" .09 \"float "
+      "interface.eta\" 2"
       " \"rgb reflectance\" [.5 .5 .5] \"float thickness\" .3");
   EXPECT_NEAR(lacquer.alpha_x, 0.2f, 1e-6f);
   EXPECT_NEAR(lacquer.base_alpha_x, 0.3f, 1e-6f);
@@ -162,7 +169,8 @@ TEST(MaterialFactory, MixesNameAnyMaterial) {
 }
 
 TEST(MaterialFactory, RejectsBadMixes) {
-  expect_contains(error_of("MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]"), "contains itself");
+  expect_contains(error_of("MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]"),
+                  "contains itself");
   expect_contains(error_of("MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"n\" \"n\"]\n"
                            "MakeNamedMaterial \"n\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]"),
                   "contains itself");
@@ -174,7 +182,8 @@ TEST(MaterialFactory, RejectsBadMixes) {
     std::vector<std::string> chain = {"MakeNamedMaterial \"0\" \"string type\" \"diffuse\"\n"};
     for (int i = 1; i < 5000; ++i) {
       const std::string below = "\"" + std::to_string(i - 1) + "\"";
-      chain.push_back("MakeNamedMaterial \"" + std::to_string(i) + "\" \"string type\" \"mix\" \"string materials\" [" + below + below + "]\n");
+      chain.push_back("MakeNamedMaterial \"" + std::to_string(i) + "\" \"string type\" \"mix\" \"string materials\" [" +
+                      below + below + "]\n");
     }
     if (forward) std::reverse(chain.begin(), chain.end());
     std::string all;
@@ -189,7 +198,8 @@ TEST(MaterialFactory, RejectsBadValues) {
   expect_contains(error_of("Material \"conductor\" \"float roughness\" -1"), "\"roughness\"");
   expect_contains(error_of("Material \"dielectric\" \"float eta\" -1"), "\"eta\"");
   expect_contains(error_of("Material \"dielectric\" \"spectrum eta\" \"glass-of-wine\""), "glass-of-wine");
-  expect_contains(error_of("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"rgb reflectance\" [1 1 1]"), "reflectance");
+  expect_contains(error_of("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"rgb reflectance\" [1 1 1]"),
+                  "reflectance");
   expect_contains(error_of("Material \"coateddiffuse\" \"float thickness\" -1"), "\"thickness\"");
   expect_contains(error_of("Material \"coateddiffuse\" \"integer maxdepth\" -1"), "\"maxdepth\"");
   expect_contains(error_of("Material \"coateddiffuse\" \"integer nsamples\" 0"), "\"nsamples\"");

@@ -15,11 +15,14 @@ using test::bsdf_catalogue;
 using test::direction;
 using test::directional_albedo;
 
-bool stochastic(const Bsdf& b) { return b.kind == BsdfKind::coated; }
+bool stochastic(const Bsdf& b) {
+  return b.kind == BsdfKind::coated;
+}
 
 float relative_difference(RGB a, RGB b) {
   float worst = 0;
-  for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(a[c] - b[c]) / std::max({std::abs(a[c]), std::abs(b[c]), 1e-6f}));
+  for (int c = 0; c < 3; ++c)
+    worst = std::max(worst, std::abs(a[c] - b[c]) / std::max({std::abs(a[c]), std::abs(b[c]), 1e-6f}));
   return worst;
 }
 
@@ -43,7 +46,8 @@ TEST(Bsdf, SamplesHaveTheirDensity) {
             return bsdf.frame.to_local(s.wi);
           },
           [&](const V3f& local) { return bsdf.pdf(wo, bsdf.frame.to_world(local)); }, options);
-      EXPECT_GT(result.p_value, dapple::test::sidak(0.01, tests)) << name << ", theta " << theta << ": " << result.message;
+      EXPECT_GT(result.p_value, dapple::test::sidak(0.01, tests))
+          << name << ", theta " << theta << ": " << result.message;
     }
   }
 }
@@ -76,8 +80,8 @@ TEST(Bsdf, WeightIsValueTimesCosineOverDensity) {
   }
 }
 
-// Sampling and uniform integration of f |cos| must agree on the share of non-delta power: ties eval, pdf and weight of the
-// stochastic kinds together too.
+// Sampling and uniform integration of f |cos| must agree on the share of non-delta power: ties eval, pdf and weight of
+// the stochastic kinds together too.
 TEST(Bsdf, SamplingAgreesWithUniformIntegration) {
   for (const auto& [name, bsdf] : bsdf_catalogue()) {
     if (bsdf.is_delta() || name == "polished gold") continue;  // that peak is too narrow for uniform samples
@@ -112,10 +116,10 @@ TEST(Bsdf, CreatesNoEnergy) {
 
 TEST(Bsdf, LosslessOnesReturnAllLight) {
   for (const float theta : {0.0f, 30.0f, 60.0f, 89.0f, 95.0f, 150.0f})
-    for (const Bsdf& b : {Bsdf::make_diffuse(RGB(1)), Bsdf::make_diffuse_transmission(RGB(0.25f), RGB(0.75f)),
-                          Bsdf::make_dielectric(1.5f, 0, 0), Bsdf::make_dielectric(1, 0.5f, 0.5f),
-                          Bsdf::make_dielectric(0.7f, 0, 0), Bsdf::make_thin_dielectric(1.5f),
-                          Bsdf::make_conductor(RGB(1), RGB(1e6f), 0, 0)})
+    for (const Bsdf& b :
+         {Bsdf::make_diffuse(RGB(1)), Bsdf::make_diffuse_transmission(RGB(0.25f), RGB(0.75f)),
+          Bsdf::make_dielectric(1.5f, 0, 0), Bsdf::make_dielectric(1, 0.5f, 0.5f), Bsdf::make_dielectric(0.7f, 0, 0),
+          Bsdf::make_thin_dielectric(1.5f), Bsdf::make_conductor(RGB(1), RGB(1e6f), 0, 0)})
       EXPECT_NEAR(directional_albedo(b, direction(b, theta, 3), 20000).g, 1, 2e-3f)
           << static_cast<int>(b.kind) << ", theta " << theta;
 }
@@ -123,7 +127,8 @@ TEST(Bsdf, LosslessOnesReturnAllLight) {
 // Rough lossless surfaces lose only what single scattering misses: little at low roughness.
 TEST(Bsdf, SlightlyRoughLosesLittle) {
   for (const float theta : {0.0f, 30.0f, 60.0f})
-    for (const Bsdf& b : {Bsdf::make_dielectric(1.5f, 0.05f, 0.05f), Bsdf::make_conductor(RGB(1), RGB(1e6f), 0.05f, 0.05f)}) {
+    for (const Bsdf& b :
+         {Bsdf::make_dielectric(1.5f, 0.05f, 0.05f), Bsdf::make_conductor(RGB(1), RGB(1e6f), 0.05f, 0.05f)}) {
       const float a = directional_albedo(b, direction(b, theta, 3), 20000).g;
       EXPECT_GT(a, 0.985f);
       EXPECT_LE(a, 1.0005f);
@@ -153,21 +158,25 @@ RC_GTEST_PROP(Bsdf, ScattersNothingOnTheWrongSide, ()) {
   const auto all = bsdf_catalogue();
   const auto& [name, b] = all[*rc::gen::inRange<size_t>(0, all.size())];
   RC_TAG(name);
-  const V3f wo = normalize(square_to_sphere({0.001f * *rc::gen::inRange(0, 1000), 0.001f * *rc::gen::inRange(0, 1000)}));
-  const V3f wi = normalize(square_to_sphere({0.001f * *rc::gen::inRange(0, 1000), 0.001f * *rc::gen::inRange(0, 1000)}));
+  const V3f wo =
+      normalize(square_to_sphere({0.001f * *rc::gen::inRange(0, 1000), 0.001f * *rc::gen::inRange(0, 1000)}));
+  const V3f wi =
+      normalize(square_to_sphere({0.001f * *rc::gen::inRange(0, 1000), 0.001f * *rc::gen::inRange(0, 1000)}));
   const bool opposite = dot(wo, b.frame.n) * dot(wi, b.frame.n) < 0;
   if (opposite && !b.has_transmission()) {
     RC_ASSERT(b.eval(wo, wi, 3).is_black());
     RC_ASSERT(b.pdf(wo, wi) == 0);
   }
   BsdfSample s;
-  if (b.sample(wo, 0.5f, {0.3f, 0.6f}, 3, &s)) RC_ASSERT((dot(wo, b.frame.n) * dot(s.wi, b.frame.n) < 0) == s.transmitted);
+  if (b.sample(wo, 0.5f, {0.3f, 0.6f}, 3, &s))
+    RC_ASSERT((dot(wo, b.frame.n) * dot(s.wi, b.frame.n) < 0) == s.transmitted);
 }
 
 // The hostile corners: directions in the surface, along the normal, the ends of the random numbers.
 TEST(Bsdf, SurvivesDegenerateDirections) {
   for (const auto& [name, b] : bsdf_catalogue())
-    for (const V3f& wo : {b.frame.n, -b.frame.n, b.frame.s, -b.frame.t, direction(b, 89.9999f, 0), direction(b, 90.0001f, 77)})
+    for (const V3f& wo :
+         {b.frame.n, -b.frame.n, b.frame.s, -b.frame.t, direction(b, 89.9999f, 0), direction(b, 90.0001f, 77)})
       for (const float u : {0.0f, 0.5f, one_minus_epsilon})
         for (const float v : {0.0f, 0.5f, one_minus_epsilon}) {
           BsdfSample s;
@@ -203,24 +212,25 @@ TEST(Bsdf, LobesFollowTheTable) {
     int seen = 0;
     for (int i = 0; i < 64; ++i) {
       BsdfSample s;
-      if (b.sample(direction(b, 30, 0), (static_cast<float>(i) + 0.5f) / 64, {0.4f, 0.3f}, 1, &s)) seen |= static_cast<int>(s.lobe);
+      if (b.sample(direction(b, 30, 0), (static_cast<float>(i) + 0.5f) / 64, {0.4f, 0.3f}, 1, &s))
+        seen |= static_cast<int>(s.lobe);
     }
     return seen;
   };
   constexpr int diffuse = 1, glossy = 2, delta = 4, passthrough = 8;
   for (const auto& [name, expected] : std::vector<std::pair<std::string, int>>{{"diffuse", diffuse},
-                                                                              {"leaf", diffuse},
-                                                                              {"mirror", delta},
-                                                                              {"rough gold", glossy},
-                                                                              {"glass", delta},
-                                                                              {"frosted glass", glossy},
-                                                                              {"pane", delta},
-                                                                              {"varnish", delta | diffuse},
-                                                                              {"satin paint", glossy | diffuse},
-                                                                              {"lacquered rough gold", delta | glossy},
-                                                                              {"lacquered mirror", delta},
-                                                                              {"passthrough", passthrough},
-                                                                              {"black", 0}}) {
+                                                                               {"leaf", diffuse},
+                                                                               {"mirror", delta},
+                                                                               {"rough gold", glossy},
+                                                                               {"glass", delta},
+                                                                               {"frosted glass", glossy},
+                                                                               {"pane", delta},
+                                                                               {"varnish", delta | diffuse},
+                                                                               {"satin paint", glossy | diffuse},
+                                                                               {"lacquered rough gold", delta | glossy},
+                                                                               {"lacquered mirror", delta},
+                                                                               {"passthrough", passthrough},
+                                                                               {"black", 0}}) {
     for (const auto& b : bsdf_catalogue()) {
       if (b.name == name) {
         EXPECT_EQ(lobes(b.bsdf), expected) << name;
@@ -298,8 +308,9 @@ TEST(Bsdf, AlbedoIsTheMeanOfDirectionalAlbedos) {
       const float u1 = rng.next(), u2 = rng.next();
       mean += directional_albedo(b, b.frame.to_world(square_to_cosine_hemisphere({u1, u2})), 50, rng.next_bits()).g / n;
     }
-    const bool exact = b.kind == BsdfKind::black || b.kind == BsdfKind::diffuse || b.kind == BsdfKind::diffuse_transmission ||
-                       name == "mirror" || name == "glass" || name == "pane" || name == "varnish" || name == "thick varnish";
+    const bool exact = b.kind == BsdfKind::black || b.kind == BsdfKind::diffuse ||
+                       b.kind == BsdfKind::diffuse_transmission || name == "mirror" || name == "glass" ||
+                       name == "pane" || name == "varnish" || name == "thick varnish";
     EXPECT_NEAR(b.albedo().g, mean, exact ? 0.01 : b.kind == BsdfKind::conductor ? 0.03 : 0.25) << name;
   }
 }

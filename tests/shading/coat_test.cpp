@@ -62,7 +62,8 @@ TEST(Coat, ClosedFormMatchesTheWalk) {
 // The first bounce alone, for any base: f = T(wo) T(wi) / eta^2 f_base(wo', wi') exp(-t/cos' - t/cos').
 TEST(Coat, SingleBounceOffRoughMetalIsExact) {
   const float t = 0.3f, ior = 1.5f;
-  const Bsdf bsdf = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.3f, 0.2f, ior, 0, 0, {t, 0, RGB(), 1, 1});
+  const Bsdf bsdf =
+      Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.3f, 0.2f, ior, 0, 0, {t, 0, RGB(), 1, 1});
   const Bsdf base = Bsdf::make_conductor(test::gold_eta, test::gold_k, 0.3f, 0.2f);
   for (const auto& [wo, wi] : {std::pair(up(10, 0), up(25, 160)), std::pair(up(60, 30), up(50, 200))}) {
     V3f o, i;
@@ -76,8 +77,8 @@ TEST(Coat, SingleBounceOffRoughMetalIsExact) {
   }
 }
 
-// A white diffuse base under a lossless, all but unlimited coat loses nothing; rough coats only lose what single-scattering
-// GGX loses at each of several crossings.
+// A white diffuse base under a lossless, all but unlimited coat loses nothing; rough coats only lose what
+// single-scattering GGX loses at each of several crossings.
 TEST(Coat, WhiteFurnace) {
   const CoatLayer lossless{0, 0, RGB(), 2000, 1};
   for (const float theta : {0.0f, 40.0f, 80.0f}) {
@@ -90,7 +91,8 @@ TEST(Coat, WhiteFurnace) {
   }
 }
 
-// A white scattering medium over a white base under an index-matched coat: nothing is lost, whatever the phase function.
+// A white scattering medium over a white base under an index-matched coat: nothing is lost, whatever the phase
+// function.
 TEST(Coat, WhiteMediumLosesNothing) {
   for (const float g : {-0.5f, 0.0f, 0.8f}) {
     const Bsdf b = Bsdf::make_coated_diffuse(RGB(1), 1, 0, 0, {0.8f, g, RGB(1), 1000, 1});
@@ -98,7 +100,8 @@ TEST(Coat, WhiteMediumLosesNothing) {
   }
 }
 
-// Single scattering by a thin layer over black: f = a p(cos) / (cos_o + cos_i) (1 - exp(-t (1/cos_o + 1/cos_i))) (Chandrasekhar).
+// Single scattering by a thin layer over black: f = a p(cos) / (cos_o + cos_i) (1 - exp(-t (1/cos_o + 1/cos_i)))
+// (Chandrasekhar).
 TEST(Coat, SingleScatteringInTheLayer) {
   const float t = 0.5f, a = 0.8f;
   for (const float g : {0.0f, 0.6f}) {
