@@ -14,7 +14,37 @@ namespace {
 
 constexpr size_t max_name = 255;  // of attributes and types, by the format
 constexpr uint32_t multi_part_flag = 0x1000;
-constexpr uint64_t max_channel_list = 1 << 20;  // bytes
+
+/// Types of one size. OpenEXR reads that many bytes whatever an attribute claims, so another size would have it take
+/// the rest for something else.
+struct FixedType {
+  std::string_view name;
+  int64_t size;
+};
+constexpr FixedType fixed_types[] = {{"box2f", 16},
+                                     {"box2i", 16},
+                                     {"chromaticities", 32},
+                                     {"compression", 1},
+                                     {"deepImageState", 1},
+                                     {"double", 8},
+                                     {"envmap", 1},
+                                     {"float", 4},
+                                     {"int", 4},
+                                     {"keycode", 28},
+                                     {"lineOrder", 1},
+                                     {"m33d", 72},
+                                     {"m33f", 36},
+                                     {"m44d", 128},
+                                     {"m44f", 64},
+                                     {"rational", 8},
+                                     {"tiledesc", 9},
+                                     {"timecode", 8},
+                                     {"v2d", 16},
+                                     {"v2f", 8},
+                                     {"v2i", 8},
+                                     {"v3d", 24},
+                                     {"v3f", 12},
+                                     {"v3i", 12}};
 
 class HeaderReader {
  public:
@@ -45,26 +75,45 @@ class HeaderReader {
     const int64_t begin = in_.tellg();
     if (size < 0 || static_cast<uint64_t>(begin) + static_cast<uint64_t>(size) > file_size_)
       fail("its attribute \"" + name + "\" claims " + std::to_string(size) + " bytes");
-    if (name == "dataWindow" && size == 16) {
+    for (const FixedType& fixed : fixed_types)
+      if (type == fixed.name && size != fixed.size)
+        fail("its attribute \"" + name + "\" of type " + type + " has " + std::to_string(size) + " bytes");
+    if (name == "dataWindow" && type == "box2i") {
       const auto box = read<std::array<int32_t, 4>>();
       width_ = int64_t{box[2]} - box[0] + 1;
       height_ = int64_t{box[3]} - box[1] + 1;
-    } else if (name == "tiles" && size == 9) {
+    } else if (name == "tiles" && type == "tiledesc") {
       const auto tile = read<std::array<uint32_t, 2>>();
       tile_width_ = tile[0];
       tile_height_ = tile[1];
     } else if (type == "chlist") {
-      count_channels(static_cast<uint64_t>(size));
+      channels_ = count_channels();
+      if (in_.tellg() != begin + size) fail("its list of channels has another length than it claims");
+    } else if (type == "stringvector") {
+      check_strings(size);
+    } else if (type == "preview") {
+      const auto side = read<std::array<uint32_t, 2>>();
+      if (uint64_t{side[0]} * side[1] * 4 + 8 != static_cast<uint64_t>(size))
+        fail("its preview has another size than it claims");
     }
     in_.seekg(begin + size);
   }
 
-  void count_channels(uint64_t size) {
-    if (size > max_channel_list) fail("its list of channels takes " + std::to_string(size) + " bytes");
-    channels_ = 0;
+  int64_t count_channels() {
+    int64_t channels = 0;
     while (!text().empty()) {
-      in_.seekg(16, std::ios::cur);  // type, linearity and sampling
-      ++channels_;
+      read<std::array<char, 16>>();  // type, linearity and sampling
+      ++channels;
+    }
+    return channels;
+  }
+
+  void check_strings(int64_t size) {
+    while (size > 0) {
+      const int64_t length = read<int32_t>();
+      size -= length + int64_t{sizeof(int32_t)};
+      if (length < 0 || size < 0) fail("a list of texts has another length than it claims");
+      in_.seekg(length, std::ios::cur);
     }
   }
 
