@@ -128,9 +128,9 @@ inline bool Bsdf::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, B
   const float cos_o = dot(frame.n, wo);
   V3f local = square_to_cosine_hemisphere(u2);
   if (cos_o == 0 || local.z <= 0) return false;
-  *out = {V3f(), reflectance, local.z * inv_pi, Lobe::diffuse, false, 1};
+  const float density = local.z * inv_pi;
   if (cos_o < 0) local.z = -local.z;
-  out->wi = frame.to_world(local);
+  *out = {frame.to_world(local), reflectance, density, Lobe::diffuse, false, 1};
   return true;
 }
 

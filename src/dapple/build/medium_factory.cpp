@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/medium_factory.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dapple/build/spectrum_params.h"
+#include "dapple/shading/grid_medium.h"
+#include "dapple/shading/homogeneous_medium.h"
+#include "dapple/shading/measured_media.h"
+
+namespace dapple::build {
+namespace {
+
+using scenefile::MediumEntity;
+using scenefile::Param;
+using scenefile::ParamType;
+using shading::GridMedium;
+using shading::HenyeyGreenstein;
+using shading::HomogeneousMedium;
+using shading::VoxelGrid;
+using MediumPtr = std::shared_ptr<const shading::Medium>;
+
+FileLoc place_of(const MediumEntity& e, std::string_view name) {
+  const Param* p = e.params.find(name);
+  return p ? p->loc : e.loc;
+}
+
+float from_zero(const MediumEntity& e, std::string_view name, float fallback) {
+  const float v = e.params.get_float(name, fallback);
+  if (v < 0)
+    throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is negative; expected a number from 0 upwards");
+  return v;
+}
+
+HenyeyGreenstein phase_of(const MediumEntity& e) {
+  const float g = e.params.get_float("g", 0);
+  if (!(std::abs(g) < 1))
+    throw InputError(place_of(e, "g"), "\"g\" is out of range; expected a number above -1 and below 1");
+  return {g};
+}
+
+RGB checked(const MediumEntity& e, RGB value, std::string_view what) {
+  if (value.is_finite()) return value;
+  throw InputError(e.loc, "the " + std::string(what) + " of this medium overflows; expected a smaller scale");
+}
+
+RGB coefficient(const MediumEntity& e, std::string_view name, RGB fallback, const BuildContext& context) {
+  const Param* p = e.params.find(name);
+  return p ? unbounded_rgb(*p, context) : fallback;
+}
+
+struct Coefficients {
+  RGB sigma_a{1}, sigma_s{1};
+};
+
+/// As pbrt-v4: a preset beats sigma_a and sigma_s, `scale` is on both.
+Coefficients coefficients(const MediumEntity& e, const BuildContext& context) {
+  Coefficients out;
+  const std::string preset = e.params.get_string("preset", "");
+  if (preset.empty()) {
+    out.sigma_a = coefficient(e, "sigma_a", out.sigma_a, context);
+    out.sigma_s = coefficient(e, "sigma_s", out.sigma_s, context);
+  } else if (const shading::MeasuredMedium* m = shading::find_measured_medium(preset)) {
+    out.sigma_a = m->absorption;
+    out.sigma_s = m->reduced_scattering;
+  } else {
+    std::vector<std::string_view> names;
+    for (const auto& medium : shading::measured_media()) names.push_back(medium.name);
+    throw InputError(place_of(e, "preset"), "unknown preset \"" + preset + "\"; " + one_of(names));
+  }
+  const float scale = from_zero(e, "scale", 1);
+  out.sigma_a = checked(e, out.sigma_a * scale, "absorption");
+  out.sigma_s = checked(e, out.sigma_s * scale, "scattering");
+  checked(e, out.sigma_a + out.sigma_s, "extinction");
+  return out;
+}
+
+RGB emission(const MediumEntity& e, const BuildContext& context) {
+  const Param* p = e.params.find("Le");
+  return p ? illuminant_rgb(*p, context) : RGB(0);
+}
+
+MediumPtr make_homogeneous(const MediumEntity& e, const BuildContext& context) {
+  const Coefficients c = coefficients(e, context);
+  const RGB Le = checked(e, emission(e, context) * from_zero(e, "Lescale", 1), "emission");
+  return std::make_shared<HomogeneousMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e));
+}
+
+/// Where a grid lies and how fine it is.
+struct Lattice {
+  int nx = 1, ny = 1, nz = 1;
+  Box3f box;
+  Transform medium_to_world;
+
+  Lattice(const MediumEntity& e, const BuildContext& context) {
+    nx = e.params.get_int("nx", 1), ny = e.params.get_int("ny", 1), nz = e.params.get_int("nz", 1);
+    if (nx < 1 || ny < 1 || nz < 1) throw InputError(e.loc, "\"nx\", \"ny\" and \"nz\" of a grid must be at least 1");
+    const V3f a = e.params.get_point3("p0", V3f(0, 0, 0)), b = e.params.get_point3("p1", V3f(1, 1, 1));
+    box.extendBy(a);
+    box.extendBy(b);
+    const V3f size = box.max - box.min;
+    if (!(size.x > 0 && size.y > 0 && size.z > 0) || !is_finite(size))
+      throw InputError(place_of(e, "p1"), "the box of a grid from \"p0\" to \"p1\" has no volume");
+    if (e.transform.is_animated())
+      context.diagnostics.unsupported(e.loc, "a moving medium", "a medium where it is at shutter open");
+    medium_to_world = e.transform.start;
+    if (!medium_to_world.is_finite() || !medium_to_world.is_invertible())
+      throw InputError(e.loc, "the transform of this medium cannot be inverted");
+  }
+  bool holds(size_t count) const { return static_cast<double>(nx) * ny * nz == static_cast<double>(count); }
+  std::string count() const { return "nx * ny * nz = " + std::to_string(static_cast<long long>(double(nx) * ny * nz)); }
+};
+
+VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice) {
+  const std::span<const float> values = e.params.get_floats(name);
+  if (values.empty()) return {};
+  const FileLoc loc = place_of(e, name);
+  if (!lattice.holds(values.size()))
+    throw InputError(loc, "\"" + std::string(name) + "\" has " + std::to_string(values.size()) + " values; expected " +
+                              lattice.count());
+  for (const float v : values)
+    if (!(v >= 0) || !std::isfinite(v))
+      throw InputError(loc, "\"" + std::string(name) + "\" has a value that is negative or not finite");
+  return {std::vector<float>(values.begin(), values.end()), lattice.nx, lattice.ny, lattice.nz};
+}
+
+VoxelGrid<RGB> rgb_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice,
+                        const BuildContext& context) {
+  const Param* p = e.params.find(name);
+  if (!p) return {};
+  if (p->type != ParamType::rgb)
+    throw InputError(p->loc, "\"" + std::string(name) + "\" has the wrong type; expected rgb");
+  if (p->numbers.size() % 3 != 0 || !lattice.holds(p->numbers.size() / 3))
+    throw InputError(p->loc, "\"" + std::string(name) + "\" has " + std::to_string(p->numbers.size()) +
+                                 " numbers; expected three for each of " + lattice.count());
+  std::vector<RGB> values;
+  values.reserve(p->numbers.size() / 3);
+  Param one = *p;
+  for (size_t i = 0; i < p->numbers.size(); i += 3) {
+    std::copy_n(p->numbers.begin() + static_cast<std::ptrdiff_t>(i), 3, one.numbers.begin());
+    one.numbers.resize(3);
+    values.push_back(unbounded_rgb(one, context));
+  }
+  return {std::move(values), lattice.nx, lattice.ny, lattice.nz};
+}
+
+MediumPtr make_uniform_grid(const MediumEntity& e, const BuildContext& context) {
+  const Lattice lattice(e, context);
+  const Coefficients c = coefficients(e, context);
+  GridMedium::Content content{
+      .box = lattice.box, .sigma_a = c.sigma_a, .sigma_s = c.sigma_s, .emission = emission(e, context)};
+  content.density = float_grid(e, "density", lattice);
+  if (content.density.empty()) throw InputError(e.loc, "a uniformgrid medium needs \"float density\"");
+  content.emission_scale = float_grid(e, "Lescale", lattice);
+  if (const Param* p = e.params.find("temperature")) {
+    context.diagnostics.unsupported(p->loc, "temperature of a medium", "a medium that does not glow");
+    e.params.find("temperatureoffset"), e.params.find("temperaturecutoff"), e.params.find("temperaturescale");
+  }
+  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
+}
+
+MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
+  const Lattice lattice(e, context);
+  const float scale = from_zero(e, "scale", 1);
+  GridMedium::Content content{.box = lattice.box, .sigma_a = RGB(scale), .sigma_s = RGB(scale)};
+  content.sigma_a_grid = rgb_grid(e, "sigma_a", lattice, context);
+  content.sigma_s_grid = rgb_grid(e, "sigma_s", lattice, context);
+  if (content.sigma_a_grid.empty() && content.sigma_s_grid.empty())
+    throw InputError(e.loc, "an rgbgrid medium needs \"rgb sigma_a\" or \"rgb sigma_s\"");
+  content.emission_rgb = rgb_grid(e, "Le", lattice, context);
+  if (!content.emission_rgb.empty()) {
+    if (content.sigma_a_grid.empty())
+      throw InputError(place_of(e, "Le"), "\"Le\" of an rgbgrid medium needs \"rgb sigma_a\"");
+    content.emission = RGB(from_zero(e, "Lescale", 1));
+  }
+  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
+}
+
+}  // namespace
+
+MediumPtr make_medium(const MediumEntity& e, const BuildContext& context) {
+  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid", "cloud", "nanovdb"};
+  const auto it = std::find(types.begin(), types.end(), e.type);
+  if (it == types.end()) throw InputError(e.loc, "unknown medium \"" + e.type + "\"; " + one_of(types));
+  MediumPtr medium;
+  switch (it - types.begin()) {
+    case 0:
+      medium = make_homogeneous(e, context);
+      break;
+    case 1:
+      medium = make_uniform_grid(e, context);
+      break;
+    case 2:
+      medium = make_rgb_grid(e, context);
+      break;
+    default:
+      context.diagnostics.unsupported(e.loc, "medium \"" + e.type + "\"", "empty space");
+      return std::make_shared<HomogeneousMedium>(RGB(0), RGB(0), RGB(0), HenyeyGreenstein{});
+  }
+  e.params.report_unused("MakeNamedMedium \"" + e.type + "\"", context.diagnostics);
+  return medium;
+}
+
+std::vector<MediumPtr> make_media(const BuildContext& context) {
+  std::vector<MediumPtr> media;
+  for (const MediumEntity& e : context.description.media) media.push_back(make_medium(e, context));
+  return media;
+}
+
+}  // namespace dapple::build

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/medium.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "dapple/base/hash.h"
+#include "dapple/numeric/warp.h"
+#include "dapple/shading/grid_medium.h"
+#include "dapple/shading/homogeneous_medium.h"
+#include "dapple/shading/measured_media.h"
+#include "tests/support/chi_square.h"
+
+namespace dapple::shading {
+namespace {
+
+TEST(HenyeyGreenstein, SamplesFollowTheDensityAndTheMeanCosineIsG) {
+  const V3f wo = normalize(V3f(1, -2, 0.5f));
+  for (const float g : {-0.9f, -0.3f, 0.0f, 5e-4f, 0.5f, 0.85f}) {
+    const HenyeyGreenstein phase{g};
+    test::Moments cosine;
+    const auto result = test::chi_square_sphere(
+        [&](KeyedRng& rng) -> std::optional<V3f> {
+          V3f wi;
+          const V2f u(rng.next(), rng.next());
+          const float pdf = phase.sample(wo, u, &wi);
+          EXPECT_NEAR(pdf / phase.eval(wo, wi), 1, 1e-4f);
+          cosine.add(-dot(wo, wi));
+          return wi;
+        },
+        [&](const V3f& w) { return phase.eval(wo, w); });
+    EXPECT_GT(result.p_value, test::sidak(0.01, 6)) << g << " " << result.message;
+    EXPECT_GT(test::z_test(cosine, g, 1e-5), test::sidak(0.01, 6)) << g;
+  }
+}
+
+/// A slab of unit box with density over x: media to compare with integrals along a ray.
+GridMedium slab(const std::vector<float>& density, RGB sigma_a, RGB sigma_s, RGB emission = RGB(0),
+                const Transform& place = Transform()) {
+  GridMedium::Content content;
+  content.sigma_a = sigma_a;
+  content.sigma_s = sigma_s;
+  content.emission = emission;
+  content.density = VoxelGrid<float>(density, static_cast<int>(density.size()), 1, 1);
+  return GridMedium(std::move(content), place, {});
+}
+
+const std::vector<float> profile = {0.1f, 2, 0.5f, 0, 3, 0.2f, 1, 1};
+
+/// Density of `profile` half way up the box, where the interpolation in y and z is 1.
+double density_at(double x) {
+  const double at = x * 8 - 0.5, f = std::floor(at);
+  const auto value = [](int i) { return i < 0 || i >= 8 ? 0.0 : double(profile[static_cast<size_t>(i)]); };
+  return x < 0 || x >= 1 ? 0 : value(int(f)) * (1 - (at - f)) + value(int(f) + 1) * (at - f);
+}
+double depth_to(double x) {
+  constexpr int steps = 4000;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) sum += density_at((i + 0.5) / steps * x) * x / steps;
+  return sum;
+}
+
+const Ray along{.o = V3f(-1, 0.5f, 0.5f), .d = V3f(1, 0, 0)};
+
+struct Expected {
+  double transmittance, scattered, emitted;  // by channel
+};
+
+/// Compares a medium with closed forms or integrals: transmittance, the share that scatters (int T sigma_s dt), mean
+/// emission.
+void expect_medium(const Medium& medium, const Ray& ray, float t_max, const std::function<Expected(int)>& expected,
+                   RGB beta) {
+  constexpr int draws = 100000;
+  test::Moments ratio[3], passed[3], scattered[3], emitted[3];
+  for (int i = 0; i < draws; ++i) {
+    const RGB t = medium.transmittance(ray, t_max, hash(1, i));
+    const MediumSample s = medium.sample(ray, t_max, beta, hash(2, i));
+    ASSERT_TRUE(s.weight.is_finite() && s.weight.min() >= 0 && s.t >= 0 && s.t <= t_max);
+    for (int c = 0; c < 3; ++c) {
+      ratio[c].add(t[c]);
+      passed[c].add(s.scattered ? 0 : s.weight[c]);
+      scattered[c].add(s.scattered ? s.weight[c] : 0);
+      emitted[c].add(s.emitted[c]);
+    }
+  }
+  const double level = test::sidak(0.01, 12);
+  for (int c = 0; c < 3; ++c) {
+    const Expected e = expected(c);
+    EXPECT_GT(test::z_test(ratio[c], e.transmittance, 1e-5), level)
+        << c << " " << ratio[c].mean() << " " << e.transmittance;
+    EXPECT_GT(test::z_test(passed[c], e.transmittance, 1e-5), level)
+        << c << " " << passed[c].mean() << " " << e.transmittance;
+    EXPECT_GT(test::z_test(scattered[c], e.scattered, 1e-5), level)
+        << c << " " << scattered[c].mean() << " " << e.scattered;
+    EXPECT_GT(test::z_test(emitted[c], e.emitted, 1e-5), level) << c << " " << emitted[c].mean() << " " << e.emitted;
+  }
+}
+
+TEST(HomogeneousMedium, ClosedForms) {
+  const RGB a(0.2f, 0, 1), s(1, 3, 0.1f), Le(2, 3, 4);
+  const HomogeneousMedium medium(a, s, Le, {});
+  const auto expected = [&](int c) {
+    const double t = std::exp(-(a[c] + s[c]) * 0.8);
+    return Expected{t, s[c] / (a[c] + s[c]) * (1 - t), a[c] / (a[c] + s[c]) * Le[c] * (1 - t)};
+  };
+  expect_medium(medium, along, 0.8f, expected, RGB(1));
+  expect_medium(medium, along, 0.8f, expected, RGB(0, 5, 0.1f));  // channels of no throughput may be noisy, not wrong
+  // To infinity: everything scatters or is absorbed.
+  EXPECT_EQ(medium.transmittance(along, infinity, 0), RGB(0));
+  EXPECT_TRUE(medium.sample(along, infinity, RGB(1), 5).scattered);
+  const HomogeneousMedium empty(RGB(0), RGB(0), RGB(0), {});
+  EXPECT_EQ(empty.transmittance(along, infinity, 0), RGB(1));
+  EXPECT_FALSE(empty.sample(along, infinity, RGB(1), 5).scattered);
+  EXPECT_EQ(empty.sample(along, infinity, RGB(1), 5).weight, RGB(1));
+}
+
+/// Free flights are exponential: chi-squared of their distances in 20 equal shares.
+TEST(HomogeneousMedium, FreeFlightIsExponential) {
+  const HomogeneousMedium medium(RGB(0), RGB(2), RGB(0), {});
+  std::vector<double> observed(21), expected(21, 100000 * (1 - std::exp(-2.0 * 1.5)) / 20);
+  expected[20] = 100000 * std::exp(-2.0 * 1.5);
+  for (int i = 0; i < 100000; ++i) {
+    const MediumSample s = medium.sample(along, 1.5f, RGB(1), hash(i));
+    const double share = (1 - std::exp(-2.0 * s.t)) / (1 - std::exp(-2.0 * 1.5));
+    ++observed[s.scattered ? std::min(static_cast<size_t>(share * 20), size_t{19}) : 20];
+  }
+  const auto result = test::chi_square_counts(observed, expected);
+  EXPECT_GT(result.p_value, 0.01) << result.message;
+}
+
+TEST(GridMedium, IntegralsOverAProfile) {
+  const RGB a(0.3f, 0, 2), s(1, 2, 0.2f), Le(1, 2, 3);
+  // The box spans half its height on each side: interpolation in y, z is 1 in the middle.
+  const GridMedium medium = slab(profile, a, s, Le);
+  const double depth = depth_to(1);
+  expect_medium(
+      medium, along, 5,
+      [&](int c) {
+        const double t = std::exp(-(a[c] + s[c]) * depth), lost = (1 - t) / (a[c] + s[c]);
+        return Expected{t, s[c] * lost, a[c] * Le[c] * lost};
+      },
+      RGB(1, 0.5f, 1));
+}
+
+TEST(GridMedium, StretchedAndTurnedBoxesKeepTheirDepth) {
+  // pbrt-v4's coefficients are per length of the medium's space, so stretching changes no optical depth.
+  const Transform place =
+      Transform::translate({5, 6, 7}) * Transform::rotate(30, V3d(1, 2, 3)) * Transform::scale({4, 2, 3});
+  const GridMedium medium = slab(profile, RGB(0.5f), RGB(0.5f), RGB(0), place);
+  const V3f o = place.point(along.o), d = place.vector(along.d);
+  const Ray ray{.o = o, .d = normalize(d)};
+  const double t = std::exp(-depth_to(1)), half = std::exp(-depth_to(0.5));
+  expect_medium(
+      medium, ray, 100,
+      [&](int) {
+        return Expected{t, 0.5 * (1 - t), 0};
+      },
+      RGB(1));
+  expect_medium(
+      medium, ray, 1.5f * length(d),
+      [&](int) {
+        return Expected{half, 0.5 * (1 - half), 0};
+      },
+      RGB(1));
+}
+
+/// Where flights scatter, against the integral of the density.
+TEST(GridMedium, FreeFlightFollowsTheProfile) {
+  const GridMedium medium = slab(profile, RGB(0), RGB(2));
+  constexpr int cells = 16, draws = 100000;
+  std::vector<double> observed(cells + 1), expected(cells + 1);
+  for (int i = 0; i < cells; ++i)
+    expected[static_cast<size_t>(i)] =
+        draws * (std::exp(-2 * depth_to(double(i) / cells)) - std::exp(-2 * depth_to((i + 1.0) / cells)));
+  expected[cells] = draws * std::exp(-2 * depth_to(1));
+  for (int i = 0; i < draws; ++i) {
+    const MediumSample s = medium.sample(along, infinity, RGB(1), hash(3, i));
+    if (s.scattered) {
+      EXPECT_NEAR(s.weight.g, 1, 1e-4f);  // grey and without absorption: no weights
+    }
+    ++observed[s.scattered ? static_cast<size_t>((s.t - 1) * cells) : cells];
+  }
+  const auto result = test::chi_square_counts(observed, expected);
+  EXPECT_GT(result.p_value, 0.01) << result.message;
+}
+
+TEST(GridMedium, OutsideIsEmpty) {
+  const GridMedium medium = slab(profile, RGB(10), RGB(10));
+  for (const Ray& ray : {Ray{.o = V3f(-1, 2, 0.5f), .d = V3f(1, 0, 0)}, Ray{.o = V3f(2, 0.5f, 0.5f), .d = V3f(1, 0, 0)},
+                         Ray{.o = V3f(0.5f, 0.5f, 3), .d = V3f(0, 1, 0)}}) {
+    EXPECT_EQ(medium.transmittance(ray, infinity, 1), RGB(1));
+    EXPECT_FALSE(medium.sample(ray, infinity, RGB(1), 1).scattered);
+  }
+  EXPECT_EQ(medium.transmittance(along, 0.9f, 1), RGB(1));  // ends before the box
+}
+
+TEST(GridMedium, RgbGrids) {
+  GridMedium::Content content;
+  content.sigma_a_grid = VoxelGrid<RGB>({RGB(1, 0, 2), RGB(3, 1, 0)}, 2, 1, 1);
+  content.sigma_s_grid = VoxelGrid<RGB>({RGB(1, 2, 0), RGB(0, 1, 4)}, 2, 1, 1);
+  const GridMedium medium(content, Transform(), {});
+  // Optical depth along x: the mean of the two cells' hats is 1/2 each, less the fall to zero over the outer quarters.
+  expect_medium(
+      medium, along, 5,
+      [&](int c) {
+        constexpr int steps = 20000;
+        double depth = 0, scattered = 0;
+        for (int i = 0; i < steps; ++i) {
+          const double x = (i + 0.5) / steps, at = x * 2 - 0.5, f = std::floor(at), w = at - f;
+          const auto mix = [&](const VoxelGrid<RGB>& g) {
+            return g.at(int(f), 0, 0)[c] * (1 - w) + g.at(int(f) + 1, 0, 0)[c] * w;
+          };
+          const double sigma_s = mix(content.sigma_s_grid), sigma_t = sigma_s + mix(content.sigma_a_grid);
+          scattered += std::exp(-(depth + 0.5 * sigma_t / steps)) * sigma_s / steps;
+          depth += sigma_t / steps;
+        }
+        return Expected{std::exp(-depth), scattered, 0};
+      },
+      RGB(1));
+}
+
+/// A spike of density takes a bounded time.
+TEST(GridMedium, SpikesAreBounded) {
+  std::vector<float> spike(64, 0);
+  spike[32] = 1e30f;
+  const GridMedium medium = slab(spike, RGB(1), RGB(1));
+  const Ray across{.o = V3f(0.5f, 0.5f, 0.01f), .d = V3f(0, 0, 1)};
+  EXPECT_TRUE(medium.transmittance(along, infinity, 1).is_finite());
+  EXPECT_TRUE(medium.sample(across, infinity, RGB(1), 1).weight.is_finite());
+}
+
+/// Random walks from the middle of a unit cube of a medium, lit by radiance 1 from everywhere, bring back what the
+/// medium does not absorb.
+void expect_furnace(const Medium& medium, double expected) {
+  test::Moments m;
+  for (int i = 0; i < 20000; ++i) {
+    KeyedRng rng(hash(6, i));
+    Ray ray{.o = V3f(0.5f, 0.5f, 0.5f), .d = square_to_sphere({rng.next(), rng.next()})};
+    RGB beta(1);
+    for (int bounce = 0; bounce < 10000; ++bounce) {
+      float exit = infinity;  // of the unit cube
+      for (int k = 0; k < 3; ++k)
+        if (ray.d[k] != 0) exit = std::min(exit, ((ray.d[k] > 0 ? 1 : 0) - ray.o[k]) / ray.d[k]);
+      const MediumSample s = medium.sample(ray, exit, beta, rng.next_bits());
+      beta *= s.weight;
+      if (!s.scattered || beta.is_black()) break;
+      V3f wi;
+      ray.o += ray.d * s.t;
+      medium.phase().sample(-ray.d, {rng.next(), rng.next()}, &wi);
+      ray.d = wi;
+    }
+    m.add(beta.g);
+  }
+  EXPECT_GT(test::z_test(m, expected, 2e-4), 1e-3) << m.mean();
+}
+
+TEST(Medium, FurnaceOfAlbedoOneKeepsAllLight) {
+  expect_furnace(HomogeneousMedium(RGB(0), RGB(1, 3, 9), RGB(0), {0.6f}), 1);
+  GridMedium::Content content;
+  content.sigma_a = RGB(0);
+  content.sigma_s = RGB(2, 6, 4);
+  std::vector<float> density(64);
+  for (size_t i = 0; i < density.size(); ++i) density[i] = to_unit_float(hash(i)) * 3;
+  content.density = VoxelGrid<float>(density, 4, 4, 4);
+  expect_furnace(GridMedium(content, Transform(), {-0.4f}), 1);
+}
+
+TEST(MeasuredMedia, PublishedValues) {
+  ASSERT_NE(find_measured_medium("Skin1"), nullptr);
+  EXPECT_EQ(find_measured_medium("Skin1")->reduced_scattering, RGB(0.74f, 0.88f, 1.01f));
+  EXPECT_EQ(find_measured_medium("Merlot")->absorption, RGB(0.11632f, 0.25191f, 0.29434f));
+  EXPECT_EQ(find_measured_medium("Gravel"), nullptr);
+  for (const MeasuredMedium& m : measured_media())
+    EXPECT_TRUE(m.absorption.min() >= 0 && m.reduced_scattering.max() > 0) << m.name;
+}
+
+}  // namespace
+}  // namespace dapple::shading
