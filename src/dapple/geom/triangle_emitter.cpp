@@ -21,6 +21,7 @@ struct SphericalTriangle {
   double solid_angle = 0;  // 0 where it is outside the range for spherical sampling
 
   SphericalTriangle(const V3f& ref, const V3f& p0, const V3f& p1, const V3f& p2) {
+    if (is_small(ref, p0, p1, p2)) return;
     const V3d o = to_double(ref);
     A = to_double(p0) - o, B = to_double(p1) - o, C = to_double(p2) - o;
     const double la = A.length(), lb = B.length(), lc = C.length();
@@ -30,6 +31,13 @@ struct SphericalTriangle {
     // Van Oosterom & Strackee 1983.
     const double omega = 2 * std::atan2(det, 1 + a.dot(b) + b.dot(c) + c.dot(a));
     if (omega >= TriangleEmitter::min_solid_angle && omega <= TriangleEmitter::max_solid_angle) solid_angle = omega;
+  }
+
+  /// True where the triangle is so small or far that points uniform in area are as good: they cost a sixth.
+  static bool is_small(const V3f& ref, const V3f& p0, const V3f& p1, const V3f& p2) {
+    const V3f centre = (p0 + p1 + p2) * (1.0f / 3);
+    const float r2 = std::max({length2(p0 - centre), length2(p1 - centre), length2(p2 - centre)});
+    return r2 < sqr(TriangleEmitter::small_angle) * length2(centre - ref);
   }
 
   /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards

@@ -168,7 +168,7 @@ bool PathIntegrator::fly(int i, PathWorkspace& w) const {
 void PathIntegrator::add_environment(int p, const V3f& d, PathWorkspace& w) const {
   for (const uint32_t index : scene_.infinite_lights) {
     const shading::Light& light = *scene_.lights[index];
-    const RGB Le = light.environment(d, w.cone_spread[p]);
+    const RGB Le = light.environment(d, 0);  // unfiltered, as light samples are
     if (Le.is_black()) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
