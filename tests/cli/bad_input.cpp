@@ -67,11 +67,11 @@ std::vector<std::string> files_in(const std::string& folder, const std::string& 
   return names;
 }
 
-std::string legal_name(const testing::TestParamInfo<std::string>& info) {
-  std::string name = info.param;
+std::string legal_name(const testing::TestParamInfo<std::string>& tested) {
+  std::string name = tested.param;
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
-  return std::to_string(info.index) + "_" + name;
+  return std::to_string(tested.index) + "_" + name;
 }
 
 class BadScene : public testing::TestWithParam<std::string> {};

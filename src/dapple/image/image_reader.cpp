@@ -17,7 +17,7 @@ namespace dapple::image {
 
 namespace {
 
-constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP, WebP or DPX";
+constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP or WebP";
 
 uint64_t checked_file_size(const std::string& path, const FileLoc& loc) {
   struct stat s {};
@@ -43,7 +43,6 @@ std::string_view format_of(const std::string& path, std::string_view head) {
     return "tiff";
   if (begins("BM")) return "bmp";
   if (begins("RIFF") && head.size() >= 12 && head.substr(8, 4) == "WEBP") return "webp";
-  if (begins("SDPX") || begins("XPDS")) return "dpx";
   std::string extension = path.substr(path.find_last_of('.') + 1);
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if ((extension == "tga" || extension == "tpic") && head.size() >= 18) return "targa";

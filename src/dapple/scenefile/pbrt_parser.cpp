@@ -205,7 +205,11 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   if (is_import) scope = builder_.begin_import();
   description_.fingerprint = hash_bytes(source.contents(), description_.fingerprint);
   Tokenizer tokenizer(source.contents(), *name->second);
-  parse_directives(&tokenizer);
+  try {
+    parse_directives(&tokenizer);
+  } catch (const InputError& error) {
+    throw InputError(error, loc);
+  }
   if (scope) builder_.end_import(std::move(*scope));
   open_files_.pop_back();
 }
