@@ -17,7 +17,8 @@ namespace dapple::app {
 namespace {
 
 struct RenderOptions {
-  std::string scene, output, integrator, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::vector<std::string> outputs;
+  std::string scene, integrator, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = 16, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0;
@@ -46,15 +47,21 @@ Box2i parse_crop(const std::string& text) {
   return {V2i(v[0], v[1]), V2i(v[2], v[3])};
 }
 
-std::string output_path(const RenderOptions& o, const build::BuiltScene& built) {
-  if (!o.output.empty()) return o.output;
+std::string joined(const std::vector<std::string>& paths) {
+  std::string text;
+  for (const std::string& path : paths) text.append(text.empty() ? "" : ", ").append(path);
+  return text;
+}
+
+std::vector<std::string> output_paths(const RenderOptions& o, const build::BuiltScene& built) {
+  if (!o.outputs.empty()) return o.outputs;
   // Only the name: a scene file must not write to other folders.
   const std::string from_scene = std::filesystem::path(built.film.filename).filename().string();
   const std::string extension = std::filesystem::path(from_scene).extension().string();
-  if (extension == ".exr" || extension == ".png") return from_scene;
+  if (extension == ".exr" || extension == ".png") return {from_scene};
   std::filesystem::path scene_name(o.scene);
   while (scene_name.has_extension()) scene_name = scene_name.stem();
-  return scene_name.filename().string() + ".exr";
+  return {scene_name.filename().string() + ".exr"};
 }
 
 integrate::PathIntegrator::Settings path_settings(const RenderOptions& o, const build::BuiltScene& built, int samples) {
@@ -105,7 +112,7 @@ void check(const RenderOptions& o) {
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
-  if (!o.output.empty()) image::check_writable(o.output);
+  for (const std::string& path : o.outputs) image::check_writable(path);
   if (!o.stats.empty()) image::check_output_path(o.stats);
   render::parse_aovs(o.aovs);
 }
@@ -121,8 +128,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (!o.resolution.empty()) build_options.film.resolution = parse_resolution(o.resolution);
   if (!o.crop.empty()) build_options.film.crop = parse_crop(o.crop);
   build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
-  const std::string path = output_path(o, built);
-  image::check_writable(path);
+  const std::vector<std::string> paths = output_paths(o, built);
+  for (const std::string& path : paths) image::check_writable(path);
 
   // A limit of time or noise without a number of samples leaves the number open.
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
@@ -145,7 +152,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
-  render::write_output(path, film, output);
+  for (const std::string& path : paths) render::write_output(path, film, output);
 
   if (film.dropped_samples() > 0)
     log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
@@ -162,7 +169,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   report.warnings = diagnostics.count();
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
-  log_info(path + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
+  log_info(joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
            std::to_string(result.samples) + " samples a pixel, " + format_seconds(result.seconds) + " (" +
            format_seconds(report.wall_seconds) + " with loading)" +
            (result.outcome == render::Outcome::interrupted ? "; interrupted: the image is partial" : ""));
@@ -174,7 +181,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
 Command add_render(CLI::App& app, const std::string& command_line) {
   auto o = std::make_shared<RenderOptions>();
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
-  app.add_option("-o,--output", o->output, "Image file, .exr or .png [the scene's, in this folder]");
+  app.add_option("-o,--output", o->outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
+      ->allow_extra_args(false);
   app.add_option("--integrator", o->integrator, "Light transport [path]")->check(CLI::IsMember({"path"}));
   app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
       ->check(CLI::NonNegativeNumber);
