@@ -139,6 +139,13 @@ QuadratureRule LeafAngles::quadrature(const std::vector<double>& kinks) const {
   std::vector<double> breaks = breaks_;
   for (double k : kinks)
     if (k > breaks_.front() && k < breaks_.back()) breaks.push_back(k);
+  // Panels narrow enough for the trigonometric functions in g.
+  std::sort(breaks.begin(), breaks.end());
+  for (size_t i = 0, count = breaks.size(); i + 1 < count; ++i) {
+    const double length = breaks[i + 1] - breaks[i];
+    const int parts = static_cast<int>(std::ceil(length / 0.4));
+    for (int part = 1; part < parts; ++part) breaks.push_back(breaks[i] + length * part / parts);
+  }
   QuadratureRule rule = graded_rule(std::move(breaks));
   double sum = 0;
   for (size_t i = 0; i < rule.x.size(); ++i) sum += rule.w[i] *= density(rule.x[i]);
