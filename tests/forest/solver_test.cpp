@@ -162,7 +162,9 @@ TEST(Solver, Extremes) {
       const Budget b = budget(s, f);
       EXPECT_GE(b.reflectance, 0) << lai << mu0;
       EXPECT_LE(b.reflectance, 1 + 1e-12) << lai << mu0;
-      if (lai == 0) EXPECT_NEAR(b.reflectance, 0.3, 1e-12);
+      if (lai == 0) {
+        EXPECT_NEAR(b.reflectance, 0.3, 1e-12);
+      }
       const double azimuth[] = {1.0};
       for (double mu : {1.0, 0.3, -0.3, -1.0})
         for (double v : s.radiance(f, mu, azimuth)) EXPECT_TRUE(std::isfinite(v) && v >= 0) << lai << " " << mu0 << " " << mu;

@@ -173,8 +173,8 @@ double Leaves::mirror(double mu_in, double mu_out, double cos_dphi) const {
   const double cos_alpha = std::sqrt(std::max(0.0, (1 - cosine) / 2));  // half the length of w - w'
   if (cos_alpha < 1e-9) return 0.25 / (2 * pi_d);                       // forward: only its limit for spherical leaves matters
   const double hz = std::min(1.0, std::abs(mu_out - mu_in) / (2 * cos_alpha));
-  const double theta = std::acos(hz), sine = std::max(1e-6, std::sqrt((1 - hz) * (1 + hz)));
-  return 0.25 * fresnel_dielectric(cos_alpha, refractive_index_) * angles_.density(theta) / (2 * pi_d * sine);
+  const double theta = std::max(1e-6, std::acos(hz));  // g / sin has a limit at the zenith, or is cut off there
+  return 0.25 * fresnel_dielectric(cos_alpha, refractive_index_) * angles_.density(theta) / (2 * pi_d * std::sin(theta));
 }
 
 double Leaves::mirror_scattering(double mu) const {
