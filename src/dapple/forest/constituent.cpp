@@ -3,6 +3,12 @@
 
 namespace dapple::forest {
 
+double Constituent::phase(int component, double mu_in, double mu_out, double dphi) const {
+  std::vector<double> all(components());
+  phases(mu_in, mu_out, dphi, all.data());
+  return all[component];
+}
+
 void fix_energy(const PolarNodes& nodes, int modes, const std::vector<double>& total, Kernel::Component& component) {
   const int n = nodes.size();
   for (int j = 0; j < n; ++j) {

@@ -41,8 +41,9 @@ class Constituent {
   virtual Kernel kernel(Directions& directions) const = 0;
   /// Kernels of directions.extra(), scaled so that the flux scattered out of it is exact.
   virtual KernelColumn column(Directions& directions) const = 0;
-  /// sigma of a component for propagation directions of signed cosines, dphi apart in azimuth: 1/sr for a unit.
-  virtual double phase(int component, double mu_in, double mu_out, double dphi) const = 0;
+  /// sigma of all components for propagation directions of signed cosines, dphi apart in azimuth: 1/sr for a unit.
+  virtual void phases(double mu_in, double mu_out, double dphi, double* out) const = 0;
+  double phase(int component, double mu_in, double mu_out, double dphi) const;
 };
 
 /// Adds to the diagonals what the nodes' scattered flux lacks of `total` [i] (5.4).

@@ -34,10 +34,12 @@ QuadratureRule graded_rule(std::vector<double> breaks, int points_per_panel) {
 
 LeafAngles::LeafAngles(Kind kind, double p, double q) : kind_(kind), p_(p), q_(q), breaks_{0, half_pi} {
   if (kind == Kind::beta || kind == Kind::ellipsoidal) {
-    // Bisecting towards both ends resolves what is narrow there.
+    // Bisecting towards both ends resolves what is narrow or singular there.
+    const int depth = kind == Kind::ellipsoidal ? 2 + static_cast<int>(std::abs(std::log2(p))) : std::min(p, q) >= 2 ? 2 : 14;
     double step = half_pi / 2;
     breaks_.push_back(step);
-    for (int i = 0; i < 14; ++i, step /= 2) breaks_.insert(breaks_.end(), {step / 2, half_pi - step / 2});
+    log_norm_ = kind == Kind::beta ? std::lgamma(p_) + std::lgamma(q_) - std::lgamma(p_ + q_) : 0;
+    for (int i = 0; i < depth; ++i, step /= 2) breaks_.insert(breaks_.end(), {step / 2, half_pi - step / 2});
     std::sort(breaks_.begin(), breaks_.end());
     scale_ = 1 / graded_rule(breaks_).integrate([this](double t) { return raw_density(t); });
   }
@@ -112,8 +114,7 @@ double LeafAngles::raw_density(double theta) const {
       return (1 + p_ * std::cos(q_ * theta)) / half_pi;
     case Kind::beta: {
       const double x = std::clamp(theta / half_pi, 1e-300, 1 - 1e-16);
-      const double log_b = std::lgamma(p_) + std::lgamma(q_) - std::lgamma(p_ + q_);
-      return std::exp((p_ - 1) * std::log(x) + (q_ - 1) * std::log1p(-x) - log_b) / half_pi;
+      return std::exp((p_ - 1) * std::log(x) + (q_ - 1) * std::log1p(-x) - log_norm_) / half_pi;
     }
     case Kind::ellipsoidal: {
       const double c = std::cos(theta), s = std::sin(theta), d = c * c + p_ * p_ * s * s;

@@ -56,7 +56,7 @@ class LeafAngles {
 
   Kind kind_;
   double p_, q_;
-  double scale_ = 1, discrete_ = -1;
+  double scale_ = 1, discrete_ = -1, log_norm_ = 0;
   std::vector<double> breaks_, values_;
 };
 

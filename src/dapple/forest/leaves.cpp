@@ -54,23 +54,38 @@ std::vector<Kernel::Component> lambertian(const Pairs& p, int modes) {
   return {{p.beta, alternate(p.alpha, modes)}, {p.alpha, alternate(p.beta, modes)}};
 }
 
-// Integrals over the azimuth of the normal of |n . w| |n . w'|, where the two have opposite (first) and equal signs.
-std::array<double, 2> azimuth_products(double a, double b, double a1, double b1, double psi) {
-  const auto root = [](double x, double y) { return x >= y ? pi_d : x <= -y ? 0.0 : std::acos(-x / y); };
-  const auto primitive = [&](double t) {
-    return a * a1 * t + a * b1 * std::sin(t - psi) + a1 * b * std::sin(t) +
-           b * b1 * (0.5 * t * std::cos(psi) + 0.25 * std::sin(2 * t - psi));
+// Integrals over the azimuth of the normal of |n . w| |n . w'|, where the two have opposite (first) and equal signs, for
+// n . w = a + b cos t and n . w' = a1 + b1 cos(t - psi). Between the zeros the products have a primitive.
+std::array<double, 2> azimuth_products(double a, double b, double a1, double b1, double psi, double cos_psi, double sin_psi) {
+  struct Edge {
+    double t, c, s;
   };
-  const double r = root(a, b), r1 = root(a1, b1);
-  std::array<double, 5> edge{r, -r, psi + r1, psi - r1, 0};
-  for (int i = 0; i < 4; ++i) edge[i] -= 2 * pi_d * std::floor(edge[i] / (2 * pi_d));
-  std::sort(edge.begin(), edge.begin() + 4);
-  edge[4] = edge[0] + 2 * pi_d;
+  const auto root = [](double x, double y) -> Edge {
+    if (x >= y || x <= -y) return {x >= y ? pi_d : 0, x >= y ? -1.0 : 1.0, 0};
+    const double c = -x / y;
+    return {std::acos(c), c, std::sqrt((1 - c) * (1 + c))};
+  };
+  const auto wrap = [](double t) { return t - 2 * pi_d * std::floor(t / (2 * pi_d)); };
+  const Edge r = root(a, b), r1 = root(a1, b1);
+  std::array<Edge, 5> edge{Edge{r.t, r.c, r.s}, Edge{wrap(-r.t), r.c, -r.s},
+                           Edge{wrap(psi + r1.t), cos_psi * r1.c - sin_psi * r1.s, sin_psi * r1.c + cos_psi * r1.s},
+                           Edge{wrap(psi - r1.t), cos_psi * r1.c + sin_psi * r1.s, sin_psi * r1.c - cos_psi * r1.s}, Edge{}};
+  std::sort(edge.begin(), edge.begin() + 4, [](const Edge& x, const Edge& y) { return x.t < y.t; });
+  edge[4] = {edge[0].t + 2 * pi_d, edge[0].c, edge[0].s};
+  const auto primitive = [&](const Edge& e) {
+    return a * a1 * e.t + a * b1 * (e.s * cos_psi - e.c * sin_psi) + a1 * b * e.s +
+           b * b1 * (0.5 * e.t * cos_psi + 0.25 * (2 * e.s * e.c * cos_psi - (1 - 2 * e.s * e.s) * sin_psi));
+  };
+  const auto inside = [&](double t, double half) {
+    const double turned = wrap(t);
+    return std::min(turned, 2 * pi_d - turned) < half;
+  };
   std::array<double, 2> sum{};
+  double below = primitive(edge[0]);
   for (int i = 0; i < 4; ++i) {
-    const double middle = (edge[i] + edge[i + 1]) / 2;
-    const bool equal = (a + b * std::cos(middle)) * (a1 + b1 * std::cos(middle - psi)) > 0;
-    sum[equal] += std::abs(primitive(edge[i + 1]) - primitive(edge[i]));
+    const double middle = (edge[i].t + edge[i + 1].t) / 2, above = primitive(edge[i + 1]);
+    sum[inside(middle, r.t) == inside(middle - psi, r1.t)] += std::abs(above - below);
+    below = above;
   }
   return sum;
 }
@@ -151,19 +166,24 @@ KernelColumn Leaves::column(Directions& directions) const {
   return k;
 }
 
-double Leaves::phase(int component, double mu_in, double mu_out, double dphi) const {
-  if (component == 2) return mirror(mu_in, mu_out, std::cos(dphi));
+void Leaves::phases(double mu_in, double mu_out, double dphi, double* out) const {
   const double s_in = std::sqrt(std::max(0.0, 1 - mu_in * mu_in)), s_out = std::sqrt(std::max(0.0, 1 - mu_out * mu_out));
+  const double cosine = std::cos(dphi), sine = std::sin(dphi);
   std::vector<double> kinks{std::asin(std::min(1.0, std::abs(mu_in))), std::asin(std::min(1.0, std::abs(mu_out)))};
   // The normal orthogonal to both directions.
-  const double x = s_out * std::cos(dphi), y = s_out * std::sin(dphi);
+  const double x = s_out * cosine, y = s_out * sine;
   const double cz = s_in * y, cx = -mu_in * y, cy = mu_in * x - s_in * mu_out;
   const double length = std::sqrt(cx * cx + cy * cy + cz * cz);
   if (length > 1e-12) kinks.push_back(std::acos(std::min(1.0, std::abs(cz) / length)));
-  return angles_.quadrature(kinks).integrate([&](double theta) {
-    const double c = std::cos(theta), s = std::sin(theta);
-    return azimuth_products(mu_out * c, s_out * s, mu_in * c, s_in * s, dphi)[component];
-  }) / (2 * pi_d * pi_d);
+  const QuadratureRule normals = angles_.quadrature(kinks);
+  out[0] = out[1] = 0;
+  for (size_t q = 0; q < normals.x.size(); ++q) {
+    const double c = std::cos(normals.x[q]), s = std::sin(normals.x[q]), w = normals.w[q] / (2 * pi_d * pi_d);
+    const auto products = azimuth_products(mu_out * c, s_out * s, mu_in * c, s_in * s, dphi, cosine, sine);
+    out[0] += w * products[0];
+    out[1] += w * products[1];
+  }
+  if (specular()) out[2] = mirror(mu_in, mu_out, cosine);
 }
 
 // F(alpha) d(h) / 4 with the half vector h between the directions (5.3).

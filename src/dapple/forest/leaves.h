@@ -25,7 +25,7 @@ class Leaves final : public Constituent {
   double extinction(double mu) const override { return angles_.projection(mu); }
   Kernel kernel(Directions& directions) const override;
   KernelColumn column(Directions& directions) const override;
-  double phase(int component, double mu_in, double mu_out, double dphi) const override;
+  void phases(double mu_in, double mu_out, double dphi, double* out) const override;
 
  private:
   double mirror(double mu_in, double mu_out, double cos_dphi) const;

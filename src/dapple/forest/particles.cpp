@@ -89,7 +89,7 @@ KernelColumn Particles::column(Directions& directions) const {
   return {1, {std::move(c)}};
 }
 
-double Particles::phase(int, double mu_in, double mu_out, double dphi) const {
+void Particles::phases(double mu_in, double mu_out, double dphi, double* out) const {
   const double x = mu_in * mu_out + std::sqrt(std::max(0.0, (1 - mu_in * mu_in) * (1 - mu_out * mu_out))) * std::cos(dphi);
   double p0 = 1, p1 = x, sum = chi_[0];
   for (size_t l = 1; l < chi_.size(); ++l) {
@@ -98,7 +98,7 @@ double Particles::phase(int, double mu_in, double mu_out, double dphi) const {
     p0 = p1;
     p1 = p2;
   }
-  return sum / (4 * std::numbers::pi);
+  *out = sum / (4 * std::numbers::pi);
 }
 
 }  // namespace dapple::forest

@@ -21,7 +21,7 @@ class Particles final : public Constituent {
   double extinction(double) const override { return 1; }
   Kernel kernel(Directions& directions) const override;
   KernelColumn column(Directions& directions) const override;
-  double phase(int component, double mu_in, double mu_out, double dphi) const override;
+  void phases(double mu_in, double mu_out, double dphi, double* out) const override;
 
  private:
   std::vector<double> legendre(double mu, int modes) const;

@@ -17,15 +17,16 @@ constexpr double pi_d = std::numbers::pi;
 std::vector<double> CanopySolver::single(const Field& field, const Direction& view, bool upward, double azimuth) const {
   const int top = levels() - 1, count = canopy_.wavelengths;
   std::vector<double> out(size_t(levels()) * count, 0);
-  std::vector<double> sigma(types_.size() * count, 0);  // over mu of the view, times the slab's content
+  std::vector<double> phase, sigma(types_.size() * count, 0);  // over mu of the view, times the slab's content
   if (field.has_beam())
-    for (size_t c = 0; c < canopy_.constituents.size(); ++c)
-      for (int k = 0; k < canopy_.constituents[c]->components(); ++k) {
-        const double phase = canopy_.constituents[c]->phase(k, -field.beam_mu_, upward ? view.mu_ : -view.mu_, azimuth) / view.mu_;
+    for (size_t c = 0; c < canopy_.constituents.size(); ++c) {
+      phase.resize(canopy_.constituents[c]->components());
+      canopy_.constituents[c]->phases(-field.beam_mu_, upward ? view.mu_ : -view.mu_, azimuth, phase.data());
+      for (size_t k = 0; k < phase.size(); ++k)
         for (size_t type = 0; type < types_.size(); ++type)
           for (int w = 0; w < count; ++w)
-            sigma[type * count + w] += phase * types_[type].amount[c] * canopy_.constituents[c]->coefficient(k, w);
-      }
+            sigma[type * count + w] += phase[k] / view.mu_ * types_[type].amount[c] * canopy_.constituents[c]->coefficient(int(k), w);
+    }
   for (int w = 0; w < count; ++w) {
     double& start = out[size_t(upward ? 0 : top) * count + w];
     if (upward && field.has_beam()) start = ground_brdf(field.beam_mu_, view.mu_, azimuth, w) * field.beam_mu_ * field.beam_[0];
@@ -88,18 +89,21 @@ std::vector<double> CanopySolver::radiance(const Field& field, const Direction& 
       }
     }
   });
-  std::vector<double> result;
-  result.reserve(azimuths.size() * levels() * count);
-  for (double azimuth : azimuths) {
-    std::vector<double> one = single(field, view, upward, azimuth);
-    for (int w = 0; w < count; ++w)
-      for (int m = 0; m < modes; ++m) {
-        const double factor = field.sine_ ? std::sin(m * azimuth) : std::cos(m * azimuth);
-        const size_t system = size_t(w) * modes + m;
-        for (int l = 0; l <= top; ++l) one[size_t(l) * count + w] += factor * amplitude[system / lanes * levels() + l][system % lanes];
-      }
-    result.insert(result.end(), one.begin(), one.end());
-  }
+  const size_t block = size_t(levels()) * count;
+  std::vector<double> result(azimuths.size() * block);
+  parallel_ranges(azimuths.size(), 4, [&](size_t begin, size_t end) {
+    for (size_t a = begin; a < end; ++a) {
+      const std::vector<double> one = single(field, view, upward, azimuths[a]);
+      double* out = &result[a * block];
+      std::copy(one.begin(), one.end(), out);
+      for (int w = 0; w < count; ++w)
+        for (int m = 0; m < modes; ++m) {
+          const double factor = field.sine_ ? std::sin(m * azimuths[a]) : std::cos(m * azimuths[a]);
+          const size_t system = size_t(w) * modes + m;
+          for (int l = 0; l <= top; ++l) out[size_t(l) * count + w] += factor * amplitude[system / lanes * levels() + l][system % lanes];
+        }
+    }
+  });
   return result;
 }
 
@@ -113,6 +117,11 @@ std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction
   const double rate = apart / leaf_size_m;
   const double height = canopy_.slabs.back().top_m;
   const QuadratureRule rule = gauss_legendre(8, 0, 1);
+  std::vector<std::vector<double>> phase;
+  for (const auto& constituent : canopy_.constituents) {
+    phase.emplace_back(constituent->components());
+    constituent->phases(-sun.mu_, view.mu_, azimuth, phase.back().data());
+  }
   double depth_s = 0, depth_v = 0, joint = 0;  // optical paths above, and their correlated part
   for (size_t k = canopy_.slabs.size(); k-- > 0;) {
     const Canopy::Slab& slab = canopy_.slabs[k];
@@ -129,10 +138,9 @@ std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction
         integral += rule.w[q] / panels * std::exp(-paths) * std::expm1(joint + correlated(height - slab.top_m, dz));
       }
     for (size_t c = 0; c < canopy_.constituents.size(); ++c)
-      for (int component = 0; component < canopy_.constituents[c]->components(); ++component) {
-        const double phase = canopy_.constituents[c]->phase(component, -sun.mu_, view.mu_, azimuth) * types_[type].amount[c] / view.mu_;
-        for (int w = 0; w < count; ++w) gain[w] += phase * canopy_.constituents[c]->coefficient(component, w) * integral;
-      }
+      for (size_t component = 0; component < phase[c].size(); ++component)
+        for (int w = 0; w < count; ++w)
+          gain[w] += phase[c][component] * types_[type].amount[c] / view.mu_ * canopy_.constituents[c]->coefficient(int(component), w) * integral;
     joint += correlated(height - slab.top_m, thickness);
     depth_s += sun.path_[type];
     depth_v += view.path_[type];
