@@ -74,7 +74,7 @@ class Panel {
     }
     svg_ += text_of("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"none\" stroke=\"#333\"/>\n", left_, top_, plot_width, plot_height);
     svg_ += text_of("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%s</text>\n", x(0.5), y(0) + 34, escape(across).c_str());
-    svg_ += text_of("<text transform=\"translate(%.1f %.1f) rotate(-90)\" text-anchor=\"middle\">%s</text>\n", left_ - 46, y(0.5), escape(upward).c_str());
+    svg_ += text_of("<text transform=\"translate(%.1f %.1f) rotate(-90)\" text-anchor=\"middle\">%s</text>\n", left_ - 50, y(0.5), escape(upward).c_str());
   }
   void line(const std::vector<std::array<double, 2>>& points, const char* colour, const char* dash) {
     svg_ += "<polyline fill=\"none\" stroke-width=\"1.8\" stroke=\"" + std::string(colour) + "\" stroke-dasharray=\"" + dash + "\" points=\"";
@@ -83,6 +83,7 @@ class Panel {
   }
   void legend(int row, const std::string& label, const char* colour, const char* dash) {
     const double yy = top_ + 12 + 15 * row, xx = left_ + 8;
+    svg_ += text_of("<rect x=\"%.1f\" y=\"%.1f\" width=\"122\" height=\"15\" fill=\"#fff\" fill-opacity=\".8\"/>", xx - 4, yy - 8);
     svg_ += text_of("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2\" stroke-dasharray=\"%s\"/>", xx, yy, xx + 26, yy, colour, dash);
     svg_ += text_of("<text x=\"%.1f\" y=\"%.1f\" font-size=\"11\">%s</text>\n", xx + 32, yy + 4, escape(label).c_str());
   }
