@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_path_rays SCENE: what path tracing costs beyond its rays. Records every ray of a rendering, then times, in alternation and for one
-// and several threads, the same rendering and Embree alone tracing the recorded rays in the recorded order: one at a time and in packets
-// of 16, of which the faster counts. Prints JSON.
+// bench_path_rays SCENE: what path tracing costs beyond its rays. Records every ray of a rendering, then times, in
+// alternation and for one and several threads, the same rendering and Embree alone tracing the recorded rays in the
+// recorded order: one at a time and in packets of 16, of which the faster counts. Prints JSON.
 #include <embree3/rtcore.h>
 
 #include <CLI/CLI.hpp>

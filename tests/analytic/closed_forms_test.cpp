@@ -187,5 +187,53 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ -1 -1 -.5  1 -1 -.
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(direct.mean()[c], instanced.mean()[c], .005f * direct.mean()[c]);
 }
 
+// A slab of thickness 2 that only absorbs, seen straight on, lets exp(-2 sigma_a) of the sky through.
+TEST(Media, AbsorptionFollowsBeer) {
+  const std::string scene = std::string(film) + R"(LookAt 0 0 5  0 0 0  0 1 0
+Camera "orthographic"
+MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_a" [ .25 .25 .25 ] "rgb sigma_s" [ 0 0 0 ]
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+MediumInterface "m" ""
+Material "interface"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 4 6 5 4 7 6 ]
+  "point3 P" [ -9 -9 1  9 -9 1  9 9 1  -9 9 1  -9 -9 -1  9 -9 -1  9 9 -1  -9 9 -1 ]
+)";
+  expect_near(render_text(scene, 16, bounces(0)).mean(), std::exp(-.5f), .002f, "slab");
+}
+
+// A medium that scatters and does not absorb is invisible under a uniform sky, with or without a boundary that is not there.
+TEST(Media, ScatteringFurnace) {
+  const std::string scene = std::string(film) + R"(LookAt 0 -4 0  0 0 0  0 0 1
+Camera "perspective" "float fov" 25
+MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_a" [ 0 0 0 ] "rgb sigma_s" [ 2 1 .5 ] "float g" .4
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+MediumInterface "m" ""
+Material "interface"
+Shape "sphere" "float radius" 1
+)";
+  expect_near(render_text(scene, 512, bounces(0, 1000)).mean(), 1, .005f, "sphere of fog");
+}
+
+// The floor under an absorbing slab, lit by a point light above it: the shadow ray loses exp(-sigma_a thickness).
+TEST(Media, ShadowRaysAreAttenuated) {
+  const std::string scene = std::string(film) + R"(LookAt 0 0 .5  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.01 .01 -.01 .01 ]
+MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_a" [ 3 3 3 ] "rgb sigma_s" [ 0 0 0 ]
+WorldBegin
+LightSource "point" "rgb I" [ 8 8 8 ] "point3 from" [ 0 0 2 ]
+AttributeBegin
+MediumInterface "m" ""
+Material "interface"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 4 6 5 4 7 6 ]
+  "point3 P" [ -9 -9 1.2  9 -9 1.2  9 9 1.2  -9 9 1.2  -9 -9 1  9 -9 1  9 9 1  -9 9 1 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+)";
+  expect_near(render_text(scene, 16, bounces(0)).mean(), .5f * inv_pi * 2 * std::exp(-.6f), .002f, "point light");
+}
+
 }  // namespace
 }  // namespace dapple

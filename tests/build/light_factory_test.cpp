@@ -2,7 +2,6 @@
 #include "dapple/build/light_factory.h"
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <filesystem>
@@ -23,8 +22,9 @@ using shading::LightSample;
 class LightFactory : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("dapple_lights_" + std::to_string(hash(uint64_t(reinterpret_cast<uintptr_t>(this)), uint64_t(::getpid()))));
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        ("dapple_lights_" + std::to_string(hash(uint64_t(reinterpret_cast<uintptr_t>(this)), uint64_t(::getpid()))));
     std::filesystem::create_directory(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -37,13 +37,15 @@ class LightFactory : public testing::Test {
     const BuildContext context{description_, diagnostics_, textures_};
     return make_light(description_.lights.at(0), context, TextureLibrary(context));
   }
-  std::vector<std::unique_ptr<Light>> area_lights(const std::string& directives, const shading::FloatTexturePtr& alpha = nullptr) {
+  std::vector<std::unique_ptr<Light>> area_lights(const std::string& directives,
+                                                  const shading::FloatTexturePtr& alpha = nullptr) {
     parse(directives);
     const BuildContext context{description_, diagnostics_, textures_};
     const scenefile::ShapeEntity& shape = description_.shapes.at(0);
     std::vector<std::unique_ptr<Light>> out;
     for (const trace::Shape& s : make_shapes(context, shape, shape.transform.start))
-      for (auto& l : make_area_lights(description_.area_lights.at(0), make_emitters(s), alpha, context, TextureLibrary(context), shape.loc))
+      for (auto& l : make_area_lights(description_.area_lights.at(0), make_emitters(s), alpha, context,
+                                      TextureLibrary(context), shape.loc))
         out.push_back(std::move(l));
     return out;
   }
@@ -52,7 +54,8 @@ class LightFactory : public testing::Test {
     image.width = width;
     image.height = height;
     const size_t count = size_t(width) * size_t(height) * 3;
-    image.layers.push_back({.name = "", .channels = {"R", "G", "B"}, .pixels = std::vector<float>(count, value), .type = std::nullopt});
+    image.layers.push_back(
+        {.name = "", .channels = {"R", "G", "B"}, .pixels = std::vector<float>(count, value), .type = std::nullopt});
     image::write_exr((folder_ / name).string(), image);
   }
 
@@ -79,7 +82,8 @@ class LightFactory : public testing::Test {
 };
 
 TEST_F(LightFactory, Point) {
-  const auto l = light(R"(Translate 0 0 1 LightSource "point" "rgb I" [ 2 4 8 ] "point3 from" [ 0 0 1 ] "float scale" 3)");
+  const auto l =
+      light(R"(Translate 0 0 1 LightSource "point" "rgb I" [ 2 4 8 ] "point3 from" [ 0 0 1 ] "float scale" 3)");
   const LightSample s = sampled(*l, {0, 0, 0});
   EXPECT_EQ(s.radiance, RGB(1.5f, 3, 6));
   EXPECT_FLOAT_EQ(s.distance, 2);
@@ -91,7 +95,8 @@ TEST_F(LightFactory, Point) {
 }
 
 TEST_F(LightFactory, Spot) {
-  const auto l = light(R"(LightSource "spot" "point3 from" [ 0 0 4 ] "point3 to" [ 0 0 0 ] "float coneangle" 40 "float conedeltaangle" 10 "rgb I" [ 16 16 16 ])");
+  const auto l = light(
+      R"(LightSource "spot" "point3 from" [ 0 0 4 ] "point3 to" [ 0 0 0 ] "float coneangle" 40 "float conedeltaangle" 10 "rgb I" [ 16 16 16 ])");
   EXPECT_EQ(sampled(*l, {0, 0, 0}).radiance, RGB(1));
   LightSample s;
   EXPECT_FALSE(l->sample({.p = V3f(4, 0, 0)}, {0, 0}, &s));  // 45 degrees off
@@ -99,7 +104,8 @@ TEST_F(LightFactory, Spot) {
 }
 
 TEST_F(LightFactory, Distant) {
-  const auto l = light(R"(LightSource "distant" "point3 from" [ 0 0 5 ] "point3 to" [ 0 0 0 ] "rgb L" [ 1 2 3 ] "float scale" 2)");
+  const auto l =
+      light(R"(LightSource "distant" "point3 from" [ 0 0 5 ] "point3 to" [ 0 0 0 ] "rgb L" [ 1 2 3 ] "float scale" 2)");
   const LightSample s = sampled(*l, {7, 7, 7});
   EXPECT_EQ(s.radiance, RGB(2, 4, 6));
   EXPECT_FLOAT_EQ(s.wi.z, 1);
@@ -111,7 +117,8 @@ TEST_F(LightFactory, Distant) {
 }
 
 TEST_F(LightFactory, ConstantSky) {
-  EXPECT_EQ(light(R"(LightSource "infinite" "rgb L" [ .4 .5 .6 ] "float scale" 2)")->environment({0, 0, 1}, 0), RGB(0.8f, 1, 1.2f));
+  EXPECT_EQ(light(R"(LightSource "infinite" "rgb L" [ .4 .5 .6 ] "float scale" 2)")->environment({0, 0, 1}, 0),
+            RGB(0.8f, 1, 1.2f));
   EXPECT_NEAR(light(R"(LightSource "infinite" "float illuminance" 100)")->environment({0, 0, 1}, 0).g, 100 / pi, 1e-4);
   EXPECT_EQ(light(R"(LightSource "infinite")")->environment({0, 0, 1}, 0), RGB(1));
 }
@@ -151,7 +158,9 @@ TEST_F(LightFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(Scale 0 1 1 LightSource "infinite")", "inverse");
 }
 
-TEST_F(LightFactory, BlackLightsAreNone) { EXPECT_EQ(light(R"(LightSource "point" "rgb I" [ 0 0 0 ])"), nullptr); }
+TEST_F(LightFactory, BlackLightsAreNone) {
+  EXPECT_EQ(light(R"(LightSource "point" "rgb I" [ 0 0 0 ])"), nullptr);
+}
 
 TEST_F(LightFactory, UnusedParametersAndStandInsAreNamed) {
   light(R"(LightSource "point" "float brightness" 3)");
@@ -161,10 +170,12 @@ TEST_F(LightFactory, UnusedParametersAndStandInsAreNamed) {
   EXPECT_EQ(diagnostics_.unsupported_features().size(), 1u);
 }
 
-constexpr char quad_light[] = R"(Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point3 P" [ 0 0 0  2 0 0  2 2 0  0 2 0 ])";
+constexpr char quad_light[] =
+    R"(Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point3 P" [ 0 0 0  2 0 0  2 2 0  0 2 0 ])";
 
 TEST_F(LightFactory, AreaLight) {
-  const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" "rgb L" [ 1 2 3 ] "float scale" 2 )") + quad_light);
+  const auto lights =
+      area_lights(std::string(R"(AreaLightSource "diffuse" "rgb L" [ 1 2 3 ] "float scale" 2 )") + quad_light);
   ASSERT_EQ(lights.size(), 2u);
   for (const auto& l : lights) {
     EXPECT_EQ(l->emitted({1, 1, 0}, {0, 0, 1}, {0, 0}, {0, 0, 1}), RGB(2, 4, 6));
@@ -177,26 +188,31 @@ TEST_F(LightFactory, AreaLight) {
 TEST_F(LightFactory, AreaLightPowerIsThatOfEachPrimitive) {
   // As in pbrt-v4: pi A L = power, over both sides where two-sided.
   for (const char* twosided : {"false", "true"}) {
-    const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" "float power" 10 "bool twosided" )") + twosided + " " + quad_light);
+    const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" "float power" 10 "bool twosided" )") +
+                                    twosided + " " + quad_light);
     for (const auto& l : lights) EXPECT_NEAR(l->power(1), 10, 1e-4);
   }
 }
 
 TEST_F(LightFactory, AreaLightImage) {
   write_grey("panel.exr", 4, 4, 0.25f);
-  const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" "string filename" "panel.exr" "float scale" 8 )") + quad_light);
+  const auto lights = area_lights(
+      std::string(R"(AreaLightSource "diffuse" "string filename" "panel.exr" "float scale" 8 )") + quad_light);
   EXPECT_NEAR(lights[0]->emitted({1, 1, 0}, {0, 0, 1}, {0.3f, 0.3f}, {0, 0, 1}).g, 2, 1e-4);
-  const auto lit = area_lights(std::string(R"(AreaLightSource "diffuse" "string filename" "panel.exr" "float power" 8 )") + quad_light);
+  const auto lit = area_lights(
+      std::string(R"(AreaLightSource "diffuse" "string filename" "panel.exr" "float power" 8 )") + quad_light);
   EXPECT_NEAR(lit[0]->power(1), 8, 1e-4);
 }
 
 TEST_F(LightFactory, AlphaOfZeroMakesAnInvisibleLight) {
-  const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" )") + quad_light, std::make_shared<shading::ConstantTexture<float>>(0.0f));
+  const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" )") + quad_light,
+                                  std::make_shared<shading::ConstantTexture<float>>(0.0f));
   EXPECT_TRUE(lights[0]->is_delta());
 }
 
 TEST_F(LightFactory, PrimitivesWithoutAreaAreDroppedWithAWarning) {
-  const auto lights = area_lights(R"(AreaLightSource "diffuse" Shape "trianglemesh" "integer indices" [ 0 1 2 0 1 1 ] "point3 P" [ 0 0 0  2 0 0  2 2 0 ])");
+  const auto lights = area_lights(
+      R"(AreaLightSource "diffuse" Shape "trianglemesh" "integer indices" [ 0 1 2 0 1 1 ] "point3 P" [ 0 0 0  2 0 0  2 2 0 ])");
   ASSERT_EQ(lights.size(), 2u);
   EXPECT_NE(lights[0], nullptr);
   EXPECT_EQ(lights[1], nullptr);
@@ -204,11 +220,14 @@ TEST_F(LightFactory, PrimitivesWithoutAreaAreDroppedWithAWarning) {
   EXPECT_NE(diagnostics_.messages()[0].find("1 of 2"), std::string::npos);
 }
 
-/// Emitters shine to the side that hits call outside, for every shape, orientation and handedness; and they lie on the traced surface.
+/// Emitters shine to the side that hits call outside, for every shape, orientation and handedness; and they lie on the
+/// traced surface.
 TEST_F(LightFactory, EmittersAgreeWithTheSurfaceRaysHit) {
   const char* const shapes[] = {
-      R"(Shape "sphere" "float radius" 2)", R"(Shape "sphere" "float zmin" -.5 "float phimax" 200)",
-      R"(Shape "disk" "float height" .5 "float innerradius" .3)", R"(Shape "cylinder" "float phimax" 300)",
+      R"(Shape "sphere" "float radius" 2)",
+      R"(Shape "sphere" "float zmin" -.5 "float phimax" 200)",
+      R"(Shape "disk" "float height" .5 "float innerradius" .3)",
+      R"(Shape "cylinder" "float phimax" 300)",
       R"(Shape "bilinearmesh" "integer indices" [ 0 1 2 3 ] "point3 P" [ 0 0 0 1 0 0 0 1 0 1 1 0 ])",
       R"(Shape "bilinearmesh" "integer indices" [ 0 1 2 3 ] "point3 P" [ 0 0 0 1 0 0 0 1 0 2 1 0 ])",
       R"(Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ 0 0 0 1 0 0 0 1 0 ])",

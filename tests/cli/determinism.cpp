@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// DESIGN promise 3: the same image, bit for bit, for any number of threads; and what a crop shows is what the whole image shows there.
+// DESIGN promise 3: the same image, bit for bit, for any number of threads; and what a crop shows is what the whole
+// image shows there.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -49,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values("scenes/cornell-box/cornell.pbrt", "../shared/scenes/veach-mis/scene-v4.pbrt",
                                          "../shared/scenes/staircase2/scene-v4.pbrt",
                                          "../shared/scenes/forest/forest-cutout.pbrt"),
-                         [](const auto& tested) { return "scene_" + std::to_string(tested.index); });
+                         [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace
 }  // namespace dapple::test

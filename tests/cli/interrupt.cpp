@@ -41,7 +41,7 @@ TEST_P(Interrupt, WritesThePartialImage) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM),
-                         [](const auto& tested) { return tested.param == SIGINT ? "SIGINT" : "SIGTERM"; });
+                         [](const auto& test) { return test.param == SIGINT ? "SIGINT" : "SIGTERM"; });
 
 }  // namespace
 }  // namespace dapple::test

@@ -19,17 +19,21 @@ struct Case {
   std::function<EmitterShape()> make;
   V3f ref;
   std::function<V3d(double, double)> point;
-  bool triangular = false;   // v <= u only
-  bool hides_back = false;   // sampled by what can be seen: from outside, the far side has no density
+  bool triangular = false;  // v <= u only
+  bool hides_back = false;  // sampled by what can be seen: from outside, the far side has no density
 };
 
-V3d polar(double r, double phi, double z) { return {r * std::cos(phi), r * std::sin(phi), z}; }
+V3d polar(double r, double phi, double z) {
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
 
 Transform turned() {
-  return Transform::translate({0.3, -0.2, 1}) * Transform::rotate(50, V3d(1, 2, 0.5)) * Transform::scale({0.7, 0.7, 0.7});
+  return Transform::translate({0.3, -0.2, 1}) * Transform::rotate(50, V3d(1, 2, 0.5)) *
+         Transform::scale({0.7, 0.7, 0.7});
 }
 Transform sheared() {
-  return Transform::translate({0.3, -0.2, 1}) * Transform::rotate(50, V3d(1, 2, 0.5)) * Transform::scale({0.5, -1.3, 0.8});
+  return Transform::translate({0.3, -0.2, 1}) * Transform::rotate(50, V3d(1, 2, 0.5)) *
+         Transform::scale({0.5, -1.3, 0.8});
 }
 
 V3d apply(const Transform& t, const V3d& p) {
@@ -43,8 +47,8 @@ std::vector<Case> cases() {
   std::vector<Case> out;
   const auto triangle = [&](std::string name, V3f a, V3f b, V3f c, V3f ref) {
     // uv (0,0), (1,0), (1,1): p = a + u (b - a) + v (c - b)
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<TriangleEmitter>, a, b, c, false); }, ref,
-                   [=](double u, double v) { return V3d(a) + V3d(b - a) * u + V3d(c - b) * v; }, true});
+    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<TriangleEmitter>, a, b, c, false); },
+                   ref, [=](double u, double v) { return V3d(a) + V3d(b - a) * u + V3d(c - b) * v; }, true});
   };
   triangle("triangle", {-1, 0, 2}, {1, 0, 2.5}, {0, 1.5, 1.5}, {0, 0, 0});
   triangle("triangle_near", {-1, -1, 0.02f}, {1, -1, 0.02f}, {0, 2, 0.02f}, {0.1f, 0, 0});
@@ -55,8 +59,8 @@ std::vector<Case> cases() {
   const auto rectangle = [&](std::string name, V3f a, V3f b, V3f d, V3f ref) {
     const std::array<V3f, 4> c = {a, b, b + d - a, d};
     EXPECT_TRUE(RectangleEmitter::is_rectangle(c.data())) << name;
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<RectangleEmitter>, c.data(), false); }, ref,
-                   [=](double u, double v) { return V3d(a) + V3d(b - a) * u + V3d(d - a) * v; }});
+    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<RectangleEmitter>, c.data(), false); },
+                   ref, [=](double u, double v) { return V3d(a) + V3d(b - a) * u + V3d(d - a) * v; }});
   };
   rectangle("rectangle", {-1, -0.5f, 2}, {1, -0.5f, 2}, {-1, 0.7f, 2.3f}, {0.5f, 0, 0});
   rectangle("rectangle_near", {-1, -1, 0.01f}, {1, -1, 0.01f}, {-1, 1, 0.01f}, {0, 0.3f, 0});
@@ -76,12 +80,15 @@ std::vector<Case> cases() {
   quad("quad_that_is_a_triangle", {V3f(0, 0, 2), V3f(1, 0, 2), V3f(0.5f, 0.5f, 2), V3f(0, 1, 2)}, {0, 0.4f, 0});
 
   const auto sphere = [&](std::string name, Transform t, float r, float z0, float z1, float phi, V3f ref, bool hides) {
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<SphereEmitter>, t, r, z0, z1, phi, false); }, ref,
+    out.push_back({std::move(name),
+                   [=] { return EmitterShape(std::in_place_type<SphereEmitter>, t, r, z0, z1, phi, false); }, ref,
                    [=](double u, double v) {
-                     const double a = std::acos(std::clamp(double(z0) / r, -1.0, 1.0)), b = std::acos(std::clamp(double(z1) / r, -1.0, 1.0));
+                     const double a = std::acos(std::clamp(double(z0) / r, -1.0, 1.0)),
+                                  b = std::acos(std::clamp(double(z1) / r, -1.0, 1.0));
                      const double theta = a + v * (b - a);
                      return apply(t, polar(r * std::sin(theta), phi * u, r * std::cos(theta)));
-                   }, false, hides});
+                   },
+                   false, hides});
   };
   sphere("sphere", turned(), 1, -1, 1, 2 * pi, {2, 1, 0}, true);
   sphere("sphere_near", turned(), 1, -1, 1, 2 * pi, {0.3f, -0.2f, 1.71f}, true);
@@ -90,14 +97,16 @@ std::vector<Case> cases() {
   sphere("ellipsoid", sheared(), 1, -1, 1, 2 * pi, {2, 2, 0}, false);
 
   const auto disk = [&](std::string name, Transform t, float h, float r, float ri, float phi, V3f ref) {
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<DiskEmitter>, t, h, r, ri, phi, false); }, ref,
+    out.push_back({std::move(name),
+                   [=] { return EmitterShape(std::in_place_type<DiskEmitter>, t, h, r, ri, phi, false); }, ref,
                    [=](double u, double v) { return apply(t, polar(r - v * (double(r) - ri), phi * u, h)); }});
   };
   disk("disk", turned(), 0.2f, 1, 0, 2 * pi, {1, 1, 0});
   disk("ring_sheared", sheared(), -0.1f, 1, 0.4f, 5, {1, 1, 0});
 
   const auto cylinder = [&](std::string name, Transform t, float r, float z0, float z1, float phi, V3f ref) {
-    out.push_back({std::move(name), [=] { return EmitterShape(std::in_place_type<CylinderEmitter>, t, r, z0, z1, phi, false); }, ref,
+    out.push_back({std::move(name),
+                   [=] { return EmitterShape(std::in_place_type<CylinderEmitter>, t, r, z0, z1, phi, false); }, ref,
                    [=](double u, double v) { return apply(t, polar(r, phi * u, z0 + v * (double(z1) - z0))); }});
   };
   cylinder("cylinder", turned(), 0.5f, -1, 1, 2 * pi, {2, 1, 0});
@@ -113,7 +122,8 @@ V3d stretch(const Case& c, double u, double v) {
 
 class EmitterShapeTest : public testing::TestWithParam<Case> {};
 
-/// Samples, as places (u, v) of the surface, follow pdf() turned into a density over (u, v): pdf |cos| / d^2 |dp/du x dp/dv|.
+/// Samples, as places (u, v) of the surface, follow pdf() turned into a density over (u, v): pdf |cos| / d^2 |dp/du x
+/// dp/dv|.
 TEST_P(EmitterShapeTest, SamplesFollowTheDensity) {
   const Case& c = GetParam();
   const EmitterShape shape = c.make();
@@ -139,7 +149,8 @@ TEST_P(EmitterShapeTest, SamplesFollowTheDensity) {
   test::ChiSquareOptions options;
   options.cells_x = options.cells_y = 20;
   options.samples = 200000;
-  options.mass_tolerance = 4e-3;  // steps along a triangle's diagonal and a sphere's limb are integrated by halving cells
+  options.mass_tolerance =
+      4e-3;  // steps along a triangle's diagonal and a sphere's limb are integrated by halving cells
   const auto result = test::chi_square_square(draw, density, options);
   EXPECT_GT(result.p_value, test::sidak(0.01, 22)) << result.message;
 }
@@ -189,7 +200,8 @@ TEST_P(EmitterShapeTest, AreaIsThatOfTheParametrisation) {
 
 INSTANTIATE_TEST_SUITE_P(All, EmitterShapeTest, testing::ValuesIn(cases()), [](const auto& i) { return i.param.name; });
 
-/// The mean of 1/pdf is the solid angle, where every direction of the shape is met once. `error`: relative, of float arithmetic.
+/// The mean of 1/pdf is the solid angle, where every direction of the shape is met once. `error`: relative, of float
+/// arithmetic.
 void expect_solid_angle(const EmitterShape& shape, const V3f& ref, double truth, double error = 1e-5) {
   test::Moments m;
   for (int i = 0; i < 100000; ++i) {
@@ -269,9 +281,12 @@ TEST(EmitterShape, DegenerateShapesAreToldApart) {
   const V3f line[4] = {a, b, b, a};
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<RectangleEmitter>, line, false)));
   EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<QuadEmitter>, line, false)));
-  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<SphereEmitter>, Transform(), 0.0f, 0.0f, 0.0f, 2 * pi, false)));
-  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<DiskEmitter>, Transform(), 0.0f, 1.0f, 1.0f, 2 * pi, false)));
-  EXPECT_TRUE(is_degenerate(EmitterShape(std::in_place_type<CylinderEmitter>, Transform(), 1.0f, 0.0f, 0.0f, 2 * pi, false)));
+  EXPECT_TRUE(
+      is_degenerate(EmitterShape(std::in_place_type<SphereEmitter>, Transform(), 0.0f, 0.0f, 0.0f, 2 * pi, false)));
+  EXPECT_TRUE(
+      is_degenerate(EmitterShape(std::in_place_type<DiskEmitter>, Transform(), 0.0f, 1.0f, 1.0f, 2 * pi, false)));
+  EXPECT_TRUE(
+      is_degenerate(EmitterShape(std::in_place_type<CylinderEmitter>, Transform(), 1.0f, 0.0f, 0.0f, 2 * pi, false)));
   EXPECT_FALSE(is_degenerate(EmitterShape(std::in_place_type<TriangleEmitter>, a, b, V3f(0, 1, 0), false)));
 }
 
@@ -282,7 +297,8 @@ TEST(EmitterShape, ReferencePointsOnAndNearTheShape) {
     std::vector<V3f> refs;
     for (const double u : {0.0, 0.3, 1.0})
       for (const double v : {0.0, 0.2, 1.0})
-        for (const float off : {0.0f, 1e-6f, 1e-3f, 1e6f}) refs.push_back(V3f(c.point(u, v)) + V3f(0.3f, 0.5f, 0.8f) * off);
+        for (const float off : {0.0f, 1e-6f, 1e-3f, 1e6f})
+          refs.push_back(V3f(c.point(u, v)) + V3f(0.3f, 0.5f, 0.8f) * off);
     for (const V3f& ref : refs)
       for (const float u : {0.0f, 0.5f, one_minus_epsilon})
         for (const float v : {0.0f, 0.5f, one_minus_epsilon}) {

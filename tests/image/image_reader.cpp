@@ -225,6 +225,39 @@ TEST(DamagedImages, OfTheSharedCollection) {
   EXPECT_GT(images, 20);
 }
 
+/// A 1.3 GB comment in a file of 200 bytes, a picture of 2^31 lines, a tile of 2^40 pixels: no memory may be taken for
+/// them.
+TEST(DamagedImages, ExrHeadersThatClaimTooMuch) {
+  const TemporaryFolder folder;
+  const auto number = [](uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
+  const auto attribute = [&](const std::string& name, const std::string& type, uint32_t size, const std::string& data) {
+    return name + '\0' + type + '\0' + number(size) + data;
+  };
+  const auto box = [&](uint32_t x1, uint32_t y1) { return number(0) + number(0) + number(x1) + number(y1); };
+  const std::string start("\x76\x2f\x31\x01\x02\0\0\0", 8),
+      channels = attribute("channels", "chlist", 1, std::string(1, 0));
+  const std::string one_channel =
+      attribute("channels", "chlist", 19, std::string("R\0", 2) + number(1) + number(0) + number(1) + number(1) + '\0');
+  const std::string window = attribute("dataWindow", "box2i", 16, box(15, 15)), rest(100, '\0');
+  const std::string files[] = {
+      start + attribute("comments", "string", 0x50000000, "long") + rest,
+      start + one_channel + attribute("dataWindow", "box2i", 16, box(15, 0x7fffffff)) + rest,
+      start + one_channel + attribute("dataWindow", "box2i", 16, box(0x80000000, 5)) + rest,
+      start + one_channel + attribute("dataWindow", "box2i", 16, box(60000, 60000)) + rest,
+      start + one_channel + window + attribute("tiles", "tiledesc", 9, number(1 << 20) + number(1 << 20) + '\0') + rest,
+      start + channels + window + rest,
+      start + std::string(1000, 'a'),
+      start + attribute("x", "string", 0xffffffff, "") + rest};
+  for (const std::string& bytes : files) {
+    test::write_bytes(folder.file("a.exr"), bytes);
+    rusage before{}, after{};
+    getrusage(RUSAGE_SELF, &before);
+    EXPECT_THROW(read_image(folder.file("a.exr"), {}), InputError);
+    getrusage(RUSAGE_SELF, &after);
+    EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 50 << 10);  // KiB
+  }
+}
+
 /// Every format cut short at many places, and with bytes changed: an InputError or some picture, nothing else.
 TEST(DamagedImages, CutAndChanged) {
   const TemporaryFolder folder;

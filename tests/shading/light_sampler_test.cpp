@@ -212,7 +212,8 @@ TEST(LightSampler, VarianceIsLowerThanThatOfUniformChoice) {
   EXPECT_LT(chosen_variance, 0.1 * uniform_variance) << chosen_variance << " " << uniform_variance;
 }
 
-/// Between lights of so many that u cannot tell them apart, the bits hashed from the receiver still give each its share.
+/// Between lights of so many that u cannot tell them apart, the bits hashed from the receiver still give each its
+/// share.
 TEST(LightSampler, RareLightsAreReachedOverManyReceivers) {
   Lights lights;
   lights.add(std::make_unique<PointLight>(V3f(0, 0, 0), RGB(1)));
@@ -221,10 +222,12 @@ TEST(LightSampler, RareLightsAreReachedOverManyReceivers) {
   // One value of u whose 2^-24 wide cell the rare lights (2^-16 together) fall in.
   float edge = 0;
   for (uint32_t k = 0; k < 1u << 24 && edge == 0; k += 1)
-    if (sampler.select({.p = V3f(1, 0, 0)}, static_cast<float>(k) * 0x1p-24f).light > 0) edge = static_cast<float>(k + 1) * 0x1p-24f;
+    if (sampler.select({.p = V3f(1, 0, 0)}, static_cast<float>(k) * 0x1p-24f).light > 0)
+      edge = static_cast<float>(k + 1) * 0x1p-24f;
   ASSERT_GT(edge, 0);
   std::vector<int> seen(lights.size());
-  for (int i = 0; i < 200; ++i) ++seen[static_cast<size_t>(sampler.select({.p = V3f(0.99f + 1e-4f * i, 0, 0)}, edge).light)];
+  for (int i = 0; i < 200; ++i)
+    ++seen[static_cast<size_t>(sampler.select({.p = V3f(0.99f + 1e-4f * i, 0, 0)}, edge).light)];
   EXPECT_GT(std::count_if(seen.begin() + 1, seen.end(), [](int n) { return n > 0; }), 2);
 }
 

@@ -48,8 +48,9 @@ EmitterShape unit_square_at(float z) {  // facing down, 2 x 2
 
 TEST(LightIrradiance, DiskOverAPointIsPiLSinSquared) {
   // E = pi L r^2 / (r^2 + h^2)
-  const auto light = make_area_light(EmitterShape(std::in_place_type<DiskEmitter>, Transform::translate({0, 0, 2}), 0.0f, 1.5f, 0.0f, 2 * pi, true),
-                                     {.radiance = RGB(3)});
+  const auto light = make_area_light(
+      EmitterShape(std::in_place_type<DiskEmitter>, Transform::translate({0, 0, 2}), 0.0f, 1.5f, 0.0f, 2 * pi, true),
+      {.radiance = RGB(3)});
   EXPECT_GT(test::z_test(irradiance(*light, up), pi * 3 * 2.25 / (2.25 + 4), 1e-4), 1e-3);
 }
 
@@ -62,16 +63,21 @@ TEST(LightIrradiance, RectangleOverAPointIsItsFormFactor) {
 }
 
 TEST(LightIrradiance, TwoTrianglesMakeTheRectangle) {
-  const auto one = make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, -1, 1), V3f(1, 1, 1), true), {.radiance = RGB(1)});
-  const auto two = make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, 1, 1), V3f(-1, 1, 1), true), {.radiance = RGB(1)});
+  const auto one = make_area_light(
+      EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, -1, 1), V3f(1, 1, 1), true),
+      {.radiance = RGB(1)});
+  const auto two = make_area_light(
+      EmitterShape(std::in_place_type<TriangleEmitter>, V3f(-1, -1, 1), V3f(1, 1, 1), V3f(-1, 1, 1), true),
+      {.radiance = RGB(1)});
   const auto both = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
   EXPECT_NEAR(irradiance(*one, up).mean() + irradiance(*two, up).mean(), irradiance(*both, up).mean(), 0.01);
 }
 
 TEST(LightIrradiance, SphereIsItsIntensityOverDistanceSquared) {
   // Facing the receiver, a Lambertian sphere gives pi L r^2 / d^2 at any distance.
-  const auto light = make_area_light(
-      EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1.0f, -1.0f, 1.0f, 2 * pi, false), {.radiance = RGB(5)});
+  const auto light = make_area_light(EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}),
+                                                  1.0f, -1.0f, 1.0f, 2 * pi, false),
+                                     {.radiance = RGB(5)});
   EXPECT_GT(test::z_test(irradiance(*light, up), pi * 5 / 4, 1e-4), 1e-3);
 }
 
@@ -127,8 +133,10 @@ TEST(AreaLight, ShinesOnItsSide) {
 
 TEST(AreaLight, ImageIsLookedUpByUvWithTheTopRowAtOne) {
   auto image = std::make_shared<image::Image>(2, 2, 3);
-  for (int c = 0; c < 3; ++c) image->pixel(0, 0)[c] = 1, image->pixel(1, 0)[c] = 2, image->pixel(0, 1)[c] = 3, image->pixel(1, 1)[c] = 4;
-  const auto light = make_area_light(unit_square_at(1), {.radiance = RGB(10), .pattern = std::make_shared<EmissionPattern>(image, nullptr)});
+  for (int c = 0; c < 3; ++c)
+    image->pixel(0, 0)[c] = 1, image->pixel(1, 0)[c] = 2, image->pixel(0, 1)[c] = 3, image->pixel(1, 1)[c] = 4;
+  const auto light = make_area_light(
+      unit_square_at(1), {.radiance = RGB(10), .pattern = std::make_shared<EmissionPattern>(image, nullptr)});
   const V3f down(0, 0, -1);
   const auto at = [&](float u, float v) { return light->emitted({0, 0, 1}, down, {u, v}, down).g; };
   EXPECT_FLOAT_EQ(at(0.25f, 0.75f), 10);
@@ -149,7 +157,9 @@ class Ramp final : public FloatTexture {
 
 TEST(AreaLight, AlphaDimsWhatIsSampledAndZeroAlphaCannotBeHit) {
   const auto plain = make_area_light(unit_square_at(1), {.radiance = RGB(1)});
-  const auto ramp = make_area_light(unit_square_at(1), {.radiance = RGB(1), .pattern = std::make_shared<EmissionPattern>(nullptr, std::make_shared<Ramp>())});
+  const auto ramp = make_area_light(
+      unit_square_at(1),
+      {.radiance = RGB(1), .pattern = std::make_shared<EmissionPattern>(nullptr, std::make_shared<Ramp>())});
   const auto ghost = make_area_light(unit_square_at(1), {.radiance = RGB(1), .invisible = true});
   const double full = irradiance(*plain, up).mean();
   EXPECT_GT(test::z_test(irradiance(*ramp, up), full / 2, 1e-3), 1e-3);  // by symmetry
@@ -165,7 +175,9 @@ image::EnvironmentImage panorama(int width, int height, float floor = 0) {
   image::Image image(width, height, 3);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] = y < height / 4 ? floor : to_unit_float(hash(x, y)) * (x == 3 && y == height / 2 ? 500 : 1);
+      for (int c = 0; c < 3; ++c)
+        image.pixel(x, y)[c] =
+            y < height / 4 ? floor : to_unit_float(hash(x, y)) * (x == 3 && y == height / 2 ? 500 : 1);
   return image::EnvironmentImage(image, std::nullopt, {});
 }
 
@@ -186,7 +198,10 @@ TEST(LightChiSquare, Environment) {
             if (!light.sample(up, u, &s)) return std::nullopt;
             return s.wi;
           },
-          [&](const V3f& w) { return light.pdf(up, w, {0, 0, 0}, {0, 0, 0}); }, options);
+          [&](const V3f& w) {
+            return light.pdf(up, w, {0, 0, 0}, {0, 0, 0});
+          },
+          options);
       EXPECT_GT(result.p_value, test::sidak(0.01, 4)) << width << " " << result.message;
     }
   }
@@ -245,7 +260,9 @@ TEST(EnvironmentLight, NoLightIsOutOfReach) {
 
 TEST(ProjectionLight, PlacesThePictureUprightWithinItsFov) {
   image::Image picture(2, 2, 3);
-  const auto set = [&](int x, int y, float r, float g, float b) { picture.pixel(x, y)[0] = r, picture.pixel(x, y)[1] = g, picture.pixel(x, y)[2] = b; };
+  const auto set = [&](int x, int y, float r, float g, float b) {
+    picture.pixel(x, y)[0] = r, picture.pixel(x, y)[1] = g, picture.pixel(x, y)[2] = b;
+  };
   set(0, 0, 1, 0, 0), set(1, 0, 0, 1, 0), set(0, 1, 0, 0, 1), set(1, 1, 1, 1, 1);
   const ProjectionLight light(Transform(), RGB(2), picture, 90);
   EXPECT_EQ(light.intensity(normalize(V3f(-0.5f, 0.5f, 1))), RGB(2, 0, 0));  // left, top

@@ -36,7 +36,8 @@ TEST(HenyeyGreenstein, SamplesFollowTheDensityAndTheMeanCosineIsG) {
 }
 
 /// A slab of unit box with density over x: media to compare with integrals along a ray.
-GridMedium slab(const std::vector<float>& density, RGB sigma_a, RGB sigma_s, RGB emission = RGB(0), const Transform& place = Transform()) {
+GridMedium slab(const std::vector<float>& density, RGB sigma_a, RGB sigma_s, RGB emission = RGB(0),
+                const Transform& place = Transform()) {
   GridMedium::Content content;
   content.sigma_a = sigma_a;
   content.sigma_s = sigma_s;
@@ -66,8 +67,10 @@ struct Expected {
   double transmittance, scattered, emitted;  // by channel
 };
 
-/// Compares a medium with closed forms or integrals: transmittance, the share that scatters (int T sigma_s dt), mean emission.
-void expect_medium(const Medium& medium, const Ray& ray, float t_max, const std::function<Expected(int)>& expected, RGB beta) {
+/// Compares a medium with closed forms or integrals: transmittance, the share that scatters (int T sigma_s dt), mean
+/// emission.
+void expect_medium(const Medium& medium, const Ray& ray, float t_max, const std::function<Expected(int)>& expected,
+                   RGB beta) {
   constexpr int draws = 100000;
   test::Moments ratio[3], passed[3], scattered[3], emitted[3];
   for (int i = 0; i < draws; ++i) {
@@ -84,9 +87,12 @@ void expect_medium(const Medium& medium, const Ray& ray, float t_max, const std:
   const double level = test::sidak(0.01, 12);
   for (int c = 0; c < 3; ++c) {
     const Expected e = expected(c);
-    EXPECT_GT(test::z_test(ratio[c], e.transmittance, 1e-5), level) << c << " " << ratio[c].mean() << " " << e.transmittance;
-    EXPECT_GT(test::z_test(passed[c], e.transmittance, 1e-5), level) << c << " " << passed[c].mean() << " " << e.transmittance;
-    EXPECT_GT(test::z_test(scattered[c], e.scattered, 1e-5), level) << c << " " << scattered[c].mean() << " " << e.scattered;
+    EXPECT_GT(test::z_test(ratio[c], e.transmittance, 1e-5), level)
+        << c << " " << ratio[c].mean() << " " << e.transmittance;
+    EXPECT_GT(test::z_test(passed[c], e.transmittance, 1e-5), level)
+        << c << " " << passed[c].mean() << " " << e.transmittance;
+    EXPECT_GT(test::z_test(scattered[c], e.scattered, 1e-5), level)
+        << c << " " << scattered[c].mean() << " " << e.scattered;
     EXPECT_GT(test::z_test(emitted[c], e.emitted, 1e-5), level) << c << " " << emitted[c].mean() << " " << e.emitted;
   }
 }
@@ -128,21 +134,35 @@ TEST(GridMedium, IntegralsOverAProfile) {
   // The box spans half its height on each side: interpolation in y, z is 1 in the middle.
   const GridMedium medium = slab(profile, a, s, Le);
   const double depth = depth_to(1);
-  expect_medium(medium, along, 5, [&](int c) {
-    const double t = std::exp(-(a[c] + s[c]) * depth), lost = (1 - t) / (a[c] + s[c]);
-    return Expected{t, s[c] * lost, a[c] * Le[c] * lost};
-  }, RGB(1, 0.5f, 1));
+  expect_medium(
+      medium, along, 5,
+      [&](int c) {
+        const double t = std::exp(-(a[c] + s[c]) * depth), lost = (1 - t) / (a[c] + s[c]);
+        return Expected{t, s[c] * lost, a[c] * Le[c] * lost};
+      },
+      RGB(1, 0.5f, 1));
 }
 
 TEST(GridMedium, StretchedAndTurnedBoxesKeepTheirDepth) {
   // pbrt-v4's coefficients are per length of the medium's space, so stretching changes no optical depth.
-  const Transform place = Transform::translate({5, 6, 7}) * Transform::rotate(30, V3d(1, 2, 3)) * Transform::scale({4, 2, 3});
+  const Transform place =
+      Transform::translate({5, 6, 7}) * Transform::rotate(30, V3d(1, 2, 3)) * Transform::scale({4, 2, 3});
   const GridMedium medium = slab(profile, RGB(0.5f), RGB(0.5f), RGB(0), place);
   const V3f o = place.point(along.o), d = place.vector(along.d);
   const Ray ray{.o = o, .d = normalize(d)};
   const double t = std::exp(-depth_to(1)), half = std::exp(-depth_to(0.5));
-  expect_medium(medium, ray, 100, [&](int) { return Expected{t, 0.5 * (1 - t), 0}; }, RGB(1));
-  expect_medium(medium, ray, 1.5f * length(d), [&](int) { return Expected{half, 0.5 * (1 - half), 0}; }, RGB(1));
+  expect_medium(
+      medium, ray, 100,
+      [&](int) {
+        return Expected{t, 0.5 * (1 - t), 0};
+      },
+      RGB(1));
+  expect_medium(
+      medium, ray, 1.5f * length(d),
+      [&](int) {
+        return Expected{half, 0.5 * (1 - half), 0};
+      },
+      RGB(1));
 }
 
 /// Where flights scatter, against the integral of the density.
@@ -151,7 +171,8 @@ TEST(GridMedium, FreeFlightFollowsTheProfile) {
   constexpr int cells = 16, draws = 100000;
   std::vector<double> observed(cells + 1), expected(cells + 1);
   for (int i = 0; i < cells; ++i)
-    expected[static_cast<size_t>(i)] = draws * (std::exp(-2 * depth_to(double(i) / cells)) - std::exp(-2 * depth_to((i + 1.0) / cells)));
+    expected[static_cast<size_t>(i)] =
+        draws * (std::exp(-2 * depth_to(double(i) / cells)) - std::exp(-2 * depth_to((i + 1.0) / cells)));
   expected[cells] = draws * std::exp(-2 * depth_to(1));
   for (int i = 0; i < draws; ++i) {
     const MediumSample s = medium.sample(along, infinity, RGB(1), hash(3, i));
@@ -180,18 +201,23 @@ TEST(GridMedium, RgbGrids) {
   content.sigma_s_grid = VoxelGrid<RGB>({RGB(1, 2, 0), RGB(0, 1, 4)}, 2, 1, 1);
   const GridMedium medium(content, Transform(), {});
   // Optical depth along x: the mean of the two cells' hats is 1/2 each, less the fall to zero over the outer quarters.
-  expect_medium(medium, along, 5, [&](int c) {
-    constexpr int steps = 20000;
-    double depth = 0, scattered = 0;
-    for (int i = 0; i < steps; ++i) {
-      const double x = (i + 0.5) / steps, at = x * 2 - 0.5, f = std::floor(at), w = at - f;
-      const auto mix = [&](const VoxelGrid<RGB>& g) { return g.at(int(f), 0, 0)[c] * (1 - w) + g.at(int(f) + 1, 0, 0)[c] * w; };
-      const double sigma_s = mix(content.sigma_s_grid), sigma_t = sigma_s + mix(content.sigma_a_grid);
-      scattered += std::exp(-(depth + 0.5 * sigma_t / steps)) * sigma_s / steps;
-      depth += sigma_t / steps;
-    }
-    return Expected{std::exp(-depth), scattered, 0};
-  }, RGB(1));
+  expect_medium(
+      medium, along, 5,
+      [&](int c) {
+        constexpr int steps = 20000;
+        double depth = 0, scattered = 0;
+        for (int i = 0; i < steps; ++i) {
+          const double x = (i + 0.5) / steps, at = x * 2 - 0.5, f = std::floor(at), w = at - f;
+          const auto mix = [&](const VoxelGrid<RGB>& g) {
+            return g.at(int(f), 0, 0)[c] * (1 - w) + g.at(int(f) + 1, 0, 0)[c] * w;
+          };
+          const double sigma_s = mix(content.sigma_s_grid), sigma_t = sigma_s + mix(content.sigma_a_grid);
+          scattered += std::exp(-(depth + 0.5 * sigma_t / steps)) * sigma_s / steps;
+          depth += sigma_t / steps;
+        }
+        return Expected{std::exp(-depth), scattered, 0};
+      },
+      RGB(1));
 }
 
 /// A spike of density takes a bounded time.
@@ -204,7 +230,8 @@ TEST(GridMedium, SpikesAreBounded) {
   EXPECT_TRUE(medium.sample(across, infinity, RGB(1), 1).weight.is_finite());
 }
 
-/// Random walks from the middle of a unit cube of a medium, lit by radiance 1 from everywhere, bring back what the medium does not absorb.
+/// Random walks from the middle of a unit cube of a medium, lit by radiance 1 from everywhere, bring back what the
+/// medium does not absorb.
 void expect_furnace(const Medium& medium, double expected) {
   test::Moments m;
   for (int i = 0; i < 20000; ++i) {
@@ -244,7 +271,8 @@ TEST(MeasuredMedia, PublishedValues) {
   EXPECT_EQ(find_measured_medium("Skin1")->reduced_scattering, RGB(0.74f, 0.88f, 1.01f));
   EXPECT_EQ(find_measured_medium("Merlot")->absorption, RGB(0.11632f, 0.25191f, 0.29434f));
   EXPECT_EQ(find_measured_medium("Gravel"), nullptr);
-  for (const MeasuredMedium& m : measured_media()) EXPECT_TRUE(m.absorption.min() >= 0 && m.reduced_scattering.max() > 0) << m.name;
+  for (const MeasuredMedium& m : measured_media())
+    EXPECT_TRUE(m.absorption.min() >= 0 && m.reduced_scattering.max() > 0) << m.name;
 }
 
 }  // namespace

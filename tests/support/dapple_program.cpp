@@ -5,8 +5,12 @@
 
 namespace dapple::test {
 
-std::string source_path(const std::string& relative) { return DAPPLE_SOURCE_DIR "/" + relative; }
-std::string shared_path(const std::string& relative) { return DAPPLE_SHARED_DIR "/" + relative; }
+std::string source_path(const std::string& relative) {
+  return DAPPLE_SOURCE_DIR "/" + relative;
+}
+std::string shared_path(const std::string& relative) {
+  return DAPPLE_SHARED_DIR "/" + relative;
+}
 
 bool sanitized() {
 #ifdef DAPPLE_SANITIZED

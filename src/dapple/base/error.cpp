@@ -28,6 +28,9 @@ std::string FileLoc::to_string() const {
 InputError::InputError(const FileLoc& loc, const std::string& message)
     : Error(ExitCode::bad_input, loc.to_string() + ": " + shorten(message)) {}
 
+InputError::InputError(const InputError& inner, const FileLoc& included_at)
+    : Error(ExitCode::bad_input, shorten(inner.what()) + " (included at " + included_at.to_string() + ")") {}
+
 void Diagnostics::warn(const FileLoc& loc, const std::string& message, const std::string& key) {
   if (strict_) throw InputError(loc, message);
   const std::lock_guard lock(mutex_);

@@ -45,6 +45,8 @@ class UsageError : public Error {
 class InputError : public Error {
  public:
   InputError(const FileLoc& loc, const std::string& message);
+  /// `inner`, and after it where the file that it is about was named.
+  InputError(const InputError& inner, const FileLoc& included_at);
 };
 
 /// An output could not be written.

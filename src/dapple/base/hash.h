@@ -3,6 +3,8 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+#include <string_view>
 #include <type_traits>
 
 namespace dapple {
@@ -34,6 +36,20 @@ constexpr uint64_t hash(T... values) {
   };
   (add(values), ...);
   return h;
+}
+
+/// Hash of a run of bytes, continuing from `seed`; for fingerprints, a few GB/s.
+inline uint64_t hash_bytes(std::string_view bytes, uint64_t seed) {
+  uint64_t h = mix(seed ^ bytes.size());
+  size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    uint64_t word;
+    std::memcpy(&word, bytes.data() + i, 8);
+    h = (std::rotl(h, 29) ^ word) * 0x9e3779b97f4a7c15ull;
+  }
+  uint64_t tail = 0;
+  if (i < bytes.size()) std::memcpy(&tail, bytes.data() + i, bytes.size() - i);
+  return mix(h ^ tail);
 }
 
 /// The top 24 bits of h as a float in [0, 1).

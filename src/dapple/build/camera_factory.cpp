@@ -89,9 +89,12 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
 
 scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   const Entity& e = context.description.camera;
+  // pbrt-v4 would look along +z from the origin, which is never what a scene without a camera means.
+  if (e.type.empty())
+    throw InputError({context.description.files.front(), 0, 0}, "the scene has no Camera directive; expected one before WorldBegin");
   scene::Camera::Settings s;
   s.resolution = resolution;
-  const std::string type = e.type.empty() ? "perspective" : e.type;
+  const std::string& type = e.type;
   if (type == "perspective") {
     s.projection = scene::Projection::perspective;
   } else if (type == "orthographic") {

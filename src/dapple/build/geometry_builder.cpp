@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/geometry_builder.h"
 
+#include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/light_factory.h"
@@ -25,6 +26,18 @@ size_t bytes_of(const trace::Shape& shape) {
   return sizeof(geom::Quadric);
 }
 
+uint64_t fingerprint_of(const trace::Shape& shape) {
+  const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
+  if (!mesh) return 0;
+  uint64_t h = 0;
+  const auto add = [&h](const auto& v) {
+    h = hash_bytes({reinterpret_cast<const char*>(v.data()), v.size() * sizeof(v[0])}, h);
+  };
+  const geom::Mesh& m = **mesh;
+  add(m.P), add(m.P_end), add(m.N), add(m.uv), add(m.indices);
+  return h;
+}
+
 bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
   return a.material == b.material && a.area_light == b.area_light && a.inside_medium == b.inside_medium &&
          a.outside_medium == b.outside_medium;
@@ -39,7 +52,7 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
     check_transform(e.transform, e.loc);
     if (e.transform.is_animated() && object != no_id)
       context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
-    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}});
+    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}, 0});
   };
   for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
   for (size_t i = 0; i < d.objects.size(); ++i)
@@ -63,6 +76,7 @@ void GeometryBuilder::build() {
     } catch (...) {
       errors[i] = std::current_exception();
     }
+    for (const trace::Shape& shape : jobs[i].shapes) jobs[i].fingerprint = hash(jobs[i].fingerprint, fingerprint_of(shape));
   });
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);
@@ -109,13 +123,14 @@ void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
   pending_ = {};
-  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}}, curves.alpha, curves.object);
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0}, curves.alpha, curves.object);
 }
 
 void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
                                 uint32_t object) {
   const ShapeEntity& e = *job.entity;
   bytes_ += bytes_of(shape);
+  fingerprint_ = hash(fingerprint_, job.fingerprint);
   scene::GeometryBinding binding;
   binding.material = e.material;
   binding.alpha = alpha;

@@ -16,6 +16,8 @@ class GeometryBuilder {
   void build();
   double shape_seconds() const { return seconds_; }
   size_t shape_bytes() const { return bytes_; }
+  /// Of all mesh vertices and faces, since mesh files may change where the scene file does not.
+  uint64_t fingerprint() const { return fingerprint_; }
 
  private:
   /// A Shape directive with the space its shapes go to.
@@ -24,6 +26,7 @@ class GeometryBuilder {
     uint32_t object;   ///< trace::no_id for the scene itself
     bool own_object;   ///< moves by itself: becomes an object with one instance
     std::vector<trace::Shape> shapes;
+    uint64_t fingerprint;
   };
 
   std::vector<Job> collect_jobs();
@@ -39,6 +42,7 @@ class GeometryBuilder {
   std::vector<uint32_t> objects_;  ///< traced object of each definition
   double seconds_ = 0;
   size_t bytes_ = 0;
+  uint64_t fingerprint_ = 0;
 
   // Curves of equal looks are gathered: hair comes as one directive a strand.
   struct PendingCurves {

@@ -20,8 +20,9 @@ using scenefile::LightEntity;
 using scenefile::Param;
 using shading::Light;
 
-// Every light's colour is a spectrum of luminance 1 (rgb: as it is) times `scale`; pbrt-v4 divides all light spectra by their luminance.
-// Photometric targets replace the intensity the light would have at colour 1, and the colour and `scale` still multiply.
+// Every light's colour is a spectrum of luminance 1 (rgb: as it is) times `scale`; pbrt-v4 divides all light spectra by
+// their luminance. Photometric targets replace the intensity the light would have at colour 1, and the colour and
+// `scale` still multiply.
 
 FileLoc place_of(const Entity& e, std::string_view name) {
   const Param* p = e.params.find(name);
@@ -37,11 +38,14 @@ RGB colour(const Entity& e, std::string_view name, const BuildContext& context) 
 std::optional<float> positive(const Entity& e, std::string_view name) {
   if (!e.params.find(name)) return std::nullopt;
   const float v = e.params.get_float(name, 0);
-  if (v < 0) throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is negative; expected a number from 0 upwards");
+  if (v < 0)
+    throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is negative; expected a number from 0 upwards");
   return v;
 }
 
-float scale_of(const Entity& e) { return positive(e, "scale").value_or(1); }
+float scale_of(const Entity& e) {
+  return positive(e, "scale").value_or(1);
+}
 
 /// Target over what a light of colour 1 has, where the target is given. As in pbrt-v4, 0 counts as not given.
 float photometric(const Entity& e, std::string_view name, float at_one) {
@@ -73,7 +77,8 @@ V3f direction(const LightEntity& e, const Transform& t, const V3f& from, const V
   const V3f d = t.vector(to - from);
   const float l = length(d);
   if (!(l > 0) || !std::isfinite(l))
-    throw InputError(place_of(e, "to"), "\"from\" and \"to\" give this light no direction; expected two different points");
+    throw InputError(place_of(e, "to"),
+                     "\"from\" and \"to\" give this light no direction; expected two different points");
   return d * (1 / l);
 }
 
@@ -101,12 +106,17 @@ std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, cons
 std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context) {
   const V3f from = e.params.get_point3("from", V3f(0, 0, 0)), to = e.params.get_point3("to", V3f(0, 0, 1));
   const float width = e.params.get_float("coneangle", 30), delta = e.params.get_float("conedeltaangle", 5);
-  if (!(width > 0 && width <= 180)) throw InputError(place_of(e, "coneangle"), "\"coneangle\" is out of range; expected degrees in (0, 180]");
-  if (!(delta >= 0)) throw InputError(place_of(e, "conedeltaangle"), "\"conedeltaangle\" is negative; expected degrees from 0 to \"coneangle\"");
+  if (!(width > 0 && width <= 180))
+    throw InputError(place_of(e, "coneangle"), "\"coneangle\" is out of range; expected degrees in (0, 180]");
+  if (!(delta >= 0))
+    throw InputError(place_of(e, "conedeltaangle"),
+                     "\"conedeltaangle\" is negative; expected degrees from 0 to \"coneangle\"");
   if (delta > width)
-    context.diagnostics.warn(place_of(e, "conedeltaangle"), "\"conedeltaangle\" is wider than \"coneangle\" and is cut to it");
+    context.diagnostics.warn(place_of(e, "conedeltaangle"),
+                             "\"conedeltaangle\" is wider than \"coneangle\" and is cut to it");
   const float end = radians(width), start = radians(std::max(width - delta, 0.0f));
-  const RGB I = colour(e, "I", context) * (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
+  const RGB I =
+      colour(e, "I", context) * (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
   return std::make_unique<shading::SpotLight>(place(e, t, from), direction(e, t, from, to), checked(e, I), end, start);
 }
 
@@ -120,17 +130,20 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();
-  return std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)), std::move(diagram));
+  return std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)),
+                                                     std::move(diagram));
 }
 
 std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t, const BuildContext& context,
                                        const TextureLibrary& textures) {
   const float fov = e.params.get_float("fov", 90);
-  if (!(fov > 0 && fov < 180)) throw InputError(place_of(e, "fov"), "\"fov\" is out of range; expected degrees in (0, 180)");
+  if (!(fov > 0 && fov < 180))
+    throw InputError(place_of(e, "fov"), "\"fov\" is out of range; expected degrees in (0, 180)");
   place(e, t, V3f(0, 0, 0));
   image::Image picture = emission_image(e, context, textures);
   float scale = scale_of(e);
-  if (e.params.find("power")) scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
+  if (e.params.find("power"))
+    scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
   return std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov);
 }
 
@@ -163,7 +176,8 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
     const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", pi));
     return std::make_unique<shading::InfiniteLight>(checked(e, L));
   }
-  if (e.params.find("L")) throw InputError(filename->loc, "an infinite light has both \"L\" and \"filename\"; expected one of them");
+  if (e.params.find("L"))
+    throw InputError(filename->loc, "an infinite light has both \"L\" and \"filename\"; expected one of them");
   static const std::vector<std::string_view> mappings = {"automatic", "equalarea", "latlong"};
   std::optional<image::EnvironmentMapping> mapping;
   const int choice = e.params.get_choice("mapping", mappings, 0);
@@ -214,24 +228,37 @@ AreaLightParams area_light_params(const Entity& e, const shading::FloatTexturePt
 }  // namespace
 
 std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& context, const TextureLibrary& textures) {
-  static const std::vector<std::string_view> types = {"point", "spot", "goniometric", "projection", "distant", "infinite"};
+  static const std::vector<std::string_view> types = {"point",      "spot",    "goniometric",
+                                                      "projection", "distant", "infinite"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(types));
   const Transform t = light_to_world(e, context);
   std::unique_ptr<Light> light;
   switch (it - types.begin()) {
-    case 0: light = make_point(e, t, context); break;
-    case 1: light = make_spot(e, t, context); break;
-    case 2: light = make_goniometric(e, t, context, textures); break;
-    case 3: light = make_projection(e, t, context, textures); break;
-    case 4: light = make_distant(e, t, context); break;
-    default: light = make_infinite(e, t, context, textures);
+    case 0:
+      light = make_point(e, t, context);
+      break;
+    case 1:
+      light = make_spot(e, t, context);
+      break;
+    case 2:
+      light = make_goniometric(e, t, context, textures);
+      break;
+    case 3:
+      light = make_projection(e, t, context, textures);
+      break;
+    case 4:
+      light = make_distant(e, t, context);
+      break;
+    default:
+      light = make_infinite(e, t, context, textures);
   }
   e.params.report_unused("LightSource \"" + e.type + "\"", context.diagnostics);
   return light->power(1) > 0 ? std::move(light) : nullptr;
 }
 
-std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e, std::vector<std::optional<geom::EmitterShape>> emitters,
+std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
+                                                     std::vector<std::optional<geom::EmitterShape>> emitters,
                                                      const shading::FloatTexturePtr& alpha, const BuildContext& context,
                                                      const TextureLibrary& textures, const FileLoc& loc) {
   const AreaLightParams params = area_light_params(e, alpha, context, textures);

@@ -13,19 +13,19 @@
 
 namespace dapple::build {
 
-// Lights from their directives, with pbrt-v4's parameters and units (docs/guide/lights.md). Unknown types, missing files and emission that is
-// negative or not finite throw InputError; unused parameters are reported.
+// Lights from their directives, with pbrt-v4's parameters and units (docs/guide/lights.md). Unknown types, missing
+// files and emission that is negative or not finite throw InputError; unused parameters are reported.
 
 /// A LightSource. Null if it emits nothing.
 std::unique_ptr<shading::Light> make_light(const scenefile::LightEntity& entity, const BuildContext& context,
                                            const TextureLibrary& textures);
 
-/// The primitives of a shape as emitters, in the order of their numbers and with the side that SurfacePoint::Ng points to; nullopt for those
-/// without area. Empty for curves. Deforming meshes are taken at shutter open.
+/// The primitives of a shape as emitters, in the order of their numbers and with the side that SurfacePoint::Ng points
+/// to; nullopt for those without area. Empty for curves. Deforming meshes are taken at shutter open.
 std::vector<std::optional<geom::EmitterShape>> make_emitters(const trace::Shape& shape);
 
-/// The lights of an AreaLightSource on one shape, one for each emitter: null where there is no emitter or no emission. Emitters without area are
-/// named in a warning. `alpha`: the shape's opacity, may be null. `loc`: of the shape.
+/// The lights of an AreaLightSource on one shape, one for each emitter: null where there is no emitter or no emission.
+/// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `loc`: of the shape.
 std::vector<std::unique_ptr<shading::Light>> make_area_lights(const scenefile::Entity& entity,
                                                               std::vector<std::optional<geom::EmitterShape>> emitters,
                                                               const shading::FloatTexturePtr& alpha,

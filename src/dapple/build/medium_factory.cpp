@@ -28,13 +28,15 @@ FileLoc place_of(const MediumEntity& e, std::string_view name) {
 
 float from_zero(const MediumEntity& e, std::string_view name, float fallback) {
   const float v = e.params.get_float(name, fallback);
-  if (v < 0) throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is negative; expected a number from 0 upwards");
+  if (v < 0)
+    throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is negative; expected a number from 0 upwards");
   return v;
 }
 
 HenyeyGreenstein phase_of(const MediumEntity& e) {
   const float g = e.params.get_float("g", 0);
-  if (!(std::abs(g) < 1)) throw InputError(place_of(e, "g"), "\"g\" is out of range; expected a number above -1 and below 1");
+  if (!(std::abs(g) < 1))
+    throw InputError(place_of(e, "g"), "\"g\" is out of range; expected a number above -1 and below 1");
   return {g};
 }
 
@@ -115,16 +117,20 @@ VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const 
   if (values.empty()) return {};
   const FileLoc loc = place_of(e, name);
   if (!lattice.holds(values.size()))
-    throw InputError(loc, "\"" + std::string(name) + "\" has " + std::to_string(values.size()) + " values; expected " + lattice.count());
+    throw InputError(loc, "\"" + std::string(name) + "\" has " + std::to_string(values.size()) + " values; expected " +
+                              lattice.count());
   for (const float v : values)
-    if (!(v >= 0) || !std::isfinite(v)) throw InputError(loc, "\"" + std::string(name) + "\" has a value that is negative or not finite");
+    if (!(v >= 0) || !std::isfinite(v))
+      throw InputError(loc, "\"" + std::string(name) + "\" has a value that is negative or not finite");
   return {std::vector<float>(values.begin(), values.end()), lattice.nx, lattice.ny, lattice.nz};
 }
 
-VoxelGrid<RGB> rgb_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice, const BuildContext& context) {
+VoxelGrid<RGB> rgb_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice,
+                        const BuildContext& context) {
   const Param* p = e.params.find(name);
   if (!p) return {};
-  if (p->type != ParamType::rgb) throw InputError(p->loc, "\"" + std::string(name) + "\" has the wrong type; expected rgb");
+  if (p->type != ParamType::rgb)
+    throw InputError(p->loc, "\"" + std::string(name) + "\" has the wrong type; expected rgb");
   if (p->numbers.size() % 3 != 0 || !lattice.holds(p->numbers.size() / 3))
     throw InputError(p->loc, "\"" + std::string(name) + "\" has " + std::to_string(p->numbers.size()) +
                                  " numbers; expected three for each of " + lattice.count());
@@ -142,7 +148,8 @@ VoxelGrid<RGB> rgb_grid(const MediumEntity& e, std::string_view name, const Latt
 MediumPtr make_uniform_grid(const MediumEntity& e, const BuildContext& context) {
   const Lattice lattice(e, context);
   const Coefficients c = coefficients(e, context);
-  GridMedium::Content content{.box = lattice.box, .sigma_a = c.sigma_a, .sigma_s = c.sigma_s, .emission = emission(e, context)};
+  GridMedium::Content content{
+      .box = lattice.box, .sigma_a = c.sigma_a, .sigma_s = c.sigma_s, .emission = emission(e, context)};
   content.density = float_grid(e, "density", lattice);
   if (content.density.empty()) throw InputError(e.loc, "a uniformgrid medium needs \"float density\"");
   content.emission_scale = float_grid(e, "Lescale", lattice);
@@ -163,7 +170,8 @@ MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
     throw InputError(e.loc, "an rgbgrid medium needs \"rgb sigma_a\" or \"rgb sigma_s\"");
   content.emission_rgb = rgb_grid(e, "Le", lattice, context);
   if (!content.emission_rgb.empty()) {
-    if (content.sigma_a_grid.empty()) throw InputError(place_of(e, "Le"), "\"Le\" of an rgbgrid medium needs \"rgb sigma_a\"");
+    if (content.sigma_a_grid.empty())
+      throw InputError(place_of(e, "Le"), "\"Le\" of an rgbgrid medium needs \"rgb sigma_a\"");
     content.emission = RGB(from_zero(e, "Lescale", 1));
   }
   return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
@@ -177,9 +185,15 @@ MediumPtr make_medium(const MediumEntity& e, const BuildContext& context) {
   if (it == types.end()) throw InputError(e.loc, "unknown medium \"" + e.type + "\"; " + one_of(types));
   MediumPtr medium;
   switch (it - types.begin()) {
-    case 0: medium = make_homogeneous(e, context); break;
-    case 1: medium = make_uniform_grid(e, context); break;
-    case 2: medium = make_rgb_grid(e, context); break;
+    case 0:
+      medium = make_homogeneous(e, context);
+      break;
+    case 1:
+      medium = make_uniform_grid(e, context);
+      break;
+    case 2:
+      medium = make_rgb_grid(e, context);
+      break;
     default:
       context.diagnostics.unsupported(e.loc, "medium \"" + e.type + "\"", "empty space");
       return std::make_shared<HomogeneousMedium>(RGB(0), RGB(0), RGB(0), HenyeyGreenstein{});

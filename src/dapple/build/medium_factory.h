@@ -9,9 +9,10 @@
 
 namespace dapple::build {
 
-/// A MakeNamedMedium directive, with pbrt-v4's parameters and units (docs/guide/lights.md). Types homogeneous, uniformgrid and rgbgrid; cloud and
-/// nanovdb become empty space, named as unsupported. Unknown types and presets, coefficients that are negative or not finite, and grids of the wrong
-/// size throw InputError; unused parameters are reported. Never null.
+/// A MakeNamedMedium directive, with pbrt-v4's parameters and units (docs/guide/lights.md). Types homogeneous,
+/// uniformgrid and rgbgrid; cloud and nanovdb become empty space, named as unsupported. Unknown types and presets,
+/// coefficients that are negative or not finite, and grids of the wrong size throw InputError; unused parameters are
+/// reported. Never null.
 std::shared_ptr<const shading::Medium> make_medium(const scenefile::MediumEntity& entity, const BuildContext& context);
 
 /// All media of the description, in its order.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/scene_builder.h"
 
-#include "dapple/base/parallel.h"
+#include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/geometry_builder.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/material_factory.h"
+#include "dapple/build/medium_factory.h"
 #include "dapple/build/texture_factory.h"
 
 namespace dapple::build {
@@ -29,12 +30,15 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.filter = make_filter(context);
   const TextureLibrary textures(context);
   scene.materials = make_materials(context, textures);
+  scene.media = make_media(context);
+  if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
   GeometryBuilder geometry(context, textures, scene);
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();
+  scene.fingerprint = hash(description.fingerprint, geometry.fingerprint());
   scene.traced.commit();
   built.times.acceleration_seconds = scene.traced.build_seconds();
 
@@ -49,7 +53,6 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   std::vector<const shading::Light*> lights;
   for (const auto& light : scene.lights) lights.push_back(light.get());
   if (!lights.empty()) scene.light_sampler = std::make_unique<shading::LightSampler>(lights, radius);
-  //FP
   built.times.total_seconds = timer.seconds();
   return built;
 }

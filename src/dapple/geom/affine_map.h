@@ -20,8 +20,8 @@ struct AffineMap {
     const V3f q = p - origin;
     return V3f(dot(cross(y, z), q), dot(cross(z, x), q), dot(cross(x, y), q)) * (1 / determinant());
   }
-  /// World area over object area around a point of unit normal n (object space), as the length of a vector that is also the
-  /// outward world normal (Nanson's formula).
+  /// World area over object area around a point of unit normal n (object space), as the length of a vector that is also
+  /// the outward world normal (Nanson's formula).
   V3f area_vector(const V3f& n) const {
     const V3f a = cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
     return determinant() < 0 ? -a : a;

@@ -3,8 +3,8 @@
 
 namespace dapple::geom {
 
-CylinderEmitter::CylinderEmitter(const Transform& object_to_world, float radius, float z_min, float z_max, float phi_max,
-                                 bool flip)
+CylinderEmitter::CylinderEmitter(const Transform& object_to_world, float radius, float z_min, float z_max,
+                                 float phi_max, bool flip)
     : map_(object_to_world),
       radius_(std::abs(radius)),
       z_min_(std::min(z_min, z_max)),
@@ -22,7 +22,8 @@ CylinderEmitter::CylinderEmitter(const Transform& object_to_world, float radius,
 }
 
 Box3f CylinderEmitter::bounds() const {
-  const V3f half = V3f(std::hypot(map_.x.x, map_.y.x), std::hypot(map_.x.y, map_.y.y), std::hypot(map_.x.z, map_.y.z)) * radius_;
+  const V3f half =
+      V3f(std::hypot(map_.x.x, map_.y.x), std::hypot(map_.x.y, map_.y.y), std::hypot(map_.x.z, map_.y.z)) * radius_;
   Box3f box;
   for (const float z : {z_min_, z_max_}) {
     const V3f centre = map_.point({0, 0, z});

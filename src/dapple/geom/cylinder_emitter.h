@@ -6,7 +6,8 @@
 
 namespace dapple::geom {
 
-/// An open cylinder around z with z in [z_min, z_max] and phi in [0, phi_max] that emits. Uniform by area in object space.
+/// An open cylinder around z with z in [z_min, z_max] and phi in [0, phi_max] that emits. Uniform by area in object
+/// space.
 class CylinderEmitter {
  public:
   /// Object space; phi_max in radians. The normal points away from the axis, towards it if `flip`.

@@ -5,8 +5,8 @@
 
 namespace dapple::geom {
 
-DiskEmitter::DiskEmitter(const Transform& object_to_world, float height, float radius, float inner_radius, float phi_max,
-                         bool flip)
+DiskEmitter::DiskEmitter(const Transform& object_to_world, float height, float radius, float inner_radius,
+                         float phi_max, bool flip)
     : map_(object_to_world),
       height_(height),
       radius_(std::abs(radius)),
@@ -19,7 +19,8 @@ DiskEmitter::DiskEmitter(const Transform& object_to_world, float height, float r
 
 Box3f DiskEmitter::bounds() const {
   const V3f centre = map_.point({0, 0, height_});
-  const V3f half = V3f(std::hypot(map_.x.x, map_.y.x), std::hypot(map_.x.y, map_.y.y), std::hypot(map_.x.z, map_.y.z)) * radius_;
+  const V3f half =
+      V3f(std::hypot(map_.x.x, map_.y.x), std::hypot(map_.x.y, map_.y.y), std::hypot(map_.x.z, map_.y.z)) * radius_;
   return Box3f(centre - half, centre + half);
 }
 

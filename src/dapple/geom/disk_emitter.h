@@ -6,11 +6,13 @@
 
 namespace dapple::geom {
 
-/// A disk at z = height, or the part of one with radius in [inner_radius, radius] and phi in [0, phi_max], that emits. Uniform by area.
+/// A disk at z = height, or the part of one with radius in [inner_radius, radius] and phi in [0, phi_max], that emits.
+/// Uniform by area.
 class DiskEmitter {
  public:
   /// Object space; phi_max in radians. The normal is +z, -z if `flip`.
-  DiskEmitter(const Transform& object_to_world, float height, float radius, float inner_radius, float phi_max, bool flip);
+  DiskEmitter(const Transform& object_to_world, float height, float radius, float inner_radius, float phi_max,
+              bool flip);
 
   bool sample(const V3f& ref, const V2f& u, EmitterSample* out) const;
   /// Density (solid angle) with which sample() returns the direction wi of p, a point of the disk seen from ref.

@@ -19,8 +19,8 @@ struct NormalCone {
   float cos_theta = -1;
 };
 
-/// Density over area at p (unit normal n), seen from ref, as a density over solid angle: times d^2 / |cos|. False where that is
-/// not a positive finite number (p on edge or at ref).
+/// Density over area at p (unit normal n), seen from ref, as a density over solid angle: times d^2 / |cos|. False where
+/// that is not a positive finite number (p on edge or at ref).
 inline bool area_to_solid_angle(const V3f& ref, const V3f& p, const V3f& n, float pdf_area, float* pdf) {
   const V3f to = p - ref;
   const float d2 = length2(to);

@@ -17,9 +17,10 @@ namespace dapple::geom {
 ///   bool sample(ref, u, EmitterSample*)   a point of the surface for a reference point; false where none can be drawn
 ///   float pdf(ref, wi, p, n)              its density over solid angle, given that p was hit along wi
 ///   float area(), Box3f bounds(), NormalCone normal_cone()
-/// Emission is on the side of the normal. A caller that stores many keeps the alternative itself (a triangle is 48 bytes), not
-/// the variant. sample() may return points that cannot be seen from ref (the far side of a partial sphere).
-using EmitterShape = std::variant<TriangleEmitter, RectangleEmitter, QuadEmitter, SphereEmitter, DiskEmitter, CylinderEmitter>;
+/// Emission is on the side of the normal. A caller that stores many keeps the alternative itself (a triangle is 48
+/// bytes), not the variant. sample() may return points that cannot be seen from ref (the far side of a partial sphere).
+using EmitterShape =
+    std::variant<TriangleEmitter, RectangleEmitter, QuadEmitter, SphereEmitter, DiskEmitter, CylinderEmitter>;
 
 inline float area(const EmitterShape& shape) {
   return std::visit([](const auto& s) { return s.area(); }, shape);

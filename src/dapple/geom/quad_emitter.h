@@ -8,14 +8,14 @@
 
 namespace dapple::geom {
 
-/// A quad that emits: the two triangles (0, 1, 3) and (2, 3, 1) that a quad is traced as. One of them is chosen in proportion
-/// to area, and drawn as a TriangleEmitter.
+/// A quad that emits: the two triangles (0, 1, 3) and (2, 3, 1) that a quad is traced as. One of them is chosen in
+/// proportion to area, and drawn as a TriangleEmitter.
 class QuadEmitter {
  public:
   using UV = std::array<V2f, 4>;
 
-  /// Corners in order around it. The normal is that of (c1 - c0) x (c3 - c0), or the opposite if `flip`. uv: those of the
-  /// corners; (0, 0), (1, 0), (1, 1), (0, 1) if absent.
+  /// Corners in order around it. The normal is that of (c1 - c0) x (c3 - c0), or the opposite if `flip`. uv: those of
+  /// the corners; (0, 0), (1, 0), (1, 1), (0, 1) if absent.
   QuadEmitter(const V3f corners[4], bool flip, const std::optional<UV>& uv = std::nullopt);
 
   bool sample(const V3f& ref, const V2f& u, EmitterSample* out) const;

@@ -6,10 +6,12 @@
 namespace dapple::geom {
 namespace {
 
-V3d to_double(const V3f& v) { return V3d(v.x, v.y, v.z); }
+V3d to_double(const V3f& v) {
+  return V3d(v.x, v.y, v.z);
+}
 
-/// Solid-angle sampling of a rectangle, in the notation of Urena et al. 2013, section 3. Angles are by atan2, which keeps the solid
-/// angle right at grazing views, where the cosines of the paper round to one.
+/// Solid-angle sampling of a rectangle, in the notation of Urena et al. 2013, section 3. Angles are by atan2, which
+/// keeps the solid angle right at grazing views, where the cosines of the paper round to one.
 struct SphericalRectangle {
   V3d o, x, y, z;
   double x0, x1, y0, y1, z0, b0, b1, k, solid_angle;
@@ -63,7 +65,9 @@ RectangleEmitter::RectangleEmitter(const V3f c[4], bool flip, const std::optiona
       flip_(flip),
       uv_(uv ? std::make_unique<const UV>(*uv) : nullptr) {}
 
-float RectangleEmitter::area() const { return length(cross(ex_, ey_)); }
+float RectangleEmitter::area() const {
+  return length(cross(ex_, ey_));
+}
 
 V3f RectangleEmitter::normal() const {
   const V3f n = normalize(cross(ex_, ey_));

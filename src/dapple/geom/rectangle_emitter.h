@@ -9,8 +9,8 @@
 
 namespace dapple::geom {
 
-/// A rectangle that emits. Points are drawn uniformly in solid angle (Urena, Fajardo & King 2013, "An area-preserving parametrization for
-/// spherical rectangles"), and uniformly by area where it subtends less than min_solid_angle.
+/// A rectangle that emits. Points are drawn uniformly in solid angle (Urena, Fajardo & King 2013, "An area-preserving
+/// parametrization for spherical rectangles"), and uniformly by area where it subtends less than min_solid_angle.
 class RectangleEmitter {
  public:
   using UV = std::array<V2f, 4>;
@@ -18,8 +18,8 @@ class RectangleEmitter {
 
   /// True if the four corners, in order around it, are those of a rectangle within rounding.
   static bool is_rectangle(const V3f corners[4]);
-  /// Corners in order around it. The normal is that of (c1 - c0) x (c3 - c0), or the opposite if `flip`. uv: those of the
-  /// corners; (0, 0), (1, 0), (1, 1), (0, 1) if absent.
+  /// Corners in order around it. The normal is that of (c1 - c0) x (c3 - c0), or the opposite if `flip`. uv: those of
+  /// the corners; (0, 0), (1, 0), (1, 1), (0, 1) if absent.
   RectangleEmitter(const V3f corners[4], bool flip, const std::optional<UV>& uv = std::nullopt);
 
   /// False where nothing can be drawn (ref in the plane).

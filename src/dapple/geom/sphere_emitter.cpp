@@ -34,7 +34,8 @@ SphereEmitter::SphereEmitter(const Transform& object_to_world, float radius, flo
 Box3f SphereEmitter::bounds() const {
   // Extent of the ellipsoid along each world axis; a partial sphere gets the same box.
   const V3f half = V3f(std::hypot(map_.x.x, map_.y.x, map_.z.x), std::hypot(map_.x.y, map_.y.y, map_.z.y),
-                       std::hypot(map_.x.z, map_.y.z, map_.z.z)) * radius_;
+                       std::hypot(map_.x.z, map_.y.z, map_.z.z)) *
+                   radius_;
   return Box3f(map_.origin - half, map_.origin + half);
 }
 
@@ -54,7 +55,8 @@ bool SphereEmitter::sees_cone(const V3f& ref, float* sin2_max, float* distance) 
   return d2 > r2 * 1.0001f;
 }
 
-bool SphereEmitter::sample_cone(const V3f& ref, const V2f& u, float sin2_max, float distance, EmitterSample* out) const {
+bool SphereEmitter::sample_cone(const V3f& ref, const V2f& u, float sin2_max, float distance,
+                                EmitterSample* out) const {
   // 1 - cos without cancellation, so that distant spheres keep their size.
   const float one_minus_cos_max = sin2_max / (1 + std::sqrt(1 - sin2_max));
   const float h = u.x * one_minus_cos_max;  // 1 - cos(theta)

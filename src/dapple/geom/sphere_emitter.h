@@ -6,11 +6,13 @@
 
 namespace dapple::geom {
 
-/// A sphere, or the part of one with z in [z_min, z_max] and phi in [0, phi_max], that emits. A whole sphere without shear or stretch is
-/// drawn uniformly in solid angle (a cone) from points outside; everything else uniformly by area in object space.
+/// A sphere, or the part of one with z in [z_min, z_max] and phi in [0, phi_max], that emits. A whole sphere without
+/// shear or stretch is drawn uniformly in solid angle (a cone) from points outside; everything else uniformly by area
+/// in object space.
 class SphereEmitter {
  public:
-  /// z limits in object space, clamped to the radius; phi_max in radians. The normal points outwards, inwards if `flip`.
+  /// z limits in object space, clamped to the radius; phi_max in radians. The normal points outwards, inwards if
+  /// `flip`.
   SphereEmitter(const Transform& object_to_world, float radius, float z_min, float z_max, float phi_max, bool flip);
 
   bool sample(const V3f& ref, const V2f& u, EmitterSample* out) const;

@@ -8,17 +8,20 @@
 namespace dapple::geom {
 namespace {
 
-V3d to_double(const V3f& v) { return V3d(v.x, v.y, v.z); }
+V3d to_double(const V3f& v) {
+  return V3d(v.x, v.y, v.z);
+}
 
-/// The triangle seen from a point, projected on the unit sphere. Double precision: small triangles are differences of nearly equal
-/// unit vectors.
+/// The triangle seen from a point, projected on the unit sphere. Double precision: small triangles are differences of
+/// nearly equal unit vectors.
 struct SphericalTriangle {
-  V3d A, B, C;            // vertices relative to the point
-  V3d a, b, c;            // the same, unit
-  double det = 0;         // |a . (b x c)|
+  V3d A, B, C;             // vertices relative to the point
+  V3d a, b, c;             // the same, unit
+  double det = 0;          // |a . (b x c)|
   double solid_angle = 0;  // 0 where it is outside the range for spherical sampling
 
   SphericalTriangle(const V3f& ref, const V3f& p0, const V3f& p1, const V3f& p2) {
+    if (is_small(ref, p0, p1, p2)) return;
     const V3d o = to_double(ref);
     A = to_double(p0) - o, B = to_double(p1) - o, C = to_double(p2) - o;
     const double la = A.length(), lb = B.length(), lc = C.length();
@@ -30,7 +33,15 @@ struct SphericalTriangle {
     if (omega >= TriangleEmitter::min_solid_angle && omega <= TriangleEmitter::max_solid_angle) solid_angle = omega;
   }
 
-  /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards c2.
+  /// True where the triangle is so small or far that points uniform in area are as good: they cost a sixth.
+  static bool is_small(const V3f& ref, const V3f& p0, const V3f& p1, const V3f& p2) {
+    const V3f centre = (p0 + p1 + p2) * (1.0f / 3);
+    const float r2 = std::max({length2(p0 - centre), length2(p1 - centre), length2(p2 - centre)});
+    return r2 < sqr(TriangleEmitter::small_angle) * length2(centre - ref);
+  }
+
+  /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards
+  /// c2.
   V3d sample(const V2f& u) const {
     const double cos_c = a.dot(b), cos_b = a.dot(c);
     const double num = b.dot(c) - cos_c * cos_b, hyp = std::hypot(num, det);
@@ -66,9 +77,13 @@ V2f TriangleEmitter::uv_at(const V3f& b) const {
   return {b1 + b2, b2};
 }
 
-float TriangleEmitter::area() const { return 0.5f * length(cross(p1_ - p0_, p2_ - p0_)); }
+float TriangleEmitter::area() const {
+  return 0.5f * length(cross(p1_ - p0_, p2_ - p0_));
+}
 
-V3f TriangleEmitter::normal() const { return normalize(cross(p1_ - p0_, p2_ - p0_)); }
+V3f TriangleEmitter::normal() const {
+  return normalize(cross(p1_ - p0_, p2_ - p0_));
+}
 
 Box3f TriangleEmitter::bounds() const {
   Box3f box(p0_);

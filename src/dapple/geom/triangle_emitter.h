@@ -9,12 +9,14 @@
 
 namespace dapple::geom {
 
-/// A triangle that emits. Points are drawn uniformly in solid angle (Arvo 1995, "Stratified sampling of spherical triangles") where
-/// the triangle subtends between min_solid_angle and max_solid_angle, and uniformly by area otherwise, where Arvo's construction
-/// loses its precision. 48 bytes, because a scene may have a million.
+/// A triangle that emits. Points are drawn uniformly in solid angle (Arvo 1995, "Stratified sampling of spherical
+/// triangles") where the triangle subtends between min_solid_angle and max_solid_angle, and uniformly by area
+/// otherwise, where Arvo's construction loses its precision. 48 bytes, because a scene may have a million.
 class TriangleEmitter {
  public:
   using UV = std::array<V2f, 3>;
+  /// Radius over distance below which density is uniform in area; the squared distance then varies by less than a factor of three.
+  static constexpr float small_angle = 0.25f;
   static constexpr double min_solid_angle = 1e-6;  ///< sr
   static constexpr double max_solid_angle = 6.2;   ///< sr; a hemisphere has 6.283
 

@@ -94,7 +94,7 @@ struct ImageLimits {
   uint64_t slack_bytes = uint64_t{256} << 20;
 };
 
-/// Reads the first image of a file: EXR, PNG, JPEG, TGA, Radiance HDR, PFM and PNM, TIFF, BMP, WebP, DPX. The kind is
+/// Reads the first image of a file: EXR, PNG, JPEG, TGA, Radiance HDR, PFM and PNM, TIFF, BMP, WebP. The kind is
 /// told from the content (TGA, which has no mark, from the name), never by trying every reader. Colour is decoded to
 /// linear; alpha, where there is one, is not multiplied in. Throws InputError for whatever cannot be read whole:
 /// missing, a folder or device, unknown, damaged, deep, beyond the limits.

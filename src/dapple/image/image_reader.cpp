@@ -10,13 +10,14 @@
 #include <memory>
 
 #include "dapple/base/parallel.h"
+#include "dapple/image/exr_header.h"
 #include "dapple/image/image.h"
 
 namespace dapple::image {
 
 namespace {
 
-constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP, WebP or DPX";
+constexpr std::string_view readable = "expected EXR, PNG, JPEG, TGA, HDR, PFM, PNM, TIFF, BMP or WebP";
 
 uint64_t checked_file_size(const std::string& path, const FileLoc& loc) {
   struct stat s {};
@@ -42,7 +43,6 @@ std::string_view format_of(const std::string& path, std::string_view head) {
     return "tiff";
   if (begins("BM")) return "bmp";
   if (begins("RIFF") && head.size() >= 12 && head.substr(8, 4) == "WEBP") return "webp";
-  if (begins("SDPX") || begins("XPDS")) return "dpx";
   std::string extension = path.substr(path.find_last_of('.') + 1);
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if ((extension == "tga" || extension == "tpic") && head.size() >= 18) return "targa";
@@ -63,24 +63,6 @@ struct OpenFile {
   const OIIO::ImageSpec& spec() const { return input->spec(); }
 };
 
-void check_limits(const std::string& path, const FileLoc& loc, const OIIO::ImageSpec& spec, uint64_t file_size,
-                  const ImageLimits& limits) {
-  const auto refuse = [&](const std::string& why) { throw InputError(loc, "image \"" + path + "\" " + why); };
-  const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels of " +
-                           std::to_string(spec.nchannels) + " channels";
-  if (spec.deep) refuse("is a deep image; expected a flat one");
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1) refuse("has no flat area: " + size);
-  if (spec.width > limits.max_side || spec.height > limits.max_side || spec.nchannels > limits.max_channels)
-    refuse("claims " + size + ", more than the limit of " + std::to_string(limits.max_side) + " pixels a side and " +
-           std::to_string(limits.max_channels) + " channels");
-  const uint64_t bytes = sizeof(float) * static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height) *
-                         static_cast<uint64_t>(spec.nchannels);
-  if (bytes > limits.max_bytes)
-    refuse("claims " + size + ", which take more than the limit of " + std::to_string(limits.max_bytes >> 20) + " MiB");
-  if (bytes > limits.slack_bytes && bytes / limits.max_expansion > file_size)
-    refuse("claims " + size + ", too many for a file of " + std::to_string(file_size) + " bytes");
-}
-
 OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimits& limits) {
   const uint64_t file_size = checked_file_size(path, loc);
   OpenFile file;
@@ -88,6 +70,7 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
   if (file.format.empty())
     throw InputError(loc, "\"" + path + "\" is not an image of a known kind; " + std::string(readable));
 
+  if (file.format == "openexr") check_exr_header(path, file_size, limits, loc);
   file.input = OIIO::ImageInput::create(std::string(file.format));
   if (!file.input)
     throw InputError(loc, "this build cannot read " + std::string(file.format) + " images: \"" + path + "\"");
@@ -95,7 +78,8 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
   config["oiio:UnassociatedAlpha"] = 1;
   if (!file.input->open(path, spec, config))
     throw InputError(loc, "cannot read image \"" + path + "\": " + file.input->geterror());
-  check_limits(path, loc, spec, file_size, limits);
+  if (spec.deep || spec.depth > 1) throw InputError(loc, "image \"" + path + "\" is deep; expected a flat one");
+  check_image_size(path, spec.width, spec.height, spec.nchannels, file_size, limits, loc);
   return file;
 }
 

@@ -75,9 +75,8 @@ void quantize(Image& image, SampleType type) {
   }
 }
 
-SampleType storage_type(const ImageInfo& info, TextureUse use) {
-  return use == TextureUse::scalar && info.bits > 8 && info.format != "hdr" ? SampleType::full_float
-                                                                            : SampleType::half_float;
+SampleType storage_type(TextureUse use) {
+  return use == TextureUse::scalar ? SampleType::full_float : SampleType::half_float;
 }
 
 bool usable_in_place(const ImageInfo& info, Encoding encoding, TextureUse use) {

@@ -19,8 +19,8 @@ Image select_channels(const Image& image, TextureUse use);
 std::optional<std::array<float, 3>> uniform_value(const Image& image);
 /// Rounds to the numbers a file of this type holds; what is not finite becomes 0 or the largest.
 void quantize(Image& image, SampleType type);
-/// How texels are stored: half, but for scalars of more than 8 bits, which may be displacements.
-SampleType storage_type(const ImageInfo& info, TextureUse use);
+/// How texels are stored: colours as half, scalars, which may be displacements, as float.
+SampleType storage_type(TextureUse use);
 /// True for a linear, tiled pyramid whose leading channels are those wanted: it can serve look-ups as it is.
 bool usable_in_place(const ImageInfo& info, Encoding encoding, TextureUse use);
 

@@ -274,7 +274,7 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
     handle.opened_ = opened;
   } else {
     handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(read_image(path, loc, encoding), use),
-                                                    storage_type(info, use), path, loc);
+                                                    storage_type(use), path, loc);
   }
   const std::lock_guard lock(shared_->mutex);
   shared_->opened[key] = handle.opened_;
@@ -283,9 +283,8 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
 
 TextureHandle TextureSystem::add(const Image& image, TextureUse use, const std::string& name) {
   TextureHandle handle;
-  handle.opened_ = TextureHandle::Opened::convert(
-      shared_, select_channels(image, use), use == TextureUse::scalar ? SampleType::full_float : SampleType::half_float,
-      name, FileLoc{name, 0, 0});
+  handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), storage_type(use), name,
+                                                  FileLoc{name, 0, 0});
   return handle;
 }
 

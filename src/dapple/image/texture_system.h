@@ -76,7 +76,7 @@ struct TextureStatistics {
 /// Images for look-ups, paged in by tiles and bounded in memory; OpenImageIO's TextureSystem and cache.
 ///
 /// OpenImageIO filters numbers as they are stored. Therefore an image is decoded to linear, reduced to a mip pyramid by
-/// exact area averages and stored in tiles (colour in half precision, scalars beyond 8 bits in float) in a private
+/// exact area averages and stored in tiles (colour in half precision, scalars in float) in a private
 /// temporary folder when it is first opened; it goes with the last user, and with the next run if this one is killed.
 /// Linear files that already are tiled pyramids are used in place.
 ///

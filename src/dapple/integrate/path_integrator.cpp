@@ -6,6 +6,7 @@
 #include "dapple/integrate/path_workspace.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
 
@@ -43,6 +44,8 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
     const auto& c = constants_.back();
     needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
   }
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
+  shadows_pass_ |= scene.has_media();
   hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
@@ -97,18 +100,23 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
     collect_hits(w);
     prelight(w);
+    w.append_flights();
     w.draw_samples(camera_dimensions + uint32_t(step) * step_dimensions);
     w.shadow_count = 0;
-    for (int k = 0; k < w.point_count; ++k) {
+    for (int k = 0; k < w.surface_count; ++k) {
       if (w.bsdf[k].kind == BsdfKind::passthrough) {
         pass_through(k, w);
         continue;
       }
-      sample_light(k, w);
+      light_surface(k, w);
       scatter(k, w);
     }
+    for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
     w.swap_rays();
-    trace_shadows(w);
+    if (shadows_pass_)
+      trace_shadows_through(w);
+    else
+      trace_shadows(w);
   }
   w.now->count = 0;
 }
@@ -120,10 +128,11 @@ bool PathIntegrator::passes(uint32_t geometry) const {
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
 void PathIntegrator::collect_hits(PathWorkspace& w) const {
-  w.point_count = 0;
+  w.point_count = w.flight_count = 0;
   for (int i = 0; i < w.now->count; ++i) {
     const int p = w.now->path[i];
     const V3f d = w.now->batch.direction(i);
+    if (w.medium[p] != scene::vacuum && !fly(i, w)) continue;
     if (w.hit.geometry[i] == no_id) {
       add_environment(p, d, w);
       continue;
@@ -141,10 +150,25 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
   }
 }
 
+// Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
+bool PathIntegrator::fly(int i, PathWorkspace& w) const {
+  const int p = w.now->path[i];
+  const trace::RayBatch& rays = w.now->batch;
+  const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
+  const float t_max = w.hit.geometry[i] == no_id ? infinity : w.hit.t[i];
+  const shading::MediumSample s = scene_.media[size_t(w.medium[p])]->sample(ray, t_max, w.beta[p], w.vertex_key(p, 0));
+  w.L[p] += w.beta[p] * s.emitted;
+  w.beta[p] *= s.weight;
+  if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
+  if (!s.scattered) return true;
+  if (!w.last[p]) w.flight[w.flight_count++] = {p, ray.o + ray.d * s.t, ray.d};
+  return false;
+}
+
 void PathIntegrator::add_environment(int p, const V3f& d, PathWorkspace& w) const {
   for (const uint32_t index : scene_.infinite_lights) {
     const shading::Light& light = *scene_.lights[index];
-    const RGB Le = light.environment(d, w.cone_spread[p]);
+    const RGB Le = light.environment(d, 0);  // unfiltered, as light samples are
     if (Le.is_black()) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
@@ -190,6 +214,7 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
     ++kept;
   }
   w.point_count = kept;
+  w.surface_count = kept;
   w.shading_points += uint64_t(kept);
   std::stable_sort(w.batched, w.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
   for (int first = 0; first < batched;) {
@@ -225,40 +250,87 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
   w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
 }
 
-void PathIntegrator::sample_light(int k, PathWorkspace& w) const {
-  const Bsdf& bsdf = w.bsdf[k];
-  if (!scene_.light_sampler || bsdf.is_delta()) return;
+// Draws a light for path p and sends a shadow ray. evaluate(wi, &pdf) gives f |cos|; `surface` is null in media.
+template <class Evaluate>
+void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+                             const Evaluate& evaluate, PathWorkspace& w) const {
   const int p = w.point_path[k];
-  const V3f wo = -w.wi[k];
-  const geom::SurfacePoint& s = w.surface[k];
-  const shading::LightReceiver receiver = receiver_at(k, w);
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
   if (selection.light < 0) return;
   shading::LightSample light;
   if (!scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light)) return;
-  float bsdf_pdf = 0;
-  const RGB f = bsdf.eval_pdf(wo, light.wi, w.vertex_key(p, 2), &bsdf_pdf);
+  float scatter_pdf = 0;
+  const RGB f = evaluate(light.wi, &scatter_pdf);
   if (f.is_black()) return;
   const float light_pdf = light.pdf * selection.probability;
-  const float weight = light.delta ? 1 : power_heuristic(light_pdf, bsdf_pdf);
-  const RGB contribution =
-      w.beta[p] * f * light.radiance * (std::abs(dot(light.wi, bsdf.frame.n)) * weight / light_pdf);
+  const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
+  const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
   if (contribution.is_black()) return;
-  const V3f origin = offset_origin(s, light.wi);
+  const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
+  int32_t medium = w.medium[p];
+  if (surface) {
+    const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
+    if (binding.changes_medium)
+      medium = dot(light.wi, surface->Ng) < 0 ? binding.inside_medium : binding.outside_medium;
+  }
   if (std::isinf(light.distance)) {
-    w.push_shadow(p, origin, light.wi, infinity, contribution);
+    w.push_shadow(p, origin, light.wi, infinity, contribution, medium);
     return;
   }
   // Aimed anew from the origin that was moved, and short of the light by a little, so that it does not shadow itself.
-  const V3f to_light = s.P + light.wi * light.distance - origin;
+  const V3f to_light = receiver.p + light.wi * light.distance - origin;
   const float distance = length(to_light);
-  if (distance > 0) w.push_shadow(p, origin, to_light * (1 / distance), distance * (1 - 1e-4f), contribution);
+  if (distance > 0)
+    w.push_shadow(p, origin, to_light * (1 / distance), distance * (1 - 1e-4f), contribution, medium);
+}
+
+void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  if (!scene_.light_sampler || bsdf.is_delta()) return;
+  const V3f wo = -w.wi[k];
+  const uint64_t key = w.vertex_key(w.point_path[k], 1);
+  connect(k, receiver_at(k, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
+    const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+    return f * std::abs(dot(wi, bsdf.frame.n));
+  }, w);
+}
+
+void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const shading::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
+  const V3f wo = -w.wi[k];
+  const shading::LightReceiver receiver{w.surface[k].P, V3f(0, 0, 0), w.time[p]};
+  if (scene_.light_sampler)
+    connect(k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
+  V3f wi;
+  const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
+  if (!end_or_go_on(k, Lobe::glossy, w)) return;
+  w.bsdf_pdf[p] = pdf;
+  w.receiver[p] = receiver;
+  w.push_ray(p, receiver.p, wi, w.next_key(p));
+  ++w.rays.specular;
 }
 
 shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
   return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission()};
+}
+
+// Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.
+bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const bool diffuse = lobe == Lobe::diffuse;
+  ++w.scatterings[p];
+  const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
+  w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
+              w.scatterings[p] >= settings_.max_scatterings;
+  if (w.last[p]) return hit_lights_;
+  if (w.scatterings[p] < settings_.roulette_depth) return true;
+  const float survive = std::min(1.0f, (w.beta[p] * w.eta_scale[p]).max());
+  if (w.sample(dim_roulette, k) >= survive) return false;
+  w.beta[p] *= 1 / survive;
+  return true;
 }
 
 void PathIntegrator::scatter(int k, PathWorkspace& w) const {
@@ -270,19 +342,10 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.beta[p] *= sample.weight;
   if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
-  const bool diffuse = sample.lobe == Lobe::diffuse;
-  ++w.scatterings[p];
-  const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
-  w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
-              w.scatterings[p] >= settings_.max_scatterings;
-  if (w.last[p] && !hit_lights_) return;
-  if (w.scatterings[p] >= settings_.roulette_depth && !w.last[p]) {
-    const float survive = std::min(1.0f, (w.beta[p] * w.eta_scale[p]).max());
-    if (w.sample(dim_roulette, k) >= survive) return;
-    w.beta[p] *= 1 / survive;
-  }
+  if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = sample.pdf;
   w.receiver[p] = receiver_at(k, w);
+  const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
   const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
   if (sample.transmitted && binding.changes_medium)
@@ -296,6 +359,41 @@ void PathIntegrator::trace_shadows(PathWorkspace& w) const {
   w.rays.shadow += uint64_t(w.shadow_count);
   for (int i = 0; i < w.shadow_count; ++i)
     if (!w.occluded[i]) w.L[w.shadow_path[i]] += w.shadow_L[i];
+}
+
+// Shadow rays where surfaces may only separate media: from surface to surface, through those.
+void PathIntegrator::trace_shadows_through(PathWorkspace& w) const {
+  w.rays.shadow += uint64_t(w.shadow_count);
+  for (int segment = 0; w.shadow_count > 0 && segment < max_steps; ++segment) {
+    scene_.traced.intersect(w.shadow, w.shadow_count, &w.hit);
+    int kept = 0;
+    for (int i = 0; i < w.shadow_count; ++i) {
+      const int p = w.shadow_path[i];
+      const bool hit = w.hit.geometry[i] != no_id;
+      if (hit && !passes(w.hit.geometry[i])) continue;
+      const V3f d = w.shadow.direction(i);
+      const float t = hit ? w.hit.t[i] : w.shadow.t_max[i];
+      if (w.shadow_medium[i] != scene::vacuum) {
+        const Ray ray{w.shadow.origin(i), d, infinity, w.time[p]};
+        w.next_key(p);
+        w.shadow_L[i] *= scene_.media[size_t(w.shadow_medium[i])]->transmittance(ray, t, w.vertex_key(p, 2));
+      }
+      if (!hit) {
+        w.L[p] += w.shadow_L[i];
+        continue;
+      }
+      const geom::SurfacePoint s = scene_.traced.surface(w.hit, i, w.time[p], false);
+      const scene::GeometryBinding& binding = scene_.bindings[w.hit.geometry[i]];
+      const int32_t medium = !binding.changes_medium     ? w.shadow_medium[i]
+                             : dot(d, s.Ng) < 0 ? binding.inside_medium
+                                                : binding.outside_medium;
+      w.shadow.set(kept, offset_origin(s, d), d, w.shadow.t_max[i] - t, w.time[p], w.next_key(p));
+      w.shadow_L[kept] = w.shadow_L[i];
+      w.shadow_path[kept] = p;
+      w.shadow_medium[kept++] = medium;
+    }
+    w.shadow_count = kept;
+  }
 }
 
 }  // namespace dapple::integrate

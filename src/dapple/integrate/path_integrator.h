@@ -40,9 +40,16 @@ class PathIntegrator final : public Integrator {
   void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
   void prelight(PathWorkspace& w) const;
   void pass_through(int point, PathWorkspace& w) const;
-  void sample_light(int point, PathWorkspace& w) const;
+  bool fly(int ray, PathWorkspace& w) const;
+  template <class Evaluate>
+  void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+               const Evaluate& evaluate, PathWorkspace& w) const;
+  void light_surface(int point, PathWorkspace& w) const;
+  void scatter_in_medium(int point, PathWorkspace& w) const;
+  bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
+  void trace_shadows_through(PathWorkspace& w) const;
   shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
   bool passes(uint32_t geometry) const;
 
@@ -50,7 +57,8 @@ class PathIntegrator final : public Integrator {
   const Settings settings_;
   std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it needs no textures
   std::vector<uint8_t> needs_tangents_;  ///< by material
-  bool hit_lights_ = false;  ///< some light can be met by a ray
+  bool hit_lights_ = false;    ///< some light can be met by a ray
+  bool shadows_pass_ = false;  ///< shadow rays meet media, or surfaces that are not there
 };
 
 }  // namespace dapple::integrate

@@ -38,8 +38,16 @@ struct PathWorkspace final : Integrator::Workspace {
   Rays* next = &ray_buffers[1];
   trace::HitBatch hit;
 
-  // Surfaces to be shaded in this step.
-  int point_count = 0;
+  // Scatterings in media in this step.
+  struct Flight {
+    int path;
+    V3f P, d;
+  };
+  int flight_count = 0;
+  Flight flight[capacity];
+
+  // Points to be shaded in this step: surface_count surfaces, then scatterings in media.
+  int point_count = 0, surface_count = 0;
   int point_path[capacity];
   uint32_t point_geometry[capacity];
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
@@ -56,6 +64,7 @@ struct PathWorkspace final : Integrator::Workspace {
   trace::RayBatch shadow;
   RGB shadow_L[capacity];
   int shadow_path[capacity];
+  int32_t shadow_medium[capacity];
   uint8_t occluded[capacity];
 
   // Random numbers: of the camera, then of a step by dimension and point.
@@ -78,7 +87,7 @@ struct PathWorkspace final : Integrator::Workspace {
   uint32_t next_key(int p) { return seed[p] + 0x9e3779b9u * (index[p] * 64 + ++ray_number[p]); }
   /// A key for stochastic evaluations at the path's current vertex; likewise.
   uint64_t vertex_key(int p, uint64_t purpose) const {
-    return (uint64_t(seed[p]) << 32 | index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(scatterings[p]) * 4 + purpose);
+    return (uint64_t(seed[p]) << 32 | index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
     next->batch.set(next->count, o, d, infinity, time[p], key);
@@ -88,7 +97,8 @@ struct PathWorkspace final : Integrator::Workspace {
     std::swap(now, next);
     next->count = 0;
   }
-  void push_shadow(int p, const V3f& o, const V3f& d, float distance, RGB contribution) {
+  void push_shadow(int p, const V3f& o, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+    shadow_medium[shadow_count] = in_medium;
     shadow.set(shadow_count, o, d, distance, time[p], next_key(p));
     shadow_L[shadow_count] = contribution;
     shadow_path[shadow_count++] = p;
@@ -99,6 +109,13 @@ struct PathWorkspace final : Integrator::Workspace {
     point_geometry[to] = point_geometry[from];
     wi[to] = wi[from];
     surface[to] = surface[from];
+  }
+  void append_flights() {
+    for (int i = 0; i < flight_count; ++i, ++point_count) {
+      point_path[point_count] = flight[i].path;
+      wi[point_count] = flight[i].d;
+      surface[point_count].P = flight[i].P;
+    }
   }
   /// Draws this step's random numbers for all points.
   void draw_samples(uint32_t first_dimension) {

@@ -48,7 +48,7 @@ class Scene final : public trace::OpacityTest {
   Camera camera;
   Filter filter = Filter::box(0.5f);
   Film::Settings film;
-  uint64_t fingerprint = 0;  ///< of everything that affects the image but the options of the run
+  uint64_t fingerprint = 0;  ///< of the scene files and meshes; images count by their names
 
   /// The light a primitive emits, or null.
   const shading::Light* emitter(uint32_t geometry, uint32_t primitive) const {

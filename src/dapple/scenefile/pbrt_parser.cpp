@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "dapple/base/hash.h"
 #include "dapple/scenefile/description_builder.h"
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/param_parser.h"
@@ -202,8 +203,13 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   open_files_.push_back(source.identity());
   std::optional<DescriptionBuilder::Scope> scope;
   if (is_import) scope = builder_.begin_import();
+  description_.fingerprint = hash_bytes(source.contents(), description_.fingerprint);
   Tokenizer tokenizer(source.contents(), *name->second);
-  parse_directives(&tokenizer);
+  try {
+    parse_directives(&tokenizer);
+  } catch (const InputError& error) {
+    throw InputError(error, loc);
+  }
   if (scope) builder_.end_import(std::move(*scope));
   open_files_.pop_back();
 }
@@ -356,6 +362,7 @@ SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
   const FileSource source(path, FileLoc{description.files.front(), 0, 0});
   PbrtParser parser(&description, &diagnostics);
   parser.enter(source.identity());
+  description.fingerprint = hash_bytes(source.contents(), 0);
   parser.parse_main(source.contents(), description.files.front());
   return description;
 }
@@ -365,6 +372,7 @@ SceneDescription parse_pbrt(std::string text, const std::string& name, const std
   SceneDescription description;
   description.files.push_back(name);
   description.base_directory = base_directory;
+  description.fingerprint = hash_bytes(text, 0);
   PbrtParser(&description, &diagnostics).parse_main(text, description.files.front());
   return description;
 }

@@ -86,6 +86,8 @@ struct SceneDescription {
   std::deque<std::string> files;  ///< paths as opened, the main file first; stable addresses
   std::string base_directory;     ///< relative file names in parameters are relative to this (the main file's folder)
 
+  uint64_t fingerprint = 0;       ///< of the text of all files, as read
+
   // Each exactly once; an empty type means that the file is silent: pbrt-v4's default holds (camera "perspective" at
   // the origin, film "rgb", ...). color_space is the one of the film; parameters carry their own (Param::color_space).
   Entity camera, film, sampler, pixel_filter, integrator, accelerator, color_space;

@@ -18,8 +18,9 @@ struct AreaEmission {
   std::shared_ptr<const EmissionPattern> pattern = nullptr;  ///< varies radiance over the surface; null = constant
 };
 
-/// A light that is one primitive. The shape must not be degenerate. Light::sample is the shape's, with what faces away from the receiver left
-/// out. Where opacity varies, sampled radiance is multiplied by it (rays that arrive have passed that test already).
+/// A light that is one primitive. The shape must not be degenerate. Light::sample is the shape's, with what faces away
+/// from the receiver left out. Where opacity varies, sampled radiance is multiplied by it (rays that arrive have passed
+/// that test already).
 std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission);
 
 }  // namespace dapple::shading

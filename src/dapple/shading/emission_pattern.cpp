@@ -17,10 +17,12 @@ EmissionPattern::EmissionPattern(std::shared_ptr<const image::Image> image, Floa
 RGB EmissionPattern::radiance(const V2f& uv) const {
   if (!image_) return RGB(1);
   const float width = static_cast<float>(image_->width()), height = static_cast<float>(image_->height());
-  const float x = std::clamp(uv.x * width - 0.5f, -0.5f, width), y = std::clamp((1 - uv.y) * height - 0.5f, -0.5f, height);
+  const float x = std::clamp(uv.x * width - 0.5f, -0.5f, width),
+              y = std::clamp((1 - uv.y) * height - 0.5f, -0.5f, height);
   const float fx = std::floor(x), fy = std::floor(y);
   const auto texel = [&](float px, float py) {
-    return image_->rgb(static_cast<int>(std::clamp(px, 0.0f, width - 1)), static_cast<int>(std::clamp(py, 0.0f, height - 1)));
+    return image_->rgb(static_cast<int>(std::clamp(px, 0.0f, width - 1)),
+                       static_cast<int>(std::clamp(py, 0.0f, height - 1)));
   };
   return lerp(y - fy, lerp(x - fx, texel(fx, fy), texel(fx + 1, fy)),
               lerp(x - fx, texel(fx, fy + 1), texel(fx + 1, fy + 1)));
@@ -33,7 +35,8 @@ float EmissionPattern::opacity(const geom::EmitterSample& s, float time) const {
   points.P.set(0, s.p);
   points.Ng.set(0, s.n);
   points.Ns.set(0, s.n);
-  for (auto* v : {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy}) v->set(0, {0, 0, 0});
+  for (auto* v : {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy})
+    v->set(0, {0, 0, 0});
   points.u[0] = s.uv.x, points.v[0] = s.uv.y;
   points.dudx[0] = points.dudy[0] = points.dvdx[0] = points.dvdy[0] = 0;
   points.time[0] = time;

@@ -9,10 +9,12 @@
 
 namespace dapple::shading {
 
-/// How the emission of an area light varies over u, v: an image of radiance, opacity, or both. Shared by the primitives of a shape.
+/// How the emission of an area light varies over u, v: an image of radiance, opacity, or both. Shared by the primitives
+/// of a shape.
 class EmissionPattern {
  public:
-  /// image: the top row at v = 1; texels finite and not negative; may be null. alpha: the surface's opacity; may be null.
+  /// image: the top row at v = 1; texels finite and not negative; may be null. alpha: the surface's opacity; may be
+  /// null.
   EmissionPattern(std::shared_ptr<const image::Image> image, FloatTexturePtr alpha);
 
   /// Factor on the radiance: the image, bilinear, clamped at its edges; 1 without one.

@@ -8,8 +8,9 @@
 
 namespace dapple::shading {
 
-/// Radiance from an image around the scene. Drawn in proportion to radiance times solid angle, constant over texels, where the radiance of a texel
-/// is that of itself and its neighbours in tent weights: so every direction whose bilinear look-up is not black can be drawn.
+/// Radiance from an image around the scene. Drawn in proportion to radiance times solid angle, constant over texels,
+/// where the radiance of a texel is that of itself and its neighbours in tent weights: so every direction whose
+/// bilinear look-up is not black can be drawn.
 class EnvironmentLight final : public Light {
  public:
   /// light_to_world: its linear part turns directions. Mirroring and shear are allowed for; it must be invertible.
@@ -31,7 +32,7 @@ class EnvironmentLight final : public Light {
 
   image::EnvironmentImage image_;
   RGB scale_;
-  V3f x_, y_, z_;           // images of the light's axes
+  V3f x_, y_, z_;              // images of the light's axes
   V3f row_x_, row_y_, row_z_;  // of the inverse
   float determinant_;
   Distribution2D distribution_;

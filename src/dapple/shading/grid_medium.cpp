@@ -13,12 +13,14 @@ constexpr int most_majorants = 32;  // along an axis
 /// Collisions of one flight, after which it counts as absorbed: grids with a spike of density can ask for any number.
 constexpr int most_collisions = 1 << 20;
 
-V3f per_axis(const V3f& a, const V3f& b) { return {a.x / b.x, a.y / b.y, a.z / b.z}; }
+V3f per_axis(const V3f& a, const V3f& b) {
+  return {a.x / b.x, a.y / b.y, a.z / b.z};
+}
 
 }  // namespace
 
-/// The part of a ray in the box, as collisions with the majorant. Positions are in the unit cube; lengths are in the medium's space, from where the ray
-/// enters the box.
+/// The part of a ray in the box, as collisions with the majorant. Positions are in the unit cube; lengths are in the
+/// medium's space, from where the ray enters the box.
 class GridMedium::Walk {
  public:
   Walk(const GridMedium& medium, const Ray& ray, float t_max) : medium_(medium) {
@@ -64,7 +66,8 @@ class GridMedium::Walk {
   }
 
   float majorant() const {
-    return medium_.majorants_[(static_cast<size_t>(cell_[2]) * medium_.majorants_y_ + cell_[1]) * medium_.majorants_x_ + cell_[0]];
+    return medium_.majorants_[(static_cast<size_t>(cell_[2]) * medium_.majorants_y_ + cell_[1]) * medium_.majorants_x_ +
+                              cell_[0]];
   }
   V3f position() const { return o_ + d_ * t_; }
   float t() const { return (first_ + t_) / stretch_; }  ///< along the ray, in the world

@@ -9,17 +9,19 @@
 
 namespace dapple::shading {
 
-/// Coefficients from grids over a box; vacuum outside it. Distances are drawn by null-collision tracking with majorants that hold for the cells of a
-/// coarse grid, through which rays walk by a 3-D DDA. At a collision, scattering or the null event is chosen in proportion to what the path's
-/// throughput would carry on (spectral tracking; Kutz et al. 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes"); absorption is a
-/// weight. Transmittance by ratio tracking (Novak et al. 2014). Lengths are measured in the medium's space, as in pbrt-v4.
+/// Coefficients from grids over a box; vacuum outside it. Distances are drawn by null-collision tracking with majorants
+/// that hold for the cells of a coarse grid, through which rays walk by a 3-D DDA. At a collision, scattering or the
+/// null event is chosen in proportion to what the path's throughput would carry on (spectral tracking; Kutz et al.
+/// 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes"); absorption is a weight.
+/// Transmittance by ratio tracking (Novak et al. 2014). Lengths are measured in the medium's space, as in pbrt-v4.
 class GridMedium final : public Medium {
  public:
   struct Content {
     Box3f box{V3f(0, 0, 0), V3f(1, 1, 1)};  ///< in the medium's space, of positive extent
     RGB sigma_a{1}, sigma_s{1};             ///< 1/m, times the grids that are there
-    RGB emission{};                         ///< radiance, times emission_scale and emission_rgb where given, emitted in proportion to absorption
-    VoxelGrid<float> density{};             ///< scales sigma_a and sigma_s
+    RGB emission{};  ///< radiance, times emission_scale and emission_rgb where given, emitted in proportion to
+                     ///< absorption
+    VoxelGrid<float> density{};  ///< scales sigma_a and sigma_s
     VoxelGrid<RGB> sigma_a_grid{}, sigma_s_grid{};
     VoxelGrid<float> emission_scale{};
     VoxelGrid<RGB> emission_rgb{};

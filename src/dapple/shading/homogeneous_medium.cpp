@@ -16,11 +16,18 @@ RGB HomogeneousMedium::transmittance(float t) const {
   return out;
 }
 
-RGB HomogeneousMedium::transmittance(const Ray&, float t_max, uint64_t) const { return transmittance(t_max); }
+RGB HomogeneousMedium::transmittance(const Ray&, float t_max, uint64_t) const {
+  return transmittance(t_max);
+}
 
 MediumSample HomogeneousMedium::sample(const Ray&, float t_max, const RGB& beta, uint64_t key) const {
   MediumSample out;
   if (!source_.is_black()) out.emitted = source_ * (RGB(1) - transmittance(t_max));
+  if (sigma_s_.is_black()) {  // nothing to draw
+    out.t = t_max;
+    out.weight = transmittance(t_max);
+    return out;
+  }
   const float sum = beta.r + beta.g + beta.b;
   const RGB choice = sum > 1e-30f && std::isfinite(sum) ? beta * (1 / sum) : RGB(1.0f / 3);
 

@@ -5,9 +5,9 @@
 
 namespace dapple::shading {
 
-/// The same coefficients everywhere. Distances are drawn for one channel, chosen in proportion to throughput, and weighed by the balance heuristic over
-/// all channels (one-sample model; Veach 1997), so that a channel that hardly scatters gives no fireflies. Transmittance and emission are
-/// exact.
+/// The same coefficients everywhere. Distances are drawn for one channel, chosen in proportion to throughput, and
+/// weighed by the balance heuristic over all channels (one-sample model; Veach 1997), so that a channel that hardly
+/// scatters gives no fireflies. Transmittance and emission are exact.
 class HomogeneousMedium final : public Medium {
  public:
   /// sigma_a, sigma_s: absorption and scattering, 1/m. emission: radiance, emitted in proportion to sigma_a.

@@ -20,7 +20,9 @@ std::optional<LightBounds> GoniometricLight::bounds() const {
   return LightBounds{.box = box(), .intensity = intensity_.luminance() * diagram_.mean().average()};
 }
 
-float GoniometricLight::power(float) const { return 4 * pi * intensity_.luminance() * diagram_.mean().average(); }
+float GoniometricLight::power(float) const {
+  return 4 * pi * intensity_.luminance() * diagram_.mean().average();
+}
 
 ProjectionLight::ProjectionLight(const Transform& light_to_world, RGB scale, image::Image image, float fov)
     : PositionalLight(light_to_world.point({0, 0, 0})),
@@ -64,10 +66,12 @@ RGB ProjectionLight::intensity(const V3f& direction) const {
 
 std::optional<LightBounds> ProjectionLight::bounds() const {
   // A cone through the picture's corners. Not rigid transforms stretch it: then all directions.
-  const V3f x = world_to_light_.vector({1, 0, 0}), y = world_to_light_.vector({0, 1, 0}), z = world_to_light_.vector({0, 0, 1});
+  const V3f x = world_to_light_.vector({1, 0, 0}), y = world_to_light_.vector({0, 1, 0}),
+            z = world_to_light_.vector({0, 0, 1});
   const float s = length2(x), tolerance = 1e-4f * s;
   const bool rigid = std::abs(s - length2(y)) < tolerance && std::abs(s - length2(z)) < tolerance &&
-                     std::abs(dot(x, y)) < tolerance && std::abs(dot(y, z)) < tolerance && std::abs(dot(z, x)) < tolerance;
+                     std::abs(dot(x, y)) < tolerance && std::abs(dot(y, z)) < tolerance &&
+                     std::abs(dot(z, x)) < tolerance;
   const float cos_corner = 1 / std::sqrt(1 + half_.x * half_.x + half_.y * half_.y);
   return LightBounds{.box = box(),
                      .axis = axis_,
@@ -76,6 +80,8 @@ std::optional<LightBounds> ProjectionLight::bounds() const {
                      .intensity = (mean_ * scale_).luminance()};
 }
 
-float ProjectionLight::power(float) const { return (power_ * scale_).luminance(); }
+float ProjectionLight::power(float) const {
+  return (power_ * scale_).luminance();
+}
 
 }  // namespace dapple::shading

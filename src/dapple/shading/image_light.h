@@ -13,7 +13,8 @@ namespace dapple::shading {
 /// A point light whose intensity is scaled by an image over the sphere of directions (a goniophotometric diagram).
 class GoniometricLight final : public PositionalLight {
  public:
-  /// The image is in the light's space, with y and z exchanged (pbrt-v4: the diagram's pole is +y). Its colours are averaged to grey.
+  /// The image is in the light's space, with y and z exchanged (pbrt-v4: the diagram's pole is +y). Its colours are
+  /// averaged to grey.
   GoniometricLight(const Transform& light_to_world, RGB intensity, image::EnvironmentImage diagram);
 
   RGB intensity(const V3f& direction) const override;

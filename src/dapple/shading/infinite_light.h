@@ -5,8 +5,8 @@
 
 namespace dapple::shading {
 
-/// The same radiance from every direction. Drawn in proportion to the cosine at the receiver (to both sides where light from below
-/// counts), uniformly over the sphere in media.
+/// The same radiance from every direction. Drawn in proportion to the cosine at the receiver (to both sides where light
+/// from below counts), uniformly over the sphere in media.
 class InfiniteLight final : public Light {
  public:
   explicit InfiniteLight(RGB radiance) : radiance_(radiance) {}

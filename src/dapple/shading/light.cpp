@@ -3,8 +3,12 @@
 
 namespace dapple::shading {
 
-RGB Light::emitted(const V3f&, const V3f&, const V2f&, const V3f&) const { return {}; }
+RGB Light::emitted(const V3f&, const V3f&, const V2f&, const V3f&) const {
+  return {};
+}
 
-RGB Light::environment(const V3f&, float) const { return {}; }
+RGB Light::environment(const V3f&, float) const {
+  return {};
+}
 
 }  // namespace dapple::shading

@@ -10,11 +10,12 @@ namespace dapple::shading {
 
 /// Light arriving at a point, drawn by Light::sample.
 struct LightSample {
-  V3f wi{0, 0, 1};       ///< unit, towards the light
-  float distance = 0;    ///< to the light; infinity for lights at infinity
-  RGB radiance;          ///< arriving along wi, unoccluded, not divided by pdf. Delta lights: irradiance on a plane normal to wi
-  float pdf = 0;         ///< solid angle; 1 for delta lights
-  bool delta = false;    ///< cannot be hit by a scattered ray
+  V3f wi{0, 0, 1};     ///< unit, towards the light
+  float distance = 0;  ///< to the light; infinity for lights at infinity
+  RGB radiance;   ///< arriving along wi, unoccluded, not divided by pdf. Delta lights: irradiance on a plane normal to
+                  ///< wi
+  float pdf = 0;  ///< solid angle; 1 for delta lights
+  bool delta = false;  ///< cannot be hit by a scattered ray
 };
 
 /// Where a light sample is wanted. n = 0 in media.
@@ -22,8 +23,8 @@ struct LightReceiver {
   V3f p;
   V3f n{0, 0, 0};  ///< unit shading normal, for importance only
   float time = 0;
-  /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the density 0, in
-  /// Light::pdf and in LightSampler alike.
+  /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the
+  /// density 0, in Light::pdf and in LightSampler alike.
   bool transmits = true;
 };
 
@@ -33,7 +34,7 @@ struct LightBounds {
   V3f axis{0, 0, 1};       ///< of the normal cone, unit
   float cos_theta_o = -1;  ///< half-angle of the normal cone
   float cos_theta_e = 0;   ///< emission beyond each normal
-  float intensity = 0;     ///< luminous intensity along the normals (luminance times m^2), zero only if nothing is emitted
+  float intensity = 0;  ///< luminous intensity along the normals (luminance times m^2), zero only if nothing is emitted
   bool two_sided = false;  ///< emits to both sides of the normals
 };
 
@@ -44,13 +45,14 @@ class Light {
 
   /// Draws a direction towards the light. False where none arrives.
   virtual bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const = 0;
-  /// Density of sample() for wi, given that the light was hit at `p_light` with geometric normal `n_light` (both unused for
-  /// lights at infinity). Zero for delta lights.
+  /// Density of sample() for wi, given that the light was hit at `p_light` with geometric normal `n_light` (both unused
+  /// for lights at infinity). Zero for delta lights.
   virtual float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const = 0;
 
   /// Area lights: radiance leaving p (geometric normal n, parameters uv) in direction wo.
   virtual RGB emitted(const V3f& p, const V3f& n, const V2f& uv, const V3f& wo) const;
-  /// Lights at infinity: radiance arriving along -wi from direction wi (unit, towards the light). dwi: width of the footprint in radians.
+  /// Lights at infinity: radiance arriving along -wi from direction wi (unit, towards the light). dwi: width of the
+  /// footprint in radians.
   virtual RGB environment(const V3f& wi, float dwi) const;
 
   /// Cannot be hit by a scattered ray: sample() is the only way to its light.
@@ -59,7 +61,8 @@ class Light {
   virtual bool is_infinite() const { return false; }
   /// nullopt for infinite lights.
   virtual std::optional<LightBounds> bounds() const = 0;
-  /// Luminous power (luminance times m^2 sr); lights at infinity: what passes a disk of scene_radius (m) from all directions.
+  /// Luminous power (luminance times m^2 sr); lights at infinity: what passes a disk of scene_radius (m) from all
+  /// directions.
   virtual float power(float scene_radius) const = 0;
 };
 

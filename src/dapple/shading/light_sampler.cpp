@@ -13,8 +13,9 @@ bool is_finite(const LightBounds& b) {
          std::isfinite(length2(b.box.max - b.box.min));
 }
 
-/// A random number has 24 bits, a path through a deep tree asks for more: without these a light of probability below 2^-24 could never be chosen at
-/// some receivers. They come from u and the receiver, so that over many receivers every light gets its share.
+/// A random number has 24 bits, a path through a deep tree asks for more: without these a light of probability below
+/// 2^-24 could never be chosen at some receivers. They come from u and the receiver, so that over many receivers every
+/// light gets its share.
 double with_more_bits(float u, const V3f& p) {
   return double(u) + 0x1p-24 * to_unit_float(hash(u, p.x, p.y, p.z));
 }
@@ -43,7 +44,8 @@ LightSampler::LightSampler(std::span<const Light* const> lights, float scene_rad
 
   double sum = 0, below = 0;
   for (const double power : powers) sum += power;
-  for (const double power : powers) cdf_.push_back(below += 0.5 / static_cast<double>(powers.size()) + 0.5 * power / sum);
+  for (const double power : powers)
+    cdf_.push_back(below += 0.5 / static_cast<double>(powers.size()) + 0.5 * power / sum);
   if (!cdf_.empty()) cdf_.back() = 1;
   const double irradiance = sum / (double(pi) * scene_radius * scene_radius);
   unbounded_irradiance_ = static_cast<float>(std::clamp(irradiance, 0.0, 1e30));

@@ -9,16 +9,17 @@
 
 namespace dapple::shading {
 
-/// Chooses one light for a receiver, with a probability that follows what each light is likely to contribute unoccluded.
+/// Chooses one light for a receiver, with a probability that follows what each light is likely to contribute
+/// unoccluded.
 ///
 /// Lights with a place are in a LightTree. Lights at infinity are one class beside it, which gets the probability
 ///   1/4 + 1/2 E_inf / (E_inf + E_tree),
-/// where E are estimates of irradiance: within a factor of two of a coin toss, because occlusion is unknown (a sky behind a window, a lamp
-/// behind a wall). Inside the class, half is shared evenly and half in proportion to power.
+/// where E are estimates of irradiance: within a factor of two of a coin toss, because occlusion is unknown (a sky
+/// behind a window, a lamp behind a wall). Inside the class, half is shared evenly and half in proportion to power.
 ///
-/// Lights without power are never chosen. Probabilities add up to one, less the share of walks in the tree that end at a node both of whose
-/// children turn out to contribute nothing (select() then returns light -1). Wherever a light may contribute its probability is above zero. Immutable,
-/// thread-safe.
+/// Lights without power are never chosen. Probabilities add up to one, less the share of walks in the tree that end at
+/// a node both of whose children turn out to contribute nothing (select() then returns light -1). Wherever a light may
+/// contribute its probability is above zero. Immutable, thread-safe.
 class LightSampler {
  public:
   struct Selection {

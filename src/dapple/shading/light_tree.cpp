@@ -11,7 +11,8 @@ namespace {
 
 // Round-off in chains of rotated angles is below this; what is cut off by a cosine is cut off by that much more.
 constexpr float cosine_slack = 1e-3f;
-// Least weight of the two cosines. Emission need not fall off as the first, nor a bumped surface's reflection as the second.
+// Least weight of the two cosines. Emission need not fall off as the first, nor a bumped surface's reflection as the
+// second.
 constexpr float least_cosine = 0.05f;
 
 /// cos(max(0, a - b)) and its sine, for angles in [0, pi] given by cosine and sine.
@@ -21,7 +22,9 @@ float cos_difference(float sin_a, float cos_a, float sin_b, float cos_b) {
 float sin_difference(float sin_a, float cos_a, float sin_b, float cos_b) {
   return cos_a > cos_b ? 0 : sin_a * cos_b - cos_a * sin_b;
 }
-float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
+float safe_acos(float x) {
+  return std::acos(std::clamp(x, -1.0f, 1.0f));
+}
 
 struct Cone {
   V3f axis;
@@ -57,10 +60,12 @@ LightBounds unite(const LightBounds& a, const LightBounds& b) {
   return out;
 }
 
-V3f centroid(const LightBounds& b) { return b.box.min * 0.5f + b.box.max * 0.5f; }
+V3f centroid(const LightBounds& b) {
+  return b.box.min * 0.5f + b.box.max * 0.5f;
+}
 
-/// What the split heuristic needs of a set of lights. The spread of normals is estimated by the length of their mean (1 for parallel, 1/2 for a
-/// hemisphere, 0 for all directions); only the finished nodes have true cones.
+/// What the split heuristic needs of a set of lights. The spread of normals is estimated by the length of their mean (1
+/// for parallel, 1/2 for a hemisphere, 0 for all directions); only the finished nodes have true cones.
 struct Bucket {
   int count = 0;
   float intensity = 0, cos_e = 1;
@@ -96,8 +101,8 @@ struct Bucket {
 
 }  // namespace
 
-/// A subtree of n items fills exactly 2 (n - 1) nodes below its root, so the place of every node is known before it is built and subtrees can be
-/// built in any order.
+/// A subtree of n items fills exactly 2 (n - 1) nodes below its root, so the place of every node is known before it is
+/// built and subtrees can be built in any order.
 class LightTree::Builder {
  public:
   Builder(LightTree& tree, std::vector<Item>& items) : tree_(tree), items_(items) {}
@@ -141,7 +146,8 @@ class LightTree::Builder {
     const V3f extent = centroids.max - centroids.min;
     const float longest = std::max({extent.x, extent.y, extent.z});
     // Halving needs ceil(log2 n) <= 32 levels: begun at depth 31, it ends in time.
-    if (!(longest > 0) || depth >= max_depth - 32) return halve(begin, end, longest == extent.x ? 0 : longest == extent.y ? 1 : 2);
+    if (!(longest > 0) || depth >= max_depth - 32)
+      return halve(begin, end, longest == extent.x ? 0 : longest == extent.y ? 1 : 2);
 
     const int buckets = static_cast<int>(std::min<size_t>(n, max_buckets));
     float best_cost = infinity;

@@ -9,19 +9,21 @@
 
 namespace dapple::shading {
 
-/// A binary tree over lights with a place, for choosing one (Conty Estevez & Kulla 2018, "Importance sampling of many lights with
-/// adaptive tree splitting"; without the splitting).
+/// A binary tree over lights with a place, for choosing one (Conty Estevez & Kulla 2018, "Importance sampling of many
+/// lights with adaptive tree splitting"; without the splitting).
 ///
-/// A node knows a sphere around its lights, a cone around their normals and their summed intensity. At each node the walk goes to a child in
-/// proportion to
+/// A node knows a sphere around its lights, a cone around their normals and their summed intensity. At each node the
+/// walk goes to a child in proportion to
 ///   intensity * cos(theta') * cos(theta_i') / (d^2 + r^2 / 8),
-/// where theta' is the least angle between a normal and the direction to the receiver, theta_i' the least angle between the receiver's normal and
-/// the sphere, d the distance to the centre and r the sphere's radius. It is zero only where no light of the node can contribute.
-/// (The mean of 1/d^2 over the cube in such a sphere is about 8 / r^2 at its centre; with the paper's r^2 the lights around a receiver got
-/// too few samples, and the variance of the test with a thousand lights was three times as large.)
+/// where theta' is the least angle between a normal and the direction to the receiver, theta_i' the least angle between
+/// the receiver's normal and the sphere, d the distance to the centre and r the sphere's radius. It is zero only where
+/// no light of the node can contribute. (The mean of 1/d^2 over the cube in such a sphere is about 8 / r^2 at its
+/// centre; with the paper's r^2 the lights around a receiver got too few samples, and the variance of the test with a
+/// thousand lights was three times as large.)
 ///
-/// Built top-down over binned centroids by the surface-area-orientation heuristic of the paper, with the squared diagonal for the area (points on a line
-/// have none). Immutable, thread-safe; the same lights give the same tree on any number of threads.
+/// Built top-down over binned centroids by the surface-area-orientation heuristic of the paper, with the squared
+/// diagonal for the area (points on a line have none). Immutable, thread-safe; the same lights give the same tree on
+/// any number of threads.
 class LightTree {
  public:
   struct Item {
@@ -37,7 +39,8 @@ class LightTree {
   size_t size() const { return (nodes_.size() + 1) / 2; }
   size_t bytes() const { return nodes_.capacity() * sizeof(Node) + trails_.capacity() * sizeof(uint64_t); }
 
-  /// The light the walk ends at, multiplying *probability by that of the walk; -1 where nothing contributes. u in [0, 1).
+  /// The light the walk ends at, multiplying *probability by that of the walk; -1 where nothing contributes. u in [0,
+  /// 1).
   int select(const LightReceiver& to, double u, float* probability) const;
   /// `probability` times that of the walk to a light of the tree: what select() makes of it, to the last bit.
   float probability(const LightReceiver& to, int light, float probability) const;

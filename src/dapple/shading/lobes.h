@@ -12,6 +12,7 @@ namespace dapple::shading {
 /// | diffuse | diffuse, diffusetransmission, the base under a coat | diffuse bounce (`--bounces`) |
 /// | glossy  | rough conductor, rough dielectric, rough coat | specular bounce (`--specular-depth`) |
 /// | delta   | smooth conductor, smooth dielectric and coat, thin dielectric | specular bounce |
+/// | scattering in a medium | fog | specular bounce |
 /// | passthrough | interface, alpha | no bounce |
 ///
 /// pbrt's `maxdepth` d caps the whole path at d - 1 scatterings of any kind and sets --bounces to d - 1. Given on the command line,

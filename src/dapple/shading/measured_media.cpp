@@ -60,7 +60,9 @@ constexpr auto table = std::to_array<MeasuredMedium>({
 
 }  // namespace
 
-std::span<const MeasuredMedium> measured_media() { return table; }
+std::span<const MeasuredMedium> measured_media() {
+  return table;
+}
 
 const MeasuredMedium* find_measured_medium(std::string_view name) {
   for (const MeasuredMedium& m : table)

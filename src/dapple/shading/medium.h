@@ -11,22 +11,23 @@ namespace dapple::shading {
 struct MediumSample {
   bool scattered = false;  ///< at t; else the flight reached t_max
   float t = 0;             ///< distance along the ray
-  /// Transmittance to t, times the scattering coefficient where scattered, over the density of the draw: what the path's throughput is to be
-  /// multiplied by.
+  /// Transmittance to t, times the scattering coefficient where scattered, over the density of the draw: what the
+  /// path's throughput is to be multiplied by.
   RGB weight{1};
   RGB emitted;  ///< estimate of the radiance the medium itself adds along [0, t_max], seen from the ray's origin
 };
 
-/// A participating medium. Coefficients may differ by channel; scattering is after Henyey and Greenstein. Rays are in world space, d unit. Where an
-/// estimate is random, its numbers come from `key` alone. Immutable, thread-safe.
+/// A participating medium. Coefficients may differ by channel; scattering is after Henyey and Greenstein. Rays are in
+/// world space, d unit. Where an estimate is random, its numbers come from `key` alone. Immutable, thread-safe.
 class Medium {
  public:
   explicit Medium(HenyeyGreenstein phase) : phase_(phase) {}
   virtual ~Medium() = default;
 
-  /// Draws how far light goes along the ray before it scatters, at most to t_max (may be infinite). `beta`: throughput of the path, which weighs the
-  /// channels in the draw and nothing else. Estimates are unbiased for every channel:
-  ///   E[weight f(t) | scattered] P(scattered) = int_0^t_max T(t) sigma_s(t) f(t) dt,  E[weight | passed] P(passed) = T(t_max).
+  /// Draws how far light goes along the ray before it scatters, at most to t_max (may be infinite). `beta`: throughput
+  /// of the path, which weighs the channels in the draw and nothing else. Estimates are unbiased for every channel:
+  ///   E[weight f(t) | scattered] P(scattered) = int_0^t_max T(t) sigma_s(t) f(t) dt,  E[weight | passed] P(passed) =
+  ///   T(t_max).
   virtual MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const = 0;
   /// Fraction of light that gets along the ray to t_max, unbiased.
   virtual RGB transmittance(const Ray& ray, float t_max, uint64_t key) const = 0;

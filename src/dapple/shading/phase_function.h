@@ -5,8 +5,8 @@
 
 namespace dapple::shading {
 
-/// The phase function of Henyey & Greenstein 1941. wo points back to where light or path came from, wi on; both unit. It integrates to one
-/// over wi and is its own density.
+/// The phase function of Henyey & Greenstein 1941. wo points back to where light or path came from, wi on; both unit.
+/// It integrates to one over wi and is its own density.
 struct HenyeyGreenstein {
   float g = 0;  ///< mean cosine of the angle of scattering, in (-1, 1); > 0 scatters forward
 

@@ -15,9 +15,13 @@ bool PositionalLight::sample(const LightReceiver& to, const V2f&, LightSample* o
   return !out->radiance.is_black() && out->radiance.is_finite();
 }
 
-std::optional<LightBounds> PointLight::bounds() const { return LightBounds{.box = box(), .intensity = intensity_.luminance()}; }
+std::optional<LightBounds> PointLight::bounds() const {
+  return LightBounds{.box = box(), .intensity = intensity_.luminance()};
+}
 
-float PointLight::power(float) const { return 4 * pi * intensity_.luminance(); }
+float PointLight::power(float) const {
+  return 4 * pi * intensity_.luminance();
+}
 
 SpotLight::SpotLight(const V3f& position, const V3f& axis, RGB intensity, float total_width, float falloff_start)
     : PositionalLight(position),
@@ -50,6 +54,8 @@ float SpotLight::solid_angle(float total_width, float falloff_start) {
   return 2 * pi * ((1 - cos_start) + (cos_start - cos_end) / 2);
 }
 
-float SpotLight::power(float) const { return solid_angle(total_width_, falloff_start_) * intensity_.luminance(); }
+float SpotLight::power(float) const {
+  return solid_angle(total_width_, falloff_start_) * intensity_.luminance();
+}
 
 }  // namespace dapple::shading

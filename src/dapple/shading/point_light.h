@@ -37,8 +37,8 @@ class PointLight final : public PositionalLight {
   RGB intensity_;
 };
 
-/// Shines into a cone about an axis: full intensity up to the angle falloff_start, none beyond total_width, a smooth step of the
-/// cosine between.
+/// Shines into a cone about an axis: full intensity up to the angle falloff_start, none beyond total_width, a smooth
+/// step of the cosine between.
 class SpotLight final : public PositionalLight {
  public:
   /// axis: unit, of propagation. Angles in radians, 0 <= falloff_start <= total_width <= pi.

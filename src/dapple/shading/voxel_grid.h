@@ -9,8 +9,8 @@
 
 namespace dapple::shading {
 
-/// Values at the centres of nx * ny * nz equal cells of the unit cube, x fastest; trilinear between them, falling to zero over half a cell at the
-/// faces of the cube (as pbrt-v4).
+/// Values at the centres of nx * ny * nz equal cells of the unit cube, x fastest; trilinear between them, falling to
+/// zero over half a cell at the faces of the cube (as pbrt-v4).
 template <class T>
 class VoxelGrid {
  public:
