@@ -26,7 +26,8 @@ Canopy canopy(int wavelengths, int slabs, bool all_different) {
   const int kinds = all_different ? slabs : 1;
   for (int k = 0; k < kinds; ++k)
     c.constituents.push_back(std::make_shared<Leaves>(
-        all_different ? LeafAngles::table({0, 0.5, 1, std::numbers::pi / 2}, {1.0 + k, 2, 2}) : LeafAngles::spherical(), rho, tau));
+        all_different ? LeafAngles::table({0, 0.5, 1, std::numbers::pi / 2}, {1.0 + k, 2, 2}) : LeafAngles::spherical(),
+        rho, tau));
   for (int k = 0; k < slabs; ++k) {
     std::vector<double> amount(kinds, 0);
     amount[all_different ? k : 0] = all_different ? 0.1 + 0.005 * k : 3.0 / slabs;
@@ -43,9 +44,12 @@ SolverOptions options(int nodes, int modes) {
   return o;
 }
 
-void threads(int n) { dapple::set_thread_count(n); }
+void threads(int n) {
+  dapple::set_thread_count(n);
+}
 
-// cdisort: .022, .070, .28 ms at 8, 16, 32 streams, given the phase function's moments. Kernels here are from the leaves.
+// cdisort: .022, .070, .28 ms at 8, 16, 32 streams, given the phase function's moments. Kernels here are from the
+// leaves.
 void one_wavelength_fluxes(benchmark::State& state) {
   threads(1);
   const Canopy c = canopy(1, 1, false);

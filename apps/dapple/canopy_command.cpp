@@ -18,13 +18,17 @@ struct SolveOptions {
   int threads = 0;
 };
 
-bool ends_with(const std::string& s, const std::string& end) { return s.size() > end.size() && s.compare(s.size() - end.size(), end.size(), end) == 0; }
+bool ends_with(const std::string& s, const std::string& end) {
+  return s.size() > end.size() && s.compare(s.size() - end.size(), end.size(), end) == 0;
+}
 
 int solve(const SolveOptions& o) {
   for (const std::string& path : {o.output, o.csv, o.exr, o.plot})
     if (!path.empty()) image::check_output_path(path);
-  if (!o.exr.empty() && !ends_with(o.exr, ".exr")) throw UsageError("--exr is " + o.exr + ", expected a name that ends with .exr");
-  if (!o.plot.empty() && !ends_with(o.plot, ".svg")) throw UsageError("--plot is " + o.plot + ", expected a name that ends with .svg");
+  if (!o.exr.empty() && !ends_with(o.exr, ".exr"))
+    throw UsageError("--exr is " + o.exr + ", expected a name that ends with .exr");
+  if (!o.plot.empty() && !ends_with(o.plot, ".svg"))
+    throw UsageError("--plot is " + o.plot + ", expected a name that ends with .svg");
   set_thread_count(o.threads);
   const CanopyInput input = read_canopy_input(o.input);
   const size_t layers = input.layers.size() * 2 + input.slabs;
@@ -37,8 +41,10 @@ int solve(const SolveOptions& o) {
     throw InputError(FileLoc{o.input, 0, 0}, problem.what());
   }
   const std::string json = canopy_json(input, solution);
-  if (o.output.empty()) std::fputs(json.c_str(), stdout);
-  else render::write_text(o.output, json);
+  if (o.output.empty())
+    std::fputs(json.c_str(), stdout);
+  else
+    render::write_text(o.output, json);
   if (!o.csv.empty()) render::write_text(o.csv, canopy_csv(input, solution));
   if (!o.exr.empty()) write_canopy_exr(o.exr, input, solution);
   if (!o.plot.empty()) render::write_text(o.plot, canopy_svg(input, solution));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -44,7 +45,8 @@ class Value {
     if (!json_.is_object()) fail("an object");
     for (const auto& item : json_.items())
       if (std::find(legal.begin(), legal.end(), item.key()) == legal.end())
-        throw InputError(loc_, "unknown key \"" + item.key().substr(0, 60) + "\"" + (name_.empty() ? "" : " in " + name_) + ", " + one_of(legal));
+        throw InputError(loc_, "unknown key \"" + item.key().substr(0, 60) + "\"" +
+                                   (name_.empty() ? "" : " in " + name_) + ", " + one_of(legal));
   }
   bool has(const char* key) const { return json_.is_object() && json_.contains(key); }
   Value at(const char* key) const {
@@ -55,14 +57,15 @@ class Value {
   size_t size(size_t least, size_t most, const char* of) const {
     const std::string range = std::to_string(least) + " to " + std::to_string(most) + " " + of;
     if (!json_.is_array()) fail("an array of " + range);
-    if (json_.size() < least || json_.size() > most) fail_because(" has " + std::to_string(json_.size()) + " elements, expected " + range);
+    if (json_.size() < least || json_.size() > most)
+      fail_because(" has " + std::to_string(json_.size()) + " elements, expected " + range);
     return json_.size();
   }
   Value operator[](size_t i) const { return {json_[i], name_ + "[" + std::to_string(i) + "]", loc_}; }
 
   double number(double low, double high, const char* units = "", bool open_low = false, bool open_high = false) const {
-    const std::string range = std::string("a number ") + (open_low ? "above " : "from ") + shown(low) + (open_high ? " to below " : " to ") +
-                              shown(high) + units;
+    const std::string range = std::string("a number ") + (open_low ? "above " : "from ") + shown(low) +
+                              (open_high ? " to below " : " to ") + shown(high) + units;
     if (!json_.is_number()) fail(range);
     const double x = json_.get<double>();
     if (!(x >= low && x <= high) || (open_low && x == low) || (open_high && x == high)) fail(range);
@@ -76,7 +79,8 @@ class Value {
     return static_cast<int>(x);
   }
   std::string word(const std::vector<std::string_view>& legal) const {
-    if (!json_.is_string() || std::find(legal.begin(), legal.end(), json_.get<std::string>()) == legal.end()) fail(one_of(legal).substr(9));
+    if (!json_.is_string() || std::find(legal.begin(), legal.end(), json_.get<std::string>()) == legal.end())
+      fail(one_of(legal).substr(9));
     return json_.get<std::string>();
   }
   std::string text() const {
@@ -88,8 +92,8 @@ class Value {
     if (json_.is_number()) return std::vector<double>(wavelengths, number(low, high, units));
     const size_t n = size(1, max_wavelengths, "numbers, one for each wavelength");
     if (n != wavelengths && n != 1)
-      fail_because(" has " + std::to_string(n) + " elements, but there are " + std::to_string(wavelengths) + " wavelengths: expected 1 or " +
-                   std::to_string(wavelengths));
+      fail_because(" has " + std::to_string(n) + " elements, but there are " + std::to_string(wavelengths) +
+                   " wavelengths: expected 1 or " + std::to_string(wavelengths));
     std::vector<double> x(n);
     for (size_t i = 0; i < n; ++i) x[i] = (*this)[i].number(low, high, units);
     if (n == 1) x.assign(wavelengths, x[0]);
@@ -113,7 +117,8 @@ std::string read_whole(const std::string& path, const FileLoc& loc) {
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<size_t>(in.gcount()));
   }
-  if (!in.is_open() || in.bad() || (text.empty() && in.fail() && !in.eof())) throw InputError(loc, "cannot read the file");
+  if (!in.is_open() || in.bad() || (text.empty() && in.fail() && !in.eof()))
+    throw InputError(loc, "cannot read the file");
   if (text.size() > max_file_bytes) throw InputError(loc, "the file is larger than 64 MiB");
   return text;
 }
@@ -154,7 +159,9 @@ forest::LeafAngles leaf_angles(const Value& v) {
     if (type == "beta") {
       v.keys({"type", "mean_deg", "standard_deviation_deg"});
       const double mean = v.at("mean_deg").number(0, 90, "", true, true);
-      return LeafAngles::beta(mean * degree, v.at("standard_deviation_deg").number(0.1, std::sqrt(mean * (90 - mean)), "", false, true) * degree);
+      return LeafAngles::beta(
+          mean * degree,
+          v.at("standard_deviation_deg").number(0.1, std::sqrt(mean * (90 - mean)), "", false, true) * degree);
     }
     if (type == "ellipsoidal") {
       v.keys({"type", "chi"});
@@ -170,7 +177,9 @@ forest::LeafAngles leaf_angles(const Value& v) {
     const size_t n = f.size(1, 1000, "fractions of the leaf area");
     if (e.size(2, 1001, "angles") != n + 1) e.fail("one angle more than there are fractions");
     for (size_t i = 0; i < n; ++i) fractions.push_back(f[i].number(0, 1e9));
-    for (size_t i = 0; i <= n; ++i) edges.push_back(std::min(e[i].number(i ? edges.back() / degree : 0, 90, "", i > 0) * degree, std::numbers::pi / 2));
+    for (size_t i = 0; i <= n; ++i)
+      edges.push_back(
+          std::min(e[i].number(i ? edges.back() / degree : 0, 90, "", i > 0) * degree, std::numbers::pi / 2));
     return LeafAngles::table(std::move(edges), std::move(fractions));
   } catch (const std::invalid_argument& problem) {
     v.fail_because(std::string(": ") + problem.what());
@@ -178,7 +187,8 @@ forest::LeafAngles leaf_angles(const Value& v) {
 }
 
 CanopyInput::Layer layer(const Value& v, size_t wavelengths) {
-  v.keys({"bottom_m", "top_m", "leaf_area_index", "leaf_angle_distribution", "reflectance", "transmittance", "clumping_index", "refractive_index"});
+  v.keys({"bottom_m", "top_m", "leaf_area_index", "leaf_angle_distribution", "reflectance", "transmittance",
+          "clumping_index", "refractive_index"});
   CanopyInput::Layer l;
   l.bottom_m = v.at("bottom_m").number(0, 1e6, " m");
   l.top_m = v.at("top_m").number(l.bottom_m, 1e6, " m (bottom_m must be below it)", true);
@@ -188,12 +198,14 @@ CanopyInput::Layer layer(const Value& v, size_t wavelengths) {
   l.transmittance = v.at("transmittance").spectrum(wavelengths, 0, 1);
   for (size_t w = 0; w < wavelengths; ++w)
     if (l.reflectance[w] + l.transmittance[w] > 1 + 1e-12)
-      v.at("transmittance").fail_because("[" + std::to_string(w) + "] is " + shown(l.transmittance[w]) + " beside a reflectance of " +
-                                         shown(l.reflectance[w]) + ", expected a sum of at most 1");
+      v.at("transmittance")
+          .fail_because("[" + std::to_string(w) + "] is " + shown(l.transmittance[w]) + " beside a reflectance of " +
+                        shown(l.reflectance[w]) + ", expected a sum of at most 1");
   if (v.has("clumping_index")) l.clumping_index = v.at("clumping_index").number(0, 1, "", true);
   if (v.has("refractive_index")) {
     l.refractive_index = v.at("refractive_index").number(1, 5);
-    if (l.angles.discrete() >= 0) v.at("refractive_index").fail("a leaf angle distribution with more than one inclination beside it");
+    if (l.angles.discrete() >= 0)
+      v.at("refractive_index").fail("a leaf angle distribution with more than one inclination beside it");
   }
   return l;
 }
@@ -214,8 +226,10 @@ void read_light(const Value& root, CanopyInput& in) {
     in.sky.emplace();
     in.sky->type = v.at("type").word({"uniform", "cie_overcast", "cie_clear", "image"});
     if (in.sky->type == "cie_clear" && !in.sun) v.at("type").fail("a sun, which the clear sky depends on");
-    if (in.sky->type == "image") in.sky->image = v.at("image").text();
-    else if (v.has("image")) v.at("image").fail("no image beside this type of sky");
+    if (in.sky->type == "image")
+      in.sky->image = (std::filesystem::path(in.path).parent_path() / v.at("image").text()).string();
+    else if (v.has("image"))
+      v.at("image").fail("no image beside this type of sky");
     in.sky->irradiance_W_m2 = v.at("irradiance_W_m2").spectrum(in.wavelengths, 0, 1e12, " W m^-2");
   }
   if (!in.sun && !in.sky) throw InputError(root.loc(), "neither sun nor sky is given, expected at least one");
@@ -230,6 +244,7 @@ CanopyInput read_canopy_input(const std::string& path) {
   if (!document.is_object()) throw InputError(loc, "expected an object with layers, ground, and sun or sky");
   root.keys({"layers", "ground", "sun", "sky", "view", "quadrature", "wavelengths_nm", "hot_spot"});
   CanopyInput in;
+  in.path = path;
   const Value layers = root.at("layers");
   const size_t count = layers.size(1, max_layers, "layers");
   // The longest spectrum counts the wavelengths, so that a wrong length is reported where it stands.
@@ -243,7 +258,8 @@ CanopyInput read_canopy_input(const std::string& path) {
   if (root.has("wavelengths_nm")) {
     const Value v = root.at("wavelengths_nm");
     if (v.size(1, max_wavelengths, "wavelengths") != wavelengths)
-      v.fail_because(" has " + std::to_string(v.length()) + " elements, expected " + std::to_string(wavelengths) + ", as in layers");
+      v.fail_because(" has " + std::to_string(v.length()) + " elements, expected " + std::to_string(wavelengths) +
+                     ", as in layers");
     for (size_t i = 0; i < wavelengths; ++i) in.wavelengths_nm.push_back(v[i].number(1, 1e6, " nm"));
   }
   const Value ground = root.at("ground");
@@ -265,7 +281,8 @@ CanopyInput read_canopy_input(const std::string& path) {
     if (n * wavelengths > max_outputs) v.fail_because(" times wavelengths are more than 10 million results");
     for (size_t i = 0; i < n; ++i) {
       v[i].keys({"zenith_deg", "azimuth_deg"});
-      in.views.push_back({v[i].at("zenith_deg").number(0, 89.9), v[i].has("azimuth_deg") ? v[i].at("azimuth_deg").number(-360, 360) : 0});
+      in.views.push_back({v[i].at("zenith_deg").number(0, 89.9),
+                          v[i].has("azimuth_deg") ? v[i].at("azimuth_deg").number(-360, 360) : 0});
     }
   }
   if (root.has("quadrature")) {
@@ -276,7 +293,8 @@ CanopyInput read_canopy_input(const std::string& path) {
     if (v.has("slabs")) in.slabs = v.at("slabs").integer(1, 1000);
     if (v.has("rule")) in.mobley = v.at("rule").word({"gauss", "mobley"}) == "mobley";
     if (in.mobley && v.has("nodes") && in.nodes != 10) v.at("nodes").fail("10 with Mobley's bands");
-    if (v.has("method") && v.at("method").word({"adding_doubling", "riccati"}) == "riccati") in.method = forest::Method::riccati;
+    if (v.has("method") && v.at("method").word({"adding_doubling", "riccati"}) == "riccati")
+      in.method = forest::Method::riccati;
   }
   if (root.has("hot_spot")) {
     const Value v = root.at("hot_spot");
@@ -287,13 +305,16 @@ CanopyInput read_canopy_input(const std::string& path) {
 }
 
 forest::Canopy CanopyInput::canopy(int first, int count) const {
-  const auto part = [&](const std::vector<double>& x) { return std::vector<double>(x.begin() + first, x.begin() + first + count); };
+  const auto part = [&](const std::vector<double>& x) {
+    return std::vector<double>(x.begin() + first, x.begin() + first + count);
+  };
   forest::Canopy c;
   c.wavelengths = count;
   std::set<double> heights{0};
   for (const Layer& l : layers) {
     heights.insert({l.bottom_m, l.top_m});
-    c.constituents.push_back(std::make_shared<forest::Leaves>(l.angles, part(l.reflectance), part(l.transmittance), l.refractive_index));
+    c.constituents.push_back(
+        std::make_shared<forest::Leaves>(l.angles, part(l.reflectance), part(l.transmittance), l.refractive_index));
   }
   const double total = *heights.rbegin();
   for (auto top = std::next(heights.begin()); top != heights.end(); ++top) {
@@ -302,15 +323,18 @@ forest::Canopy CanopyInput::canopy(int first, int count) const {
     const int parts = std::clamp(static_cast<int>(std::lround(slabs * (*top - bottom) / total)), 1, 1000);
     for (const Layer& l : layers) {
       const bool inside = l.bottom_m <= bottom && l.top_m >= *top;
-      amount.push_back(inside ? l.leaf_area_index * l.clumping_index * (*top - bottom) / (l.top_m - l.bottom_m) / parts : 0);
+      amount.push_back(inside ? l.leaf_area_index * l.clumping_index * (*top - bottom) / (l.top_m - l.bottom_m) / parts
+                              : 0);
     }
     for (int p = 0; p < parts; ++p) {
       const double low = p == 0 ? bottom : c.slabs.back().top_m;
       c.slabs.push_back({low, p + 1 == parts ? *top : bottom + (*top - bottom) * (p + 1) / parts, amount});
     }
   }
-  if (ground_type == "rpv") c.ground = forest::rpv_ground(part(ground), rpv_k, rpv_asymmetry);
-  else c.ground.reflectance = part(ground);
+  if (ground_type == "rpv")
+    c.ground = forest::rpv_ground(part(ground), rpv_k, rpv_asymmetry);
+  else
+    c.ground.reflectance = part(ground);
   return c;
 }
 

@@ -10,7 +10,8 @@
 
 namespace dapple::app {
 
-/// What a file for `dapple canopy solve` says (docs/guide/canopy.md), checked. Numbers by wavelength are of equal length.
+/// What a file for `dapple canopy solve` says (docs/guide/canopy.md), checked. Numbers by wavelength are of equal
+/// length.
 struct CanopyInput {
   struct Layer {
     double bottom_m = 0, top_m = 0, leaf_area_index = 0, clumping_index = 1, refractive_index = 0;
@@ -29,6 +30,7 @@ struct CanopyInput {
     double zenith_deg = 0, azimuth_deg = 0;
   };
 
+  std::string path;  ///< of the file, for messages
   int wavelengths = 1;
   std::vector<double> wavelengths_nm;  ///< empty if not given
   std::vector<Layer> layers;
@@ -49,7 +51,8 @@ struct CanopyInput {
   std::string wavelength_name(int w) const;  ///< "550 nm", or the channel
 };
 
-/// InputError with the field, its value and what is legal; also for what is not JSON, too deep, too large, or has unknown keys.
+/// InputError with the field, its value and what is legal; also for what is not JSON, too deep, too large, or has
+/// unknown keys.
 CanopyInput read_canopy_input(const std::string& path);
 
 }  // namespace dapple::app

@@ -22,15 +22,18 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// The solver and fields of a few wavelengths.
 class Part {
  public:
-  Part(const CanopyInput& in, const forest::Sky* sky, int first, int count) : in_(in), first_(first), solver_(in.canopy(first, count), in.options()) {
+  Part(const CanopyInput& in, const forest::Sky* sky, int first, int count)
+      : in_(in), first_(first), solver_(in.canopy(first, count), in.options()) {
     if (in.sun) {
       sun_ = solver_.direction(std::cos(in.sun->zenith_deg * degree));
       beam_ = solver_.beam(*sun_);
     }
     if (sky) {
-      const std::vector<double> e(in.sky->irradiance_W_m2.begin() + first, in.sky->irradiance_W_m2.begin() + first + count);
+      const std::vector<double> e(in.sky->irradiance_W_m2.begin() + first,
+                                  in.sky->irradiance_W_m2.begin() + first + count);
       forest::Sky part = *sky;
-      if (!part.grey) part.radiance = [all = sky->radiance, first](double mu, double phi, int w) { return all(mu, phi, first + w); };
+      if (!part.grey)
+        part.radiance = [all = sky->radiance, first](double mu, double phi, int w) { return all(mu, phi, first + w); };
       skies_.push_back(solver_.sky(part, e));
       if (in.sky->type == "image") skies_.push_back(solver_.sky(part, e, true));
     }
@@ -77,12 +80,14 @@ class Part {
   std::vector<forest::Field> skies_;
 };
 
-/// A latitude-longitude picture, zenith on top, averaged over cells of two by five degrees so that few nodes see all of it.
+/// A latitude-longitude picture, zenith on top, averaged over cells of two by five degrees so that few nodes see all of
+/// it.
 forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
   const image::Image picture = image::read_image(in.sky->image, loc);
   const int channels = picture.channels() >= 3 ? 3 : 1;
   if (channels == 3 && in.wavelengths != 3)
-    throw InputError(loc, "sky.image has colour, expected a grey image where there are " + std::to_string(in.wavelengths) + " wavelengths");
+    throw InputError(loc, "sky.image has colour, expected a grey image where there are " +
+                              std::to_string(in.wavelengths) + " wavelengths");
   constexpr int rows = 45, columns = 72;
   auto table = std::make_shared<std::vector<double>>(rows * columns * channels, 0.0);
   std::vector<double> area(rows * columns, 0);
@@ -90,12 +95,14 @@ forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
     const double zenith = pi_d * (y + 0.5) / picture.height();
     if (zenith >= pi_d / 2) break;
     for (int x = 0; x < picture.width(); ++x) {
-      const size_t cell = size_t(std::min(rows - 1, int(zenith / (pi_d / 2) * rows))) * columns + size_t(x) * columns / picture.width();
+      const size_t cell =
+          size_t(std::min(rows - 1, int(zenith / (pi_d / 2) * rows))) * columns + size_t(x) * columns / picture.width();
       area[cell] += std::sin(zenith);
       const RGB c = picture.rgb(x, y);
       for (int k = 0; k < channels; ++k) {
         const double v = channels == 3 ? c[k] : picture.pixel(x, y)[0];
-        if (!(v >= 0 && std::isfinite(v))) throw InputError(loc, "sky.image has a pixel that is negative or not finite");
+        if (!(v >= 0 && std::isfinite(v)))
+          throw InputError(loc, "sky.image has a pixel that is negative or not finite");
         (*table)[cell * channels + k] += v * std::sin(zenith);
       }
     }
@@ -109,32 +116,39 @@ forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
   const double sun_azimuth = in.sun ? in.sun->azimuth_deg : 0;
   sky.radiance = [table, channels, sun_azimuth](double mu, double phi, int w) {
     const double turn = phi / (2 * pi_d) + sun_azimuth / 360;
-    const double y = std::clamp(std::acos(mu) / (pi_d / 2) * rows - 0.5, 0.0, rows - 1.0), x = (turn - std::floor(turn)) * columns - 0.5;
+    const double y = std::clamp(std::acos(mu) / (pi_d / 2) * rows - 0.5, 0.0, rows - 1.0),
+                 x = (turn - std::floor(turn)) * columns - 0.5;
     const int y0 = std::min(int(y), rows - 2), x0 = int(std::floor(x));
     const auto at = [&](int row, int column) {
       return (*table)[(size_t(row) * columns + (column + columns) % columns) * channels + (channels == 3 ? w : 0)];
     };
     const double fy = y - y0, fx = x - x0;
-    return (1 - fy) * ((1 - fx) * at(y0, x0) + fx * at(y0, x0 + 1)) + fy * ((1 - fx) * at(y0 + 1, x0) + fx * at(y0 + 1, x0 + 1));
+    return (1 - fy) * ((1 - fx) * at(y0, x0) + fx * at(y0, x0 + 1)) +
+           fy * ((1 - fx) * at(y0 + 1, x0) + fx * at(y0 + 1, x0 + 1));
   };
   return sky;
 }
 
-void add_views(const CanopyInput& in, const Part& part, int first, int count, const CanopyWanted& wanted, CanopySolution& s) {
+void add_views(const CanopyInput& in, const Part& part, int first, int count, const CanopyWanted& wanted,
+               CanopySolution& s) {
   const size_t levels = part.solver().levels(), all = in.wavelengths;
   const auto factor = [&](double radiance, int w) {
     const size_t at = (levels - 1) * all + first + w;
     return pi_d * radiance / (s.down_direct[at] + s.down_diffuse[at]);
   };
-  const auto at_top = [&](const std::vector<double>& r, size_t a, int w) { return factor(r[(a * levels + levels - 1) * count + w], w); };
+  const auto at_top = [&](const std::vector<double>& r, size_t a, int w) {
+    return factor(r[(a * levels + levels - 1) * count + w], w);
+  };
   // Views of one zenith angle share their operators.
   std::vector<size_t> order(in.views.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return in.views[a].zenith_deg < in.views[b].zenith_deg; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return in.views[a].zenith_deg < in.views[b].zenith_deg; });
   for (size_t i = 0; i < order.size();) {
     size_t end = i;
     std::vector<double> azimuths;
-    while (end < order.size() && in.views[order[end]].zenith_deg == in.views[order[i]].zenith_deg) azimuths.push_back(in.views[order[end++]].azimuth_deg);
+    while (end < order.size() && in.views[order[end]].zenith_deg == in.views[order[i]].zenith_deg)
+      azimuths.push_back(in.views[order[end++]].azimuth_deg);
     const std::vector<double> r = part.radiance(std::cos(in.views[order[i]].zenith_deg * degree), azimuths);
     for (size_t a = 0; i < end; ++i, ++a)
       for (int w = 0; w < count; ++w) s.reflectance_factor[order[i] * all + first + w] = at_top(r, a, w);
@@ -157,14 +171,16 @@ void add_views(const CanopyInput& in, const Part& part, int first, int count, co
   }
   if (!wanted.field) return;
   around.clear();
-  for (int a = 0; a < s.field_columns; ++a) around.push_back(360.0 * (a + 0.5) / s.field_columns + 180);  // light travels away from where it is seen
+  for (int a = 0; a < s.field_columns; ++a)
+    around.push_back(360.0 * (a + 0.5) / s.field_columns + 180);  // light travels away from where it is seen
   for (int row = 0; row < s.field_rows; ++row) {
     const double mu = -std::cos(pi_d * (row + 0.5) / s.field_rows);
     const std::vector<double> r = part.radiance(mu, around);
     for (size_t a = 0; a < around.size(); ++a)
       for (size_t l = 0; l < levels; ++l)
         for (int w = 0; w < count; ++w)
-          s.field[((l * s.field_rows + row) * s.field_columns + a) * all + first + w] = float(r[(a * levels + l) * count + w]);
+          s.field[((l * s.field_rows + row) * s.field_columns + a) * all + first + w] =
+              float(r[(a * levels + l) * count + w]);
   }
 }
 
@@ -178,10 +194,12 @@ CanopySolution solve_canopy(const CanopyInput& in, const CanopyWanted& wanted) {
     sky = type == "uniform"        ? forest::Sky::uniform()
           : type == "cie_overcast" ? forest::Sky::cie_overcast()
           : type == "cie_clear"    ? forest::Sky::cie_clear(std::cos(in.sun->zenith_deg * degree))
-                                   : image_sky(in, FileLoc{in.sky->image, 0, 0});
+                                   : image_sky(in, FileLoc{in.path, 0, 0});
   }
   const size_t all = in.wavelengths;
-  for (auto* v : {&s.white_sky, &s.actual, &s.transmitted, &s.transmitted_direct, &s.absorbed_canopy, &s.absorbed_ground}) v->assign(all, nan);
+  for (auto* v :
+       {&s.white_sky, &s.actual, &s.transmitted, &s.transmitted_direct, &s.absorbed_canopy, &s.absorbed_ground})
+    v->assign(all, nan);
   if (in.sun) s.black_sky.assign(all, nan);
   s.reflectance_factor.assign(in.views.size() * all, nan);
   if (wanted.plots) {
@@ -223,7 +241,9 @@ CanopySolution solve_canopy(const CanopyInput& in, const CanopyWanted& wanted) {
         }
       }
       const int out = first + w;
-      const auto net_of = [&](size_t l) { return s.down_direct[l * all + out] + s.down_diffuse[l * all + out] - s.up[l * all + out]; };
+      const auto net_of = [&](size_t l) {
+        return s.down_direct[l * all + out] + s.down_diffuse[l * all + out] - s.up[l * all + out];
+      };
       const double in_flux = s.down_direct[top * all + out] + s.down_diffuse[top * all + out];
       if (in.sun) s.black_sky[out] = beam.up[top * count + w] / beam.down_direct[top * count + w];
       s.white_sky[out] = white.up[top * count + w] / white.down_diffuse[top * count + w];
@@ -260,10 +280,15 @@ std::string canopy_json(const CanopyInput& in, const CanopySolution& s) {
   j["absorptance"] = {{"canopy", row(s.absorbed_canopy, 0)}, {"ground", row(s.absorbed_ground, 0)}};
   j["profile"] = json::array();
   for (size_t l = 0; l < s.heights_m.size(); ++l)
-    j["profile"].push_back({{"z_m", s.heights_m[l]}, {"down_direct", row(s.down_direct, l)}, {"down_diffuse", row(s.down_diffuse, l)}, {"up", row(s.up, l)}});
+    j["profile"].push_back({{"z_m", s.heights_m[l]},
+                            {"down_direct", row(s.down_direct, l)},
+                            {"down_diffuse", row(s.down_diffuse, l)},
+                            {"up", row(s.up, l)}});
   j["view"] = json::array();
   for (size_t v = 0; v < in.views.size(); ++v)
-    j["view"].push_back({{"zenith_deg", in.views[v].zenith_deg}, {"azimuth_deg", in.views[v].azimuth_deg}, {"reflectance_factor", row(s.reflectance_factor, v)}});
+    j["view"].push_back({{"zenith_deg", in.views[v].zenith_deg},
+                         {"azimuth_deg", in.views[v].azimuth_deg},
+                         {"reflectance_factor", row(s.reflectance_factor, v)}});
   return j.dump(2) + "\n";
 }
 
@@ -273,8 +298,10 @@ std::string canopy_csv(const CanopyInput& in, const CanopySolution& s) {
   const size_t all = in.wavelengths;
   const auto add = [&](const char* quantity, const std::string& where, size_t w, double v) {
     const double name = in.wavelengths_nm.empty() ? double(w) : in.wavelengths_nm[w];
-    if (std::isfinite(v)) std::snprintf(line, sizeof line, "%s,%s,%.10g,%.12g\n", quantity, where.c_str(), name, v);
-    else std::snprintf(line, sizeof line, "%s,%s,%.10g,\n", quantity, where.c_str(), name);
+    if (std::isfinite(v))
+      std::snprintf(line, sizeof line, "%s,%s,%.10g,%.12g\n", quantity, where.c_str(), name, v);
+    else
+      std::snprintf(line, sizeof line, "%s,%s,%.10g,\n", quantity, where.c_str(), name);
     out += line;
   };
   const auto add_all = [&](const char* quantity, const std::vector<double>& x) {
@@ -316,12 +343,16 @@ void write_canopy_exr(const std::string& path, const CanopyInput& in, const Cano
     layer.name = l + 1 == s.heights_m.size() ? "top" : name;
     const std::string prefix = l + 1 == s.heights_m.size() ? "" : layer.name + ".";
     for (int w = 0; w < in.wavelengths; ++w)
-      layer.channels.push_back(prefix + (in.wavelengths == 3 ? std::string(1, "RGB"[w]) : in.wavelengths == 1 ? "Y" : "w" + std::to_string(w)));
+      layer.channels.push_back(prefix + (in.wavelengths == 3   ? std::string(1, "RGB"[w])
+                                         : in.wavelengths == 1 ? "Y"
+                                                               : "w" + std::to_string(w)));
     layer.pixels.assign(s.field.begin() + std::ptrdiff_t(l * block), s.field.begin() + std::ptrdiff_t((l + 1) * block));
     picture.layers.push_back(std::move(layer));
   }
-  picture.metadata = {{"comment", std::string("radiance (W m^-2 sr^-1) arriving from each direction, without the sun's disc: rows by zenith "
-                                              "angle from 0 to 180 degrees, columns by azimuth from 0 to 360 degrees; one layer a height")}};
+  picture.metadata = {
+      {"comment",
+       std::string("radiance (W m^-2 sr^-1) arriving from each direction, without the sun's disc: rows by zenith "
+                   "angle from 0 to 180 degrees, columns by azimuth from 0 to 360 degrees; one layer a height")}};
   image::write_exr(path, picture, {.type = image::SampleType::full_float});
 }
 

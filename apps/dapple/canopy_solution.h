@@ -10,18 +10,18 @@ namespace dapple::app {
 
 /// What `dapple canopy solve` reports; arrays by wavelength are innermost. NaN where no light comes in.
 struct CanopySolution {
-  std::vector<double> black_sky, white_sky, actual;             ///< albedo; black_sky empty without sun
-  std::vector<double> transmitted, transmitted_direct;          ///< of the incident irradiance, to the ground
-  std::vector<double> absorbed_canopy, absorbed_ground;         ///< of the incident irradiance
-  std::vector<double> heights_m;                                ///< levels, from the ground up
-  std::vector<double> down_direct, down_diffuse, up;            ///< [level][wavelength] W m^-2
-  std::vector<double> reflectance_factor;                       ///< [view][wavelength]
-  int principal_angles = 0;                                     ///< odd; from -85 (the sun's side) to 85 degrees
-  std::vector<double> principal_plane;                          ///< [angle][wavelength], for plots
+  std::vector<double> black_sky, white_sky, actual;      ///< albedo; black_sky empty without sun
+  std::vector<double> transmitted, transmitted_direct;   ///< of the incident irradiance, to the ground
+  std::vector<double> absorbed_canopy, absorbed_ground;  ///< of the incident irradiance
+  std::vector<double> heights_m;                         ///< levels, from the ground up
+  std::vector<double> down_direct, down_diffuse, up;     ///< [level][wavelength] W m^-2
+  std::vector<double> reflectance_factor;                ///< [view][wavelength]
+  int principal_angles = 0;                              ///< odd; from -85 (the sun's side) to 85 degrees
+  std::vector<double> principal_plane;                   ///< [angle][wavelength], for plots
   int polar_zeniths = 0, polar_azimuths = 0;
-  std::vector<double> polar;                                    ///< [zenith][azimuth][wavelength] reflectance factor, for plots
+  std::vector<double> polar;  ///< [zenith][azimuth][wavelength] reflectance factor, for plots
   int field_rows = 0, field_columns = 0;
-  std::vector<float> field;                                     ///< [level][row][column][wavelength] W m^-2 sr^-1, for EXR
+  std::vector<float> field;  ///< [level][row][column][wavelength] W m^-2 sr^-1, for EXR
 };
 
 struct CanopyWanted {

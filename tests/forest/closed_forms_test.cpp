@@ -7,7 +7,8 @@
 namespace dapple::forest::test {
 namespace {
 
-// Rationale: black leaves only absorb. Expectation: uniform skylight is transmitted by 2 E3(tau), to 1e-6 with 32 nodes.
+// Rationale: black leaves only absorb. Expectation: uniform skylight is transmitted by 2 E3(tau), to 1e-6 with 32
+// nodes.
 TEST(ClosedForms, T01_AbsorptionOnly) {
   const double tau[] = {0.5, 1, 1.5, 3}, expected[] = {0.443209, 0.219384, 0.113479, 0.0178613};
   for (int i = 0; i < 4; ++i) {
@@ -20,7 +21,8 @@ TEST(ClosedForms, T01_AbsorptionOnly) {
   }
 }
 
-// Rationale: for little scattering the second order is negligible. Expectation: the single-scattering formula to O(a^2).
+// Rationale: for little scattering the second order is negligible. Expectation: the single-scattering formula to
+// O(a^2).
 TEST(ClosedForms, T02_SingleScattering) {
   const double a = 1e-6, depth = 0.7, mu0 = 0.35;
   const CanopySolver s(canopy({isotropic(a), depth, 0, 3}), options(8));
@@ -32,8 +34,8 @@ TEST(ClosedForms, T02_SingleScattering) {
   }
 }
 
-// Rationale: where nothing absorbs, uniform light stays uniform. Expectation: radiance 1 / pi at every level and direction
-// and in every view, 1e-10.
+// Rationale: where nothing absorbs, uniform light stays uniform. Expectation: radiance 1 / pi at every level and
+// direction and in every view, 1e-10.
 TEST(ClosedForms, T03_WhiteFurnace) {
   for (const char* name : {"sph", "pla", "ere", "plg", "ext", "uni", "hor"})
     for (double lai : {0.1, 3.0, 50.0}) {
@@ -51,8 +53,8 @@ TEST(ClosedForms, T03_WhiteFurnace) {
     }
 }
 
-// Rationale: leaves that absorb nothing over a black ground. Expectation: the net flux is the same at all heights, and the
-// two values of the table.
+// Rationale: leaves that absorb nothing over a black ground. Expectation: the net flux is the same at all heights, and
+// the two values of the table.
 TEST(ClosedForms, T04_Conservation) {
   for (const char* name : {"sph", "pla", "ere", "hor"})
     for (double mu0 : {0.0, 0.2, 0.9}) {
@@ -60,7 +62,8 @@ TEST(ClosedForms, T04_Conservation) {
       const Field f = mu0 > 0 ? s.beam(mu0) : s.sky(Sky::uniform());
       const Fluxes x = s.fluxes(f);
       for (int l = 0; l < s.levels(); ++l)
-        EXPECT_NEAR(x.down_direct[l] + x.down_diffuse[l] - x.up[l], x.down_direct[0] + x.down_diffuse[0], 1e-12) << name << mu0;
+        EXPECT_NEAR(x.down_direct[l] + x.down_diffuse[l] - x.up[l], x.down_direct[0] + x.down_diffuse[0], 1e-12)
+            << name << mu0;
     }
   const CanopySolver s(canopy({leaves(LeafAngles::spherical(), 0.5, 0.5), 3, 0, 1}), options(16));
   const Budget b = budget(s, s.sky(Sky::uniform()));
@@ -68,8 +71,8 @@ TEST(ClosedForms, T04_Conservation) {
   EXPECT_NEAR(b.transmittance, 0.457188, 1e-6);
 }
 
-// Rationale: reciprocity. Expectation: radiance at direction b for a beam from a, over mu_a, equals the exchange, 1e-10 for
-// directions that are no nodes (nodes: symmetric matrices), with a ground that is no Lambertian.
+// Rationale: reciprocity. Expectation: radiance at direction b for a beam from a, over mu_a, equals the exchange, 1e-10
+// for directions that are no nodes (nodes: symmetric matrices), with a ground that is no Lambertian.
 TEST(ClosedForms, T05_Reciprocity) {
   Canopy c = canopy({leaves(LeafAngles::planophile(), 0.4, 0.35), 2.5, 0.2, 3});
   c.ground = rpv_ground({0.15}, 0.8, -0.2);
@@ -77,7 +80,8 @@ TEST(ClosedForms, T05_Reciprocity) {
   for (double azimuth : {0.0, 1.1, pi_d}) {
     const double a[] = {azimuth};
     const size_t top = s.levels() - 1;
-    const double forward = s.radiance(s.beam(0.8), 0.31, a)[top] / 0.8, back = s.radiance(s.beam(0.31), 0.8, a)[top] / 0.31;
+    const double forward = s.radiance(s.beam(0.8), 0.31, a)[top] / 0.8,
+                 back = s.radiance(s.beam(0.31), 0.8, a)[top] / 0.31;
     EXPECT_NEAR(forward / back, 1, 1e-10);
   }
 }
@@ -103,7 +107,8 @@ TEST(ClosedForms, T06_HorizontalLeaves) {
   const double azimuth[] = {0.0, 2.0};
   for (double mu : {0.95, 0.5, 0.1})
     for (int a : {0, 1})
-      EXPECT_NEAR(s.radiance(f, mu, azimuth)[a * 2 + 1] * pi_d / std::cos(rad(30)), 0.4317546137538, 1e-10) << "same at every angle";
+      EXPECT_NEAR(s.radiance(f, mu, azimuth)[a * 2 + 1] * pi_d / std::cos(rad(30)), 0.4317546137538, 1e-10)
+          << "same at every angle";
   const CanopySolver white(canopy({leaves(LeafAngles::horizontal(), 0.6, 0.4), 2.5, 0.2, 2}), options(5));
   EXPECT_NEAR(budget(white, white.beam(0.3)).reflectance, 1 - 1 / (0.6 * 2.5 + 1 / 0.8), 1e-10);
 }
@@ -117,7 +122,8 @@ TEST(ClosedForms, T08_DiscreteHFunction) {
     for (int pass = 0; pass < 3000; ++pass)
       for (int i = 0; i < n; ++i) {
         double sum = std::sqrt(1 - a);
-        for (int j = 0; j < n; ++j) sum += a / 2 * o.nodes.w[j] * o.nodes.mu[j] * h[j] / (o.nodes.mu[i] + o.nodes.mu[j]);
+        for (int j = 0; j < n; ++j)
+          sum += a / 2 * o.nodes.w[j] * o.nodes.mu[j] * h[j] / (o.nodes.mu[i] + o.nodes.mu[j]);
         h[i] = 1 / sum;
       }
     const CanopySolver s(canopy({isotropic(a), 3000, 0, 1}), o);
@@ -131,8 +137,8 @@ TEST(ClosedForms, T08_DiscreteHFunction) {
   }
 }
 
-// Rationale: Chandrasekhar's H function gives the plane albedo of a half-space. Expectation: table values to 1e-5 with 24
-// nodes, directions that are no nodes included.
+// Rationale: Chandrasekhar's H function gives the plane albedo of a half-space. Expectation: table values to 1e-5 with
+// 24 nodes, directions that are no nodes included.
 TEST(ClosedForms, T09_HalfSpaceAlbedo) {
   const auto rows = read_csv("H_function_isotropic.csv");
   int checked = 0;
@@ -173,8 +179,8 @@ TEST(ClosedForms, T13_Refinement) {
   }
 }
 
-// Rationale: where a beam's path equals one of the slab's own decay rates the source equations are singular, the light is
-// not. Black leaves make every node such a direction. Expectation: radiances vary smoothly through it, 1e-9.
+// Rationale: where a beam's path equals one of the slab's own decay rates the source equations are singular, the light
+// is not. Black leaves make every node such a direction. Expectation: radiances vary smoothly through it, 1e-9.
 TEST(ClosedForms, ResonantDirections) {
   const SolverOptions o = options(7);
   for (double albedo : {0.0, 1e-9, 0.3}) {

@@ -9,10 +9,17 @@ namespace {
 
 // Rationale: every density counts the same leaf area. Expectation: integral one, mean inclinations of the closed forms.
 TEST(LeafAngles, DensitiesAreNormalised) {
-  const std::vector<LeafAngles> all{LeafAngles::spherical(),    LeafAngles::planophile(),  LeafAngles::erectophile(),
-                                    LeafAngles::plagiophile(),  LeafAngles::extremophile(), LeafAngles::uniform(),
-                                    LeafAngles::beta(1, 0.3),   LeafAngles::beta(0.4, 0.35), LeafAngles::ellipsoidal(0.2),
-                                    LeafAngles::ellipsoidal(8), LeafAngles::table({0, 0.4, 1, pi_d / 2}, {1, 0, 3})};
+  const std::vector<LeafAngles> all{LeafAngles::spherical(),
+                                    LeafAngles::planophile(),
+                                    LeafAngles::erectophile(),
+                                    LeafAngles::plagiophile(),
+                                    LeafAngles::extremophile(),
+                                    LeafAngles::uniform(),
+                                    LeafAngles::beta(1, 0.3),
+                                    LeafAngles::beta(0.4, 0.35),
+                                    LeafAngles::ellipsoidal(0.2),
+                                    LeafAngles::ellipsoidal(8),
+                                    LeafAngles::table({0, 0.4, 1, pi_d / 2}, {1, 0, 3})};
   for (const LeafAngles& a : all) {
     const QuadratureRule fine = graded_rule(a.breaks(), 40);
     EXPECT_NEAR(fine.integrate([&](double t) { return a.density(t); }), 1, 2e-6) << &a - all.data();
@@ -103,7 +110,8 @@ TEST(AreaScattering, ModesAreThoseOfTheFunction) {
   }
 }
 
-// Rationale: bi-Lambertian asymmetry is (4/9)(tau - rho)/(tau + rho) for spherical leaves; all light scattered is kappa.
+// Rationale: bi-Lambertian asymmetry is (4/9)(tau - rho)/(tau + rho) for spherical leaves; all light scattered is
+// kappa.
 TEST(AreaScattering, AsymmetryAndTotal) {
   const Leaves l(LeafAngles::spherical(), {0.3}, {0.6});
   const QuadratureRule mu = gauss_legendre(60, -1, 1);

@@ -18,8 +18,9 @@ double printed_tolerance(const std::string& number) {
 }
 
 // Rationale: DISORT's published test problems 1 (isotropic) and 2 (Rayleigh), 16 streams, thin and thick, beam and sky.
-// Expectation: fluxes and radiances, which it prints with six digits, to the precision of that print for all problems; two
-// units in the last place where albedo is 1 (that reference computes in single precision, with albedo 1 - 1e-6 or so).
+// Expectation: fluxes and radiances, which it prints with six digits, to the precision of that print for all problems;
+// two units in the last place where albedo is 1 (that reference computes in single precision, with albedo 1 - 1e-6 or
+// so).
 TEST(References, DisortPublished) {
   struct Problem {
     double tau, albedo, mu0, fbeam, sky;
@@ -38,7 +39,8 @@ TEST(References, DisortPublished) {
     if (!problems.contains(row[0]) || row[1] == "dfdt") continue;
     const Problem& p = problems.at(row[0]);
     if (!solved.contains(row[0])) {
-      const auto what = std::make_shared<Particles>(p.rayleigh ? Particles::rayleigh({p.albedo}) : Particles::isotropic({p.albedo}));
+      const auto what =
+          std::make_shared<Particles>(p.rayleigh ? Particles::rayleigh({p.albedo}) : Particles::isotropic({p.albedo}));
       auto s = std::make_shared<CanopySolver>(canopy({what, p.tau, 0, 1}), options(8, 3));
       Field f = p.fbeam > 0 ? s->beam(p.mu0) : s->sky(Sky::uniform());
       solved.emplace(row[0], std::pair{s, f});
@@ -48,9 +50,12 @@ TEST(References, DisortPublished) {
     const int level = row[2] == "top" ? 1 : 0;
     const Fluxes x = s->fluxes(f);
     double got = 0;
-    if (row[1] == "rfldir") got = x.down_direct[level];
-    else if (row[1] == "rfldn") got = x.down_diffuse[level];
-    else if (row[1] == "flup") got = x.up[level];
+    if (row[1] == "rfldir")
+      got = x.down_direct[level];
+    else if (row[1] == "rfldn")
+      got = x.down_diffuse[level];
+    else if (row[1] == "flup")
+      got = x.up[level];
     else {
       if (p.rayleigh) continue;  // its azimuths are not in the file
       const double azimuth[] = {0.0};
@@ -58,7 +63,8 @@ TEST(References, DisortPublished) {
     }
     const double expected = std::stod(row[4]);
     const double tolerance = printed_tolerance(row[4]) + (p.albedo == 1 ? 4e-6 : 1e-6) * expected;
-    EXPECT_NEAR(got * scale, expected, expected == 0 ? 2e-6 : tolerance) << row[0] << " " << row[1] << " " << row[2] << " " << row[3];
+    EXPECT_NEAR(got * scale, expected, expected == 0 ? 2e-6 : tolerance)
+        << row[0] << " " << row[1] << " " << row[2] << " " << row[3];
     if (expected != 0) worst = std::max(worst, std::abs(got * scale / expected - 1));
     ++checked;
   }
@@ -77,8 +83,8 @@ TEST(References, IsotropicSlabs) {
   }
 }
 
-// Rationale: van de Hulst's reflection and diffuse transmission functions at directions that are no nodes, tau 2, a .8; unit
-// pi mu0 / (mu0 E) times the radiance. Expectation: his five digits.
+// Rationale: van de Hulst's reflection and diffuse transmission functions at directions that are no nodes, tau 2, a .8;
+// unit pi mu0 / (mu0 E) times the radiance. Expectation: his five digits.
 TEST(References, VanDeHulst) {
   const auto rows = read_csv("vdHulst_table12_tau2_a0.8.csv");
   const CanopySolver s(canopy({isotropic(0.8), 2, 0, 1}), options(24));
@@ -107,9 +113,11 @@ Scene build(const std::vector<std::string>& row, int nodes, int modes) {
   const bool mirror = row[0].find("spec") != std::string::npos;
   const auto what = lad == "iso" ? isotropic(rho) : leaves(angles(lad), rho, tau, mirror ? 1.5 : 0);
   Scene s;
-  s.solver = std::make_unique<CanopySolver>(canopy({what, lai, std::stod(row[4]), 10}), options(nodes, mirror ? 32 : modes));
+  s.solver =
+      std::make_unique<CanopySolver>(canopy({what, lai, std::stod(row[4]), 10}), options(nodes, mirror ? 32 : modes));
   for (int l = 0; l <= 10; ++l) s.cumulative.push_back(lai * (10 - l) / 10);
-  if (row[5] == "dif") s.field = s.solver->sky(Sky::uniform());
+  if (row[5] == "dif")
+    s.field = s.solver->sky(Sky::uniform());
   else {
     s.mu0 = row[5][0] == 'm' ? std::stod(row[5].substr(1)) : std::cos(rad(std::stod(row[5])));
     s.field = s.solver->beam(s.mu0);
@@ -118,8 +126,8 @@ Scene build(const std::vector<std::string>& row, int nodes, int modes) {
 }
 
 // Rationale: 29 canopies by Monte Carlo and by an independent deterministic code. Expectation: fluxes at all levels and
-// reflectance factors at all views within three standard errors of Monte Carlo (4.5 for the worst of 1500 numbers), and within the
-// deterministic column's trust: 1e-6 fluxes, 3e-5 reflectance factors, and the half unit of its last digit.
+// reflectance factors at all views within three standard errors of Monte Carlo (4.5 for the worst of 1500 numbers), and
+// within the deterministic column's trust: 1e-6 fluxes, 3e-5 reflectance factors, and the half unit of its last digit.
 TEST(References, MonteCarloCases) {
   const auto rows = read_csv("mc_cases.csv");
   std::string name;
@@ -135,16 +143,21 @@ TEST(References, MonteCarloCases) {
     double got = 0;
     bool brf = false;
     const double soil = std::stod(row[4]);
-    if (q == "R") got = x.up[10] / in;
-    else if (q == "T") got = down(0);
-    else if (q == "A_leaf") got = 1 - x.up[10] / in - (down(0) - x.up[0] / in);
-    else if (q == "A_soil") got = (1 - soil) * down(0);
+    if (q == "R")
+      got = x.up[10] / in;
+    else if (q == "T")
+      got = down(0);
+    else if (q == "A_leaf")
+      got = 1 - x.up[10] / in - (down(0) - x.up[0] / in);
+    else if (q == "A_soil")
+      got = (1 - soil) * down(0);
     else if (q.starts_with("Fdown_") || q.starts_with("Fup_")) {
       const int l = 10 - int(std::lround(10 * std::stod(q.substr(q.find('_') + 1))));
       got = q[1] == 'd' ? down(l) : x.up[l] / in;
     } else if (q.starts_with("BRF_")) {
       const size_t second = q.find('_', 4);
-      const double zenith = std::stod(q.substr(4, second - 4)), azimuth = second == std::string::npos ? 0 : std::stod(q.substr(second + 1));
+      const double zenith = std::stod(q.substr(4, second - 4)),
+                   azimuth = second == std::string::npos ? 0 : std::stod(q.substr(second + 1));
       const double phi[] = {rad(azimuth) + pi_d};
       got = s.solver->radiance(s.field, std::cos(rad(zenith)), phi)[10] * pi_d / in;
       brf = true;
@@ -173,7 +186,9 @@ TEST(References, RomcTurbid) {
   const auto fluxes = read_csv("romc_tur_flux.csv"), brf = read_csv("romc_tur_brf.csv");
   for (size_t r = 1; r < fluxes.size(); ++r) {
     const auto& c = fluxes[r];
-    const CanopySolver s(canopy({leaves(angles(c[2]), std::stod(c[3]), std::stod(c[4])), std::stod(c[1]), std::stod(c[5]), 1}), options(16, 10));
+    const CanopySolver s(
+        canopy({leaves(angles(c[2]), std::stod(c[3]), std::stod(c[4])), std::stod(c[1]), std::stod(c[5]), 1}),
+        options(16, 10));
     const double mu0 = std::cos(rad(std::stod(c[6])));
     const Field f = s.beam(mu0);
     const Budget b = budget(s, f);
@@ -184,7 +199,8 @@ TEST(References, RomcTurbid) {
     for (const auto& row : brf) {
       if (row[0] != c[0]) continue;
       const std::vector<double> v = s.radiance(f, std::cos(rad(std::stod(row[1]))), azimuths);
-      for (int a = 0; a < 3; ++a) EXPECT_NEAR(v[a * 2 + 1] * pi_d / mu0, std::stod(row[2 + a]), 5e-5) << c[0] << " " << row[1] << " " << a;
+      for (int a = 0; a < 3; ++a)
+        EXPECT_NEAR(v[a * 2 + 1] * pi_d / mu0, std::stod(row[2 + a]), 5e-5) << c[0] << " " << row[1] << " " << a;
     }
   }
 }
@@ -203,8 +219,10 @@ TEST(References, CdisortSpherical) {
     const double in = x.down_direct[10] + x.down_diffuse[10];
     const std::string& q = row[1];
     double got = 0;
-    if (q == "R") got = x.up[10] / in;
-    else if (q == "T") got = (x.down_direct[0] + x.down_diffuse[0]) / in;
+    if (q == "R")
+      got = x.up[10] / in;
+    else if (q == "T")
+      got = (x.down_direct[0] + x.down_diffuse[0]) / in;
     else if (q[0] == 'F') {
       const int l = 10 - int(std::lround(10 * std::stod(q.substr(q.find('_') + 1))));
       got = (q[1] == 'd' ? x.down_direct[l] + x.down_diffuse[l] : x.up[l]) / in;
@@ -221,8 +239,8 @@ TEST(References, CdisortSpherical) {
   EXPECT_GT(checked, 200);
 }
 
-// Rationale: regression table of the method's description. Expectation: Gauss nodes 2e-6; Mobley's ten bands give their own,
-// less accurate, numbers to the digits printed.
+// Rationale: regression table of the method's description. Expectation: Gauss nodes 2e-6; Mobley's ten bands give their
+// own, less accurate, numbers to the digits printed.
 TEST(References, T12_CanopyTable) {
   struct Row {
     double rho, tau, ground, wsa, t, bsa30, bsa60;
@@ -237,13 +255,16 @@ TEST(References, T12_CanopyTable) {
       if (o.nodes.bins.empty()) return budget(s, s.beam(std::cos(rad(zenith)))).reflectance;
       const QuadratureRule& band = o.nodes.bins[9 - zenith / 10];
       Sky sky = Sky::uniform();
-      sky.radiance = [&band](double mu, double, int) { return mu >= band.x.front() && mu <= band.x.back() ? 1.0 : 0.0; };
+      sky.radiance = [&band](double mu, double, int) {
+        return mu >= band.x.front() && mu <= band.x.back() ? 1.0 : 0.0;
+      };
       return budget(s, s.sky(sky)).reflectance;
     };
     EXPECT_NEAR(black_sky(30), r.bsa30, tolerance);
     EXPECT_NEAR(black_sky(60), r.bsa60, tolerance);
   };
-  for (const Row& r : {Row{.0546, .0149, .127, .020532, .117672, .019672, .020512}, Row{.4957, .4409, .159, .480982, .409317, .427830, .519944},
+  for (const Row& r : {Row{.0546, .0149, .127, .020532, .117672, .019672, .020512},
+                       Row{.4957, .4409, .159, .480982, .409317, .427830, .519944},
                        Row{.10, .06, .12, .041839, .126786, .037550, .043733}}) {
     check(r, options(8), 2e-6);
     check(r, options(16), 2e-6);

@@ -17,7 +17,9 @@
 namespace dapple::forest::test {
 
 inline constexpr double pi_d = std::numbers::pi;
-inline double rad(double degrees) { return degrees * pi_d / 180; }
+inline double rad(double degrees) {
+  return degrees * pi_d / 180;
+}
 
 inline std::vector<std::vector<std::string>> read_csv(const std::string& name) {
   std::ifstream in(std::string(DAPPLE_SOURCE_DIR "/tests/forest/references/") + name);
@@ -36,9 +38,9 @@ inline std::vector<std::vector<std::string>> read_csv(const std::string& name) {
 }
 
 inline LeafAngles angles(const std::string& short_name) {
-  static const std::map<std::string, std::string> names{{"sph", "spherical"},   {"pla", "planophile"}, {"ere", "erectophile"},
-                                                        {"plg", "plagiophile"}, {"ext", "extremophile"}, {"uni", "uniform"},
-                                                        {"hor", "horizontal"}};
+  static const std::map<std::string, std::string> names{
+      {"sph", "spherical"},    {"pla", "planophile"}, {"ere", "erectophile"}, {"plg", "plagiophile"},
+      {"ext", "extremophile"}, {"uni", "uniform"},    {"hor", "horizontal"}};
   return LeafAngles::by_name(names.at(short_name));
 }
 

@@ -17,8 +17,9 @@ struct Ground {
   std::function<double(double mu_in, double mu_out, double dphi, int wavelength)> brdf;
 };
 
-/// Rahman, Pinty and Verstraete 1993: rho0 [wavelength], k the bowl or bell shape (1 is Lambertian in zenith), asymmetry
-/// Theta in (-1, 1) of the Henyey-Greenstein factor (negative is backward), hot spot 1 + (1 - rho0) / (1 + G).
+/// Rahman, Pinty and Verstraete 1993: rho0 [wavelength], k the bowl or bell shape (1 is Lambertian in zenith),
+/// asymmetry Theta in (-1, 1) of the Henyey-Greenstein factor (negative is backward), hot spot 1 + (1 - rho0) / (1 +
+/// G).
 Ground rpv_ground(std::vector<double> rho0, double k, double asymmetry);
 
 /// Plane-parallel vegetation: slabs from the ground up, each with any mix of constituents.

@@ -25,8 +25,8 @@ struct KernelColumn {
   std::vector<Kernel::Component> components;
 };
 
-/// A population of scatterers that looks the same from above and below and from all azimuths, with reciprocal scattering
-/// that keeps the polarity: sigma(w' -> w) = sigma(-w -> -w') = sigma(w -> w').
+/// A population of scatterers that looks the same from above and below and from all azimuths, with reciprocal
+/// scattering that keeps the polarity: sigma(w' -> w) = sigma(-w -> -w') = sigma(w -> w').
 class Constituent {
  public:
   virtual ~Constituent() = default;

@@ -32,7 +32,8 @@ Directions::Directions(const PolarNodes& nodes, int modes, std::optional<double>
     : nodes_(nodes), modes_(modes), extra_(extra_mu) {
   const auto add = [this](double mu) { kinks_.push_back(std::asin(mu)); };
   for (int i = 0; i < nodes_.size(); ++i) {
-    if (nodes_.bins.empty()) add(nodes_.mu[i]);
+    if (nodes_.bins.empty())
+      add(nodes_.mu[i]);
     else
       for (double mu : nodes_.bins[i].x) add(mu);
   }
@@ -54,7 +55,8 @@ const FlakeTable& Directions::flakes(const LeafAngles& leaves, const QuadratureR
     for (size_t i = 0; i < n; ++i) {
       const bool node = i < nodes_.mu.size();
       if (!node || nodes_.bins.empty()) {
-        half_range_modes(node ? nodes_.mu[i] : *extra_, mu_n, modes_, &table.plus[q * n + i], &table.minus[q * n + i], stride);
+        half_range_modes(node ? nodes_.mu[i] : *extra_, mu_n, modes_, &table.plus[q * n + i], &table.minus[q * n + i],
+                         stride);
         continue;
       }
       const QuadratureRule& bin = nodes_.bins[i];

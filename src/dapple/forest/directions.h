@@ -11,8 +11,8 @@
 
 namespace dapple::forest {
 
-/// Polar directions of one hemisphere: node i stands for w[i] of the cosines in (0, 1); the weights sum to one. The other
-/// hemisphere is its mirror image.
+/// Polar directions of one hemisphere: node i stands for w[i] of the cosines in (0, 1); the weights sum to one. The
+/// other hemisphere is its mirror image.
 struct PolarNodes {
   std::vector<double> mu, w;
   /// What a node's kernels are averages over; empty: the node itself.

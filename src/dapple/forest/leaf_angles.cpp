@@ -35,7 +35,9 @@ QuadratureRule graded_rule(std::vector<double> breaks, int points_per_panel) {
 LeafAngles::LeafAngles(Kind kind, double p, double q) : kind_(kind), p_(p), q_(q), breaks_{0, half_pi} {
   if (kind == Kind::beta || kind == Kind::ellipsoidal) {
     // Bisecting towards both ends resolves what is narrow or singular there.
-    const int depth = kind == Kind::ellipsoidal ? 2 + static_cast<int>(std::abs(std::log2(p))) : std::min(p, q) >= 2 ? 2 : 14;
+    const int depth = kind == Kind::ellipsoidal ? 2 + static_cast<int>(std::abs(std::log2(p)))
+                      : std::min(p, q) >= 2     ? 2
+                                                : 14;
     double step = half_pi / 2;
     breaks_.push_back(step);
     log_norm_ = kind == Kind::beta ? std::lgamma(p_) + std::lgamma(q_) - std::lgamma(p_ + q_) : 0;
@@ -45,17 +47,34 @@ LeafAngles::LeafAngles(Kind kind, double p, double q) : kind_(kind), p_(p), q_(q
   }
 }
 
-LeafAngles LeafAngles::spherical() { return LeafAngles(Kind::sine); }
-LeafAngles LeafAngles::planophile() { return LeafAngles(Kind::cosine_series, 1, 2); }
-LeafAngles LeafAngles::erectophile() { return LeafAngles(Kind::cosine_series, -1, 2); }
-LeafAngles LeafAngles::plagiophile() { return LeafAngles(Kind::cosine_series, -1, 4); }
-LeafAngles LeafAngles::extremophile() { return LeafAngles(Kind::cosine_series, 1, 4); }
-LeafAngles LeafAngles::uniform() { return LeafAngles(Kind::cosine_series, 0, 2); }
-LeafAngles LeafAngles::horizontal() { return fixed(0); }
-LeafAngles LeafAngles::vertical() { return fixed(half_pi); }
+LeafAngles LeafAngles::spherical() {
+  return LeafAngles(Kind::sine);
+}
+LeafAngles LeafAngles::planophile() {
+  return LeafAngles(Kind::cosine_series, 1, 2);
+}
+LeafAngles LeafAngles::erectophile() {
+  return LeafAngles(Kind::cosine_series, -1, 2);
+}
+LeafAngles LeafAngles::plagiophile() {
+  return LeafAngles(Kind::cosine_series, -1, 4);
+}
+LeafAngles LeafAngles::extremophile() {
+  return LeafAngles(Kind::cosine_series, 1, 4);
+}
+LeafAngles LeafAngles::uniform() {
+  return LeafAngles(Kind::cosine_series, 0, 2);
+}
+LeafAngles LeafAngles::horizontal() {
+  return fixed(0);
+}
+LeafAngles LeafAngles::vertical() {
+  return fixed(half_pi);
+}
 
 LeafAngles LeafAngles::fixed(double inclination) {
-  if (!(inclination >= 0 && inclination <= half_pi)) throw std::invalid_argument("inclination must be from 0 to 90 degrees");
+  if (!(inclination >= 0 && inclination <= half_pi))
+    throw std::invalid_argument("inclination must be from 0 to 90 degrees");
   LeafAngles l(Kind::discrete);
   l.discrete_ = inclination;
   return l;
@@ -65,7 +84,8 @@ LeafAngles LeafAngles::beta(double mean, double standard_deviation) {
   if (!(mean > 0 && mean < half_pi)) throw std::invalid_argument("mean inclination must be between 0 and 90 degrees");
   const double x = mean / half_pi, variance = std::pow(standard_deviation / half_pi, 2);
   if (!(variance > 1e-6 && variance < x * (1 - x)))
-    throw std::invalid_argument("standard deviation of inclination must be above 0.09 degrees and below sqrt(mean (90 - mean))");
+    throw std::invalid_argument(
+        "standard deviation of inclination must be above 0.09 degrees and below sqrt(mean (90 - mean))");
   const double total = x * (1 - x) / variance - 1;
   return LeafAngles(Kind::beta, x * total, (1 - x) * total);
 }
@@ -100,7 +120,8 @@ const std::vector<std::string_view>& LeafAngles::names() {
 }
 
 LeafAngles LeafAngles::by_name(std::string_view name) {
-  static constexpr LeafAngles (*make[])() = {spherical, planophile, erectophile, plagiophile, extremophile, uniform, horizontal, vertical};
+  static constexpr LeafAngles (*make[])() = {spherical,    planophile, erectophile, plagiophile,
+                                             extremophile, uniform,    horizontal,  vertical};
   for (size_t i = 0; i < names().size(); ++i)
     if (names()[i] == name) return make[i]();
   throw std::invalid_argument("unknown leaf angle distribution \"" + std::string(name) + "\", " + one_of(names()));

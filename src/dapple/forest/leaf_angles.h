@@ -9,8 +9,8 @@
 namespace dapple::forest {
 
 /// How leaf normals are inclined: the density g(theta) of the angle between normal and zenith, theta in [0, pi/2],
-/// uniform in azimuth, with integral one (the sine of the solid angle is part of g: spherical leaves have g = sin theta).
-/// Leaves are two-sided; every constructor throws std::invalid_argument for parameters out of range.
+/// uniform in azimuth, with integral one (the sine of the solid angle is part of g: spherical leaves have g = sin
+/// theta). Leaves are two-sided; every constructor throws std::invalid_argument for parameters out of range.
 class LeafAngles {
  public:
   static LeafAngles spherical();     ///< sin theta; also called uniform normals
@@ -60,7 +60,8 @@ class LeafAngles {
   std::vector<double> breaks_, values_;
 };
 
-/// Composite Gauss rule on panels between `breaks` (sorted here), graded towards their ends so that x^(3/2) there costs no order.
+/// Composite Gauss rule on panels between `breaks` (sorted here), graded towards their ends so that x^(3/2) there costs
+/// no order.
 QuadratureRule graded_rule(std::vector<double> breaks, int points_per_panel = 10);
 
 }  // namespace dapple::forest

@@ -15,13 +15,14 @@ namespace {
 
 constexpr double pi_d = std::numbers::pi;
 
-// sum over normals of U (a_i a_j + b_i b_j) and U (a_i b_j + b_i a_j), twice: alpha and beta of 5.3. `from` and `to` select
-// the columns j; the rows i are the nodes.
+// sum over normals of U (a_i a_j + b_i b_j) and U (a_i b_j + b_i a_j), twice: alpha and beta of 5.3. `from` and `to`
+// select the columns j; the rows i are the nodes.
 struct Pairs {
   std::vector<double> alpha, beta;  // [m][i][j - from]
 };
 
-Pairs sum_pairs(const FlakeTable& t, const std::vector<double>& weight, int n, int stride, int modes, int from, int to) {
+Pairs sum_pairs(const FlakeTable& t, const std::vector<double>& weight, int n, int stride, int modes, int from,
+                int to) {
   const size_t count = weight.size(), width = to - from;
   Pairs p;
   p.alpha.assign(size_t(modes) * n * width, 0);
@@ -54,9 +55,10 @@ std::vector<Kernel::Component> lambertian(const Pairs& p, int modes) {
   return {{p.beta, alternate(p.alpha, modes)}, {p.alpha, alternate(p.beta, modes)}};
 }
 
-// Integrals over the azimuth of the normal of |n . w| |n . w'|, where the two have opposite (first) and equal signs, for
-// n . w = a + b cos t and n . w' = a1 + b1 cos(t - psi). Between the zeros the products have a primitive.
-std::array<double, 2> azimuth_products(double a, double b, double a1, double b1, double psi, double cos_psi, double sin_psi) {
+// Integrals over the azimuth of the normal of |n . w| |n . w'|, where the two have opposite (first) and equal signs,
+// for n . w = a + b cos t and n . w' = a1 + b1 cos(t - psi). Between the zeros the products have a primitive.
+std::array<double, 2> azimuth_products(double a, double b, double a1, double b1, double psi, double cos_psi,
+                                       double sin_psi) {
   struct Edge {
     double t, c, s;
   };
@@ -69,7 +71,8 @@ std::array<double, 2> azimuth_products(double a, double b, double a1, double b1,
   const Edge r = root(a, b), r1 = root(a1, b1);
   std::array<Edge, 5> edge{Edge{r.t, r.c, r.s}, Edge{wrap(-r.t), r.c, -r.s},
                            Edge{wrap(psi + r1.t), cos_psi * r1.c - sin_psi * r1.s, sin_psi * r1.c + cos_psi * r1.s},
-                           Edge{wrap(psi - r1.t), cos_psi * r1.c + sin_psi * r1.s, sin_psi * r1.c - cos_psi * r1.s}, Edge{}};
+                           Edge{wrap(psi - r1.t), cos_psi * r1.c + sin_psi * r1.s, sin_psi * r1.c - cos_psi * r1.s},
+                           Edge{}};
   std::sort(edge.begin(), edge.begin() + 4, [](const Edge& x, const Edge& y) { return x.t < y.t; });
   edge[4] = {edge[0].t + 2 * pi_d, edge[0].c, edge[0].s};
   const auto primitive = [&](const Edge& e) {
@@ -92,7 +95,8 @@ std::array<double, 2> azimuth_products(double a, double b, double a1, double b1,
 
 }  // namespace
 
-Leaves::Leaves(LeafAngles angles, std::vector<double> reflectance, std::vector<double> transmittance, double refractive_index)
+Leaves::Leaves(LeafAngles angles, std::vector<double> reflectance, std::vector<double> transmittance,
+               double refractive_index)
     : angles_(std::move(angles)),
       reflectance_(std::move(reflectance)),
       transmittance_(std::move(transmittance)),
@@ -121,7 +125,8 @@ Kernel Leaves::kernel(Directions& directions) const {
   k.extinction.assign(n, 0);
   for (size_t q = 0; q < normals.x.size(); ++q)
     for (int i = 0; i < n; ++i)
-      k.extinction[i] += normals.w[q] * (table.plus[q * directions.size() + i] + table.minus[q * directions.size() + i]);
+      k.extinction[i] +=
+          normals.w[q] * (table.plus[q * directions.size() + i] + table.minus[q * directions.size() + i]);
   k.components = lambertian(sum_pairs(table, normals.w, n, directions.size(), modes, 0, n), modes);
   for (auto& component : k.components) fix_energy(nodes, modes, k.extinction, component);
   if (!specular()) return k;
@@ -167,7 +172,8 @@ KernelColumn Leaves::column(Directions& directions) const {
 }
 
 void Leaves::phases(double mu_in, double mu_out, double dphi, double* out) const {
-  const double s_in = std::sqrt(std::max(0.0, 1 - mu_in * mu_in)), s_out = std::sqrt(std::max(0.0, 1 - mu_out * mu_out));
+  const double s_in = std::sqrt(std::max(0.0, 1 - mu_in * mu_in)),
+               s_out = std::sqrt(std::max(0.0, 1 - mu_out * mu_out));
   const double cosine = std::cos(dphi), sine = std::sin(dphi);
   std::vector<double> kinks{std::asin(std::min(1.0, std::abs(mu_in))), std::asin(std::min(1.0, std::abs(mu_out)))};
   // The normal orthogonal to both directions.
@@ -188,13 +194,15 @@ void Leaves::phases(double mu_in, double mu_out, double dphi, double* out) const
 
 // F(alpha) d(h) / 4 with the half vector h between the directions (5.3).
 double Leaves::mirror(double mu_in, double mu_out, double cos_dphi) const {
-  const double s_in = std::sqrt(std::max(0.0, 1 - mu_in * mu_in)), s_out = std::sqrt(std::max(0.0, 1 - mu_out * mu_out));
+  const double s_in = std::sqrt(std::max(0.0, 1 - mu_in * mu_in)),
+               s_out = std::sqrt(std::max(0.0, 1 - mu_out * mu_out));
   const double cosine = mu_in * mu_out + s_in * s_out * cos_dphi;
   const double cos_alpha = std::sqrt(std::max(0.0, (1 - cosine) / 2));  // half the length of w - w'
-  if (cos_alpha < 1e-9) return 0.25 / (2 * pi_d);                       // forward: only its limit for spherical leaves matters
+  if (cos_alpha < 1e-9) return 0.25 / (2 * pi_d);  // forward: only its limit for spherical leaves matters
   const double hz = std::min(1.0, std::abs(mu_out - mu_in) / (2 * cos_alpha));
   const double theta = std::max(1e-6, std::acos(hz));  // g / sin has a limit at the zenith, or is cut off there
-  return 0.25 * fresnel_dielectric(cos_alpha, refractive_index_) * angles_.density(theta) / (2 * pi_d * std::sin(theta));
+  return 0.25 * fresnel_dielectric(cos_alpha, refractive_index_) * angles_.density(theta) /
+         (2 * pi_d * std::sin(theta));
 }
 
 double Leaves::mirror_scattering(double mu) const {
@@ -209,7 +217,9 @@ double Leaves::mirror_scattering(double mu) const {
   });
 }
 
-double Leaves::specular_albedo(double mu) const { return specular() ? mirror_scattering(mu) / extinction(mu) : 0; }
+double Leaves::specular_albedo(double mu) const {
+  return specular() ? mirror_scattering(mu) / extinction(mu) : 0;
+}
 
 void Leaves::mirror_modes(double mu_i, double mu_j, int modes, double* out, size_t stride) const {
   const int count = std::max(64, 4 * modes);  // midpoints: the integrand is even and periodic

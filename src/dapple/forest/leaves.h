@@ -13,7 +13,8 @@ class Leaves final : public Constituent {
  public:
   /// reflectance and transmittance by wavelength, of equal length, each at least 0, their sum at most 1.
   /// refractive_index: 0 for none, else at least 1; needs a density of inclinations. std::invalid_argument otherwise.
-  Leaves(LeafAngles angles, std::vector<double> reflectance, std::vector<double> transmittance, double refractive_index = 0);
+  Leaves(LeafAngles angles, std::vector<double> reflectance, std::vector<double> transmittance,
+         double refractive_index = 0);
 
   const LeafAngles& angles() const { return angles_; }
   bool specular() const { return refractive_index_ > 0; }

@@ -24,8 +24,8 @@ struct CanopySolver::Operators {
 class Riccati {
  public:
   /// Fills up and down ([level][node]) of a pack, whose down at the top level is given; rates as in the field, or null.
-  static void sweep(const CanopySolver& solver, size_t pack, const CanopySolver::Direction* sun, const double* beam, const Pack* rates,
-                    const Pack* ground_source, Pack* up, Pack* down, Scratch& scratch);
+  static void sweep(const CanopySolver& solver, size_t pack, const CanopySolver::Direction* sun, const double* beam,
+                    const Pack* rates, const Pack* ground_source, Pack* up, Pack* down, Scratch& scratch);
 };
 
 }  // namespace dapple::forest

@@ -67,8 +67,12 @@ void solve_block(int n, const Pack* lu, Pack* b, int columns, int j) {
 
 }  // namespace
 
-void multiply(int n, const Pack* a, const Pack* b, Pack* c) { product(n, a, b, c, false); }
-void multiply_add(int n, const Pack* a, const Pack* b, Pack* c) { product(n, a, b, c, true); }
+void multiply(int n, const Pack* a, const Pack* b, Pack* c) {
+  product(n, a, b, c, false);
+}
+void multiply_add(int n, const Pack* a, const Pack* b, Pack* c) {
+  product(n, a, b, c, true);
+}
 
 void apply(int n, const Pack* a, const Pack* x, Pack* y) {
   for (int i = 0; i < n; ++i) y[i] = Pack::all(0);

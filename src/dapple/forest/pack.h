@@ -7,8 +7,8 @@ namespace dapple::forest {
 
 inline constexpr int lanes = 4;  ///< linear systems solved side by side
 
-/// Four numbers that belong to four independent systems (wavelengths and azimuthal modes): arithmetic is lane by lane, so
-/// that small matrices of packs keep vector units busy whatever their size.
+/// Four numbers that belong to four independent systems (wavelengths and azimuthal modes): arithmetic is lane by lane,
+/// so that small matrices of packs keep vector units busy whatever their size.
 struct Pack {
   using Vector __attribute__((vector_size(lanes * sizeof(double)))) = double;
   Vector v;
@@ -28,7 +28,8 @@ struct Pack {
   friend Pack operator/(const Pack& a, const Pack& b) { return {a.v / b.v}; }
 };
 
-// Square matrices are n x n packs, row-major; vectors are n packs. Nothing here allocates. Outputs must not overlap inputs.
+// Square matrices are n x n packs, row-major; vectors are n packs. Nothing here allocates. Outputs must not overlap
+// inputs.
 
 void multiply(int n, const Pack* a, const Pack* b, Pack* c);      ///< c = a b
 void multiply_add(int n, const Pack* a, const Pack* b, Pack* c);  ///< c += a b

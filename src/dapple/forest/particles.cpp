@@ -7,7 +7,8 @@
 
 namespace dapple::forest {
 
-Particles::Particles(std::vector<double> chi, std::vector<double> albedo) : chi_(std::move(chi)), albedo_(std::move(albedo)) {
+Particles::Particles(std::vector<double> chi, std::vector<double> albedo)
+    : chi_(std::move(chi)), albedo_(std::move(albedo)) {
   if (chi_.empty() || chi_.size() > 128 || chi_[0] != 1)
     throw std::invalid_argument("a phase function needs 1 to 128 Legendre moments, the first 1");
   for (double c : chi_)
@@ -46,8 +47,8 @@ std::vector<double> Particles::node_legendre(const PolarNodes& nodes, int i, int
 }
 
 // The addition theorem, and the parity of P_l^m.
-void Particles::add(const std::vector<double>& a, const std::vector<double>& b, int modes, double* same, double* opposite,
-                    size_t stride) const {
+void Particles::add(const std::vector<double>& a, const std::vector<double>& b, int modes, double* same,
+                    double* opposite, size_t stride) const {
   const int count = static_cast<int>(chi_.size());
   for (int m = 0; m < modes; ++m) {
     double even = 0, odd = 0;
@@ -90,7 +91,8 @@ KernelColumn Particles::column(Directions& directions) const {
 }
 
 void Particles::phases(double mu_in, double mu_out, double dphi, double* out) const {
-  const double x = mu_in * mu_out + std::sqrt(std::max(0.0, (1 - mu_in * mu_in) * (1 - mu_out * mu_out))) * std::cos(dphi);
+  const double x =
+      mu_in * mu_out + std::sqrt(std::max(0.0, (1 - mu_in * mu_in) * (1 - mu_out * mu_out))) * std::cos(dphi);
   double p0 = 1, p1 = x, sum = chi_[0];
   for (size_t l = 1; l < chi_.size(); ++l) {
     sum += (2 * l + 1) * chi_[l] * p1;

@@ -8,7 +8,8 @@
 namespace dapple::forest {
 
 /// Scatterers without orientation, such as haze: single-scattering albedo by wavelength and a phase function by its
-/// Legendre moments, p(cos) = sum (2 l + 1) chi_l P_l(cos) with mean one over the sphere. The unit is optical depth one.
+/// Legendre moments, p(cos) = sum (2 l + 1) chi_l P_l(cos) with mean one over the sphere. The unit is optical depth
+/// one.
 class Particles final : public Constituent {
  public:
   /// chi[0] = 1, |chi[l]| <= 1, at most 128 of them; albedo in [0, 1]. std::invalid_argument otherwise.
@@ -26,7 +27,8 @@ class Particles final : public Constituent {
  private:
   std::vector<double> legendre(double mu, int modes) const;
   std::vector<double> node_legendre(const PolarNodes& nodes, int i, int modes) const;
-  void add(const std::vector<double>& a, const std::vector<double>& b, int modes, double* same, double* opposite, size_t stride) const;
+  void add(const std::vector<double>& a, const std::vector<double>& b, int modes, double* same, double* opposite,
+           size_t stride) const;
 
   std::vector<double> chi_, albedo_;
 };

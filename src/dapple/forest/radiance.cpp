@@ -13,7 +13,8 @@ namespace {
 constexpr double pi_d = std::numbers::pi;
 }
 
-// What needs no modes: light scattered once, ground lit by the beam, and the sky seen through the canopy. [level][wavelength]
+// What needs no modes: light scattered once, ground lit by the beam, and the sky seen through the canopy.
+// [level][wavelength]
 std::vector<double> CanopySolver::single(const Field& field, const Direction& view, bool upward, double azimuth) const {
   const int top = levels() - 1, count = canopy_.wavelengths;
   std::vector<double> out(size_t(levels()) * count, 0);
@@ -25,28 +26,33 @@ std::vector<double> CanopySolver::single(const Field& field, const Direction& vi
       for (size_t k = 0; k < phase.size(); ++k)
         for (size_t type = 0; type < types_.size(); ++type)
           for (int w = 0; w < count; ++w)
-            sigma[type * count + w] += phase[k] / view.mu_ * types_[type].amount[c] * canopy_.constituents[c]->coefficient(int(k), w);
+            sigma[type * count + w] +=
+                phase[k] / view.mu_ * types_[type].amount[c] * canopy_.constituents[c]->coefficient(int(k), w);
     }
   for (int w = 0; w < count; ++w) {
     double& start = out[size_t(upward ? 0 : top) * count + w];
-    if (upward && field.has_beam()) start = ground_brdf(field.beam_mu_, view.mu_, azimuth, w) * field.beam_mu_ * field.beam_[0];
+    if (upward && field.has_beam())
+      start = ground_brdf(field.beam_mu_, view.mu_, azimuth, w) * field.beam_mu_ * field.beam_[0];
     if (!upward && field.sky_ && !field.sine_)
       start = field.sky_->radiance(view.mu_, azimuth, field.sky_->grey ? 0 : w) * field.sky_scale_[w];
   }
   for (int step = 0; step < top; ++step) {
-    const int k = upward ? step : top - 1 - step, type = slab_type_[k], from = upward ? k : k + 1, to = upward ? k + 1 : k;
+    const int k = upward ? step : top - 1 - step, type = slab_type_[k], from = upward ? k : k + 1,
+              to = upward ? k + 1 : k;
     const double path = view.path_[type], e = std::exp(-path);
     double beam = 0;
     if (field.has_beam()) {
       const double ratio = field.beam_[k] / field.beam_[k + 1], sun_path = ratio > 0 ? -std::log(ratio) : 1e3;
       beam = field.beam_[k + 1] * (upward ? slant(path + sun_path) : slant_difference(sun_path, path));
     }
-    for (int w = 0; w < count; ++w) out[size_t(to) * count + w] = e * out[size_t(from) * count + w] + beam * sigma[type * count + w];
+    for (int w = 0; w < count; ++w)
+      out[size_t(to) * count + w] = e * out[size_t(from) * count + w] + beam * sigma[type * count + w];
   }
   return out;
 }
 
-std::vector<double> CanopySolver::radiance(const Field& field, const Direction& view, bool upward, std::span<const double> azimuths) const {
+std::vector<double> CanopySolver::radiance(const Field& field, const Direction& view, bool upward,
+                                           std::span<const double> azimuths) const {
   const int n = options_.nodes.size(), top = levels() - 1, count = canopy_.wavelengths, modes = options_.modes;
   const size_t types = types_.size();
   std::vector<Pack> amplitude(size_t(packs()) * levels());
@@ -77,12 +83,13 @@ std::vector<double> CanopySolver::radiance(const Field& field, const Direction& 
             const double ratio = field.beam_[k] / field.beam_[k + 1];
             sun_path = ratio > 0 ? -std::log(ratio) : 1e3;
           }
-          view.solvers_[p * types + type].view(slab(p, type), upward, up + k * n, down + k * n, up + (k + 1) * n, down + (k + 1) * n,
-                                               sun_path, ju, jd, u, d, scratch);
+          view.solvers_[p * types + type].view(slab(p, type), upward, up + k * n, down + k * n, up + (k + 1) * n,
+                                               down + (k + 1) * n, sun_path, ju, jd, u, d, scratch);
           const Pack *same = &view.same_[(p * types + type) * n], *opposite = &view.opposite_[(p * types + type) * n];
           // Radiances are scaled by sqrt(w mu), kernels by sqrt(w / mu): the product is w sigma I.
           Pack scattered = Pack::all(0);
-          for (int i = 0; i < n; ++i) scattered += (upward ? same[i] : opposite[i]) * u[i] + (upward ? opposite[i] : same[i]) * d[i];
+          for (int i = 0; i < n; ++i)
+            scattered += (upward ? same[i] : opposite[i]) * u[i] + (upward ? opposite[i] : same[i]) * d[i];
           sum += (1 / view.mu_) * scattered;
         }
         out[upward ? k + 1 : k] = sum;
@@ -100,20 +107,23 @@ std::vector<double> CanopySolver::radiance(const Field& field, const Direction& 
         for (int m = 0; m < modes; ++m) {
           const double factor = field.sine_ ? std::sin(m * azimuths[a]) : std::cos(m * azimuths[a]);
           const size_t system = size_t(w) * modes + m;
-          for (int l = 0; l <= top; ++l) out[size_t(l) * count + w] += factor * amplitude[system / lanes * levels() + l][system % lanes];
+          for (int l = 0; l <= top; ++l)
+            out[size_t(l) * count + w] += factor * amplitude[system / lanes * levels() + l][system % lanes];
         }
     }
   });
   return result;
 }
 
-std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction& view, double azimuth, double leaf_size_m) const {
+std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction& view, double azimuth,
+                                           double leaf_size_m) const {
   const int count = canopy_.wavelengths;
   std::vector<double> gain(count, 0);
   if (!(leaf_size_m > 0)) return gain;
   const auto tangent = [](double mu) { return std::sqrt(1 - mu * mu) / mu; };
   const double ts = tangent(sun.mu_), tv = tangent(view.mu_);
-  const double apart = std::sqrt(std::max(0.0, ts * ts + tv * tv + 2 * ts * tv * std::cos(azimuth)));  // between sun and viewer
+  const double apart =
+      std::sqrt(std::max(0.0, ts * ts + tv * tv + 2 * ts * tv * std::cos(azimuth)));  // between sun and viewer
   const double rate = apart / leaf_size_m;
   const double height = canopy_.slabs.back().top_m;
   const QuadratureRule rule = gauss_legendre(8, 0, 1);
@@ -126,11 +136,13 @@ std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction
   for (size_t k = canopy_.slabs.size(); k-- > 0;) {
     const Canopy::Slab& slab = canopy_.slabs[k];
     const int type = slab_type_[k];
-    const double thickness = slab.top_m - slab.bottom_m, ks = sun.path_[type] / thickness, kv = view.path_[type] / thickness;
+    const double thickness = slab.top_m - slab.bottom_m, ks = sun.path_[type] / thickness,
+                 kv = view.path_[type] / thickness;
     const auto correlated = [&](double depth, double dz) {
       return std::sqrt(ks * kv) * std::exp(-rate * depth) * dz * slant(rate * dz);
     };
-    const int panels = std::clamp(int(std::ceil(std::max({rate * thickness, sun.path_[type], view.path_[type]}))), 1, 64);
+    const int panels =
+        std::clamp(int(std::ceil(std::max({rate * thickness, sun.path_[type], view.path_[type]}))), 1, 64);
     double integral = 0;
     for (int panel = 0; panel < panels; ++panel)
       for (size_t q = 0; q < rule.x.size(); ++q) {
@@ -140,7 +152,8 @@ std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction
     for (size_t c = 0; c < canopy_.constituents.size(); ++c)
       for (size_t component = 0; component < phase[c].size(); ++component)
         for (int w = 0; w < count; ++w)
-          gain[w] += phase[c][component] * types_[type].amount[c] / view.mu_ * canopy_.constituents[c]->coefficient(int(component), w) * integral;
+          gain[w] += phase[c][component] * types_[type].amount[c] / view.mu_ *
+                     canopy_.constituents[c]->coefficient(int(component), w) * integral;
     joint += correlated(height - slab.top_m, thickness);
     depth_s += sun.path_[type];
     depth_v += view.path_[type];
@@ -150,7 +163,8 @@ std::vector<double> CanopySolver::hot_spot(const Direction& sun, const Direction
   return gain;
 }
 
-std::vector<double> CanopySolver::lobe_sum(const Field& field, const std::vector<double>& up, const std::vector<double>& down, double phi) const {
+std::vector<double> CanopySolver::lobe_sum(const Field& field, const std::vector<double>& up,
+                                           const std::vector<double>& down, double phi) const {
   const int count = canopy_.wavelengths, n = options_.nodes.size();
   std::vector<double> out(size_t(levels()) * count, 0);
   for (int l = 0; l < levels(); ++l)
@@ -158,7 +172,8 @@ std::vector<double> CanopySolver::lobe_sum(const Field& field, const std::vector
       for (int m = 0; m < options_.modes; ++m) {
         double sum = 0;
         for (int i = 0; i < n; ++i)
-          sum += options_.nodes.w[i] * (field.up(l, w, m, i) * up[m * n + i] + field.down(l, w, m, i) * down[m * n + i]);
+          sum +=
+              options_.nodes.w[i] * (field.up(l, w, m, i) * up[m * n + i] + field.down(l, w, m, i) * down[m * n + i]);
         out[size_t(l) * count + w] += 2 * pi_d * sum * (field.sine() ? std::sin(m * phi) : std::cos(m * phi));
       }
   return out;

@@ -8,8 +8,8 @@ namespace dapple::forest {
 
 namespace {
 
-// F' = Q + P F + F P + F Q F and E' = (P + F Q) E + F j_d + j_u in a slab, I_d' = -(P + Q F) I_d - Q E - j_d (5.5); rates j fall
-// off downwards as exp(-path (1 - z)). z from 0 to 1.
+// F' = Q + P F + F P + F Q F and E' = (P + F Q) E + F j_d + j_u in a slab, I_d' = -(P + Q F) I_d - Q E - j_d (5.5);
+// rates j fall off downwards as exp(-path (1 - z)). z from 0 to 1.
 struct Equations {
   int n;
   std::vector<Pack> p, q;
@@ -65,8 +65,8 @@ struct Equations {
 
 }  // namespace
 
-void Riccati::sweep(const CanopySolver& solver, size_t pack, const CanopySolver::Direction* sun, const double* beam, const Pack* rates,
-                    const Pack* ground_source, Pack* up, Pack* down, Scratch&) {
+void Riccati::sweep(const CanopySolver& solver, size_t pack, const CanopySolver::Direction* sun, const double* beam,
+                    const Pack* rates, const Pack* ground_source, Pack* up, Pack* down, Scratch&) {
   const int n = solver.options_.nodes.size(), slabs = solver.levels() - 1;
   const size_t nn = size_t(n) * n, size = nn + n;
   std::vector<Pack> bottom((slabs + 1) * size), k1(size), k2(size), k3(size), k4(size), y(size), ju(n), jd(n);

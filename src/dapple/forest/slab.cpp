@@ -33,8 +33,8 @@ void add_diagonal(int n, Pack* a, double x) {
 }
 
 // out = sum c[k] y^k for k < 8, from y, y^2, y^3 and y^4.
-void polynomial(int n, const std::array<double, terms>& c, const Pack* y, const Pack* y2, const Pack* y3, const Pack* y4, Pack* high,
-                Pack* out) {
+void polynomial(int n, const std::array<double, terms>& c, const Pack* y, const Pack* y2, const Pack* y3,
+                const Pack* y4, Pack* high, Pack* out) {
   for (int i = 0; i < n * n; ++i) {
     high[i] = c[5] * y[i] + c[6] * y2[i] + c[7] * y3[i];
     out[i] = c[1] * y[i] + c[2] * y2[i] + c[3] * y3[i];
@@ -57,8 +57,9 @@ void invert_one_minus(int n, Pack* a, Pack* lu) {
 }
 
 void thin_slab(int n, const Pack* m1, const Pack* m2, double half, Pack* r, Pack* t, Scratch& scratch) {
-  Pack *a = scratch.matrix(0), *b = scratch.matrix(1), *y = scratch.matrix(2), *y2 = scratch.matrix(3), *y3 = scratch.matrix(4),
-       *y4 = scratch.matrix(5), *high = scratch.matrix(6), *f = scratch.matrix(7), *q = scratch.matrix(8);
+  Pack *a = scratch.matrix(0), *b = scratch.matrix(1), *y = scratch.matrix(2), *y2 = scratch.matrix(3),
+       *y3 = scratch.matrix(4), *y4 = scratch.matrix(5), *high = scratch.matrix(6), *f = scratch.matrix(7),
+       *q = scratch.matrix(8);
   for (int i = 0; i < n * n; ++i) {
     a[i] = half * m1[i];
     b[i] = half * m2[i];
@@ -99,8 +100,12 @@ void double_slab(int n, Pack* r, Pack* t, Scratch& scratch) {
 
 }  // namespace
 
-double slant(double x) { return x == 0 ? 1 : -std::expm1(-x) / x; }
-double slant_difference(double a, double b) { return std::exp(-std::min(a, b)) * slant(std::abs(b - a)); }
+double slant(double x) {
+  return x == 0 ? 1 : -std::expm1(-x) / x;
+}
+double slant_difference(double a, double b) {
+  return std::exp(-std::min(a, b)) * slant(std::abs(b - a));
+}
 
 void make_slab(int n, const Pack* m1, const Pack* m2, double depth, Pack* r, Pack* t, Scratch& scratch) {
   int doublings = 0;
@@ -109,7 +114,8 @@ void make_slab(int n, const Pack* m1, const Pack* m2, double depth, Pack* r, Pac
   for (int i = 0; i < doublings; ++i) double_slab(n, r, t, scratch);
 }
 
-DirectionSolver::DirectionSolver(const SlabView& s, double k, Scratch& scratch) : shifts_{{k, 1}}, lu_(size_t(s.n) * s.n) {
+DirectionSolver::DirectionSolver(const SlabView& s, double k, Scratch& scratch)
+    : shifts_{{k, 1}}, lu_(size_t(s.n) * s.n) {
   const int n = s.n;
   Pack* product = scratch.matrix(0);
   multiply(n, s.m2, s.m1, product);
@@ -121,12 +127,16 @@ DirectionSolver::DirectionSolver(const SlabView& s, double k, Scratch& scratch) 
   };
   if (fill(0) > 1e-4) return;
   constexpr double step = 1e-3;
-  shifts_ = {{k * (1 + step), 4.0 / 6}, {k * (1 - step), 4.0 / 6}, {k * (1 + 2 * step), -1.0 / 6}, {k * (1 - 2 * step), -1.0 / 6}};
+  shifts_ = {{k * (1 + step), 4.0 / 6},
+             {k * (1 - step), 4.0 / 6},
+             {k * (1 + 2 * step), -1.0 / 6},
+             {k * (1 - 2 * step), -1.0 / 6}};
   lu_.resize(4 * size_t(n) * n);
   for (int i = 0; i < 4; ++i) fill(i);
 }
 
-void DirectionSolver::beam(const SlabView& s, const Pack* ju, const Pack* jd, Pack* s_u, Pack* s_d, Scratch& scratch) const {
+void DirectionSolver::beam(const SlabView& s, const Pack* ju, const Pack* jd, Pack* s_u, Pack* s_d,
+                           Scratch& scratch) const {
   const int n = s.n;
   std::fill(s_u, s_u + n, Pack::all(0));
   std::fill(s_d, s_d + n, Pack::all(0));
@@ -148,7 +158,8 @@ void DirectionSolver::beam(const SlabView& s, const Pack* ju, const Pack* jd, Pa
       d[i] = 0.5 * (sum - delta[i]);
     }
     // Less what enters the slab with it.
-    const auto subtract = [&](double of_u, const Pack* from_u, double of_d, const Pack* from_d, const Pack* base, double scale, Pack* sum) {
+    const auto subtract = [&](double of_u, const Pack* from_u, double of_d, const Pack* from_d, const Pack* base,
+                              double scale, Pack* sum) {
       apply(n, from_u, u, out);
       for (int i = 0; i < n; ++i) sum[i] += weight * (scale * base[i] - of_u * out[i]);
       apply(n, from_d, d, out);
@@ -159,8 +170,9 @@ void DirectionSolver::beam(const SlabView& s, const Pack* ju, const Pack* jd, Pa
   }
 }
 
-void DirectionSolver::view(const SlabView& s, bool upward, const Pack* u0, const Pack* d0, const Pack* u1, const Pack* d1, double k0,
-                           const Pack* ju, const Pack* jd, Pack* v_u, Pack* v_d, Scratch& scratch) const {
+void DirectionSolver::view(const SlabView& s, bool upward, const Pack* u0, const Pack* d0, const Pack* u1,
+                           const Pack* d1, double k0, const Pack* ju, const Pack* jd, Pack* v_u, Pack* v_d,
+                           Scratch& scratch) const {
   const int n = s.n;
   std::fill(v_u, v_u + n, Pack::all(0));
   std::fill(v_d, v_d + n, Pack::all(0));

@@ -17,13 +17,16 @@ namespace {
 constexpr double pi_d = std::numbers::pi;
 
 /// (2 - delta_m0) / (2 pi): from the integral over the turn to the coefficient of cos m phi.
-double series(int m) { return m == 0 ? 0.5 / pi_d : 1 / pi_d; }
+double series(int m) {
+  return m == 0 ? 0.5 / pi_d : 1 / pi_d;
+}
 
 }  // namespace
 
 CanopySolver::~CanopySolver() = default;
 
-CanopySolver::CanopySolver(Canopy canopy, SolverOptions options) : canopy_(std::move(canopy)), options_(std::move(options)) {
+CanopySolver::CanopySolver(Canopy canopy, SolverOptions options)
+    : canopy_(std::move(canopy)), options_(std::move(options)) {
   check();
   const PolarNodes& nodes = options_.nodes;
   const int n = nodes.size();
@@ -36,9 +39,11 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options) : canopy_(std::
         double out = 0;
         for (size_t c = 0; c < k.components.size(); ++c)
           for (int i = 0; i < n; ++i)
-            out += constituent->coefficient(int(c), w) * nodes.w[i] * (k.components[c].same[i * n + j] + k.components[c].opposite[i * n + j]);
+            out += constituent->coefficient(int(c), w) * nodes.w[i] *
+                   (k.components[c].same[i * n + j] + k.components[c].opposite[i * n + j]);
         if (!(out <= k.extinction[j] * (1 + 1e-9) + 1e-12))
-          throw std::invalid_argument("a constituent scatters more light than it intercepts (mirror reflection is added to reflectance)");
+          throw std::invalid_argument(
+              "a constituent scatters more light than it intercepts (mirror reflection is added to reflectance)");
       }
     for (auto& c : k.components)
       for (auto* block : {&c.same, &c.opposite})
@@ -61,7 +66,8 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options) : canopy_(std::
   }
   if (operator_bytes() > options_.max_bytes)
     throw MemoryError("canopy operators need " + std::to_string(operator_bytes() >> 20) + " MiB, above the limit of " +
-                      std::to_string(options_.max_bytes >> 20) + " MiB: fewer nodes, modes, slabs or wavelengths are needed");
+                      std::to_string(options_.max_bytes >> 20) +
+                      " MiB: fewer nodes, modes, slabs or wavelengths are needed");
   operators_.resize(packs());
   parallel_ranges(packs(), 16, [&](size_t begin, size_t end) {
     Scratch scratch(n);
@@ -71,15 +77,18 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options) : canopy_(std::
 
 void CanopySolver::check() const {
   if (options_.modes < 1 || options_.modes > 64) throw std::invalid_argument("modes must be from 1 to 64");
-  if (!(options_.riccati_step > 0 && options_.riccati_step <= 1.3)) throw std::invalid_argument("riccati_step must be above 0 and at most 1.3");
+  if (!(options_.riccati_step > 0 && options_.riccati_step <= 1.3))
+    throw std::invalid_argument("riccati_step must be above 0 and at most 1.3");
   if (canopy_.wavelengths < 1) throw std::invalid_argument("at least one wavelength is needed");
   if (canopy_.slabs.empty()) throw std::invalid_argument("at least one slab is needed");
   for (size_t k = 0; k < canopy_.slabs.size(); ++k) {
     const Canopy::Slab& slab = canopy_.slabs[k];
     if (!(slab.top_m > slab.bottom_m) || !std::isfinite(slab.top_m) || !std::isfinite(slab.bottom_m))
       throw std::invalid_argument("a slab's top must be above its bottom");
-    if (k > 0 && slab.bottom_m != canopy_.slabs[k - 1].top_m) throw std::invalid_argument("each slab must begin where the one below ends");
-    if (slab.amount.size() != canopy_.constituents.size()) throw std::invalid_argument("a slab needs an amount for each constituent");
+    if (k > 0 && slab.bottom_m != canopy_.slabs[k - 1].top_m)
+      throw std::invalid_argument("each slab must begin where the one below ends");
+    if (slab.amount.size() != canopy_.constituents.size())
+      throw std::invalid_argument("a slab needs an amount for each constituent");
     for (double a : slab.amount)
       if (!(a >= 0 && a <= 1e6)) throw std::invalid_argument("amounts in slabs must be from 0 to 1e6");
   }
@@ -156,7 +165,8 @@ void CanopySolver::build(size_t pack, Scratch& scratch) {
   ground_modes(pack, o.f.data());
   for (size_t k = 0; k < slabs; ++k) {  // F_{k+1} = r + t F (1 - r F)^-1 t
     const SlabView s = slab(pack, slab_type_[k]);
-    Pack *lu = &o.lu[k * nn], *f = &o.f[k * nn], *next = &o.f[(k + 1) * nn], *x = scratch.matrix(0), *y = scratch.matrix(1);
+    Pack *lu = &o.lu[k * nn], *f = &o.f[k * nn], *next = &o.f[(k + 1) * nn], *x = scratch.matrix(0),
+         *y = scratch.matrix(1);
     multiply(n, s.r, f, lu);
     for (size_t i = 0; i < nn; ++i) lu[i] = -lu[i];
     for (int i = 0; i < n; ++i) lu[i * n + i] += Pack::all(1);
@@ -251,7 +261,8 @@ std::shared_ptr<const CanopySolver::Direction> CanopySolver::direction(double mu
     Scratch scratch(static_cast<int>(n));
     for (size_t p = begin; p < end; ++p)
       for (size_t type = 0; type < types; ++type)
-        if (d->path_[type] > 1e-13) d->solvers_[p * types + type] = DirectionSolver(slab(p, int(type)), d->path_[type], scratch);
+        if (d->path_[type] > 1e-13)
+          d->solvers_[p * types + type] = DirectionSolver(slab(p, int(type)), d->path_[type], scratch);
   });
   return d;
 }
@@ -272,12 +283,14 @@ Field CanopySolver::beam(const Direction& sun) const {
   const size_t n = field.nodes_, types = types_.size();
   field.beam_mu_ = sun.mu_;
   field.beam_.assign(field.levels_, 1);
-  for (int k = field.levels_ - 2; k >= 0; --k) field.beam_[k] = field.beam_[k + 1] * std::exp(-sun.path_[slab_type_[k]]);
+  for (int k = field.levels_ - 2; k >= 0; --k)
+    field.beam_[k] = field.beam_[k + 1] * std::exp(-sun.path_[slab_type_[k]]);
   field.rates_.resize(size_t(packs()) * types * 2 * n);
   for (size_t i = 0; i < sun.same_.size(); ++i) {
     const size_t block = i / n, lane0 = block / types * lanes;
     Pack factor;
-    for (int lane = 0; lane < lanes; ++lane) factor.set(lane, series(std::min(int(lane0) + lane, systems() - 1) % options_.modes));
+    for (int lane = 0; lane < lanes; ++lane)
+      factor.set(lane, series(std::min(int(lane0) + lane, systems() - 1) % options_.modes));
     field.rates_[(block * 2) * n + i % n] = factor * sun.opposite_[i];
     field.rates_[(block * 2 + 1) * n + i % n] = factor * sun.same_[i];
   }
@@ -299,13 +312,15 @@ Field CanopySolver::sky(const Sky& sky, const std::vector<double>& irradiance, b
         for (int k = 0; k < count; ++k) {
           const double phi = 2 * pi_d * (k + 0.5) / count;
           double value = 0;
-          if (options_.nodes.bins.empty()) value = sky.radiance(options_.nodes.mu[i], phi, w);
+          if (options_.nodes.bins.empty())
+            value = sky.radiance(options_.nodes.mu[i], phi, w);
           else
             for (size_t s = 0; s < options_.nodes.bins[i].x.size(); ++s)
               value += options_.nodes.bins[i].w[s] * sky.radiance(options_.nodes.bins[i].x[s], phi, w);
           for (int m = 0; m < modes; ++m)
-            if (m == 0 || !sky.no_azimuth) mode[m * n + i] += value * (m == 0 ? 1 : 2) / count * (sine ? std::sin(m * phi) : std::cos(m * phi));
-          }
+            if (m == 0 || !sky.no_azimuth)
+              mode[m * n + i] += value * (m == 0 ? 1 : 2) / count * (sine ? std::sin(m * phi) : std::cos(m * phi));
+        }
     }
     double scale = 1;
     if (!irradiance.empty()) {
@@ -314,7 +329,8 @@ Field CanopySolver::sky(const Sky& sky, const std::vector<double>& irradiance, b
         double mean = mode[i];
         if (sine) {
           mean = 0;
-          for (int k = 0; k < count; ++k) mean += sky.radiance(options_.nodes.mu[i], 2 * pi_d * (k + 0.5) / count, w) / count;
+          for (int k = 0; k < count; ++k)
+            mean += sky.radiance(options_.nodes.mu[i], 2 * pi_d * (k + 0.5) / count, w) / count;
         }
         horizontal += 2 * pi_d * options_.nodes.w[i] * options_.nodes.mu[i] * mean;
       }
@@ -353,7 +369,8 @@ void CanopySolver::sweep(Field& field, const Direction* sun, size_t pack, Scratc
   }
   if (options_.method == Method::riccati) {
     const std::vector<Pack> ground(up, up + n);
-    Riccati::sweep(*this, pack, sun, field.beam_.data(), sun ? &field.rates_[pack * types * 2 * n] : nullptr, ground.data(), up, down, scratch);
+    Riccati::sweep(*this, pack, sun, field.beam_.data(), sun ? &field.rates_[pack * types * 2 * n] : nullptr,
+                   ground.data(), up, down, scratch);
     return;
   }
   if (sun)
@@ -387,7 +404,8 @@ void CanopySolver::sweep(Field& field, const Direction* sun, size_t pack, Scratc
   for (int k = slabs - 1; k >= 0; --k) {
     const SlabView s = slab(pack, slab_type_[k]);
     Pack *d = down + k * n, *u = up + k * n;
-    for (int i = 0; i < n; ++i) d[i] = sun ? field.beam_[k + 1] * sources[(slab_type_[k] * 2 + 1) * n + i] : Pack::all(0);
+    for (int i = 0; i < n; ++i)
+      d[i] = sun ? field.beam_[k + 1] * sources[(slab_type_[k] * 2 + 1) * n + i] : Pack::all(0);
     if (sun) apply_add(n, s.r, u, d);
     apply_add(n, s.t, down + (k + 1) * n, d);
     solve(n, &o.lu[k * nn], d, 1);
