@@ -31,9 +31,9 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options)
   const PolarNodes& nodes = options_.nodes;
   const int n = nodes.size();
   for (int i = 0; i < n; ++i) scale_.push_back(std::sqrt(nodes.w[i] * nodes.mu[i]));
-  Directions directions(nodes, options_.modes);
+  directions_ = std::make_unique<Directions>(nodes, options_.modes);
   for (const auto& constituent : canopy_.constituents) {
-    Kernel k = constituent->kernel(directions);
+    Kernel k = constituent->kernel(*directions_);
     for (int w = 0; w < canopy_.wavelengths; ++w)
       for (int j = 0; j < n; ++j) {
         double out = 0;
@@ -223,7 +223,7 @@ std::shared_ptr<const CanopySolver::Direction> CanopySolver::direction(double mu
   const size_t n = nodes.size(), types = types_.size();
   auto d = std::make_shared<Direction>();
   d->mu_ = mu;
-  Directions directions(nodes, options_.modes, mu);
+  Directions directions(nodes, options_.modes, mu, directions_.get());
   for (const auto& constituent : canopy_.constituents) d->columns_.push_back(constituent->column(directions));
   for (const Type& type : types_) {
     double path = 0;

@@ -155,8 +155,9 @@ class CanopySolver {
 
   Canopy canopy_;
   SolverOptions options_;
-  std::vector<double> scale_;    // sqrt(w mu)
-  std::vector<Kernel> kernels_;  // by constituent, scaled by sqrt(w_i w_j / (mu_i mu_j))
+  std::unique_ptr<Directions> directions_;  // kept for the tables of the nodes
+  std::vector<double> scale_;               // sqrt(w mu)
+  std::vector<Kernel> kernels_;             // by constituent, scaled by sqrt(w_i w_j / (mu_i mu_j))
   std::vector<Type> types_;
   std::vector<int> slab_type_;
   std::vector<double> ground_;        // [system][i][j] scaled, for a BRDF
