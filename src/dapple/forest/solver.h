@@ -140,6 +140,8 @@ class CanopySolver {
   int packs() const { return (systems() + lanes - 1) / lanes; }
   void check() const;
   void classify();
+  void check_memory();
+  void measure_depths();
   void build(size_t pack, Scratch& scratch);
   void ground_modes(size_t pack, Pack* f) const;
   SlabView slab(size_t pack, int type) const;
