@@ -15,7 +15,7 @@ build_packages=(
   zlib1g-dev          # .pbrt.gz, .ply.gz
 )
 test_packages=(libgtest-dev librapidcheck-dev)
-bench_packages=(python3)
+bench_packages=(python3 libbenchmark-dev)
 fuzz_packages=(clang libclang-rt-14-dev)
 format_packages=(clang-format)
 peer_packages=(blender povray)  # other renderers that bench/ compares with

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/forest/directions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -28,8 +29,8 @@ PolarNodes PolarNodes::mobley() {
   return p;
 }
 
-Directions::Directions(const PolarNodes& nodes, int modes, std::optional<double> extra_mu)
-    : nodes_(nodes), modes_(modes), extra_(extra_mu) {
+Directions::Directions(const PolarNodes& nodes, int modes, std::optional<double> extra_mu, const Directions* base)
+    : nodes_(nodes), modes_(modes), extra_(extra_mu), base_(base) {
   const auto add = [this](double mu) { kinks_.push_back(std::asin(mu)); };
   for (int i = 0; i < nodes_.size(); ++i) {
     if (nodes_.bins.empty())
@@ -50,9 +51,27 @@ const FlakeTable& Directions::flakes(const LeafAngles& leaves, const QuadratureR
   table.plus.assign(stride * modes_, 0);
   table.minus.assign(stride * modes_, 0);
   std::vector<double> plus(modes_), minus(modes_);
+  const FlakeTable* known = nullptr;
+  if (base_)
+    if (const auto found = base_->tables_.find(key); found != base_->tables_.end()) known = &found->second;
   for (size_t q = 0; q < count; ++q) {
     const double mu_n = std::cos(normals.x[q]);
-    for (size_t i = 0; i < n; ++i) {
+    // Only the panel that the further direction splits has normals of its own.
+    size_t first = 0;
+    if (known) {
+      const size_t nodes = nodes_.size(), rows = known->theta.size();
+      const size_t row =
+          std::lower_bound(known->theta.begin(), known->theta.end(), normals.x[q]) - known->theta.begin();
+      if (row < rows && known->theta[row] == normals.x[q]) {
+        for (int m = 0; m < modes_; ++m)
+          for (size_t i = 0; i < nodes; ++i) {
+            table.plus[m * stride + q * n + i] = known->plus[(m * rows + row) * nodes + i];
+            table.minus[m * stride + q * n + i] = known->minus[(m * rows + row) * nodes + i];
+          }
+        first = nodes;
+      }
+    }
+    for (size_t i = first; i < n; ++i) {
       const bool node = i < nodes_.mu.size();
       if (!node || nodes_.bins.empty()) {
         half_range_modes(node ? nodes_.mu[i] : *extra_, mu_n, modes_, &table.plus[q * n + i], &table.minus[q * n + i],

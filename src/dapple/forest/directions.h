@@ -35,7 +35,10 @@ struct FlakeTable {
 /// The directions for which kernels are wanted: nodes, and possibly one direction of weight zero (sun or view).
 class Directions {
  public:
-  Directions(const PolarNodes& nodes, int modes, std::optional<double> extra_mu = std::nullopt);
+  /// `base`, if given, has the same nodes and modes and outlives this: what it has tabulated at the same normals is
+  /// copied.
+  Directions(const PolarNodes& nodes, int modes, std::optional<double> extra_mu = std::nullopt,
+             const Directions* base = nullptr);
 
   const PolarNodes& nodes() const { return nodes_; }
   int modes() const { return modes_; }
@@ -50,6 +53,7 @@ class Directions {
   PolarNodes nodes_;
   int modes_;
   std::optional<double> extra_;
+  const Directions* base_;
   std::vector<double> kinks_;
   std::map<std::vector<double>, FlakeTable> tables_;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
@@ -28,12 +29,13 @@ CanopySolver::~CanopySolver() = default;
 CanopySolver::CanopySolver(Canopy canopy, SolverOptions options)
     : canopy_(std::move(canopy)), options_(std::move(options)) {
   check();
+  check_memory();
   const PolarNodes& nodes = options_.nodes;
   const int n = nodes.size();
   for (int i = 0; i < n; ++i) scale_.push_back(std::sqrt(nodes.w[i] * nodes.mu[i]));
-  Directions directions(nodes, options_.modes);
+  directions_ = std::make_unique<Directions>(nodes, options_.modes);
   for (const auto& constituent : canopy_.constituents) {
-    Kernel k = constituent->kernel(directions);
+    Kernel k = constituent->kernel(*directions_);
     for (int w = 0; w < canopy_.wavelengths; ++w)
       for (int j = 0; j < n; ++j) {
         double out = 0;
@@ -53,7 +55,7 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options)
               (*block)[(m * n + i) * n + j] *= std::sqrt(nodes.w[i] * nodes.w[j] / (nodes.mu[i] * nodes.mu[j]));
     kernels_.push_back(std::move(k));
   }
-  classify();
+  measure_depths();
   if (canopy_.ground.brdf) {
     ground_.resize(size_t(systems()) * n * n);
     for (int w = 0; w < canopy_.wavelengths; ++w)
@@ -64,10 +66,6 @@ CanopySolver::CanopySolver(Canopy canopy, SolverOptions options)
             ground_[((size_t(w) * options_.modes + m) * n + j) * n + i] = column[m * n + j] * scale_[i] * scale_[j];
       }
   }
-  if (operator_bytes() > options_.max_bytes)
-    throw MemoryError("canopy operators need " + std::to_string(operator_bytes() >> 20) + " MiB, above the limit of " +
-                      std::to_string(options_.max_bytes >> 20) +
-                      " MiB: fewer nodes, modes, slabs or wavelengths are needed");
   operators_.resize(packs());
   parallel_ranges(packs(), 16, [&](size_t begin, size_t end) {
     Scratch scratch(n);
@@ -100,20 +98,35 @@ void CanopySolver::check() const {
 }
 
 void CanopySolver::classify() {
+  std::map<std::vector<double>, int> known;
   for (const Canopy::Slab& slab : canopy_.slabs) {
-    size_t type = 0;
-    while (type < types_.size() && types_[type].amount != slab.amount) ++type;
-    if (type == types_.size()) {
-      Type t{slab.amount, 0};
-      for (int i = 0; i < options_.nodes.size(); ++i) {
-        double kappa = 0;
-        for (size_t c = 0; c < kernels_.size(); ++c) kappa += slab.amount[c] * kernels_[c].extinction[i];
-        t.depth = std::max(t.depth, kappa / options_.nodes.mu[i]);
-      }
-      types_.push_back(std::move(t));
-    }
-    slab_type_.push_back(int(type));
+    const auto [it, is_new] = known.try_emplace(slab.amount, static_cast<int>(types_.size()));
+    if (is_new) types_.push_back({slab.amount, 0});
+    slab_type_.push_back(it->second);
   }
+}
+
+// Before anything large is made.
+void CanopySolver::check_memory() {
+  classify();
+  size_t components = 0;
+  for (const auto& constituent : canopy_.constituents) components += constituent->components();
+  const double n = options_.nodes.size();
+  const double kernels = 2 * sizeof(double) * n * n * options_.modes * static_cast<double>(components);
+  const double bytes = static_cast<double>(operator_bytes()) + kernels;
+  if (bytes > static_cast<double>(options_.max_bytes))
+    throw MemoryError("canopy operators need " + std::to_string(static_cast<size_t>(bytes) >> 20) +
+                      " MiB, above the limit of " + std::to_string(options_.max_bytes >> 20) +
+                      " MiB: fewer nodes, modes, layers, slabs or wavelengths are needed");
+}
+
+void CanopySolver::measure_depths() {
+  for (Type& type : types_)
+    for (int i = 0; i < options_.nodes.size(); ++i) {
+      double kappa = 0;
+      for (size_t c = 0; c < kernels_.size(); ++c) kappa += type.amount[c] * kernels_[c].extinction[i];
+      type.depth = std::max(type.depth, kappa / options_.nodes.mu[i]);
+    }
 }
 
 size_t CanopySolver::operator_bytes() const {
@@ -223,7 +236,7 @@ std::shared_ptr<const CanopySolver::Direction> CanopySolver::direction(double mu
   const size_t n = nodes.size(), types = types_.size();
   auto d = std::make_shared<Direction>();
   d->mu_ = mu;
-  Directions directions(nodes, options_.modes, mu);
+  Directions directions(nodes, options_.modes, mu, directions_.get());
   for (const auto& constituent : canopy_.constituents) d->columns_.push_back(constituent->column(directions));
   for (const Type& type : types_) {
     double path = 0;

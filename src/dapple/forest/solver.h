@@ -140,6 +140,8 @@ class CanopySolver {
   int packs() const { return (systems() + lanes - 1) / lanes; }
   void check() const;
   void classify();
+  void check_memory();
+  void measure_depths();
   void build(size_t pack, Scratch& scratch);
   void ground_modes(size_t pack, Pack* f) const;
   SlabView slab(size_t pack, int type) const;
@@ -155,8 +157,9 @@ class CanopySolver {
 
   Canopy canopy_;
   SolverOptions options_;
-  std::vector<double> scale_;    // sqrt(w mu)
-  std::vector<Kernel> kernels_;  // by constituent, scaled by sqrt(w_i w_j / (mu_i mu_j))
+  std::unique_ptr<Directions> directions_;  // kept for the tables of the nodes
+  std::vector<double> scale_;               // sqrt(w mu)
+  std::vector<Kernel> kernels_;             // by constituent, scaled by sqrt(w_i w_j / (mu_i mu_j))
   std::vector<Type> types_;
   std::vector<int> slab_type_;
   std::vector<double> ground_;        // [system][i][j] scaled, for a BRDF
