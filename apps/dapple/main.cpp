@@ -34,6 +34,8 @@ int run(int argc, char** argv) {
   commands.emplace_back(render, dapple::app::add_render(*render, quoted(argc, argv)));
   auto* info = app.add_subcommand("info", "Say what is in a scene and what of it is not supported");
   commands.emplace_back(info, dapple::app::add_info(*info));
+  auto* canopy = app.add_subcommand("canopy", "Light inside vegetation: plane-parallel transport");
+  commands.emplace_back(canopy, dapple::app::add_canopy(*canopy));
   for (auto& [sub, command] : commands) sub->option_defaults()->always_capture_default();
 
   try {

@@ -22,7 +22,7 @@ namespace {
 
 // Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
 enum CameraDimension : uint32_t { dim_filter, dim_lens, dim_time, camera_dimensions };
-enum StepDimension : uint32_t { dim_light, dim_light_point, dim_lobe, dim_direction, dim_roulette, step_dimensions };
+enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
 
 // Surfaces without scattering between media, and cut-outs, do not count as scatterings; this ends a path caught between them.
@@ -55,6 +55,7 @@ std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
 
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
   auto& w = static_cast<PathWorkspace&>(workspace);
+  w.wants_features = film.settings().features;
   for (uint32_t i = 0; i < work.sample_count; ++i)
     for (int y = work.pixels.min.y; y < work.pixels.max.y; y += block)
       for (int x = work.pixels.min.x; x < work.pixels.max.x; x += block) {
@@ -144,7 +145,9 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
     w.wi[k] = d;
-    w.surface[k] = scene_.traced.surface(w.hit, i, w.time[p], needs_tangents_[binding.material]);
+    w.surface[k] = light != no_id || needs_tangents_[size_t(binding.material)]
+                       ? scene_.traced.surface(w.hit, i, w.time[p])
+                       : scene_.traced.surface_without_tangents(w.now->batch, w.hit, i);
     w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
     if (light != no_id) add_emission(p, light, w.surface[k], d, w);
   }
@@ -230,6 +233,10 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
     for (int i = 0; i < n; ++i) w.bsdf[w.batched[first + i].point] = w.batch_bsdf[i];
     first += n;
   }
+  if (w.wants_features) describe_first_surfaces(w);
+}
+
+void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k) {
     const int p = w.point_path[k];
     if (w.bsdf[k].kind == BsdfKind::passthrough || w.features[p].alpha > 0) continue;
@@ -382,7 +389,7 @@ void PathIntegrator::trace_shadows_through(PathWorkspace& w) const {
         w.L[p] += w.shadow_L[i];
         continue;
       }
-      const geom::SurfacePoint s = scene_.traced.surface(w.hit, i, w.time[p], false);
+      const geom::SurfacePoint s = scene_.traced.surface_without_tangents(w.shadow, w.hit, i);
       const scene::GeometryBinding& binding = scene_.bindings[w.hit.geometry[i]];
       const int32_t medium = !binding.changes_medium     ? w.shadow_medium[i]
                              : dot(d, s.Ng) < 0 ? binding.inside_medium

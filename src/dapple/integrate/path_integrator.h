@@ -39,6 +39,7 @@ class PathIntegrator final : public Integrator {
   void add_environment(int path, const V3f& d, PathWorkspace& w) const;
   void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
   void prelight(PathWorkspace& w) const;
+  void describe_first_surfaces(PathWorkspace& w) const;
   void pass_through(int point, PathWorkspace& w) const;
   bool fly(int ray, PathWorkspace& w) const;
   template <class Evaluate>

@@ -14,6 +14,7 @@ struct PathWorkspace final : Integrator::Workspace {
 
   // Paths, by number in the block.
   int path_count = 0;
+  bool wants_features = false;  ///< the film keeps AOVs
   V2i pixel[capacity];
   float film_weight[capacity];
   alignas(64) uint32_t seed[capacity];
@@ -69,8 +70,8 @@ struct PathWorkspace final : Integrator::Workspace {
 
   // Random numbers: of the camera, then of a step by dimension and point.
   alignas(64) float u0[capacity], u1[capacity], u2[capacity], u3[capacity], u4[capacity];
-  static constexpr int dimensions = 5;
-  alignas(64) float step_x[dimensions][capacity], step_y[dimensions][capacity];
+  static constexpr int pairs = 2, dimensions = 5;  ///< the first `pairs` dimensions are pairs
+  alignas(64) float step_x[dimensions][capacity], step_y[pairs][capacity];
   alignas(64) uint32_t point_seed[capacity], point_index[capacity];
 
   void start_path(int p) {
@@ -123,8 +124,10 @@ struct PathWorkspace final : Integrator::Workspace {
       point_seed[k] = seed[point_path[k]];
       point_index[k] = index[point_path[k]];
     }
-    for (uint32_t d = 0; d < dimensions; ++d)
+    for (uint32_t d = 0; d < pairs; ++d)
       sample_2d(point_seed, point_index, first_dimension + d, point_count, step_x[d], step_y[d]);
+    for (uint32_t d = pairs; d < dimensions; ++d)
+      sample_1d(point_seed, point_index, first_dimension + d, point_count, step_x[d]);
   }
   float sample(uint32_t dimension, int k) const { return step_x[dimension][k]; }
   V2f sample2(uint32_t dimension, int k) const { return {step_x[dimension][k], step_y[dimension][k]}; }

@@ -46,6 +46,8 @@ class Camera {
   Settings settings_;
   Transform world_start_, camera_start_;
   V3f origin_, axes_[3];  ///< of a still camera, in world space
+  bool pinhole_ = false;  ///< still, perspective, no lens: the common case, by the three vectors below
+  V3f corner_, per_x_, per_y_;  ///< unnormalised direction through the film's corner, and its change a pixel
   float half_width_ = 1, half_height_ = 1, pixel_ = 0;
 };
 

@@ -77,6 +77,7 @@ LightSampler::Selection LightSampler::select(const LightReceiver& to, float u) c
     only.light = tree_.select(to, 0, &only.probability);
     return only;
   }
+  if (tree_.empty()) return select_unbounded(u);
   double v = with_more_bits(u, to.p);
   if (v < p) {
     Selection chosen = select_unbounded(v / p);

@@ -325,19 +325,40 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
-geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time, bool tangents) const {
+geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
   const Geometry& g = *geometries_[h.geometry[i]];
   geom::SurfacePoint s;
   if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
-    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time, tangents);
+    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
   else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
     s = (*quadric)->at(h.u[i], h.v[i]);
   else
     s = std::get<CurvesPtr>(g.shape)->at(h.primitive[i], h.u[i], h.v[i], V3f(h.nx[i], h.ny[i], h.nz[i]));
-  if (h.instance[i] == no_id) return s;
+  return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time);
+}
 
+geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, const HitBatch& h, int i) const {
+  const Geometry& g = *geometries_[h.geometry[i]];
+  const auto* mesh = std::get_if<MeshPtr>(&g.shape);
+  if (!mesh) return surface(h, i, rays.time[i]);
+  const V3f n(h.nx[i], h.ny[i], h.nz[i]);
+  const float n2 = length2(n);
+  if (!(*mesh)->N.empty() || h.instance[i] != no_id || !(n2 > 0) || !(n2 < infinity)) {
+    const auto s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
+    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i]);
+  }
+  geom::SurfacePoint s;
+  const V3f o = rays.origin(i), along = rays.direction(i) * h.t[i];
+  s.P = o + along;
+  s.error = geom::position_error(abs(o) + abs(along));
+  s.Ng = s.Ns = n * (((*mesh)->flip ? -1.0f : 1.0f) / std::sqrt(n2));
+  return s;
+}
+
+geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32_t instance, float time) const {
+  geom::SurfacePoint s = local;
   float m[3][4];
-  instance_transform(instances_[h.instance[i]], time, m);
+  instance_transform(instances_[instance], time, m);
   const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
   const V3f t(m[0][3], m[1][3], m[2][3]);
   const auto vector = [&](const V3f& v) { return c0 * v.x + c1 * v.y + c2 * v.z; };

@@ -54,9 +54,10 @@ class TracedScene {
   /// hit[i] = 1 where something lies within [0, t_max).
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
-  /// The surface at a hit, in world space, Ng and Ns on the outside.
-  /// Without tangents, dPdu to dNdv may be left at their defaults: cheaper.
-  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
+  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
+  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
+  geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
@@ -89,6 +90,7 @@ class TracedScene {
 
   RTCGeometry make_geometry(Geometry& g) const;
   bool keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t ray_key) const;
+  geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time) const;
   void instance_transform(const Instance& instance, float time, float m[3][4]) const;
 
   std::unique_ptr<MemoryUse> memory_;

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "canopy_solution.h"
+#include "commands.h"
+#include "dapple/base/error.h"
+#include "dapple/base/parallel.h"
+#include "dapple/image/atomic_file.h"
+#include "dapple/image/image_writer.h"
+#include "dapple/render/report.h"
+
+namespace dapple::app {
+
+namespace {
+
+struct SolveOptions {
+  std::string input, output, csv, exr, plot;
+  int threads = 0;
+};
+
+bool ends_with(const std::string& s, const std::string& end) {
+  return s.size() > end.size() && s.compare(s.size() - end.size(), end.size(), end) == 0;
+}
+
+int solve(const SolveOptions& o) {
+  for (const std::string& path : {o.output, o.csv, o.exr, o.plot})
+    if (!path.empty()) image::check_output_path(path);
+  if (!o.exr.empty() && !ends_with(o.exr, ".exr"))
+    throw UsageError("--exr is " + o.exr + ", expected a name that ends with .exr");
+  if (!o.plot.empty() && !ends_with(o.plot, ".svg"))
+    throw UsageError("--plot is " + o.plot + ", expected a name that ends with .svg");
+  set_thread_count(o.threads);
+  const CanopyInput input = read_canopy_input(o.input);
+  const size_t layers = input.layers.size() * 2 + input.slabs;
+  if (!o.exr.empty() && (input.wavelengths > 64 || layers * input.wavelengths > 8192))
+    throw UsageError("--exr holds at most 64 wavelengths and 8192 wavelengths times slabs");
+  CanopySolution solution;
+  try {
+    solution = solve_canopy(input, {.plots = !o.plot.empty(), .field = !o.exr.empty()});
+  } catch (const std::invalid_argument& problem) {
+    throw InputError(FileLoc{o.input, 0, 0}, problem.what());
+  }
+  const std::string json = canopy_json(input, solution);
+  if (o.output.empty())
+    std::fputs(json.c_str(), stdout);
+  else
+    render::write_text(o.output, json);
+  if (!o.csv.empty()) render::write_text(o.csv, canopy_csv(input, solution));
+  if (!o.exr.empty()) write_canopy_exr(o.exr, input, solution);
+  if (!o.plot.empty()) render::write_text(o.plot, canopy_svg(input, solution));
+  return static_cast<int>(ExitCode::done);
+}
+
+}  // namespace
+
+Command add_canopy(CLI::App& app) {
+  auto o = std::make_shared<SolveOptions>();
+  app.require_subcommand(1);
+  auto* command = app.add_subcommand("solve", "Solve the transfer of light through leaf layers given in a JSON file");
+  command->option_defaults()->always_capture_default();
+  command->add_option("FILE", o->input, "Canopy, ground, sun, sky and views (docs/guide/canopy.md)")->required();
+  command->add_option("-o,--output", o->output, "Result as JSON; without it, on standard output");
+  command->add_option("--csv", o->csv, "The same numbers as one table");
+  command->add_option("--exr", o->exr, "Radiance from all directions, one layer a height");
+  command->add_option("--plot", o->plot, "SVG of profiles, principal plane and polar reflectance");
+  command->add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024));
+  return [o] { return solve(*o); };
+}
+
+}  // namespace dapple::app

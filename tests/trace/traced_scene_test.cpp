@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/trace/traced_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "dapple/base/hash.h"
+#include "dapple/numeric/warp.h"
+
+namespace dapple::trace {
+namespace {
+
+// Triangles and quads in all directions, outside and inside out.
+MeshPtr random_mesh(int corners, bool flip, uint64_t key) {
+  auto mesh = std::make_shared<geom::Mesh>();
+  mesh->corners = corners;
+  mesh->flip = flip;
+  KeyedRng rng(key);
+  for (int f = 0; f < 40; ++f) {
+    const V3f p(4 * rng.next() - 2, 4 * rng.next() - 2, 4 * rng.next() - 2);
+    const V3f e1 = square_to_sphere(V2f(rng.next(), rng.next())), e2 = square_to_sphere(V2f(rng.next(), rng.next()));
+    const V3f ring[4] = {p, p + e1, corners == 3 ? p + e2 : p + e1 + e2, p + e2};
+    for (int i = 0; i < corners; ++i) {
+      mesh->indices.push_back(uint32_t(mesh->P.size()));
+      mesh->P.push_back(ring[i]);
+    }
+  }
+  return mesh;
+}
+
+void random_rays(uint64_t key, int n, RayBatch* rays) {
+  KeyedRng rng(key);
+  for (int i = 0; i < n; ++i) {
+    const V3f o = square_to_sphere(V2f(rng.next(), rng.next())) * 5.0f;
+    const V3f to(3 * rng.next() - 1.5f, 3 * rng.next() - 1.5f, 3 * rng.next() - 1.5f);
+    rays->set(i, o, normalize(to - o), infinity, 0, uint32_t(i));
+  }
+}
+
+struct Traced {
+  RayBatch rays;
+  HitBatch hits;
+};
+
+class Meshes : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+// The cheap surface must be the full one but for its tangents, and both must lie on the ray.
+TEST_P(Meshes, CheapSurfaceIsTheSameSurface) {
+  const auto [corners, flip] = GetParam();
+  TracedScene scene;
+  scene.add(random_mesh(corners, flip, 1), false);
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  random_rays(2, RayBatch::capacity, &t->rays);
+  scene.intersect(t->rays, RayBatch::capacity, &t->hits);
+  int hits = 0;
+  for (int i = 0; i < RayBatch::capacity; ++i) {
+    if (t->hits.geometry[i] == no_id) continue;
+    ++hits;
+    const geom::SurfacePoint a = scene.surface(t->hits, i, 0), b = scene.surface_without_tangents(t->rays, t->hits, i);
+    EXPECT_LT(length(a.P - b.P), 1e-4f);
+    EXPECT_LT(length(a.P - t->rays.origin(i) - t->rays.direction(i) * t->hits.t[i]), 1e-4f);
+    EXPECT_GT(dot(a.Ng, b.Ng), 0.9999f);
+  }
+  EXPECT_GT(hits, 50);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Meshes, testing::Combine(testing::Values(3, 4), testing::Bool()));
+
+// A batch answers what single rays do, and occlusion what nearest hits do.
+TEST(TracedScene, OccludedWhereSomethingIsHit) {
+  TracedScene scene;
+  scene.add(random_mesh(3, false, 3), false);
+  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(Transform::translate({1, 0, 0}), .7f, -.7f, .5f, 5, false)), false);
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  const auto single = std::make_unique<Traced>();
+  random_rays(4, RayBatch::capacity, &t->rays);
+  scene.intersect(t->rays, RayBatch::capacity, &t->hits);
+  uint8_t occluded[RayBatch::capacity];
+  scene.occluded(t->rays, RayBatch::capacity, occluded);
+  for (int i = 0; i < RayBatch::capacity; ++i) {
+    EXPECT_EQ(occluded[i] != 0, t->hits.geometry[i] != no_id);
+    single->rays.set(0, t->rays.origin(i), t->rays.direction(i), infinity, 0, 0);
+    scene.intersect(single->rays, 1, &single->hits);
+    EXPECT_EQ(single->hits.geometry[0], t->hits.geometry[i]);
+    EXPECT_EQ(single->hits.t[0], t->hits.t[i]);
+  }
+}
+
+// Quadrics under any affine map: the hit lies on the implicit surface, and the normal is its gradient, outwards.
+TEST(TracedScene, SphereUnderMirroringTransformKeepsItsOutside) {
+  TracedScene scene;
+  const Transform m = Transform::translate({.2, -.1, .3}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({-1.5, .7, 1});
+  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(m, 1, -1, 1, 2 * pi, false)), false);
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  random_rays(5, RayBatch::capacity, &t->rays);
+  scene.intersect(t->rays, RayBatch::capacity, &t->hits);
+  int hits = 0;
+  for (int i = 0; i < RayBatch::capacity; ++i) {
+    if (t->hits.geometry[i] == no_id) continue;
+    ++hits;
+    const geom::SurfacePoint s = scene.surface(t->hits, i, 0);
+    const V3f local = m.inverse().point(s.P);
+    EXPECT_NEAR(length(local), 1, 1e-4);
+    EXPECT_GT(dot(s.Ng, normalize(m.normal(local))), 0.999f);
+    EXPECT_LT(dot(s.Ng, t->rays.direction(i)), 0) << "seen from outside";
+  }
+  EXPECT_GT(hits, 30);
+}
+
+class Half final : public OpacityTest {
+ public:
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override {
+    std::fill_n(alpha, n, 0.5f);
+  }
+};
+
+// Stochastic opacity lets the right share of rays through, by their keys alone.
+TEST(TracedScene, OpacityIsASharePerRay) {
+  TracedScene scene;
+  const Half half;
+  scene.set_opacity_test(&half);
+  auto quad = std::make_shared<geom::Mesh>();
+  quad->corners = 4;
+  quad->P = {V3f(-9, -9, 0), V3f(9, -9, 0), V3f(9, 9, 0), V3f(-9, 9, 0)};
+  quad->indices = {0, 1, 2, 3};
+  scene.add(MeshPtr(quad), true);
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  int hits = 0;
+  for (int batch = 0; batch < 64; ++batch) {
+    for (int i = 0; i < RayBatch::capacity; ++i)
+      t->rays.set(i, V3f(0, 0, 1), V3f(0, 0, -1), infinity, 0, uint32_t(batch * RayBatch::capacity + i));
+    scene.intersect(t->rays, RayBatch::capacity, &t->hits);
+    for (int i = 0; i < RayBatch::capacity; ++i) hits += t->hits.geometry[i] != no_id;
+  }
+  const double n = 64.0 * RayBatch::capacity;
+  EXPECT_NEAR(hits / n, 0.5, 5 * 0.5 / std::sqrt(n));
+}
+
+}  // namespace
+}  // namespace dapple::trace
