@@ -6,6 +6,9 @@ target_compile_options(dapple_options INTERFACE -Wall -Wextra -Wshadow -Wnon-vir
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(dapple_options INTERFACE -Wno-restrict)  # false positives of GCC 12 on std::string
 endif()
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  target_compile_options(dapple_options INTERFACE -Wno-shadow)  # warns of parameters named as a member even in static functions
+endif()
 if(DAPPLE_WERROR)
   target_compile_options(dapple_options INTERFACE -Werror)
 endif()
