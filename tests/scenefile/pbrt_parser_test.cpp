@@ -181,8 +181,8 @@ TEST(PbrtParser, InstancesCarryTheTransformOfTheirPlace) {
       "AttributeBegin Translate 1 0 0 ObjectBegin \"o\" Translate 0 1 0 Shape \"a\" ObjectEnd "
       "ObjectInstance \"o\" AttributeEnd Scale 3 3 3 ObjectInstance \"o\"");
   EXPECT_EQ(s.objects[0].shapes[0].transform.start.point({0, 0, 0}), V3f(1, 1, 0));
-  EXPECT_EQ(s.instances[0].transform.start.point({0, 0, 0}), V3f(1, 0, 0));
-  EXPECT_EQ(s.instances[1].transform.start.point({1, 0, 0}), V3f(3, 0, 0));
+  EXPECT_EQ(s.instances[0].transform.expand().start.point({0, 0, 0}), V3f(1, 0, 0));
+  EXPECT_EQ(s.instances[1].transform.expand().start.point({1, 0, 0}), V3f(3, 0, 0));
   EXPECT_TRUE(s.shapes.empty());
 }
 

@@ -84,9 +84,9 @@ void GeometryBuilder::build() {
   flush_curves();
 
   for (const auto& instance : d.instances) {
-    check_transform(instance.transform, instance.loc);
-    scene_.traced.add_instance(objects_[size_t(instance.object)],
-                               AnimatedTransform(instance.transform.start, instance.transform.end));
+    const TransformPair transform = instance.transform.expand();
+    check_transform(transform, instance.loc);
+    scene_.traced.add_instance(objects_[size_t(instance.object)], AnimatedTransform(transform.start, transform.end));
   }
   seconds_ = timer.seconds();
 }

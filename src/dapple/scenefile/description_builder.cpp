@@ -291,7 +291,12 @@ void DescriptionBuilder::object_instance(const std::string& name, const FileLoc&
     throw InputError(loc, "ObjectInstance inside of the definition of " +
                               in_quotes(description_.objects[size_t(active_object_)].name) +
                               "; definitions hold no instances");
-  description_.instances.push_back({object_index(name, loc), state_.ctm, loc});
+  for (const Transform* t : {&state_.ctm.start, &state_.ctm.end}) {
+    const M44d& m = t->matrix();
+    if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0 || m[3][3] != 1)
+      throw InputError(loc, "the transform of an instance must be affine: its last row must be 0 0 0 1");
+  }
+  description_.instances.push_back({CompactTransform(state_.ctm), loc, object_index(name, loc)});
 }
 
 DescriptionBuilder::Scope DescriptionBuilder::begin_import() {

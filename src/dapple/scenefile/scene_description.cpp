@@ -8,4 +8,29 @@ std::string SceneDescription::resolve(const std::string& filename) const {
   return base_directory.back() == '/' ? base_directory + filename : base_directory + "/" + filename;
 }
 
+namespace {
+
+std::array<float, 12> rows_of(const Transform& t) {
+  std::array<float, 12> rows;
+  for (int i = 0; i < 12; ++i) rows[size_t(i)] = float(t.matrix()[i / 4][i % 4]);
+  return rows;
+}
+
+Transform transform_of(const std::array<float, 12>& rows) {
+  M44d m;
+  for (int i = 0; i < 12; ++i) m[i / 4][i % 4] = double(rows[size_t(i)]);
+  return Transform(m);
+}
+
+}  // namespace
+
+CompactTransform::CompactTransform(const TransformPair& affine) : start_(rows_of(affine.start)) {
+  if (affine.is_animated()) end_ = std::make_unique<const Rows>(rows_of(affine.end));
+}
+
+TransformPair CompactTransform::expand() const {
+  const Transform start = transform_of(start_);
+  return {start, end_ ? transform_of(*end_) : start};
+}
+
 }  // namespace dapple::scenefile

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <memory>
@@ -68,12 +69,24 @@ struct ObjectEntity {
   std::vector<ShapeEntity> shapes;
 };
 
+/// An affine TransformPair in the space of 12 floats, and of 12 more only where it moves: there may be millions of instances.
+class CompactTransform {
+ public:
+  explicit CompactTransform(const TransformPair& affine);
+  TransformPair expand() const;
+
+ private:
+  using Rows = std::array<float, 12>;  ///< the upper three rows
+  Rows start_;
+  std::unique_ptr<const Rows> end_;
+};
+
 /// ObjectInstance: `object` indexes SceneDescription::objects; the transform is applied after those of the definition
 /// (shapes in a definition carry the CTM at their place, as in pbrt-v4).
 struct InstanceEntity {
-  int32_t object = 0;
-  TransformPair transform;
+  CompactTransform transform;
   FileLoc loc;
+  int32_t object = 0;
 };
 
 /// What a scene file says, with nothing interpreted beyond the directives: neutral between file formats. Every item
