@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "dapple/shading/diffuse_material.h"
+#include "dapple/shading/measured_media.h"
 
 namespace dapple::build {
 
@@ -36,26 +37,6 @@ class DerivedColour final : public RgbTexture {
   Function f_;
 };
 
-/// Reduced scattering and absorption coefficients per mm, Jensen et al. 2001, figure 5.
-struct NamedMedium {
-  std::string_view name;
-  RGB sigma_s, sigma_a;
-};
-constexpr NamedMedium media[] = {
-    {"Apple", {2.29f, 2.39f, 1.97f}, {0.0030f, 0.0034f, 0.046f}},
-    {"Chicken1", {0.15f, 0.21f, 0.38f}, {0.015f, 0.077f, 0.19f}},
-    {"Chicken2", {0.19f, 0.25f, 0.32f}, {0.018f, 0.088f, 0.20f}},
-    {"Cream", {7.38f, 5.47f, 3.15f}, {0.0002f, 0.0028f, 0.0163f}},
-    {"Ketchup", {0.18f, 0.07f, 0.03f}, {0.061f, 0.97f, 1.45f}},
-    {"Marble", {2.19f, 2.62f, 3.00f}, {0.0021f, 0.0041f, 0.0071f}},
-    {"Potato", {0.68f, 0.70f, 0.55f}, {0.0024f, 0.0090f, 0.12f}},
-    {"Skimmilk", {0.70f, 1.22f, 1.90f}, {0.0014f, 0.0025f, 0.0142f}},
-    {"Skin1", {0.74f, 0.88f, 1.01f}, {0.032f, 0.17f, 0.48f}},
-    {"Skin2", {1.09f, 1.59f, 1.79f}, {0.013f, 0.070f, 0.145f}},
-    {"Spectralon", {11.6f, 20.4f, 14.9f}, {0.00f, 0.00f, 0.00f}},
-    {"Wholemilk", {2.55f, 3.21f, 3.77f}, {0.0011f, 0.0024f, 0.014f}},
-};
-
 float dipole_reflectance(float sigma_a, float reduced_sigma_s) {
   const float extinction = sigma_a + reduced_sigma_s;
   if (!(extinction > 0)) return 0;
@@ -80,12 +61,11 @@ RgbTexturePtr subsurface_colour(const MaterialParams& params) {
   const float g = std::clamp(params.constant("g", 0), -0.99f, 0.99f);
   if (auto reflectance = params.textures().optional_reflectance_texture(p, "reflectance")) return reflectance;
   const std::string name = p.get_string("name", "");
-  for (const NamedMedium& medium : media)  // Jensen's coefficients are reduced already
-    if (medium.name == name)
-      return colour_of_medium(constant_colour(medium.sigma_a), constant_colour(medium.sigma_s), 0);
-  const NamedMedium& fallback = media[std::size(media) - 1];
-  return colour_of_medium(params.textures().unbounded_texture(p, "sigma_a", fallback.sigma_a),
-                          params.textures().unbounded_texture(p, "sigma_s", fallback.sigma_s), g);
+  if (const auto* medium = shading::find_measured_medium(name))
+    return colour_of_medium(constant_colour(medium->absorption), constant_colour(medium->reduced_scattering), 0);
+  const shading::MeasuredMedium& fallback = *shading::find_measured_medium("Wholemilk");
+  return colour_of_medium(params.textures().unbounded_texture(p, "sigma_a", fallback.absorption),
+                         params.textures().unbounded_texture(p, "sigma_s", fallback.reduced_scattering), g);
 }
 
 RgbTexturePtr hair_colour(const MaterialParams& params) {
