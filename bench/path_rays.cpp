@@ -148,7 +148,7 @@ class Bench {
 
 int main(int argc, char** argv) {
   std::string path;
-  int size = 512, samples = 4, bounces = 4, repeats = 5, threads = 2;
+  int size = 512, samples = 8, bounces = 4, repeats = 5, threads = 2;
   CLI::App app("Times path tracing against Embree alone tracing the same rays.");
   app.option_defaults()->always_capture_default();
   app.add_option("scene", path)->required();
