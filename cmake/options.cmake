@@ -25,6 +25,9 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
 endif()
 
 if(DAPPLE_SANITIZE)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(dapple_options INTERFACE -Wno-maybe-uninitialized)  # false positives under instrumentation
+  endif()
   target_compile_options(dapple_options INTERFACE -fsanitize=${DAPPLE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(dapple_options INTERFACE -fsanitize=${DAPPLE_SANITIZE})
 endif()
