@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/shadow_tracer.h"
 
 namespace dapple::integrate {
 
@@ -50,16 +49,13 @@ class PathIntegrator final : public Integrator {
   bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
-  void trace_shadows_through(PathWorkspace& w) const;
   shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
-  bool passes(uint32_t geometry) const;
 
   const scene::Scene& scene_;
   const Settings settings_;
-  std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it needs no textures
-  std::vector<uint8_t> needs_tangents_;  ///< by material
-  bool hit_lights_ = false;    ///< some light can be met by a ray
-  bool shadows_pass_ = false;  ///< shadow rays meet media, or surfaces that are not there
+  const MaterialTable materials_;
+  const ShadowTracer shadows_;
+  bool hit_lights_ = false;  ///< some light can be met by a ray
 };
 
 }  // namespace dapple::integrate

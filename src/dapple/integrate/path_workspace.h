@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/shadow_tracer.h"
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
@@ -53,12 +55,8 @@ struct PathWorkspace final : Integrator::Workspace {
   uint32_t point_geometry[capacity];
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
   geom::SurfacePoint surface[capacity];
-  shading::Bsdf bsdf[capacity], batch_bsdf[capacity];
-  shading::ShadingPoints points;
-  struct Batched {
-    int32_t material;
-    int point;
-  } batched[capacity];
+  shading::Bsdf bsdf[capacity];
+  MaterialTable::Scratch prelighting;
 
   // Shadow rays.
   int shadow_count = 0;
@@ -66,7 +64,8 @@ struct PathWorkspace final : Integrator::Workspace {
   RGB shadow_L[capacity];
   int shadow_path[capacity];
   int32_t shadow_medium[capacity];
-  uint8_t occluded[capacity];
+  RGB shadow_light[capacity];  ///< fraction that arrives
+  ShadowTracer::Scratch shadow_scratch;
 
   // Random numbers: of the camera, then of a step by dimension and point.
   alignas(64) float u0[capacity], u1[capacity], u2[capacity], u3[capacity], u4[capacity];
