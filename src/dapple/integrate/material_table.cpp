@@ -13,4 +13,13 @@ MaterialTable::MaterialTable(const scene::Scene& scene) : scene_(scene) {
   for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
 }
 
+void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const {
+  for (int k = 0; k < n; ++k) {
+    const size_t m = index(geometry[k]);
+    if (!constants_[m]) continue;
+    out[k] = *constants_[m];
+    out[k].frame = needs_tangents_[m] ? Frame(surface[k].Ns, surface[k].dPdu) : Frame(surface[k].Ns);
+  }
+}
+
 }  // namespace dapple::integrate

@@ -22,6 +22,12 @@ class MaterialTable {
   /// Some surface of the scene is not there, or light is weakened on its way.
   bool shadows_pass() const { return shadows_pass_; }
 
+  /// Prelighting reads the points: it differs from place to place.
+  bool varies(uint32_t geometry) const { return !constants_[index(geometry)]; }
+
+  /// Writes out[k] where prelighting does not vary, and leaves the others alone.
+  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const;
+
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
     static constexpr int capacity = shading::ShadingPoints::capacity;
@@ -51,16 +57,10 @@ class MaterialTable {
 template <class SetPoint>
 void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
                              shading::Bsdf* out, Scratch& scratch) const {
+  prelight_constant(n, geometry, surface, out);
   int batched = 0;
-  for (int k = 0; k < n; ++k) {
-    const size_t m = index(geometry[k]);
-    if (constants_[m]) {
-      out[k] = *constants_[m];
-      out[k].frame = needs_tangents_[m] ? Frame(surface[k].Ns, surface[k].dPdu) : Frame(surface[k].Ns);
-    } else {
-      scratch.batched[batched++] = {uint32_t(m), k};
-    }
-  }
+  for (int k = 0; k < n; ++k)
+    if (varies(geometry[k])) scratch.batched[batched++] = {uint32_t(index(geometry[k])), k};
   std::stable_sort(scratch.batched, scratch.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
   for (int first = 0; first < batched;) {
     const uint32_t m = scratch.batched[first].material;

@@ -22,7 +22,6 @@ using trace::no_id;
 namespace {
 
 // Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
-enum CameraDimension : uint32_t { dim_filter, dim_lens, dim_time, camera_dimensions };
 enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
 
@@ -35,7 +34,7 @@ constexpr float diffuse_spread = 0.05f;
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), shadows_(scene, materials_) {
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_) {
   hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
@@ -47,33 +46,19 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.wants_features = film.settings().features;
   for (uint32_t i = 0; i < work.sample_count; ++i)
-    for (int y = work.pixels.min.y; y < work.pixels.max.y; y += block)
-      for (int x = work.pixels.min.x; x < work.pixels.max.x; x += block) {
-        const Box2i box(V2i(x, y), V2i(std::min(x + block, work.pixels.max.x), std::min(y + block, work.pixels.max.y)));
-        generate(box, work.first_sample + i, w);
-        trace_paths(w);
-        for (int p = 0; p < w.path_count; ++p)
-          film.add(w.pixel[p].x, w.pixel[p].y, w.film_weight[p], w.L[p], w.features[p]);
-      }
+    CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
+      w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
+      start_paths(w);
+      trace_paths(w);
+      for (int p = 0; p < w.path_count; ++p)
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
+    });
 }
 
-void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const {
-  int n = 0;
-  for (int y = box.min.y; y < box.max.y; ++y)
-    for (int x = box.min.x; x < box.max.x; ++x, ++n) {
-      w.pixel[n] = V2i(x, y);
-      w.seed[n] = pixel_seed(x, y, settings_.seed);
-      w.index[n] = sample;
-    }
-  w.path_count = n;
-  sample_2d(w.seed, w.index, dim_filter, n, w.u0, w.u1);
-  sample_2d(w.seed, w.index, dim_lens, n, w.u2, w.u3);
-  sample_1d(w.seed, w.index, dim_time, n, w.u4);
-  for (int p = 0; p < n; ++p) {
-    const scene::Filter::Sample f = scene_.filter.sample(V2f(w.u0[p], w.u1[p]));
-    const V2f film(float(w.pixel[p].x) + 0.5f + f.offset.x, float(w.pixel[p].y) + 0.5f + f.offset.y);
-    const scene::CameraRay r = scene_.camera.generate(film, V2f(w.u2[p], w.u3[p]), w.u4[p]);
-    w.film_weight[p] = f.weight;
+void PathIntegrator::start_paths(PathWorkspace& w) const {
+  w.path_count = w.camera.count;
+  for (int p = 0; p < w.path_count; ++p) {
+    const scene::CameraRay& r = w.camera.ray[p];
     w.start_path(p);
     w.cone_width[p] = r.cone_width * settings_.texture_footprint;
     w.cone_spread[p] = r.cone_spread * settings_.texture_footprint;
@@ -83,7 +68,7 @@ void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& 
     w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
   }
   w.swap_rays();
-  w.rays.camera += uint64_t(n);
+  w.rays.camera += uint64_t(w.path_count);
 }
 
 void PathIntegrator::trace_paths(PathWorkspace& w) const {
@@ -92,7 +77,7 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
     collect_hits(w);
     prelight(w);
     w.append_flights();
-    w.draw_samples(camera_dimensions + uint32_t(step) * step_dimensions);
+    w.draw_samples(CameraBatch::dimensions + uint32_t(step) * step_dimensions);
     w.shadow_count = 0;
     for (int k = 0; k < w.surface_count; ++k) {
       if (w.bsdf[k].kind == BsdfKind::passthrough) {
@@ -183,7 +168,7 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k)
     if (!w.last[w.point_path[k]] || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
-  w.shading_points += uint64_t(kept);
+  w.stages[shading::Stage::prelighting] += uint64_t(kept);
   materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
     scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
@@ -303,7 +288,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  shadows_.trace(w.shadow, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  rays_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
   w.rays.shadow += uint64_t(w.shadow_count);
   for (int i = 0; i < w.shadow_count; ++i)
     if (!w.shadow_light[i].is_black()) w.L[w.shadow_path[i]] += w.shadow_L[i] * w.shadow_light[i];

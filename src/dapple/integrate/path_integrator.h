@@ -3,7 +3,7 @@
 
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
-#include "dapple/integrate/shadow_tracer.h"
+#include "dapple/integrate/ray_tracer.h"
 
 namespace dapple::integrate {
 
@@ -28,11 +28,8 @@ class PathIntegrator final : public Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
 
-  /// Side of the square blocks of pixels whose paths advance together.
-  static constexpr int block = 16;
-
  private:
-  void generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const;
+  void start_paths(PathWorkspace& w) const;
   void trace_paths(PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
   void add_environment(int path, const V3f& d, PathWorkspace& w) const;
@@ -54,7 +51,7 @@ class PathIntegrator final : public Integrator {
   const scene::Scene& scene_;
   const Settings settings_;
   const MaterialTable materials_;
-  const ShadowTracer shadows_;
+  const RayTracer rays_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
 };
 

@@ -11,6 +11,7 @@
 #include "dapple/shading/light.h"
 #include "dapple/shading/light_sampler.h"
 #include "dapple/shading/material.h"
+#include "dapple/shading/texture.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::shading {
