@@ -10,8 +10,8 @@ namespace dapple::integrate {
 /// the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased estimates, but
 /// for what `arrival` says.
 ///
-/// Lights: each light gets its own stratified shadow rays; beyond `lights_apart` lights, as many rays in all choose lights by
-/// importance. Purely diffuse points take light sources by shadow rays only; other points combine them with specular rays
+/// Lights: each light gets its own stratified shadow rays; where there are more than `lights_apart`, that many times the shadow rays of
+/// one choose lights by importance. Purely diffuse points take light sources by shadow rays only; other points combine them with specular rays
 /// that meet the source (power heuristic, Veach 1997).
 class HitShader {
  public:
@@ -21,7 +21,7 @@ class HitShader {
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     uint64_t seed = 0;
   };
-  static constexpr int lights_apart = 16;
+  static constexpr int lights_apart = 6;
 
   /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
   /// mean albedo, and emitters are dark: shadow rays have found them.

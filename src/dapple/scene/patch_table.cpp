@@ -10,6 +10,8 @@ namespace {
 
 constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
 constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
+constexpr float small_patch = 2;      // micropolygons: a patch no longer than this is one point, else leaves would be many
+constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
 
 // The rate whose cells are nearest to `width` long where the patch is `length`.
@@ -89,14 +91,15 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   out->grid.patch = point.patch;
   const bool quadric = std::holds_alternative<trace::QuadricPtr>(scene_.shape(g));
   const Extent e = quadric ? Extent{p.dPdu, p.dPdv} : extent(hits.instance[i], g, point.patch, time);
-  const int u_level = level_of(across(e.s, d), width), v_level = level_of(across(e.t, d), width);
-  if (u_level == 0 && v_level == 0) {
+  const float s_length = across(e.s, d), t_length = across(e.t, d);
+  const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
+  if (std::max(s_length, t_length) <= small_patch * width) {
     if (!patches.clusters) return true;
     // Groups are measured in the mesh's own space; an instance scales them as it scaled this patch.
     const float scale = scene_.instance_scale(hits.instance[i]);
     for (int k = 1; k <= patches.clusters->levels(); ++k) {
       const uint32_t group = patches.clusters->group(point.patch, k);
-      if (!(patches.clusters->diameter(group, k) * scale <= width)) break;
+      if (!(patches.clusters->diameter(group, k) * scale <= group_width * width)) break;
       out->grid.patch = group;
       out->grid.cluster_level = uint8_t(k);
     }
