@@ -24,6 +24,7 @@ struct StageCounts {
   std::array<uint64_t, shading::stage_count> points{};
   uint64_t batches = 0;  ///< of prelighting
   uint64_t& operator[](shading::Stage s) { return points[size_t(s)]; }
+  uint64_t operator[](shading::Stage s) const { return points[size_t(s)]; }
   StageCounts& operator+=(const StageCounts& o) {
     for (size_t s = 0; s < points.size(); ++s) points[s] += o.points[s];
     batches += o.batches;
