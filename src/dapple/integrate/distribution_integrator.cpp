@@ -29,6 +29,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
   // By camera sample.
   trace::RayBatch camera_rays;
   trace::HitBatch hits;
+  RayTracer::Flights flights;
   float distance[capacity], width[capacity];
   int32_t medium[capacity];
   RGB passed[capacity], L[capacity];
@@ -70,6 +71,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
       locate_hits(w);
       fetch_grids(w);
       shade_samples(w);
+      if (scene_.has_media()) add_media(w);
       for (int p = 0; p < w.camera.count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
     }
@@ -87,7 +89,8 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
     w.L[p] = RGB();
     w.features[p] = {};
   }
-  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing);
+  RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
+  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing, flights);
   w.rays.camera += uint64_t(c.count);
 }
 
@@ -99,7 +102,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
     if (w.hits.geometry[p] == no_id) {
-      w.L[p] = w.passed[p] * shader_.environment(d);
+      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.environment(d);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
@@ -240,6 +243,11 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       if (source == Source::grid) describe_grid(p, w);
     }
   }
+}
+
+void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
+  for (int p = 0; p < w.camera.count; ++p) w.L[p] += w.flights.emitted[p];
+  shader_.light_flights(w.flights, w.camera_rays, w.passed, settings_.pixel_samples, w.L, w.shading);
 }
 
 void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {
