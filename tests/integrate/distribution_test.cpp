@@ -19,6 +19,7 @@ using test::render_text;
 
 DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
   DistributionIntegrator::Settings s;
+  s.radiosity_cache = false;
   s.shading.bounces = bounces;
   s.shading.shadow_rays = std::move(shadow);
   s.shading.diffuse_rays = std::move(diffuse);

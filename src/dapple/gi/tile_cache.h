@@ -39,6 +39,7 @@ class TileCache {
 
   int words() const { return words_; }
   size_t capacity() const { return set_count_ * ways; }
+  size_t bytes() const { return set_count_ * set_bytes(words_); }
   size_t bytes_in_use() const { return used_.load(std::memory_order_relaxed) * entry_bytes(words_); }
   uint64_t evictions() const { return evictions_.load(std::memory_order_relaxed); }
   /// Bytes an entry costs, its share of the set included.

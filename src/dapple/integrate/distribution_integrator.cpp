@@ -14,7 +14,6 @@ using shading::Bsdf;
 using trace::no_id;
 
 namespace {
-constexpr float mid_shutter = scene::PatchTable::shading_time;
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 }  // namespace
@@ -52,8 +51,24 @@ struct DistributionWorkspace final : Integrator::Workspace {
 };
 
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), shader_(scene, settings.shading), patches_(scene.traced), grids_(settings.grid_bytes),
-      eye_(scene.camera.position()) {}
+    : scene_(scene),
+      settings_(settings),
+      patches_(scene.traced),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes) : nullptr),
+      shader_(scene, settings.shading, &patches_, radiosity_.get()),
+      grids_(settings.grid_bytes) {}
+
+std::vector<CacheState> DistributionIntegrator::caches() const {
+  std::vector<CacheState> states;
+  if (!radiosity_) return states;
+  for (int r = 0; r < resolution_count; ++r) {
+    const gi::TileCache& area = radiosity_->area(Resolution(r));
+    // Entries are replaced, never given up: the peak is what is in use.
+    const size_t bytes = area.bytes_in_use();
+    states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
+  }
+  return states;
+}
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
   return std::make_unique<DistributionWorkspace>();
@@ -64,6 +79,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.wants_features = film.settings().features;
   w.shading.rays = {};
   w.shading.stages = {};
+  std::fill_n(w.shading.caches, resolution_count, CacheCounts());
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
@@ -78,6 +94,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
+  for (int r = 0; r < resolution_count; ++r) w.radiosity[r] += w.shading.caches[r];
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -149,15 +166,7 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
-        patches_.shading_point(id, i, j, eye_, &b.hits, k);
-        b.geometry[k] = id.geometry;
-        b.surface[k] = scene_.traced.surface(b.hits, k, mid_shutter);
-        b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
-        b.time[k] = mid_shutter;
-        b.width[k] = cell_size;
-        b.spread[k] = 0;
-        b.medium[k] = scene_.bindings[id.geometry].medium_beyond(b.wo[k], b.surface[k].Ng, scene_.camera_medium);
-        b.key[k] = hash(settings_.shading.seed, id.hash(), id.index(i, j));
+        shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
         w.target[k] = {grid, id.index(i, j)};
         if (++b.count == PointBatch::capacity) shade_batch(w);
       }
