@@ -37,6 +37,7 @@ class Dicer {
     // One more: see GridMesh::P.
     for (auto* positions : {&mesh_.P, &mesh_.P_end})
       if (positions == &mesh_.P || surface.deforms()) positions->reserve(first + 1), positions->resize(first);
+    mesh_.flip = surface.flip();
     mesh_.N.resize(first);
     mesh_.uv.resize(first);
   }
@@ -45,7 +46,7 @@ class Dicer {
     for_each_patch([&](const FacePatches& face, uint32_t p) {
       fill_border(p);
       fill_inside(face, p);
-      if (displacement_.displacer) sum_normals(face, p);
+      if (displacement_.displacer) sum_normals(p);
     });
     if (displacement_.displacer) join_normals();
     for (uint32_t p = 0; p < lattices_.size(); ++p) cut_tiles(p);
@@ -123,12 +124,9 @@ class Dicer {
   }
 
   // Replaces the surface's normals by sums of the area vectors of this patch's cells.
-  void sum_normals(const FacePatches& face, uint32_t p) {
+  void sum_normals(uint32_t p) {
     const Lattice& l = lattices_[p];
-    const V2f centre(0.5f, 0.5f);
-    PatchSample middle;
-    face.evaluate(topology_.patches[p].sub, {&centre, 1}, &middle);
-    const float side = dot(cross(middle.dPdu, middle.dPdv), middle.N) < 0 ? -1.0f : 1.0f;
+    const float side = surface_.flip() ? -1.0f : 1.0f;
     std::fill_n(mesh_.N.begin() + ptrdiff_t(l.first), size_t(l.columns) * l.rows, V3f(0, 0, 0));
     for (uint32_t y = 0; y + 1 < l.rows; ++y)
       for (uint32_t x = 0; x + 1 < l.columns; ++x) {

@@ -47,14 +47,19 @@ SurfacePoint GridMesh::at(uint32_t primitive, float u, float v, float time, bool
     tex[i] = uv[corner[i]];
   }
   SurfacePoint p;
-  complete_triangle(c, n, tex, first ? s : 1 - s, first ? t : 1 - t, false, tangents, &p);
-  // Where a finer patch meets a coarser one, micropolygons at its border have no area.
-  if (length2(cross(c[1] - c[0], c[2] - c[0])) == 0) {
+  complete_triangle(c, n, tex, first ? s : 1 - s, first ? t : 1 - t, flip, tangents, &p);
+  const V3f area = cross(c[1] - c[0], c[2] - c[0]);
+  if (length2(area) == 0) {
+    // Where a finer patch meets a coarser one, micropolygons at its border have no area.
     p.Ng = p.Ns;
     if (tangents) {
       coordinate_system(p.Ng, &p.dPdu, &p.dPdv);
       p.dNdu = p.dNdv = V3f(0, 0, 0);
     }
+  } else if ((dot(area, p.Ng) < 0) != flip) {
+    // At folds the smooth normal may be on the far side; outside stays outside.
+    p.Ng = -p.Ng;
+    p.Ns -= p.Ng * (2 * dot(p.Ns, p.Ng));
   }
   return p;
 }

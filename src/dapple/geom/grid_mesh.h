@@ -26,6 +26,7 @@ struct GridMesh {
   std::vector<V3f> P_end;  ///< positions at shutter close; likewise; empty = the mesh does not deform
   std::vector<V3f> N;      ///< unit, outside; zero where there is none
   std::vector<V2f> uv;     ///< texture coordinates
+  bool flip = false;       ///< outside is where cross(dP/dv, dP/du) points, by the grid's u and v
   std::vector<Grid> grids;
   std::vector<Part> parts;
 

@@ -28,19 +28,21 @@ class FacePatches {
 class PatchSurface {
  public:
   explicit PatchSurface(const ControlCage& cage)
-      : topology_(cage), deforms_(!cage.P_end.empty()), shares_uv_(!cage.uv.empty() && cage.uv_indices.empty()) {}
+      : topology_(cage), deforms_(!cage.P_end.empty()), shares_uv_(!cage.uv.empty() && cage.uv_indices.empty()), flip_(cage.flip) {}
   virtual ~PatchSurface() = default;
 
   const PatchTopology& topology() const { return topology_; }
   bool deforms() const { return deforms_; }
   /// True if faces agree about the texture coordinates of what they share.
   bool shares_uv() const { return shares_uv_; }
+  /// True if outside is where cross(dPdv, dPdu) points.
+  bool flip() const { return flip_; }
   /// The patches of a face that has any. Thread-safe.
   virtual std::unique_ptr<FacePatches> face(uint32_t face) const = 0;
 
  private:
   PatchTopology topology_;
-  bool deforms_, shares_uv_;
+  bool deforms_, shares_uv_, flip_;
 };
 
 /// A subdivision surface's limit, or the polygons of the cage, by its scheme. The cage is clean.

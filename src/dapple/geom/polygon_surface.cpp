@@ -36,6 +36,17 @@ std::vector<V3f> averaged_normals(const ControlCage& cage, const std::vector<V3f
   return N;
 }
 
+// Normals of the file say where outside is, on the whole: the order of corners may be the other way round.
+ControlCage& with_flip_from_normals(ControlCage& cage) {
+  if (cage.N.empty()) return cage;
+  cage.flip = false;
+  const std::vector<V3f> by_order = averaged_normals(cage, cage.P);
+  double agreement = 0;
+  for (size_t i = 0; i < by_order.size(); ++i) agreement += double(dot(by_order[i], cage.N[i]));
+  cage.flip = agreement < 0;
+  return cage;
+}
+
 class PolygonFace final : public FacePatches {
  public:
   PolygonFace(std::vector<Corner> corners, bool has_uv) : corners_(std::move(corners)), has_uv_(has_uv) {
@@ -72,18 +83,14 @@ class PolygonFace final : public FacePatches {
 
 }  // namespace
 
-PolygonSurface::PolygonSurface(ControlCage cage) : PatchSurface(cage), cage_(std::move(cage)) {
+PolygonSurface::PolygonSurface(ControlCage cage) : PatchSurface(with_flip_from_normals(cage)), cage_(std::move(cage)) {
   uint32_t first = 0;
   for (const uint32_t n : cage_.face_sizes) {
     first_corner_.push_back(first);
     first += n;
   }
   if (deforms()) N_end_ = averaged_normals(cage_, cage_.P_end);
-  if (cage_.N.empty()) {
-    cage_.N = averaged_normals(cage_, cage_.P);
-  } else {
-    for (size_t i = 0; i < N_end_.size(); ++i) N_end_[i] = face_forward(N_end_[i], cage_.N[i]);
-  }
+  if (cage_.N.empty()) cage_.N = averaged_normals(cage_, cage_.P);
   for (auto* list : {&cage_.N, &N_end_})
     for (V3f& n : *list) n = unit_or_zero(n);
 }

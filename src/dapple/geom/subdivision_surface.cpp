@@ -165,7 +165,7 @@ class SubdivisionFace final : public FacePatches {
 class SubdivisionSurface final : public PatchSurface {
  public:
   SubdivisionSurface(const ControlCage& cage, std::unique_ptr<Far::TopologyRefiner> refiner)
-      : PatchSurface(cage), flip_(cage.flip), refiner_(std::move(refiner)), factory_(*refiner_, factory_options(!cage.uv.empty())) {
+      : PatchSurface(cage), refiner_(std::move(refiner)), factory_(*refiner_, factory_options(!cage.uv.empty())) {
     for (size_t i = 0; i < cage.P.size(); ++i)
       for (const auto* list : {&cage.P, &cage.P_end})
         if (!list->empty())
@@ -174,11 +174,10 @@ class SubdivisionSurface final : public PatchSurface {
   }
 
   std::unique_ptr<FacePatches> face(uint32_t face) const override {
-    return std::make_unique<SubdivisionFace>(factory_, int(face), deforms(), flip_, P_, uv_);
+    return std::make_unique<SubdivisionFace>(factory_, int(face), deforms(), flip(), P_, uv_);
   }
 
  private:
-  const bool flip_;
   std::unique_ptr<Far::TopologyRefiner> refiner_;
   Factory factory_;
   std::vector<double> P_, uv_;
