@@ -61,23 +61,33 @@ void ControlCage::weld() {
 }
 
 std::vector<std::string> ControlCage::clean() {
+  enum Flaw : uint8_t { none, odd, large, twice, crowded };
+  std::vector<Flaw> flaws(face_count(), none);
   std::vector<uint32_t> faces_around(P.size());
-  for (const uint32_t i : indices) ++faces_around[i];
-
-  size_t odd = 0, twice = 0, large = 0, crowded = 0;
-  std::vector<uint32_t> new_number(face_count(), ~0u);
-  std::vector<uint32_t> kept_sizes, kept_indices, kept_uv, numbers;
   size_t first = 0;
   for (uint32_t f = 0; f < face_count(); first += face_sizes[f++]) {
     const uint32_t n = face_sizes[f];
     const uint32_t* corner = indices.data() + first;
-    const bool is_odd = n < 3 || (scheme == SurfaceScheme::loop && n != 3), is_large = n > max_corners;
-    const bool is_twice = !is_odd && !is_large && meets_a_vertex_twice(corner, n);
-    const bool is_crowded = !is_large && std::any_of(corner, corner + n, [&](uint32_t v) { return faces_around[v] > max_corners; });
-    if (is_odd || is_large || is_twice || is_crowded) {
-      ++(is_odd ? odd : is_large ? large : is_twice ? twice : crowded);
-      continue;
-    }
+    if (n < 3 || (scheme == SurfaceScheme::loop && n != 3))
+      flaws[f] = odd;
+    else if (n > max_corners)
+      flaws[f] = large;
+    else if (meets_a_vertex_twice(corner, n))
+      flaws[f] = twice;
+    else
+      for (uint32_t i = 0; i < n; ++i) ++faces_around[corner[i]];
+  }
+
+  size_t count[5] = {0, 0, 0, 0, 0};
+  std::vector<uint32_t> new_number(face_count(), ~0u);
+  std::vector<uint32_t> kept_sizes, kept_indices, kept_uv, numbers;
+  first = 0;
+  for (uint32_t f = 0; f < face_count(); first += face_sizes[f++]) {
+    const uint32_t n = face_sizes[f];
+    const uint32_t* corner = indices.data() + first;
+    if (flaws[f] == none && std::any_of(corner, corner + n, [&](uint32_t v) { return faces_around[v] > max_corners; })) flaws[f] = crowded;
+    ++count[flaws[f]];
+    if (flaws[f] != none) continue;
     new_number[f] = uint32_t(kept_sizes.size());
     numbers.push_back(face_numbers.empty() ? f : face_numbers[f]);
     kept_sizes.push_back(n);
@@ -118,10 +128,10 @@ std::vector<std::string> ControlCage::clean() {
 
   const std::string limit = std::to_string(max_corners);
   std::vector<std::string> out;
-  say(odd, "face", "faces", scheme == SurfaceScheme::loop ? "expected triangles" : "expected 3 corners or more", &out);
-  say(large, "face", "faces", "more than " + limit + " corners", &out);
-  say(twice, "face", "faces", "a vertex comes twice in it", &out);
-  say(crowded, "face", "faces", "more than " + limit + " faces meet at a vertex", &out);
+  say(count[odd], "face", "faces", scheme == SurfaceScheme::loop ? "expected triangles" : "expected 3 corners or more", &out);
+  say(count[large], "face", "faces", "more than " + limit + " corners", &out);
+  say(count[twice], "face", "faces", "a vertex comes twice in it", &out);
+  say(count[crowded], "face", "faces", "more than " + limit + " faces meet at a vertex", &out);
   say(no_edge, "crease", "creases", "no face has such an edge", &out);
   return out;
 }
