@@ -180,7 +180,7 @@ TEST(DicedShapes, OddCagesAreNamedAndTheRestIsThere) {
   names(cube("\"integer creaseindices\" [0 6] \"float creasesharpness\" 1"), "no face has such an edge", 6);
   std::string polygon = "\"integer faceverts\" [4 1000000]", indices = "0 3 2 1 ";
   for (int i = 0; i < 1000000; ++i) indices += "0 1 2 3 4 5 6 7 "[size_t(i) % 8 * 2] + std::string(" ");
-  names(cube(polygon, indices), "more than 1000 corners", 1);
+  names(cube(polygon, indices), "more than 256 corners", 1);
 }
 
 // A fan of triangles at a vertex of n faces.
@@ -210,11 +210,11 @@ TEST(DicedShapes, NonManifoldAndDegenerateCagesRender) {
     EXPECT_EQ(finite_patches("Shape \"catmullclark\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0] \"integer indices\" [0 1 2 3] " + displaced), 1u) << "no area";
   }
   EXPECT_EQ(finite_patches(fan(3)), 9u);
-  EXPECT_EQ(finite_patches(fan(600)), 1800u);
-  EXPECT_TRUE(build_scene_text(fan(1200)).says("faces meet at a vertex"));
+  EXPECT_EQ(finite_patches(fan(250)), 750u);
+  EXPECT_TRUE(build_scene_text(fan(257)).says("faces meet at a vertex"));
 }
 
-// Every pixel without a single hit has nothing behind it: whoever misses the surface stands at its silhouette.
+// Samples miss the surface only near pixels that mostly miss it: at its silhouette.
 TEST(DicedShapes, NoBackgroundInsideTheSilhouette) {
   const Built b = build_scene_text(R"(Texture "f" "float" "fbm"
     Texture "d" "float" "scale" "texture tex" "f" "float scale" .3
@@ -236,17 +236,17 @@ TEST(DicedShapes, NoBackgroundInsideTheSilhouette) {
       for (int i = 0; i < 16; ++i) hit_count[size_t(y * size.x + x)] += hits->geometry[i] != trace::no_id;
     }
   int inside = 0, odd = 0;
-  for (int y = 1; y + 1 < size.y; ++y)
-    for (int x = 1; x + 1 < size.x; ++x) {
+  for (int y = 2; y + 2 < size.y; ++y)
+    for (int x = 2; x + 2 < size.x; ++x) {
       bool at_silhouette = false;
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) at_silhouette |= hit_count[size_t((y + dy) * size.x + x + dx)] < 8;
+      for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -2; dx <= 2; ++dx) at_silhouette |= hit_count[size_t((y + dy) * size.x + x + dx)] < 8;
       if (at_silhouette) continue;
       ++inside;
       odd += hit_count[size_t(y * size.x + x)] < 16;
     }
   EXPECT_GT(inside, 5000);
-  EXPECT_LE(odd, 30) << "pixels at the silhouette's concave places only";
+  EXPECT_EQ(odd, 0);
 }
 
 TEST(CameraView, PixelsAreAsWideAsTheCamerasRays) {

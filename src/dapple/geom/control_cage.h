@@ -50,7 +50,7 @@ struct ControlCage {
   /// creases that are no edge. Returns a sentence for each kind.
   std::vector<std::string> clean();
 
-  static constexpr uint32_t max_corners = 1000;
+  static constexpr uint32_t max_corners = 256;  ///< evaluation takes time by its square
 };
 
 }  // namespace dapple::geom
