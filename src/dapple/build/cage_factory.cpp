@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/cage_factory.h"
 
+#include <cctype>
+
 #include "dapple/build/shape_params.h"
+#include "dapple/scenefile/obj_reader.h"
 #include "dapple/scenefile/ply_reader.h"
 
 namespace dapple::build {
@@ -97,8 +100,22 @@ void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
   cage->face_sizes = sizes.empty() ? std::vector<uint32_t>(indices.size() / 4, 4) : unsigned_list(sizes);
 }
 
-void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& filename, ControlCage* cage) {
-  scenefile::PlyMesh ply = scenefile::read_ply(context.description.resolve(filename), e.loc);
+bool is_obj(std::string name) {
+  for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return name.ends_with(".obj") || name.ends_with(".obj.gz");
+}
+
+void read_mesh_file(const ShapeEntity& e, const std::string& path, ControlCage* cage) {
+  if (is_obj(path)) {
+    scenefile::ObjMesh obj = scenefile::read_obj(path, e.loc);
+    cage->P = std::move(obj.P);
+    cage->uv = std::move(obj.uv);
+    cage->face_sizes = std::move(obj.face_sizes);
+    cage->indices = std::move(obj.indices);
+    cage->uv_indices = std::move(obj.uv_indices);
+    return;
+  }
+  scenefile::PlyMesh ply = scenefile::read_ply(path, e.loc);
   const auto add = [&](const std::vector<int32_t>& corners, uint32_t size) {
     cage->indices.insert(cage->indices.end(), corners.begin(), corners.end());
     cage->face_sizes.insert(cage->face_sizes.end(), corners.size() / size, size);
@@ -117,10 +134,17 @@ ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e
   const geom::BoundaryRule rules[] = {geom::BoundaryRule::edge_and_corner, geom::BoundaryRule::edge_only, geom::BoundaryRule::none};
   cage.boundary = rules[e.params.get_choice("boundary", {"edgeandcorner", "edgeonly", "none"}, 0)];
   const std::string filename = e.params.get_string("filename", "");
-  if (filename.empty())
+  if (filename.empty()) {
     read_own_mesh(e, &cage);
-  else
-    read_mesh_file(context, e, filename, &cage);
+  } else {
+    try {
+      read_mesh_file(e, context.description.resolve(filename), &cage);
+    } catch (const InputError& error) {
+      if (!context.keep_going) throw;
+      context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
+      return polygon_cage({stand_in_cube()});
+    }
+  }
   read_creases(e, &cage);
   read_corners_and_holes(e, &cage);
   if (!filename.empty()) cage.weld();

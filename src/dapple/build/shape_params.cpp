@@ -29,4 +29,12 @@ std::vector<V2f> points2(std::span<const float> numbers) {
   return v;
 }
 
+geom::Mesh stand_in_cube() {
+  geom::Mesh mesh;
+  for (int i = 0; i < 8; ++i) mesh.P.push_back(V3f(i & 1 ? .5f : -.5f, i & 2 ? .5f : -.5f, i & 4 ? .5f : -.5f));
+  mesh.corners = 4;
+  mesh.indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+  return mesh;
+}
+
 }  // namespace dapple::build

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dapple/geom/mesh.h"
 #include "dapple/scenefile/scene_description.h"
 
 namespace dapple::build {
@@ -15,5 +16,8 @@ void check_count(const scenefile::ShapeEntity& entity, const char* name, size_t 
 
 std::vector<V3f> points3(std::span<const float> numbers);
 std::vector<V2f> points2(std::span<const float> numbers);
+
+/// What takes the place of a mesh file that cannot be read: a cube of side 1 around the origin.
+geom::Mesh stand_in_cube();
 
 }  // namespace dapple::build
