@@ -24,7 +24,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going};
 
   built.film = make_film(context, options.film);
-  built.request = make_render_request(context);
+  built.request = make_integrator_request(context);
   scene.film = built.film.film;
   scene.camera = make_camera(context, scene.film.resolution);
   scene.filter = make_filter(context);

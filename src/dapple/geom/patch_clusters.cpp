@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/geom/patch_clusters.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+#include "dapple/base/hash.h"
+
+namespace dapple::geom {
+
+namespace {
+
+// Orders patches [first, last) so that every aligned run of 2^k of them is compact: halves along the widest axis, the first half as many as
+// the largest power of two that leaves some.
+void order_by_halves(const std::vector<V3f>& centres, uint32_t* first, uint32_t* last) {
+  while (last - first > 2) {
+    Box3f box;
+    for (const uint32_t* i = first; i != last; ++i) box.extendBy(centres[*i]);
+    const unsigned axis = box.majorAxis();
+    uint32_t* const middle = first + std::bit_ceil(size_t(last - first)) / 2;
+    std::nth_element(first, middle, last, [&](uint32_t a, uint32_t b) {
+      const float x = centres[a][int(axis)], y = centres[b][int(axis)];
+      return x != y ? x < y : a < b;
+    });
+    order_by_halves(centres, middle, last);
+    last = middle;
+  }
+}
+
+}  // namespace
+
+PatchClusters::PatchClusters(std::span<const Box3f> boxes) : rank_(boxes.size()), order_(boxes.size()) {
+  std::vector<V3f> centres;
+  for (const Box3f& b : boxes) centres.push_back((b.min + b.max) * 0.5f);
+  std::iota(order_.begin(), order_.end(), 0u);
+  order_by_halves(centres, order_.data(), order_.data() + order_.size());
+  for (uint32_t r = 0; r < order_.size(); ++r) rank_[order_[r]] = r;
+
+  std::vector<Box3f> groups;
+  for (const uint32_t patch : order_) groups.push_back(boxes[patch]);
+  while (groups.size() > 1) {
+    std::vector<Box3f> next((groups.size() + 3) / 4);
+    for (size_t i = 0; i < groups.size(); ++i) next[i / 4].extendBy(groups[i]);
+    groups = std::move(next);
+    std::vector<float>& diameters = diameters_.emplace_back();
+    for (const Box3f& b : groups) diameters.push_back(length(b.max - b.min));
+  }
+}
+
+uint32_t PatchClusters::representative(uint32_t group, int level) const {
+  const size_t first = size_t(group) << (2 * level), last = std::min(order_.size(), first + (size_t(1) << (2 * level)));
+  return order_[first + hash(group, level) % (last - first)];
+}
+
+size_t PatchClusters::bytes() const {
+  size_t bytes = (rank_.capacity() + order_.capacity()) * 4;
+  for (const auto& d : diameters_) bytes += d.capacity() * 4;
+  return bytes;
+}
+
+}  // namespace dapple::geom
