@@ -12,7 +12,9 @@ struct Built {
   BuiltScene built;
   std::vector<std::string> messages;
 
-  const geom::GridMesh& grids(uint32_t geometry) const { return *std::get<trace::GridsPtr>(built.scene->traced.shape(geometry)); }
+  const geom::GridMesh& grids(uint32_t geometry) const {
+    return *std::get<trace::GridsPtr>(built.scene->traced.shape(geometry));
+  }
   bool says(const std::string& text) const {
     return std::any_of(messages.begin(), messages.end(), [&](const std::string& m) { return m.find(text) != m.npos; });
   }
@@ -44,9 +46,11 @@ void expect_error(const std::string& world, const std::string& text) {
 }
 
 // A cube over [-1, 1]^3; `parameters` are added to its directive.
-std::string cube(const std::string& parameters, const std::string& indices = "0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7") {
+std::string cube(const std::string& parameters,
+                 const std::string& indices = "0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7") {
   return "Shape \"catmullclark\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]\n"
-         "  \"integer indices\" [" + indices + "] " + parameters + "\n";
+         "  \"integer indices\" [" +
+         indices + "] " + parameters + "\n";
 }
 
 float largest_radius(const geom::GridMesh& mesh) {
@@ -62,7 +66,8 @@ TEST(DicedShapes, CatmullClarkIsDicedByTheCamera) {
   const size_t normal = count("");
   EXPECT_GT(normal, 4000u);
   EXPECT_NEAR(double(count("\"float shadingrate\" 4")), double(normal) / 4, double(normal) / 20);
-  EXPECT_NEAR(double(count("", "Option \"float shadingrate\" 16\n" + camera)), double(normal) / 16, double(normal) / 50);
+  EXPECT_NEAR(double(count("", "Option \"float shadingrate\" 16\n" + camera)), double(normal) / 16,
+              double(normal) / 50);
 }
 
 TEST(DicedShapes, OffScreenIsDicedMoreCoarsely) {
@@ -79,7 +84,8 @@ TEST(DicedShapes, CreasesCornersHolesAndBoundariesAreRead) {
   EXPECT_LT(smooth, 1);
   const Built sharp = build_scene_text(cube(R"("integer cornerindices" [0 6] "float cornersharpness" 10)"));
   EXPECT_NEAR(largest_radius(sharp.grids(0)), std::sqrt(3.0f), 1e-5f);
-  const Built creased = build_scene_text(cube(R"("integer creaseindices" [4 5 6 7 4  0 1] "integer creaselengths" [5 2] "float creasesharpness" [10 2])"));
+  const Built creased = build_scene_text(
+      cube(R"("integer creaseindices" [4 5 6 7 4  0 1] "integer creaselengths" [5 2] "float creasesharpness" [10 2])"));
   EXPECT_GT(largest_radius(creased.grids(0)), 1.05f);
   const Built holed = build_scene_text(cube(R"("integer holes" [1 2])"));
   EXPECT_EQ(holed.grids(0).grids.size(), 4u);
@@ -88,22 +94,29 @@ TEST(DicedShapes, CreasesCornersHolesAndBoundariesAreRead) {
   EXPECT_EQ(creased.messages, std::vector<std::string>());
 }
 
-// A constant displacement of a sphere-like surface moves all of it outwards, whatever the transform and the orientation say of sides.
+// A constant displacement of a sphere-like surface moves all of it outwards, whatever the transform and the orientation
+// say of sides.
 TEST(DicedShapes, DisplacementIsAlongTheOutsideNormal) {
   const float r = largest_radius(build_scene_text(cube("")).grids(0));
   EXPECT_NEAR(largest_radius(build_scene_text(cube("\"float displacement\" 0.5")).grids(0)), r + 0.5f, 1e-3f);
-  EXPECT_NEAR(largest_radius(build_scene_text("Scale -1 1 1\n" + cube("\"float displacement\" 0.5")).grids(0)), r + 0.5f, 1e-3f);
-  EXPECT_LT(largest_radius(build_scene_text("ReverseOrientation\n" + cube("\"float displacement\" 0.2")).grids(0)), r - 0.1f);
+  EXPECT_NEAR(largest_radius(build_scene_text("Scale -1 1 1\n" + cube("\"float displacement\" 0.5")).grids(0)),
+              r + 0.5f, 1e-3f);
+  EXPECT_LT(largest_radius(build_scene_text("ReverseOrientation\n" + cube("\"float displacement\" 0.2")).grids(0)),
+            r - 0.1f);
 }
 
-const std::string checks = R"(Texture "c" "float" "checkerboard" "float tex1" 0 "float tex2" 0.25 "float uscale" 4 "float vscale" 4
+const std::string checks =
+    R"(Texture "c" "float" "checkerboard" "float tex1" 0 "float tex2" 0.25 "float uscale" 4 "float vscale" 4
 )";
 
 TEST(DicedShapes, MeshesOfAllKindsAreDisplacedByATexture) {
-  const std::string quad = R"("point3 P" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] "point2 uv" [0 0 1 0 0 1 1 1] "texture displacement" "c")";
-  for (const std::string& world : {checks + "Shape \"bilinearmesh\" " + quad, checks + "Shape \"trianglemesh\" \"integer indices\" [0 1 3  0 3 2] " + quad,
+  const std::string quad =
+      R"("point3 P" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] "point2 uv" [0 0 1 0 0 1 1 1] "texture displacement" "c")";
+  for (const std::string& world : {checks + "Shape \"bilinearmesh\" " + quad,
+                                   checks + "Shape \"trianglemesh\" \"integer indices\" [0 1 3  0 3 2] " + quad,
                                    checks + "Shape \"catmullclark\" \"integer indices\" [0 1 3 2] " + quad,
-                                   checks + "Shape \"loopsubdiv\" \"integer indices\" [0 1 3  0 3 2] \"point3 P\" [-1 0 -1  1 0 -1  -1 0 1  1 0 1] \"texture displacement\" \"c\""}) {
+                                   checks + "Shape \"loopsubdiv\" \"integer indices\" [0 1 3  0 3 2] \"point3 P\" [-1 "
+                                            "0 -1  1 0 -1  -1 0 1  1 0 1] \"texture displacement\" \"c\""}) {
     const Built b = build_scene_text(world);
     EXPECT_EQ(b.messages, std::vector<std::string>());
     const geom::GridMesh& mesh = b.grids(0);
@@ -127,7 +140,8 @@ TEST(DicedShapes, DisplacementBoundClampsAndWarnsOnce) {
 TEST(DicedShapes, LoopIsDicedOnRequest) {
   const std::string octahedron = R"(Shape "loopsubdiv" "point3 P" [1 0 0 0 1 0 -1 0 0 0 -1 0 0 0 1 0 0 -1]
     "integer indices" [0 1 4 1 2 4 2 3 4 3 0 4 1 0 5 2 1 5 3 2 5 0 3 5] )";
-  const Built diced = build_scene_text(octahedron + "\"bool diced\" true"), refined = build_scene_text(octahedron + "\"integer levels\" 6");
+  const Built diced = build_scene_text(octahedron + "\"bool diced\" true"),
+              refined = build_scene_text(octahedron + "\"integer levels\" 6");
   EXPECT_EQ(diced.grids(0).grids.size(), 24u);
   const Box3f a = diced.built.scene->traced.bounds(), b = refined.built.scene->traced.bounds();
   EXPECT_LT(length(a.max - b.max), 1e-3f);
@@ -156,8 +170,11 @@ TEST(DicedShapes, BadCagesAreErrorsWithAPlace) {
   expect_error(cube("\"integer creaseindices\" [0 1] \"float creasesharpness\" -1"), "-1");
   expect_error(cube("\"integer creaseindices\" [0 99] \"float creasesharpness\" 1"), "99");
   expect_error(cube("\"integer creaseindices\" [0 1 2] \"float creasesharpness\" 1"), "pairs");
-  expect_error(cube("\"integer creaseindices\" [0 1 2] \"integer creaselengths\" [9] \"float creasesharpness\" 1"), "9");
-  expect_error(cube("\"integer creaseindices\" [0 1 2] \"integer creaselengths\" [-2147483648] \"float creasesharpness\" 1"), "2147483648");
+  expect_error(cube("\"integer creaseindices\" [0 1 2] \"integer creaselengths\" [9] \"float creasesharpness\" 1"),
+               "9");
+  expect_error(
+      cube("\"integer creaseindices\" [0 1 2] \"integer creaselengths\" [-2147483648] \"float creasesharpness\" 1"),
+      "2147483648");
   expect_error(cube("\"integer creaseindices\" [0 1 1 2] \"float creasesharpness\" [1 2 3]"), "3 values");
   expect_error(cube("\"integer cornerindices\" [0 1]"), "0 values");
   expect_error(cube("\"integer holes\" [6]"), "face 6");
@@ -187,11 +204,13 @@ TEST(DicedShapes, OddCagesAreNamedAndTheRestIsThere) {
 std::string fan(int n) {
   std::string P = "0 0 0.3 ", indices, sizes;
   for (int i = 0; i < n; ++i) {
-    P += std::to_string(std::cos(2 * pi * float(i) / float(n))) + " " + std::to_string(std::sin(2 * pi * float(i) / float(n))) + " 0 ";
+    P += std::to_string(std::cos(2 * pi * float(i) / float(n))) + " " +
+         std::to_string(std::sin(2 * pi * float(i) / float(n))) + " 0 ";
     indices += "0 " + std::to_string(1 + i) + " " + std::to_string(1 + (i + 1) % n) + " ";
     sizes += "3 ";
   }
-  return "Shape \"catmullclark\" \"point3 P\" [" + P + "] \"integer indices\" [" + indices + "] \"integer faceverts\" [" + sizes + "]";
+  return "Shape \"catmullclark\" \"point3 P\" [" + P + "] \"integer indices\" [" + indices +
+         "] \"integer faceverts\" [" + sizes + "]";
 }
 
 TEST(DicedShapes, NonManifoldAndDegenerateCagesRender) {
@@ -207,7 +226,11 @@ TEST(DicedShapes, NonManifoldAndDegenerateCagesRender) {
     EXPECT_EQ(finite_patches(cube(displaced, "0 3 2 1  0 3 7 4")), 2u) << "faces turned against each other";
     EXPECT_EQ(finite_patches(cube(displaced, "0 1 2 3  6 5 4 7  0 6 1 7")), 3u) << "vertices without a fan";
     EXPECT_EQ(finite_patches("Scale 1 1 0.000001\n" + cube(displaced)), 6u) << "nearly flat";
-    EXPECT_EQ(finite_patches("Shape \"catmullclark\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0] \"integer indices\" [0 1 2 3] " + displaced), 1u) << "no area";
+    EXPECT_EQ(
+        finite_patches("Shape \"catmullclark\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0] \"integer indices\" [0 1 2 3] " +
+                       displaced),
+        1u)
+        << "no area";
   }
   EXPECT_EQ(finite_patches(fan(3)), 9u);
   EXPECT_EQ(finite_patches(fan(250)), 750u);
@@ -250,9 +273,11 @@ TEST(DicedShapes, NoBackgroundInsideTheSilhouette) {
 }
 
 TEST(CameraView, PixelsAreAsWideAsTheCamerasRays) {
-  for (const char* type : {R"("perspective" "float fov" 50)", R"("orthographic" "float screenwindow" [-3 3 -3 3])", R"("spherical" "string mapping" "equirectangular")"}) {
+  for (const char* type : {R"("perspective" "float fov" 50)", R"("orthographic" "float screenwindow" [-3 3 -3 3])",
+                           R"("spherical" "string mapping" "equirectangular")"}) {
     const Built b = build_scene_text("", std::string("Scale 2 2 2 LookAt 1 2 3  0 0 0  0 0 1\nCamera ") + type +
-                                             "\nFilm \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 100\nWorldBegin\nLightSource \"infinite\"\n");
+                                             "\nFilm \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" "
+                                             "100\nWorldBegin\nLightSource \"infinite\"\n");
     const scene::Camera& c = b.built.scene->camera;
     const auto r = c.generate(V2f(50, 50), V2f(0, 0), 0), beside = c.generate(V2f(50, 51), V2f(0, 0), 0);
     const V3f P[1] = {r.ray.o + r.ray.d * 7.0f};

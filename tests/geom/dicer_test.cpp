@@ -25,10 +25,12 @@ GridMesh dice_with(ControlCage cage, const DicingView& view, const DiceSettings&
 }
 
 using Bits = std::array<float, 3>;
-Bits bits(const V3f& p) { return {p.x, p.y, p.z}; }
+Bits bits(const V3f& p) {
+  return {p.x, p.y, p.z};
+}
 
-// How often each directed edge between different positions runs along a triangle, less how often its reverse does. A surface without a
-// border is without cracks, exactly, if all are 0.
+// How often each directed edge between different positions runs along a triangle, less how often its reverse does. A
+// surface without a border is without cracks, exactly, if all are 0.
 size_t open_edges(const GridMesh& mesh, const std::vector<V3f>& P) {
   std::map<std::pair<Bits, Bits>, int> balance;
   const auto edge = [&](const V3f& a, const V3f& b) {
@@ -71,7 +73,8 @@ std::vector<Shape> closed_shapes() {
   return shapes;
 }
 
-// Creases, corners, triangles and pentagons, rates that change from patch to patch, displaced: every edge has its partner, bit for bit.
+// Creases, corners, triangles and pentagons, rates that change from patch to patch, displaced: every edge has its
+// partner, bit for bit.
 TEST(Dicer, ClosedSurfacesStayClosed) {
   const PatchyView view(0.02f, 0.7f);
   const Waves waves(0.1f, 5);
@@ -99,7 +102,8 @@ TEST(Dicer, NeighboursHaveDifferentRates) {
   EXPECT_GT(open_edges(torn, torn.P), 0u);
 }
 
-// A plane displaced by f has height f at its vertices, where these are evaluated, and normals of f up to the cells' size.
+// A plane displaced by f has height f at its vertices, where these are evaluated, and normals of f up to the cells'
+// size.
 TEST(Dicer, DisplacedPlaneHasTheGivenHeight) {
   const Waves waves(0.05f, 6);
   for (const SurfaceScheme scheme : {SurfaceScheme::polygons, SurfaceScheme::catmull_clark}) {
@@ -115,7 +119,8 @@ TEST(Dicer, DisplacedPlaneHasTheGivenHeight) {
       waves.heights({&s, 1}, &height);
       ASSERT_NEAR(mesh.P[i].z, height, 2e-7f);
       const float x = 6 * s.P.x, y = 1.3f * 6 * s.P.y + 1, margin = 0.004f;
-      const V3f n = normalize(V3f(-0.05f * 6 * std::cos(x) * std::sin(y), -0.05f * 6 * 1.3f * std::sin(x) * std::cos(y), 1));
+      const V3f n =
+          normalize(V3f(-0.05f * 6 * std::cos(x) * std::sin(y), -0.05f * 6 * 1.3f * std::sin(x) * std::cos(y), 1));
       const bool inside = std::min({s.P.x, s.P.y, 1 - s.P.x, 1 - s.P.y}) > margin;
       ASSERT_GT(dot(mesh.N[i], n), inside ? 0.99999f : 0.999f);
     }
@@ -125,7 +130,8 @@ TEST(Dicer, DisplacedPlaneHasTheGivenHeight) {
 TEST(Dicer, HeightsBeyondTheBoundAreClampedAndCounted) {
   class Wild final : public Displacer {
     void heights(std::span<const PatchSample> points, float* heights) const override {
-      for (size_t i = 0; i < points.size(); ++i) heights[i] = points[i].P.x > 0.5f ? 7.0f : points[i].P.y > 0.5f ? std::nanf("") : 0.5f;
+      for (size_t i = 0; i < points.size(); ++i)
+        heights[i] = points[i].P.x > 0.5f ? 7.0f : points[i].P.y > 0.5f ? std::nanf("") : 0.5f;
     }
   } const wild;
   ControlCage cage = plane_cage(1, 1);
@@ -142,7 +148,8 @@ TEST(Dicer, HeightsBeyondTheBoundAreClampedAndCounted) {
   EXPECT_EQ(report.clamped, clamped);
 }
 
-// Micropolygons are about shading_rate pixels: sides are the nearest power of two, so areas within a factor of 2 of it on a plane.
+// Micropolygons are about shading_rate pixels: sides are the nearest power of two, so areas within a factor of 2 of it
+// on a plane.
 TEST(Dicer, MicropolygonsAreAboutThePixelsAskedFor) {
   for (const float rate : {0.25f, 1.0f, 3.0f})
     for (const float size : {0.7f, 1.0f, 1.3f}) {
@@ -186,7 +193,9 @@ TEST(Dicer, NormalsAreSharedWhereTheSurfaceIsSmooth) {
 // Outside is where the corners go round counter-clockwise, or the other side; displacement goes outwards.
 TEST(Dicer, DisplacementGoesOutwards) {
   class Out final : public Displacer {
-    void heights(std::span<const PatchSample> points, float* heights) const override { std::fill_n(heights, points.size(), 0.25f); }
+    void heights(std::span<const PatchSample> points, float* heights) const override {
+      std::fill_n(heights, points.size(), 0.25f);
+    }
   } const out;
   DiceSettings settings;
   settings.displacement.displacer = &out;
@@ -222,7 +231,8 @@ TEST(Dicer, LargePatchesBecomeTiles) {
 
 // Patches keep their numbers while the camera moves.
 TEST(Dicer, PatchNumbersDependOnTheCageAlone) {
-  const GridMesh a = dice_with(figure_cage(), UniformDicingView(0.02f)), b = dice_with(figure_cage(), PatchyView(0.1f, 0.9f));
+  const GridMesh a = dice_with(figure_cage(), UniformDicingView(0.02f)),
+                 b = dice_with(figure_cage(), PatchyView(0.1f, 0.9f));
   ASSERT_EQ(a.grids.size(), b.grids.size());
   for (uint32_t g = 0; g < a.grids.size(); ++g) EXPECT_EQ(a.patch_number(g), b.patch_number(g));
 }

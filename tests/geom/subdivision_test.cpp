@@ -19,7 +19,9 @@ PatchSample sample(const PatchSurface& surface, uint32_t patch, float u, float v
   return s;
 }
 
-void expect_near(const V3f& a, const V3f& b, float tolerance) { EXPECT_LT(length(a - b), tolerance) << a << " " << b; }
+void expect_near(const V3f& a, const V3f& b, float tolerance) {
+  EXPECT_LT(length(a - b), tolerance) << a << " " << b;
+}
 
 // A cube over [-1, 1]^3.
 ControlCage centred_cube() {
@@ -28,8 +30,8 @@ ControlCage centred_cube() {
   return cage;
 }
 
-// The limit of a vertex v of valence n with edge neighbours e and opposite corners f: (n^2 v + 4 sum e + sum f) / (n (n + 5))
-// (Halstead, Kass and DeRose 1993). For a corner of the cube: (9 + 4 - 1) / 24 = 1 / 2 of it.
+// The limit of a vertex v of valence n with edge neighbours e and opposite corners f: (n^2 v + 4 sum e + sum f) / (n (n
+// + 5)) (Halstead, Kass and DeRose 1993). For a corner of the cube: (9 + 4 - 1) / 24 = 1 / 2 of it.
 TEST(CatmullClark, LimitOfAVertexOfValenceThree) {
   const ControlCage cage = centred_cube();
   const auto surface = make_patch_surface(cage);
@@ -43,8 +45,8 @@ TEST(CatmullClark, LimitOfAVertexOfValenceThree) {
     }
 }
 
-// A sharp crease is the cubic B-spline of its vertices: a square loop's at a vertex (p0 + 4 p1 + p2) / 6 and half way between
-// (p0 + 23 p1 + 23 p2 + p3) / 48.
+// A sharp crease is the cubic B-spline of its vertices: a square loop's at a vertex (p0 + 4 p1 + p2) / 6 and half way
+// between (p0 + 23 p1 + 23 p2 + p3) / 48.
 TEST(CatmullClark, SharpCreaseIsABSpline) {
   ControlCage cage = centred_cube();
   std::vector<uint32_t> top;  // the loop around the face at z = 1
@@ -67,9 +69,10 @@ TEST(CatmullClark, SharpCreaseIsABSpline) {
 V3f cubic_b_spline(const V3f p[4], float t, bool derivative) {
   const float s = 1 - t;
   if (derivative)
-    return p[0] * (-s * s / 2) + p[1] * ((9 * t * t - 12 * t) / 6) + p[2] * ((-9 * t * t + 6 * t + 3) / 6) + p[3] * (t * t / 2);
-  return p[0] * (s * s * s / 6) + p[1] * ((3 * t * t * t - 6 * t * t + 4) / 6) + p[2] * ((-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6) +
-         p[3] * (t * t * t / 6);
+    return p[0] * (-s * s / 2) + p[1] * ((9 * t * t - 12 * t) / 6) + p[2] * ((-9 * t * t + 6 * t + 3) / 6) +
+           p[3] * (t * t / 2);
+  return p[0] * (s * s * s / 6) + p[1] * ((3 * t * t * t - 6 * t * t + 4) / 6) +
+         p[2] * ((-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6) + p[3] * (t * t * t / 6);
 }
 
 // Where all valences are 4 the surface is the bicubic B-spline of 4 x 4 vertices.
@@ -81,7 +84,9 @@ TEST(CatmullClark, RegularFaceIsABicubicBSpline) {
   for (int i = 0; i < 100; ++i) {
     const float u = rng.next(), v = rng.next();
     V3f rows[4], du_rows[4];
-    for (int y = 0; y < 4; ++y) rows[y] = cubic_b_spline(&cage.P[size_t(y) * 4], u, false), du_rows[y] = cubic_b_spline(&cage.P[size_t(y) * 4], u, true);
+    for (int y = 0; y < 4; ++y)
+      rows[y] = cubic_b_spline(&cage.P[size_t(y) * 4], u, false),
+      du_rows[y] = cubic_b_spline(&cage.P[size_t(y) * 4], u, true);
     const PatchSample s = sample(*surface, 4, u, v);
     expect_near(s.P, cubic_b_spline(rows, v, false), 1e-5f);
     expect_near(s.dPdu, cubic_b_spline(du_rows, v, false), 1e-5f);
@@ -108,7 +113,8 @@ TEST(CatmullClark, HolesShapeTheirNeighbours) {
   expect_near(sample(*surface, 2, 0.3f, 0.4f).P, sample(*whole, 3, 0.3f, 0.4f).P, 1e-7f);
 }
 
-// A pentagon's five patches meet: the sides between them and along the face's edges agree, also with the quad beside it.
+// A pentagon's five patches meet: the sides between them and along the face's edges agree, also with the quad beside
+// it.
 TEST(CatmullClark, PatchesOfAPentagonMeet) {
   const ControlCage cage = test::figure_cage();
   const auto surface = make_patch_surface(cage);
@@ -149,7 +155,8 @@ TEST(Loop, LimitOfAnOctahedronsVertex) {
     expect_near(s.P, v * float(1 - 4 * x), 1e-5f);
     expect_near(s.N, v, 1e-4f);
   }
-  // And it is the same surface as uniform refinement gives, at the corners, the edges' middles and everywhere else between.
+  // And it is the same surface as uniform refinement gives, at the corners, the edges' middles and everywhere else
+  // between.
   const Mesh refined = subdivide_loop(cage.P, cage.indices, 5);
   for (uint32_t p = 0; p < 24; ++p) {
     float nearest = infinity;

@@ -12,7 +12,9 @@ namespace {
 using test::error_of;
 using test::TempFolder;
 
-ObjMesh parse(const std::string& data) { return parse_obj(data, "m.obj", {}); }
+ObjMesh parse(const std::string& data) {
+  return parse_obj(data, "m.obj", {});
+}
 
 void expect_obj_error(const std::string& data, const std::string& place, const std::string& text) {
   const std::string error = error_of([&] { parse(data); });
@@ -65,8 +67,8 @@ TEST(Obj, ReadsFiles) {
 
 // Any text is a mesh that keeps its promises, or an InputError.
 RC_GTEST_PROP(Obj, AnyTextIsAMeshOrAnError, ()) {
-  const auto pieces = *rc::gen::container<std::vector<std::string>>(
-      rc::gen::element<std::string>("v ", "vt ", "f ", "0", "1", " 2 ", "-1", "/", "\n", "\\\n", "\\", "#", ".5", "1e9", "\r\n", "x"));
+  const auto pieces = *rc::gen::container<std::vector<std::string>>(rc::gen::element<std::string>(
+      "v ", "vt ", "f ", "0", "1", " 2 ", "-1", "/", "\n", "\\\n", "\\", "#", ".5", "1e9", "\r\n", "x"));
   std::string text = "v 0 0 0\nvt 0 0\n";
   for (const std::string& piece : pieces) text += piece;
   try {

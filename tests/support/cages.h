@@ -55,15 +55,19 @@ inline ControlCage voxel_cage(const std::set<std::array<int, 3>>& voxels) {
   return cage;
 }
 
-inline ControlCage cube_cage() { return voxel_cage({{0, 0, 0}}); }
+inline ControlCage cube_cage() {
+  return voxel_cage({{0, 0, 0}});
+}
 
-/// A body with head, arms and legs: valences 3 to 6, creases of all kinds, a triangle and a pentagon. (1, 0.5, 3) lies inside.
+/// A body with head, arms and legs: valences 3 to 6, creases of all kinds, a triangle and a pentagon. (1, 0.5, 3) lies
+/// inside.
 inline ControlCage figure_cage() {
   std::set<std::array<int, 3>> voxels;
   for (int z = 2; z < 5; ++z) voxels.insert({0, 0, z}), voxels.insert({1, 0, z});
   for (int x : {-2, -1, 2, 3}) voxels.insert({x, 0, 4});
   for (int z : {0, 1}) voxels.insert({0, 0, z});
-  voxels.insert({0, 0, 5}), voxels.insert({1, 0, 1}), voxels.insert({1, 0, 0}), voxels.insert({1, -1, 0}), voxels.insert({0, -1, 0});
+  voxels.insert({0, 0, 5}), voxels.insert({1, 0, 1}), voxels.insert({1, 0, 0}), voxels.insert({1, -1, 0}),
+      voxels.insert({0, -1, 0});
   voxels.insert({0, 0, 6});
   ControlCage cage = voxel_cage(voxels);
   // Each 11th quad gives a corner to a point of its own: two triangles; each 13th a pyramid of four.

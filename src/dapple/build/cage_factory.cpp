@@ -14,13 +14,18 @@ using scenefile::ShapeEntity;
 
 namespace {
 
-std::vector<uint32_t> unsigned_list(std::span<const int32_t> ints) { return {ints.begin(), ints.end()}; }
+std::vector<uint32_t> unsigned_list(std::span<const int32_t> ints) {
+  return {ints.begin(), ints.end()};
+}
 
-std::string counted(size_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
+std::string counted(size_t n, const char* what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
 
 void check_sharpness(const ShapeEntity& e, const char* name, std::span<const float> values) {
   for (const float s : values)
-    if (!(s >= 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(s) + "; it must be 0 or more");
+    if (!(s >= 0))
+      throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(s) + "; it must be 0 or more");
 }
 
 void read_creases(const ShapeEntity& e, ControlCage* cage) {
@@ -31,14 +36,16 @@ void read_creases(const ShapeEntity& e, ControlCage* cage) {
   if (vertices.empty()) return;
   check_indices(e, "creaseindices", vertices, cage->P.size());
   if (lengths.empty() && vertices.size() % 2 != 0)
-    throw InputError(e.loc, "\"creaseindices\" has " + std::to_string(vertices.size()) + " numbers; expected pairs, or \"creaselengths\"");
+    throw InputError(e.loc, "\"creaseindices\" has " + std::to_string(vertices.size()) +
+                                " numbers; expected pairs, or \"creaselengths\"");
   const size_t chains = lengths.empty() ? vertices.size() / 2 : lengths.size();
   size_t first = 0;
   std::vector<uint32_t> chain_of_edge;
   for (size_t c = 0; c < chains; ++c) {
     const int64_t n = lengths.empty() ? 2 : lengths[c];
     if (n < 2 || size_t(n) > vertices.size() - first)
-      throw InputError(e.loc, "\"creaselengths\" has " + std::to_string(n) + "; expected 2 or more, and " + counted(vertices.size(), "vertex number") + " in all");
+      throw InputError(e.loc, "\"creaselengths\" has " + std::to_string(n) + "; expected 2 or more, and " +
+                                  counted(vertices.size(), "vertex number") + " in all");
     for (size_t i = first; i + 1 < first + size_t(n); ++i) {
       cage->crease_edges.push_back(uint32_t(vertices[i]));
       cage->crease_edges.push_back(uint32_t(vertices[i + 1]));
@@ -46,13 +53,18 @@ void read_creases(const ShapeEntity& e, ControlCage* cage) {
     }
     first += size_t(n);
   }
-  if (first != vertices.size()) throw InputError(e.loc, "\"creaselengths\" covers " + std::to_string(first) + " of " + counted(vertices.size(), "crease vertex number"));
+  if (first != vertices.size())
+    throw InputError(e.loc, "\"creaselengths\" covers " + std::to_string(first) + " of " +
+                                counted(vertices.size(), "crease vertex number"));
   const size_t edges = chain_of_edge.size();
   if (sharpness.size() != 1 && sharpness.size() != chains && sharpness.size() != edges)
-    throw InputError(e.loc, "\"creasesharpness\" has " + counted(sharpness.size(), "value") + "; expected 1, or one for each of " +
-                                counted(chains, "chain") + " or " + counted(edges, "edge"));
+    throw InputError(e.loc, "\"creasesharpness\" has " + counted(sharpness.size(), "value") +
+                                "; expected 1, or one for each of " + counted(chains, "chain") + " or " +
+                                counted(edges, "edge"));
   for (size_t i = 0; i < edges; ++i)
-    cage->crease_sharpness.push_back(sharpness[sharpness.size() == 1 ? 0 : sharpness.size() == edges ? i : chain_of_edge[i]]);
+    cage->crease_sharpness.push_back(sharpness[sharpness.size() == 1       ? 0
+                                               : sharpness.size() == edges ? i
+                                                                           : chain_of_edge[i]]);
 }
 
 void read_corners_and_holes(const ShapeEntity& e, ControlCage* cage) {
@@ -61,13 +73,16 @@ void read_corners_and_holes(const ShapeEntity& e, ControlCage* cage) {
   check_sharpness(e, "cornersharpness", sharpness);
   check_indices(e, "cornerindices", corners, cage->P.size());
   if (!corners.empty() && sharpness.size() != 1 && sharpness.size() != corners.size())
-    throw InputError(e.loc, "\"cornersharpness\" has " + counted(sharpness.size(), "value") + "; expected 1, or one for each of " + counted(corners.size(), "corner"));
+    throw InputError(e.loc, "\"cornersharpness\" has " + counted(sharpness.size(), "value") +
+                                "; expected 1, or one for each of " + counted(corners.size(), "corner"));
   cage->corners = unsigned_list(corners);
-  for (size_t i = 0; i < corners.size(); ++i) cage->corner_sharpness.push_back(sharpness[sharpness.size() == 1 ? 0 : i]);
+  for (size_t i = 0; i < corners.size(); ++i)
+    cage->corner_sharpness.push_back(sharpness[sharpness.size() == 1 ? 0 : i]);
   const auto holes = e.params.get_ints("holes");
   for (const int32_t f : holes)
     if (f < 0 || size_t(f) >= cage->face_count())
-      throw InputError(e.loc, "\"holes\" names face " + std::to_string(f) + " of a mesh of " + counted(cage->face_count(), "face"));
+      throw InputError(
+          e.loc, "\"holes\" names face " + std::to_string(f) + " of a mesh of " + counted(cage->face_count(), "face"));
   cage->holes = unsigned_list(holes);
 }
 
@@ -85,7 +100,8 @@ void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
   } else {
     check_indices(e, "uvindices", uv_indices, cage->uv.size());
     if (uv_indices.size() != indices.size())
-      throw InputError(e.loc, "\"uvindices\" has " + counted(uv_indices.size(), "number") + " for " + std::to_string(indices.size()) + " \"indices\"");
+      throw InputError(e.loc, "\"uvindices\" has " + counted(uv_indices.size(), "number") + " for " +
+                                  std::to_string(indices.size()) + " \"indices\"");
     cage->uv_indices = unsigned_list(uv_indices);
   }
   size_t sum = 0;
@@ -94,9 +110,11 @@ void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
     sum += size_t(n);
   }
   if (sizes.empty() && indices.size() % 4 != 0)
-    throw InputError(e.loc, "\"indices\" has " + counted(indices.size(), "number") + "; expected a multiple of 4, or \"faceverts\"");
+    throw InputError(
+        e.loc, "\"indices\" has " + counted(indices.size(), "number") + "; expected a multiple of 4, or \"faceverts\"");
   if (!sizes.empty() && sum != indices.size())
-    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " + std::to_string(indices.size()));
+    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " +
+                                std::to_string(indices.size()));
   cage->face_sizes = sizes.empty() ? std::vector<uint32_t>(indices.size() / 4, 4) : unsigned_list(sizes);
 }
 
@@ -131,7 +149,8 @@ void read_mesh_file(const ShapeEntity& e, const std::string& path, ControlCage* 
 ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e) {
   ControlCage cage;
   cage.scheme = geom::SurfaceScheme::catmull_clark;
-  const geom::BoundaryRule rules[] = {geom::BoundaryRule::edge_and_corner, geom::BoundaryRule::edge_only, geom::BoundaryRule::none};
+  const geom::BoundaryRule rules[] = {geom::BoundaryRule::edge_and_corner, geom::BoundaryRule::edge_only,
+                                      geom::BoundaryRule::none};
   cage.boundary = rules[e.params.get_choice("boundary", {"edgeandcorner", "edgeonly", "none"}, 0)];
   const std::string filename = e.params.get_string("filename", "");
   if (filename.empty()) {

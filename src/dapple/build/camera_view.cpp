@@ -11,12 +11,14 @@ constexpr float off_screen = 4, margin = 1.2f;
 constexpr size_t most_placements = 16;
 
 float largest_scale(const Transform& t) {
-  return std::sqrt(std::max({length2(t.vector({1, 0, 0})), length2(t.vector({0, 1, 0})), length2(t.vector({0, 0, 1}))}));
+  return std::sqrt(
+      std::max({length2(t.vector({1, 0, 0})), length2(t.vector({0, 1, 0})), length2(t.vector({0, 0, 1}))}));
 }
 
 }  // namespace
 
-CameraView::CameraView(const scene::Camera& camera) : settings_(camera.settings()), to_camera_(camera.world_to_camera()) {
+CameraView::CameraView(const scene::Camera& camera)
+    : settings_(camera.settings()), to_camera_(camera.world_to_camera()) {
   const auto& s = settings_;
   world_scale_ = largest_scale(s.camera_to_world.start());
   if (s.projection == Projection::perspective) half_ = std::tan(radians(s.fov_degrees) / 2);
@@ -57,7 +59,8 @@ void CameraView::pixel_widths(std::span<const V3f> P, float* widths) const {
   for (size_t i = 0; i < P.size(); ++i) widths[i] = width_at(P[i]);
 }
 
-InstancesView::InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object)
+InstancesView::InstancesView(std::shared_ptr<const geom::DicingView> world,
+                             const std::vector<Transform>& world_from_object)
     : world_(std::move(world)) {
   for (const Transform& t : world_from_object) placements_.push_back({t, 1 / largest_scale(t)});
   if (placements_.size() <= most_placements) return;

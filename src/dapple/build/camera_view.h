@@ -9,8 +9,8 @@
 
 namespace dapple::build {
 
-/// The camera of a scene at shutter open as a dicing camera. Outside the picture (by a tenth of its size on each side) pixels count
-/// as 4 times wider.
+/// The camera of a scene at shutter open as a dicing camera. Outside the picture (by a tenth of its size on each side)
+/// pixels count as 4 times wider.
 class CameraView final : public geom::DicingView {
  public:
   explicit CameraView(const scene::Camera& camera);
@@ -26,7 +26,8 @@ class CameraView final : public geom::DicingView {
   float pixel_ = 0;    ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
 };
 
-/// What another view sees of a surface through its instances: the smallest pixels of any. Of many instances the nearest count.
+/// What another view sees of a surface through its instances: the smallest pixels of any. Of many instances the nearest
+/// count.
 class InstancesView final : public geom::DicingView {
  public:
   InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object);

@@ -19,7 +19,9 @@ struct Dicing {
 
 /// True if a Shape directive asks for displacement.
 bool is_displaced(const scenefile::ShapeEntity& entity, const Dicing& dicing);
-/// Cleans a cage, warns of what was wrong with it, and dices it with the directive's displacement. Null where nothing is left.
-trace::GridsPtr dice_cage(const BuildContext& context, const scenefile::ShapeEntity& entity, geom::ControlCage cage, const Dicing& dicing);
+/// Cleans a cage, warns of what was wrong with it, and dices it with the directive's displacement. Null where nothing
+/// is left.
+trace::GridsPtr dice_cage(const BuildContext& context, const scenefile::ShapeEntity& entity, geom::ControlCage cage,
+                          const Dicing& dicing);
 
 }  // namespace dapple::build

@@ -8,7 +8,8 @@ using scenefile::ShapeEntity;
 void check_indices(const ShapeEntity& e, const char* name, std::span<const int32_t> indices, size_t vertices) {
   for (const int32_t i : indices)
     if (i < 0 || size_t(i) >= vertices)
-      throw InputError(e.loc, std::string("\"") + name + "\" names vertex " + std::to_string(i) + " of a mesh of " + std::to_string(vertices) + " vertices");
+      throw InputError(e.loc, std::string("\"") + name + "\" names vertex " + std::to_string(i) + " of a mesh of " +
+                                  std::to_string(vertices) + " vertices");
 }
 
 void check_count(const ShapeEntity& e, const char* name, size_t count, size_t vertices) {

@@ -10,7 +10,8 @@
 namespace dapple::build {
 
 /// What the readers of Shape directives share. All throw InputError.
-void check_indices(const scenefile::ShapeEntity& entity, const char* name, std::span<const int32_t> indices, size_t vertices);
+void check_indices(const scenefile::ShapeEntity& entity, const char* name, std::span<const int32_t> indices,
+                   size_t vertices);
 /// A list by vertex has none or as many values as there are vertices.
 void check_count(const scenefile::ShapeEntity& entity, const char* name, size_t count, size_t vertices);
 

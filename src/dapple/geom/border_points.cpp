@@ -37,10 +37,14 @@ class Partition {
 
 V2f place_on_side(int k, float t) {
   switch (k) {
-    case 0: return {t, 0};
-    case 1: return {1, t};
-    case 2: return {t, 1};
-    default: return {0, t};
+    case 0:
+      return {t, 0};
+    case 1:
+      return {1, t};
+    case 2:
+      return {t, 1};
+    default:
+      return {0, t};
   }
 }
 
@@ -119,7 +123,8 @@ void BorderPoints::number_samples() {
   on_seam_.assign(next, 0);
   std::copy(topology_.seam_vertex.begin(), topology_.seam_vertex.end(), on_seam_.begin());
   for (size_t e = 0; e < topology_.edges.size(); ++e)
-    if (topology_.edges[e].seam) std::fill_n(on_seam_.begin() + first_edge_point_[e], (1u << rates_.edge[e]) - 1, uint8_t(1));
+    if (topology_.edges[e].seam)
+      std::fill_n(on_seam_.begin() + first_edge_point_[e], (1u << rates_.edge[e]) - 1, uint8_t(1));
   point_of_.resize(samples);
   for (uint32_t p = 0; p < topology_.patches.size(); ++p) {
     const auto& patch = topology_.patches[p];

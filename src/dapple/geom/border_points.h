@@ -13,11 +13,13 @@ struct Displacement {
   float bound = infinity;                ///< heights are clamped to +- bound
 };
 
-/// Moves points along their normals by the displacer's heights. Returns how many heights had to be clamped or were no number (0 then).
+/// Moves points along their normals by the displacer's heights. Returns how many heights had to be clamped or were no
+/// number (0 then).
 size_t displace(const Displacement& displacement, std::span<PatchSample> points);
 
-/// The points on the borders of patches, each evaluated and displaced once and then used by all patches around it: corners of patches,
-/// and edges at their own rate. A border sample of a patch is one of its 4 corners (0 to 3), or a place inside side k.
+/// The points on the borders of patches, each evaluated and displaced once and then used by all patches around it:
+/// corners of patches, and edges at their own rate. A border sample of a patch is one of its 4 corners (0 to 3), or a
+/// place inside side k.
 class BorderPoints {
  public:
   static constexpr uint32_t none = ~0u;
@@ -28,9 +30,13 @@ class BorderPoints {
   uint32_t sample(uint32_t patch, int k, uint32_t j) const;
   uint32_t sample_count(uint32_t patch) const { return first_sample_[patch + 1] - first_sample_[patch]; }
 
-  /// The shared point of a border sample. P is displaced; uv, and N before displacement, are those of the first patch around it.
-  const PatchSample& point(uint32_t patch, uint32_t sample) const { return points_[point_of_[first_sample_[patch] + sample]]; }
-  /// What the patch itself says where it differs from its neighbours (normals at seams, texture coordinates), else point().
+  /// The shared point of a border sample. P is displaced; uv, and N before displacement, are those of the first patch
+  /// around it.
+  const PatchSample& point(uint32_t patch, uint32_t sample) const {
+    return points_[point_of_[first_sample_[patch] + sample]];
+  }
+  /// What the patch itself says where it differs from its neighbours (normals at seams, texture coordinates), else
+  /// point().
   const PatchSample& own(uint32_t patch, uint32_t sample) const;
   /// True where the patch's normal is its own.
   bool on_seam(uint32_t patch, uint32_t sample) const { return on_seam_[point_of_[first_sample_[patch] + sample]]; }
@@ -49,9 +55,9 @@ class BorderPoints {
   const PatchTopology& topology_;
   const DiceRates& rates_;
   std::vector<uint32_t> first_edge_point_;
-  std::vector<uint32_t> first_sample_;       // of each patch
+  std::vector<uint32_t> first_sample_;                 // of each patch
   std::vector<uint32_t> point_of_, own_of_, slot_of_;  // by border sample
-  std::vector<uint8_t> on_seam_;             // by point
+  std::vector<uint8_t> on_seam_;                       // by point
   std::vector<PatchSample> points_, owns_;
   uint32_t slot_count_ = 0;
   size_t clamped_ = 0;

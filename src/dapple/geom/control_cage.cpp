@@ -12,16 +12,16 @@ namespace dapple::geom {
 
 namespace {
 
-uint64_t edge_key(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
+uint64_t edge_key(uint32_t a, uint32_t b) {
+  return uint64_t(std::min(a, b)) << 32 | std::max(a, b);
+}
 
 struct Place {
   V3f start, end;
   bool operator==(const Place&) const = default;
 };
 struct PlaceHash {
-  size_t operator()(const Place& p) const {
-    return hash(p.start.x, p.start.y, p.start.z, p.end.x, p.end.y, p.end.z);
-  }
+  size_t operator()(const Place& p) const { return hash(p.start.x, p.start.y, p.start.z, p.end.x, p.end.y, p.end.z); }
 };
 
 bool meets_a_vertex_twice(const uint32_t* corners, uint32_t n) {
@@ -85,14 +85,16 @@ std::vector<std::string> ControlCage::clean() {
   for (uint32_t f = 0; f < face_count(); first += face_sizes[f++]) {
     const uint32_t n = face_sizes[f];
     const uint32_t* corner = indices.data() + first;
-    if (flaws[f] == none && std::any_of(corner, corner + n, [&](uint32_t v) { return faces_around[v] > max_corners; })) flaws[f] = crowded;
+    if (flaws[f] == none && std::any_of(corner, corner + n, [&](uint32_t v) { return faces_around[v] > max_corners; }))
+      flaws[f] = crowded;
     ++count[flaws[f]];
     if (flaws[f] != none) continue;
     new_number[f] = uint32_t(kept_sizes.size());
     numbers.push_back(face_numbers.empty() ? f : face_numbers[f]);
     kept_sizes.push_back(n);
     kept_indices.insert(kept_indices.end(), corner, corner + n);
-    if (!uv_indices.empty()) kept_uv.insert(kept_uv.end(), uv_indices.begin() + ptrdiff_t(first), uv_indices.begin() + ptrdiff_t(first + n));
+    if (!uv_indices.empty())
+      kept_uv.insert(kept_uv.end(), uv_indices.begin() + ptrdiff_t(first), uv_indices.begin() + ptrdiff_t(first + n));
   }
   face_sizes = std::move(kept_sizes);
   indices = std::move(kept_indices);
@@ -128,7 +130,8 @@ std::vector<std::string> ControlCage::clean() {
 
   const std::string limit = std::to_string(max_corners);
   std::vector<std::string> out;
-  say(count[odd], "face", "faces", scheme == SurfaceScheme::loop ? "expected triangles" : "expected 3 corners or more", &out);
+  say(count[odd], "face", "faces", scheme == SurfaceScheme::loop ? "expected triangles" : "expected 3 corners or more",
+      &out);
   say(count[large], "face", "faces", "more than " + limit + " corners", &out);
   say(count[twice], "face", "faces", "a vertex comes twice in it", &out);
   say(count[crowded], "face", "faces", "more than " + limit + " faces meet at a vertex", &out);

@@ -42,7 +42,8 @@ Measured measure(const FacePatches& face, uint32_t sub, const DicingView& view, 
     }
     return level_of(longest * inv_size, lattice_level);
   };
-  return {{line(0, 1), line(n, stride), line(n * stride, 1), line(0, stride)}, {line(n / 2 * stride, 1), line(n / 2, stride)}};
+  return {{line(0, 1), line(n, stride), line(n * stride, 1), line(0, stride)},
+          {line(n / 2 * stride, 1), line(n / 2, stride)}};
 }
 
 size_t count_vertices(const std::vector<std::array<uint8_t, 2>>& patches) {
@@ -85,12 +86,15 @@ DiceRates::DiceRates(const PatchSurface& surface, const DicingView& view, float 
     for (size_t p = 0; p < patch.size(); ++p) {
       const auto& sides = topology.patches[p].side;
       for (int k = 0; k < 2; ++k)
-        patch[p][size_t(k)] = uint8_t(std::max({side(sides[k]), side(sides[k + 2]), measured[p].middle[k] - coarsened}));
+        patch[p][size_t(k)] =
+            uint8_t(std::max({side(sides[k]), side(sides[k + 2]), measured[p].middle[k] - coarsened}));
     }
     if (coarsened == max_level || count_vertices(patch) <= max_vertices) return;
   }
 }
 
-size_t DiceRates::vertex_count() const { return count_vertices(patch); }
+size_t DiceRates::vertex_count() const {
+  return count_vertices(patch);
+}
 
 }  // namespace dapple::geom

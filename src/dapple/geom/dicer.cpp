@@ -27,8 +27,13 @@ struct Lattice {
 
 class Dicer {
  public:
-  Dicer(const PatchSurface& surface, const DiceRates& rates, const BorderPoints& borders, const Displacement& displacement)
-      : surface_(surface), topology_(surface.topology()), rates_(rates), borders_(borders), displacement_(displacement) {
+  Dicer(const PatchSurface& surface, const DiceRates& rates, const BorderPoints& borders,
+        const Displacement& displacement)
+      : surface_(surface),
+        topology_(surface.topology()),
+        rates_(rates),
+        borders_(borders),
+        displacement_(displacement) {
     size_t first = 0;
     for (const auto& level : rates.patch) {
       lattices_.push_back({first, (1u << level[0]) + 1, (1u << level[1]) + 1});
@@ -162,12 +167,15 @@ class Dicer {
   void cut_tiles(uint32_t p) {
     const Lattice& l = lattices_[p];
     const auto& patch = topology_.patches[p];
-    const int u_level = std::max(0, rates_.patch[p][0] - tile_level), v_level = std::max(0, rates_.patch[p][1] - tile_level);
+    const int u_level = std::max(0, rates_.patch[p][0] - tile_level),
+              v_level = std::max(0, rates_.patch[p][1] - tile_level);
     const uint32_t u_cells = (l.columns - 1) >> u_level, v_cells = (l.rows - 1) >> v_level;
     for (uint32_t j = 0; j < 1u << v_level; ++j)
       for (uint32_t i = 0; i < 1u << u_level; ++i) {
-        mesh_.grids.push_back({uint32_t(l.at(i * u_cells, j * v_cells)), l.columns, uint16_t(u_cells + 1), uint16_t(v_cells + 1)});
-        mesh_.parts.push_back({topology_.face_numbers[patch.face], uint16_t(patch.sub), uint8_t(u_level), uint8_t(v_level), uint8_t(i), uint8_t(j)});
+        mesh_.grids.push_back(
+            {uint32_t(l.at(i * u_cells, j * v_cells)), l.columns, uint16_t(u_cells + 1), uint16_t(v_cells + 1)});
+        mesh_.parts.push_back({topology_.face_numbers[patch.face], uint16_t(patch.sub), uint8_t(u_level),
+                               uint8_t(v_level), uint8_t(i), uint8_t(j)});
       }
   }
 

@@ -12,8 +12,8 @@ class Displacer {
  public:
   static constexpr size_t capacity = 256;
   virtual ~Displacer() = default;
-  /// Writes heights[0, points.size()), in the units of P along N, for at most `capacity` points. The points' derivatives are those by one
-  /// micropolygon of the grid: the footprint to filter over. Thread-safe and pure.
+  /// Writes heights[0, points.size()), in the units of P along N, for at most `capacity` points. The points'
+  /// derivatives are those by one micropolygon of the grid: the footprint to filter over. Thread-safe and pure.
   virtual void heights(std::span<const PatchSample> points, float* heights) const = 0;
 };
 

@@ -15,7 +15,8 @@ struct GridMesh {
     uint32_t first, stride;
     uint16_t columns, rows;
   };
-  /// Which part of the cage a grid covers: a patch of a face, or a tile of that where it is diced finer than one grid holds.
+  /// Which part of the cage a grid covers: a patch of a face, or a tile of that where it is diced finer than one grid
+  /// holds.
   struct Part {
     uint32_t face;
     uint16_t sub;
@@ -32,10 +33,11 @@ struct GridMesh {
 
   size_t bytes() const;
   size_t micropolygon_count() const;
-  /// A number that depends only on the cage, for grids that are whole patches; those of tiles also on how often a patch is halved.
+  /// A number that depends only on the cage, for grids that are whole patches; those of tiles also on how often a patch
+  /// is halved.
   uint64_t patch_number(uint32_t primitive) const;
-  /// The surface at (u, v) in [0, 1]^2 of a grid. Each micropolygon is the triangles (0, 1, 3) and (2, 3, 1) of its corners going round.
-  /// dPdu to dNdv, by the texture coordinates, are set if `tangents`.
+  /// The surface at (u, v) in [0, 1]^2 of a grid. Each micropolygon is the triangles (0, 1, 3) and (2, 3, 1) of its
+  /// corners going round. dPdu to dNdv, by the texture coordinates, are set if `tangents`.
   SurfacePoint at(uint32_t primitive, float u, float v, float time, bool tangents = true) const;
 };
 

@@ -28,7 +28,10 @@ class FacePatches {
 class PatchSurface {
  public:
   explicit PatchSurface(const ControlCage& cage)
-      : topology_(cage), deforms_(!cage.P_end.empty()), shares_uv_(!cage.uv.empty() && cage.uv_indices.empty()), flip_(cage.flip) {}
+      : topology_(cage),
+        deforms_(!cage.P_end.empty()),
+        shares_uv_(!cage.uv.empty() && cage.uv_indices.empty()),
+        flip_(cage.flip) {}
   virtual ~PatchSurface() = default;
 
   const PatchTopology& topology() const { return topology_; }

@@ -81,7 +81,10 @@ PatchTopology::PatchTopology(const ControlCage& cage) : seam_vertex(cage.P.size(
       table.use(around.back().edge, a > b);
     }
     if (n == 4) {
-      patches.push_back({f, 0, {corner[0], corner[1], corner[2], corner[3]}, {around[0], around[1], turned(around[2], true), turned(around[3], true)}});
+      patches.push_back({f,
+                         0,
+                         {corner[0], corner[1], corner[2], corner[3]},
+                         {around[0], around[1], turned(around[2], true), turned(around[3], true)}});
       continue;
     }
     for (const Side& side : around) {
@@ -99,7 +102,9 @@ PatchTopology::PatchTopology(const ControlCage& cage) : seam_vertex(cage.P.size(
       const Side out = around[i], in = around[before];
       const Side along{out.edge, uint8_t(out.reversed ? 2 : 1), out.reversed};
       const Side back{in.edge, uint8_t(in.reversed ? 1 : 2), !in.reversed};
-      patches.push_back({f, i, {corner[i], edges[out.edge].middle, centre, edges[in.edge].middle},
+      patches.push_back({f,
+                         i,
+                         {corner[i], edges[out.edge].middle, centre, edges[in.edge].middle},
                          {along, {spoke[i], 0, false}, {spoke[before], 0, false}, back}});
     }
   }

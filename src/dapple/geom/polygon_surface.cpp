@@ -13,7 +13,9 @@ struct Corner {
   V2f uv{0, 0};
 };
 
-Corner operator*(const Corner& a, float s) { return {a.P * s, a.P_end * s, a.N * s, a.N_end * s, a.uv * s}; }
+Corner operator*(const Corner& a, float s) {
+  return {a.P * s, a.P_end * s, a.N * s, a.N_end * s, a.uv * s};
+}
 Corner operator+(const Corner& a, const Corner& b) {
   return {a.P + b.P, a.P_end + b.P_end, a.N + b.N, a.N_end + b.N_end, a.uv + b.uv};
 }

@@ -5,7 +5,8 @@
 
 namespace dapple::geom {
 
-/// The faces of a cage themselves: bilinear quads, other polygons by their corners, middles of edges and means. The cage is clean.
+/// The faces of a cage themselves: bilinear quads, other polygons by their corners, middles of edges and means. The
+/// cage is clean.
 class PolygonSurface final : public PatchSurface {
  public:
   explicit PolygonSurface(ControlCage cage);

@@ -17,13 +17,16 @@ namespace Bfr = OpenSubdiv::Bfr;
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-using Cache = Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>, std::unique_lock<std::shared_mutex>>;
+using Cache = Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
+                                               std::unique_lock<std::shared_mutex>>;
 using Factory = Bfr::RefinerSurfaceFactory<Cache>;
 using Surface = Bfr::Surface<double>;
 
 // OpenSubdiv reports through functions of the whole program and would print.
 thread_local std::string last_error;
-void keep_error(Far::ErrorType, const char* message) { last_error = message; }
+void keep_error(Far::ErrorType, const char* message) {
+  last_error = message;
+}
 void ignore_warning(const char*) {}
 
 std::unique_ptr<Far::TopologyRefiner> make_refiner(const ControlCage& cage) {
@@ -56,7 +59,8 @@ std::unique_ptr<Far::TopologyRefiner> make_refiner(const ControlCage& cage) {
   d.fvarChannels = &channel;
 
   Sdc::Options options;
-  const Sdc::Options::VtxBoundaryInterpolation rules[] = {Sdc::Options::VTX_BOUNDARY_NONE, Sdc::Options::VTX_BOUNDARY_EDGE_ONLY,
+  const Sdc::Options::VtxBoundaryInterpolation rules[] = {Sdc::Options::VTX_BOUNDARY_NONE,
+                                                          Sdc::Options::VTX_BOUNDARY_EDGE_ONLY,
                                                           Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER};
   options.SetVtxBoundaryInterpolation(rules[int(cage.boundary)]);
   options.SetFVarLinearInterpolation(Sdc::Options::FVAR_LINEAR_CORNERS_ONLY);
@@ -64,7 +68,8 @@ std::unique_ptr<Far::TopologyRefiner> make_refiner(const ControlCage& cage) {
   const auto scheme = cage.scheme == SurfaceScheme::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
   last_error.clear();
   std::unique_ptr<Far::TopologyRefiner> refiner(RefinerFactory::Create(d, RefinerFactory::Options(scheme, options)));
-  if (!refiner) throw std::invalid_argument("the mesh cannot be subdivided" + (last_error.empty() ? "" : ": " + last_error));
+  if (!refiner)
+    throw std::invalid_argument("the mesh cannot be subdivided" + (last_error.empty() ? "" : ": " + last_error));
   return refiner;
 }
 
@@ -75,7 +80,9 @@ Bfr::SurfaceFactory::Options factory_options(bool with_uv) {
   return options;
 }
 
-V3d read3(const double* p) { return {p[0], p[1], p[2]}; }
+V3d read3(const double* p) {
+  return {p[0], p[1], p[2]};
+}
 
 // Where a place of a patch lies in the face's own parameters, and their derivatives by the patch's.
 struct FacePlace {
@@ -93,7 +100,8 @@ FacePlace face_place(const Bfr::Parameterization& face, uint32_t sub, double u, 
   constexpr double corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
   FacePlace p;
   for (int k = 0; k < 2; ++k) {
-    const double c0 = corner[sub][k], c1 = (c0 + corner[(sub + 1) % 3][k]) / 2, c2 = 1.0 / 3, c3 = (c0 + corner[(sub + 2) % 3][k]) / 2;
+    const double c0 = corner[sub][k], c1 = (c0 + corner[(sub + 1) % 3][k]) / 2, c2 = 1.0 / 3,
+                 c3 = (c0 + corner[(sub + 2) % 3][k]) / 2;
     p.at[k] = (1 - v) * ((1 - u) * c0 + u * c1) + v * ((1 - u) * c3 + u * c2);
     p.by_u[k] = (1 - v) * (c1 - c0) + v * (c2 - c3);
     p.by_v[k] = (1 - u) * (c3 - c0) + u * (c2 - c1);
@@ -103,7 +111,8 @@ FacePlace face_place(const Bfr::Parameterization& face, uint32_t sub, double u, 
 
 class SubdivisionFace final : public FacePatches {
  public:
-  SubdivisionFace(const Factory& factory, int face, bool deforms, bool flip, const std::vector<double>& P, const std::vector<double>& uv)
+  SubdivisionFace(const Factory& factory, int face, bool deforms, bool flip, const std::vector<double>& P,
+                  const std::vector<double>& uv)
       : size_(deforms ? 6 : 3), flip_(flip) {
     if (!factory.InitVertexSurface(face, &surface_)) return;
     points_.resize(size_t(surface_.GetNumPatchPoints()) * size_t(size_));
@@ -132,7 +141,9 @@ class SubdivisionFace final : public FacePatches {
     const FacePlace place = face_place(surface_.GetParameterization(), sub, u, v);
     double p[6], d1[6], d2[6];
     surface_.Evaluate(place.at, points_.data(), size_, p, d1, d2);
-    const auto along = [&](int first, const double by[2]) { return read3(d1 + first) * by[0] + read3(d2 + first) * by[1]; };
+    const auto along = [&](int first, const double by[2]) {
+      return read3(d1 + first) * by[0] + read3(d2 + first) * by[1];
+    };
     const auto normal = [&](const V3d& du, const V3d& dv) {
       const V3d n = du.cross(dv);
       const double l = n.length();
@@ -150,7 +161,9 @@ class SubdivisionFace final : public FacePatches {
     if (uv_points_.empty()) return s;
     uv_surface_.Evaluate(place.at, uv_points_.data(), 2, p, d1, d2);
     s.uv = V2f(float(p[0]), float(p[1]));
-    const auto uv_along = [&](const double by[2]) { return V2f(float(d1[0] * by[0] + d2[0] * by[1]), float(d1[1] * by[0] + d2[1] * by[1])); };
+    const auto uv_along = [&](const double by[2]) {
+      return V2f(float(d1[0] * by[0] + d2[0] * by[1]), float(d1[1] * by[0] + d2[1] * by[1]));
+    };
     s.duvdu = uv_along(place.by_u);
     s.duvdv = uv_along(place.by_v);
     return s;

@@ -5,8 +5,8 @@
 
 namespace dapple::geom {
 
-/// The limit surface of a Catmull-Clark or Loop cage, by OpenSubdiv's Bfr, in double precision. Texture coordinates are subdivided too,
-/// with sharp corners at the ends of their borders. The cage is clean. Throws std::invalid_argument.
+/// The limit surface of a Catmull-Clark or Loop cage, by OpenSubdiv's Bfr, in double precision. Texture coordinates are
+/// subdivided too, with sharp corners at the ends of their borders. The cage is clean. Throws std::invalid_argument.
 std::unique_ptr<PatchSurface> make_subdivision_surface(const ControlCage& cage);
 
 }  // namespace dapple::geom

@@ -10,11 +10,14 @@ namespace dapple::scenefile {
 
 namespace {
 
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
+bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v';
+}
 
 class ObjParser {
  public:
-  ObjParser(std::string_view data, std::string_view name, const FileLoc& loc) : next_(data.data()), end_(next_ + data.size()), name_(name), loc_(loc) {}
+  ObjParser(std::string_view data, std::string_view name, const FileLoc& loc)
+      : next_(data.data()), end_(next_ + data.size()), name_(name), loc_(loc) {}
 
   ObjMesh parse() {
     while (next_ < end_) {
@@ -104,9 +107,12 @@ class ObjParser {
   uint32_t index(std::string_view text, size_t count, const char* what) const {
     int64_t i = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), i);
-    if (error != std::errc() || stop != text.data() + text.size()) fail("expected the number of a " + std::string(what) + ", found " + in_quotes(text));
+    if (error != std::errc() || stop != text.data() + text.size())
+      fail("expected the number of a " + std::string(what) + ", found " + in_quotes(text));
     const int64_t n = int64_t(count), from_zero = i < 0 ? n + i : i - 1;
-    if (i == 0 || from_zero < 0 || from_zero >= n) fail("a face names " + std::string(what) + " " + std::to_string(i) + "; there are " + std::to_string(n) + " so far");
+    if (i == 0 || from_zero < 0 || from_zero >= n)
+      fail("a face names " + std::string(what) + " " + std::to_string(i) + "; there are " + std::to_string(n) +
+           " so far");
     return uint32_t(from_zero);
   }
   void read_face() {
@@ -140,7 +146,9 @@ class ObjParser {
 
 }  // namespace
 
-ObjMesh parse_obj(std::string_view data, std::string_view name, const FileLoc& loc) { return ObjParser(data, name, loc).parse(); }
+ObjMesh parse_obj(std::string_view data, std::string_view name, const FileLoc& loc) {
+  return ObjParser(data, name, loc).parse();
+}
 
 ObjMesh read_obj(const std::string& path, const FileLoc& loc) {
   const FileSource source(path, loc);

@@ -22,8 +22,9 @@ struct ObjMesh {
   int64_t ignored_faces = 0;         ///< faces of fewer than 3 corners, left out
 };
 
-/// Reads the v, vt and f lines of an OBJ file (plain or gzip), as one mesh; all others (groups, materials, normals, curves) are skipped.
-/// InputError at `loc`, naming the file and line, if it is damaged. Memory stays in proportion to the file.
+/// Reads the v, vt and f lines of an OBJ file (plain or gzip), as one mesh; all others (groups, materials, normals,
+/// curves) are skipped. InputError at `loc`, naming the file and line, if it is damaged. Memory stays in proportion to
+/// the file.
 ObjMesh read_obj(const std::string& path, const FileLoc& loc);
 
 /// The same from memory; `name` stands for the file in messages.
