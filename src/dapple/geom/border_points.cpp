@@ -14,11 +14,6 @@ namespace {
 
 using Side = PatchTopology::Side;
 
-V3f unit_or_zero(const V3f& v) {
-  const float l2 = length2(v);
-  return l2 > 0 && std::isfinite(l2) ? v * (1 / std::sqrt(l2)) : V3f(0, 0, 0);
-}
-
 class Partition {
  public:
   explicit Partition(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }

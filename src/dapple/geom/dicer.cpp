@@ -13,11 +13,6 @@ namespace {
 
 constexpr int tile_level = 8;
 
-V3f unit_or_zero(const V3f& v) {
-  const float l2 = length2(v);
-  return l2 > 0 && std::isfinite(l2) ? v * (1 / std::sqrt(l2)) : V3f(0, 0, 0);
-}
-
 // A patch's vertices in the mesh: (x, y) is first + y columns + x.
 struct Lattice {
   size_t first;

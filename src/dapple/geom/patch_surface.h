@@ -8,6 +8,12 @@
 
 namespace dapple::geom {
 
+/// v / |v|, or zero where that is not finite.
+inline V3f unit_or_zero(const V3f& v) {
+  const float l2 = length2(v);
+  return l2 > 0 && std::isfinite(l2) ? v * (1 / std::sqrt(l2)) : V3f(0, 0, 0);
+}
+
 /// A point of a patch before displacement. Derivatives are those by the patch's u and v.
 struct PatchSample {
   V3f P{0, 0, 0}, N{0, 0, 0};          ///< N: unit, outside; zero where the surface has none

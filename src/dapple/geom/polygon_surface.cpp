@@ -20,11 +20,6 @@ Corner operator+(const Corner& a, const Corner& b) {
   return {a.P + b.P, a.P_end + b.P_end, a.N + b.N, a.N_end + b.N_end, a.uv + b.uv};
 }
 
-V3f unit_or_zero(const V3f& v) {
-  const float l2 = length2(v);
-  return l2 > 0 && std::isfinite(l2) ? v * (1 / std::sqrt(l2)) : V3f(0, 0, 0);
-}
-
 // Normals at vertices: the sum of the area vectors of the faces around (Newell's, for each corner's own triangle fan).
 std::vector<V3f> averaged_normals(const ControlCage& cage, const std::vector<V3f>& P) {
   std::vector<V3f> N(P.size(), V3f(0, 0, 0));
