@@ -192,7 +192,7 @@ TEST(DicedShapes, OddCagesAreNamedAndTheRestIsThere) {
     EXPECT_EQ(b.grids(0).grids.size(), patches);
     for (const V3f& p : b.grids(0).P) EXPECT_TRUE(is_finite(p));
   };
-  names(cube("", "0 3 2 1  0 0 1 2"), "a vertex comes twice", 1);
+  names(cube("", "0 3 2 1  0 1 0 2"), "a vertex comes twice", 1);
   names(cube("\"integer faceverts\" [4 2]", "0 3 2 1  0 1"), "3 corners or more", 1);
   names(cube("\"integer creaseindices\" [0 6] \"float creasesharpness\" 1"), "no face has such an edge", 6);
   std::string polygon = "\"integer faceverts\" [4 1000000]", indices = "0 3 2 1 ";

@@ -169,7 +169,7 @@ TEST(Loop, LimitOfAnOctahedronsVertex) {
 TEST(Cage, CleaningLeavesOutWhatHasNoSurface) {
   ControlCage cage = cube_cage();
   const size_t good = cage.face_count();
-  cage.indices.insert(cage.indices.end(), {0, 1, 1, 2});  // a vertex twice
+  cage.indices.insert(cage.indices.end(), {0, 1, 0, 2});  // a vertex twice
   cage.face_sizes.push_back(4);
   cage.indices.insert(cage.indices.end(), {0, 1});
   cage.face_sizes.push_back(2);
@@ -184,6 +184,48 @@ TEST(Cage, CleaningLeavesOutWhatHasNoSurface) {
   EXPECT_EQ(cage.face_numbers.back(), good + 3);
   EXPECT_EQ(cage.crease_sharpness, std::vector<float>{4});
   EXPECT_GE(flaws.size(), 4u);
+}
+
+// A quad around a pole is a triangle, and its other corners keep their texture coordinates.
+TEST(Cage, CornersThatRepeatAreJoined) {
+  ControlCage cage;
+  cage.P = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
+  cage.indices = {0, 0, 1, 2, 2, 1, 0, 2};
+  cage.uv_indices = {0, 1, 2, 3, 4, 5, 6, 7};
+  cage.face_sizes = {4, 4};
+  EXPECT_TRUE(cage.clean().empty());
+  EXPECT_EQ(cage.face_sizes, (std::vector<uint32_t>{3, 3}));
+  EXPECT_EQ(cage.indices, (std::vector<uint32_t>{0, 1, 2, 2, 1, 0}));
+  EXPECT_EQ(cage.uv_indices, (std::vector<uint32_t>{1, 2, 3, 4, 5, 6}));
+}
+
+// The surface, its texture coordinates and normals stay; parts are numbered within their face.
+TEST(Cage, SplittingKeepsTheSurface) {
+  for (const bool uv_by_corner : {false, true}) {
+    ControlCage cage;
+    cage.scheme = SurfaceScheme::polygons;
+    cage.P = {V3f(0, 0, 0), V3f(2, 0, 0), V3f(2, 1, 1), V3f(0, 1, 0), V3f(1, 3, 0)};
+    cage.indices = {0, 1, 2, 3, 3, 2, 4};
+    cage.face_sizes = {4, 3};
+    for (const V3f& p : cage.P) cage.uv.push_back(V2f(p.x / 2, p.y));
+    if (uv_by_corner) cage.uv_indices = cage.indices;
+    const auto whole = make_patch_surface(cage);
+    cage.split(1024);
+    EXPECT_EQ(cage.face_count(), 448u);
+    const auto split = make_patch_surface(cage);
+    std::set<std::pair<uint32_t, uint32_t>> numbers;
+    for (uint32_t p = 0; p < 448; ++p) {
+      numbers.emplace(cage.face_numbers[p], cage.sub_numbers[p]);
+      const PatchSample s = sample(*split, p, 0.3f, 0.6f);
+      EXPECT_NEAR(s.uv.x, s.P.x / 2, 1e-6f);
+      EXPECT_NEAR(s.uv.y, s.P.y, 1e-6f);
+      if (cage.face_numbers[p] != 0) continue;
+      const PatchSample w = sample(*whole, 0, s.P.x / 2, s.P.y);
+      expect_near(s.P, w.P, 1e-6f);
+      expect_near(s.N, w.N, 0.01f);
+    }
+    EXPECT_EQ(numbers.size(), 448u);
+  }
 }
 
 TEST(Cage, WeldingJoinsCopies) {

@@ -10,6 +10,12 @@ namespace dapple::build {
 
 using scenefile::ShapeEntity;
 
+namespace {
+
+constexpr size_t most_split_faces = 1024;
+
+}  // namespace
+
 bool is_displaced(const ShapeEntity& e, const Dicing& dicing) {
   return e.params.find("displacement") && dicing.textures;
 }
@@ -33,6 +39,7 @@ trace::GridsPtr dice_cage(const BuildContext& context, const ShapeEntity& e, geo
       if (!is_finite(p)) throw InputError(e.loc, "a vertex is not finite after its transform");
   for (const std::string& flaw : cage.clean()) context.diagnostics.warn(e.loc, shape + flaw);
   if (cage.face_count() == 0) return nullptr;
+  if (cage.scheme == geom::SurfaceScheme::polygons) cage.split(most_split_faces);
   const geom::UniformDicingView coarse(infinity);
   geom::DiceReport report;
   std::shared_ptr<const geom::GridMesh> mesh;

@@ -60,7 +60,27 @@ void ControlCage::weld() {
     for (uint32_t& i : *list) i = to[i];
 }
 
+// A quad around a pole is a triangle.
+void ControlCage::join_repeated_corners() {
+  size_t first = 0, to = 0;
+  for (uint32_t& n : face_sizes) {
+    const size_t end = first + n, begin = to;
+    const uint32_t front = n > 0 ? indices[first] : 0;
+    for (size_t i = first; i < end; ++i) {
+      if (n > 1 && indices[i] == (i + 1 == end ? front : indices[i + 1])) continue;
+      indices[to] = indices[i];
+      if (!uv_indices.empty()) uv_indices[to] = uv_indices[i];
+      ++to;
+    }
+    first = end;
+    n = uint32_t(to - begin);
+  }
+  indices.resize(to);
+  if (!uv_indices.empty()) uv_indices.resize(to);
+}
+
 std::vector<std::string> ControlCage::clean() {
+  join_repeated_corners();
   enum Flaw : uint8_t { none, odd, large, twice, crowded };
   std::vector<Flaw> flaws(face_count(), none);
   std::vector<uint32_t> faces_around(P.size());
@@ -137,6 +157,94 @@ std::vector<std::string> ControlCage::clean() {
   say(count[crowded], "face", "faces", "more than " + limit + " faces meet at a vertex", &out);
   say(no_edge, "crease", "creases", "no face has such an edge", &out);
   return out;
+}
+
+void ControlCage::complete_normals() {
+  // The sum of the area vectors of the faces around.
+  const auto averaged = [this](const std::vector<V3f>& at) {
+    std::vector<V3f> sum(at.size(), V3f(0, 0, 0));
+    const uint32_t* corner = indices.data();
+    for (const uint32_t n : face_sizes) {
+      V3f area(0, 0, 0);
+      for (uint32_t i = 1; i + 1 < n; ++i)
+        area += cross(at[corner[i]] - at[corner[0]], at[corner[i + 1]] - at[corner[0]]);
+      for (uint32_t i = 0; i < n; ++i) sum[corner[i]] += flip ? -area : area;
+      corner += n;
+    }
+    return sum;
+  };
+  if (!N.empty()) {
+    flip = false;
+    const std::vector<V3f> by_order = averaged(P);
+    double agreement = 0;
+    for (size_t i = 0; i < by_order.size(); ++i) agreement += double(dot(by_order[i], N[i]));
+    flip = agreement < 0;
+  }
+  if (N.empty()) N = averaged(P);
+  if (N_end.empty() && !P_end.empty()) N_end = averaged(P_end);
+  for (auto* list : {&N, &N_end})
+    for (V3f& n : *list) n = length2(n) > 0 && std::isfinite(length2(n)) ? normalize(n) : V3f(0, 0, 0);
+}
+
+void ControlCage::split(size_t max_faces) {
+  complete_normals();
+  while (!face_sizes.empty() && indices.size() <= max_faces) split_once();
+}
+
+void ControlCage::split_once() {
+  ControlCage out;
+  std::unordered_map<uint64_t, uint32_t> middles;
+  // The mean of vertices, as a new vertex.
+  const auto add_vertex = [this](const uint32_t* of, uint32_t n) {
+    const auto add = [&](auto& list, auto mean) {
+      if (list.empty()) return;
+      for (uint32_t i = 0; i < n; ++i) mean += list[of[i]];
+      list.push_back(mean / float(n));
+    };
+    for (auto* list : {&P, &P_end, &N, &N_end}) add(*list, V3f(0, 0, 0));
+    if (uv_indices.empty()) add(uv, V2f(0, 0));
+    return uint32_t(P.size() - 1);
+  };
+  const bool uv_by_corner = uv.empty() || !uv_indices.empty();
+  const V2f unit[4] = {V2f(0, 0), V2f(1, 0), V2f(1, 1), V2f(0, 1)};
+  std::vector<uint32_t> corner, middle;
+  size_t first = 0;
+  for (uint32_t f = 0; f < face_sizes.size(); first += face_sizes[f++]) {
+    const uint32_t n = face_sizes[f];
+    corner.assign(indices.begin() + ptrdiff_t(first), indices.begin() + ptrdiff_t(first + n));
+    middle.clear();
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t ends[2] = {corner[i], corner[(i + 1) % n]};
+      auto [at, is_new] = middles.emplace(edge_key(ends[0], ends[1]), 0);
+      if (is_new) at->second = add_vertex(ends, 2);
+      middle.push_back(at->second);
+    }
+    const uint32_t centre = add_vertex(corner.data(), n);
+    V2f uv_centre(0, 0);
+    const auto uv_at = [&](uint32_t i) { return uv.empty() ? unit[i % 4] : uv[uv_indices[first + i % n]]; };
+    for (uint32_t i = 0; i < n && uv_by_corner; ++i) uv_centre += uv_at(i) / float(n);
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t before = (i + n - 1) % n;
+      for (const uint32_t v : {corner[i], middle[i], centre, middle[before]}) out.indices.push_back(v);
+      out.face_sizes.push_back(4);
+      out.face_numbers.push_back(face_numbers.empty() ? f : face_numbers[f]);
+      out.sub_numbers.push_back((sub_numbers.empty() ? 0 : sub_numbers[f]) * n + i);
+      if (!uv_by_corner) continue;
+      for (uint32_t k = 0; k < 4; ++k) out.uv_indices.push_back(uint32_t(out.uv.size()) + k);
+      if (uv.empty() && n != 4)
+        out.uv.insert(out.uv.end(), unit, unit + 4);
+      else
+        out.uv.insert(out.uv.end(),
+                      {uv_at(i), (uv_at(i) + uv_at(i + 1)) * 0.5f, uv_centre, (uv_at(i) + uv_at(before)) * 0.5f});
+    }
+  }
+  indices = std::move(out.indices);
+  face_sizes = std::move(out.face_sizes);
+  face_numbers = std::move(out.face_numbers);
+  sub_numbers = std::move(out.sub_numbers);
+  if (!uv_by_corner) return;
+  uv = std::move(out.uv);
+  uv_indices = std::move(out.uv_indices);
 }
 
 }  // namespace dapple::geom

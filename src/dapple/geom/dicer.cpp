@@ -164,13 +164,14 @@ class Dicer {
     const auto& patch = topology_.patches[p];
     const int u_level = std::max(0, rates_.patch[p][0] - tile_level),
               v_level = std::max(0, rates_.patch[p][1] - tile_level);
+    const uint32_t sub = topology_.sub_numbers.empty() ? patch.sub : topology_.sub_numbers[patch.face];
     const uint32_t u_cells = (l.columns - 1) >> u_level, v_cells = (l.rows - 1) >> v_level;
     for (uint32_t j = 0; j < 1u << v_level; ++j)
       for (uint32_t i = 0; i < 1u << u_level; ++i) {
         mesh_.grids.push_back(
             {uint32_t(l.at(i * u_cells, j * v_cells)), l.columns, uint16_t(u_cells + 1), uint16_t(v_cells + 1)});
-        mesh_.parts.push_back({topology_.face_numbers[patch.face], uint16_t(patch.sub), uint8_t(u_level),
-                               uint8_t(v_level), uint8_t(i), uint8_t(j)});
+        mesh_.parts.push_back({topology_.face_numbers[patch.face], uint16_t(sub), uint8_t(u_level), uint8_t(v_level),
+                               uint8_t(i), uint8_t(j)});
       }
   }
 

@@ -58,7 +58,8 @@ Side turned(Side s, bool turn) {
 
 }  // namespace
 
-PatchTopology::PatchTopology(const ControlCage& cage) : seam_vertex(cage.P.size(), 0), face_numbers(cage.face_numbers) {
+PatchTopology::PatchTopology(const ControlCage& cage)
+    : seam_vertex(cage.P.size(), 0), face_numbers(cage.face_numbers), sub_numbers(cage.sub_numbers) {
   const size_t faces = cage.face_count();
   if (face_numbers.empty()) {
     face_numbers.resize(faces);

@@ -38,6 +38,7 @@ struct PatchTopology {
   std::vector<uint8_t> seam_vertex;    ///< a seam ends or turns there
   std::vector<uint32_t> first_patch;   ///< of each face, and the number of patches at the end: holes have none
   std::vector<uint32_t> face_numbers;  ///< as ControlCage's; never empty
+  std::vector<uint32_t> sub_numbers;   ///< likewise; may be empty
 
   /// `cage` is clean.
   explicit PatchTopology(const ControlCage& cage);

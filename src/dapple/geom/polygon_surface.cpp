@@ -20,27 +20,8 @@ Corner operator+(const Corner& a, const Corner& b) {
   return {a.P + b.P, a.P_end + b.P_end, a.N + b.N, a.N_end + b.N_end, a.uv + b.uv};
 }
 
-// Normals at vertices: the sum of the area vectors of the faces around (Newell's, for each corner's own triangle fan).
-std::vector<V3f> averaged_normals(const ControlCage& cage, const std::vector<V3f>& P) {
-  std::vector<V3f> N(P.size(), V3f(0, 0, 0));
-  const uint32_t* corner = cage.indices.data();
-  for (const uint32_t n : cage.face_sizes) {
-    V3f area(0, 0, 0);
-    for (uint32_t i = 1; i + 1 < n; ++i) area += cross(P[corner[i]] - P[corner[0]], P[corner[i + 1]] - P[corner[0]]);
-    for (uint32_t i = 0; i < n; ++i) N[corner[i]] += cage.flip ? -area : area;
-    corner += n;
-  }
-  return N;
-}
-
-// Normals of the file say where outside is, on the whole: the order of corners may be the other way round.
-ControlCage& with_flip_from_normals(ControlCage& cage) {
-  if (cage.N.empty()) return cage;
-  cage.flip = false;
-  const std::vector<V3f> by_order = averaged_normals(cage, cage.P);
-  double agreement = 0;
-  for (size_t i = 0; i < by_order.size(); ++i) agreement += double(dot(by_order[i], cage.N[i]));
-  cage.flip = agreement < 0;
+ControlCage& with_normals(ControlCage& cage) {
+  cage.complete_normals();
   return cage;
 }
 
@@ -80,16 +61,12 @@ class PolygonFace final : public FacePatches {
 
 }  // namespace
 
-PolygonSurface::PolygonSurface(ControlCage cage) : PatchSurface(with_flip_from_normals(cage)), cage_(std::move(cage)) {
+PolygonSurface::PolygonSurface(ControlCage cage) : PatchSurface(with_normals(cage)), cage_(std::move(cage)) {
   uint32_t first = 0;
   for (const uint32_t n : cage_.face_sizes) {
     first_corner_.push_back(first);
     first += n;
   }
-  if (deforms()) N_end_ = averaged_normals(cage_, cage_.P_end);
-  if (cage_.N.empty()) cage_.N = averaged_normals(cage_, cage_.P);
-  for (auto* list : {&cage_.N, &N_end_})
-    for (V3f& n : *list) n = unit_or_zero(n);
 }
 
 std::unique_ptr<FacePatches> PolygonSurface::face(uint32_t face) const {
@@ -99,7 +76,7 @@ std::unique_ptr<FacePatches> PolygonSurface::face(uint32_t face) const {
     const uint32_t v = cage_.indices[at];
     corners[i].P = cage_.P[v];
     corners[i].N = cage_.N[v];
-    if (deforms()) corners[i].P_end = cage_.P_end[v], corners[i].N_end = N_end_[v];
+    if (deforms()) corners[i].P_end = cage_.P_end[v], corners[i].N_end = cage_.N_end[v];
     if (!cage_.uv.empty()) corners[i].uv = cage_.uv[cage_.uv_indices.empty() ? v : cage_.uv_indices[at]];
   }
   return std::make_unique<PolygonFace>(std::move(corners), !cage_.uv.empty());

@@ -15,7 +15,6 @@ class PolygonSurface final : public PatchSurface {
  private:
   ControlCage cage_;
   std::vector<uint32_t> first_corner_;  ///< of each face
-  std::vector<V3f> N_end_;              ///< at shutter close, if the cage deforms
 };
 
 }  // namespace dapple::geom
