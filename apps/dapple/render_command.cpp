@@ -222,7 +222,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
-  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha or all [none]");
+  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");

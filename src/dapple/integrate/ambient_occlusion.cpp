@@ -2,6 +2,7 @@
 #include "dapple/integrate/ambient_occlusion.h"
 
 #include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
 
@@ -24,7 +25,6 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   } seen, met;
 
   CameraBatch camera;
-  bool wants_features = false;
   MaterialTable::Scratch prelighting;
   RayTracer::Scratch tracing;
   trace::RayBatch batch;
@@ -41,8 +41,7 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   void prelight(const MaterialTable& materials, Points& points, float time_of(const OcclusionWorkspace&, int)) {
     materials.prelight(points.count, points.geometry, points.surface, [&](int k, shading::ShadingPoints* out, int lane) {
       scene::Scene::set_point(points.surface[k], points.d[k], points.width[k], time_of(*this, points.owner[k]), 0, out, lane);
-    }, points.bsdf, prelighting);
-    stages[shading::Stage::prelighting] += uint64_t(points.count);
+    }, points.bsdf, prelighting, &stages);
   }
 };
 
@@ -50,6 +49,7 @@ std::unique_ptr<Integrator::Workspace> AmbientOcclusion::make_workspace() const 
 
 void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<OcclusionWorkspace&>(workspace);
+  const bool wants_features = film.settings().features;
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
@@ -61,8 +61,7 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
         const int p = w.seen.owner[k];
         L[p] = w.open[k] * (1 / float(settings_.rays));
         if (settings_.color_bleeding) L[p] *= w.seen.bsdf[k].albedo();
-        features[p] = {w.seen.bsdf[k].albedo(), face_forward(w.seen.bsdf[k].frame.n, -w.seen.d[k]), w.seen.surface[k].P,
-                       scene_.camera.world_to_camera().point(w.seen.surface[k].P).z, 1};
+        if (wants_features) features[p] = describe(scene_, w.seen.surface[k], w.seen.bsdf[k], -w.seen.d[k]);
       }
       for (int p = 0; p < w.camera.count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], L[p], features[p]);
