@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dapple/shading/texture_image.h"
-
 #include <gtest/gtest.h>
 
+#include "dapple/shading/pattern_program.h"
+#include "dapple/shading/patterns.h"
 #include "tests/shading/texture_points.h"
 
 namespace dapple::shading {
@@ -22,10 +22,19 @@ image::Image quadrants() {
   return image;
 }
 
+FloatTexturePtr float_image(const image::TextureHandle& handle, const ImageTextureOptions& options) {
+  PatternGraph graph;
+  return make_texture(image_float(uv_mapping(graph), handle, options));
+}
+RgbTexturePtr color_image(const image::TextureHandle& handle, const ImageTextureOptions& options) {
+  PatternGraph graph;
+  return make_texture(image_color(uv_mapping(graph), handle, options));
+}
+
 TEST(ImageTexture, LiesUprightOnUv) {
   image::TextureSystem system;
-  const ImageTexture<RGB> texture(std::make_shared<UvMapping>(), system.add(quadrants(), image::TextureUse::color, "q"),
-                                  {});
+  const auto made = color_image(system.add(quadrants(), image::TextureUse::color, "q"), {});
+  const RgbTexture& texture = *made;
   EXPECT_EQ(value_at(texture, 0.25f, 0.25f), RGB(0, 0, 0.25f));
   EXPECT_EQ(value_at(texture, 0.75f, 0.25f), RGB(1, 0, 0.25f));
   EXPECT_EQ(value_at(texture, 0.25f, 0.75f), RGB(0, 1, 0.25f));
@@ -38,10 +47,8 @@ TEST(ImageTexture, LiesUprightOnUv) {
 TEST(ImageTexture, ScaleComesBeforeInversion) {
   image::TextureSystem system;
   const auto handle = system.add(quadrants(), image::TextureUse::color, "q");
-  const ImageTexture<RGB> texture(std::make_shared<UvMapping>(), handle, {{}, 2, true});
-  EXPECT_EQ(value_at(texture, 0.75f, 0.25f), RGB(0, 1, 0.5f));
-  const ImageTexture<float> grey(std::make_shared<UvMapping>(), handle, {{}, 3, false});
-  EXPECT_FLOAT_EQ(value_at(grey, 0.75f, 0.25f), 1.25f);
+  EXPECT_EQ(value_at(*color_image(handle, {{}, 2, true}), 0.75f, 0.25f), RGB(0, 1, 0.5f));
+  EXPECT_FLOAT_EQ(value_at(*float_image(handle, {{}, 3, false}), 0.75f, 0.25f), 1.25f);
 }
 
 TEST(ImageTexture, ConstantImagesAreConstants) {
@@ -49,9 +56,9 @@ TEST(ImageTexture, ConstantImagesAreConstants) {
   image::Image image(8, 8, 1);
   std::fill(image.pixels().begin(), image.pixels().end(), 0.25f);
   const auto handle = system.add(image, image::TextureUse::scalar, "c");
-  EXPECT_EQ((ImageTexture<float>(std::make_shared<UvMapping>(), handle, {{}, 2, true}).constant()), 0.5f);
-  EXPECT_EQ((ImageTexture<RGB>(std::make_shared<UvMapping>(), handle, {}).constant()), RGB(0.25f));
-  EXPECT_FALSE((ImageTexture<RGB>(std::make_shared<UvMapping>(), handle, {{image::Wrap::black}}).constant()));
+  EXPECT_EQ(float_image(handle, {{}, 2, true})->constant(), 0.5f);
+  EXPECT_EQ(color_image(handle, {})->constant(), RGB(0.25f));
+  EXPECT_FALSE(color_image(handle, {{image::Wrap::black}})->constant());
 }
 
 }  // namespace
