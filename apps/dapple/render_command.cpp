@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <charconv>
 #include <csignal>
 #include <filesystem>
+#include <sstream>
 
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/image/atomic_file.h"
+#include "dapple/integrate/distribution_integrator.h"
 #include "dapple/integrate/path_integrator.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
@@ -18,12 +21,14 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator = "path", shadow_rays, diffuse_rays, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = 16, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0;
+  double time_limit = 0, noise_target = 0, shading_rate = 1;
   bool strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
 };
+
+constexpr int default_bounces = 4;  // of distribution ray tracing, whose cost grows with each
 
 std::atomic<bool> interrupted{false};
 
@@ -77,6 +82,39 @@ integrate::PathIntegrator::Settings path_settings(const RenderOptions& o, const 
   }
   s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
   return s;
+}
+
+// "1024,16,16": numbers of rays by diffuse depth.
+integrate::RayList parse_rays(const std::string& option, const std::string& text) {
+  std::vector<int> counts;
+  std::stringstream in(text);
+  for (std::string item; std::getline(in, item, ',');) {
+    int n = 0;
+    const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), n);
+    if (error != std::errc() || end != item.data() + item.size() || n < 1 || n > 65536) counts.clear();
+    if (error != std::errc() || end != item.data() + item.size() || n < 1 || n > 65536) break;
+    counts.push_back(n);
+  }
+  if (counts.empty()) throw UsageError(option + ": \"" + text + "\"; expected numbers from 1 to 65536 by diffuse depth, such as 64,16");
+  return integrate::RayList(counts);
+}
+
+integrate::DistributionIntegrator::Settings distribution_settings(const RenderOptions& o, const build::BuiltScene& built, int samples) {
+  integrate::DistributionIntegrator::Settings s;
+  s.shading.seed = o.seed;
+  s.shading.specular_depth = o.specular_depth;
+  s.shading.bounces = o.bounces >= 0 ? o.bounces : std::min(default_bounces, built.request.max_depth);
+  if (!o.shadow_rays.empty()) s.shading.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
+  if (!o.diffuse_rays.empty()) s.shading.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
+  s.pixel_samples = samples;
+  s.shading_rate = float(o.shading_rate);
+  return s;
+}
+
+std::unique_ptr<const integrate::Integrator> make_integrator(const RenderOptions& o, const build::BuiltScene& built, int samples) {
+  if (o.integrator == "distribution")
+    return std::make_unique<integrate::DistributionIntegrator>(*built.scene, distribution_settings(o, built, samples));
+  return std::make_unique<integrate::PathIntegrator>(*built.scene, path_settings(o, built, built.request.pixel_samples));
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -137,7 +175,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   rules.pixel_samples = uint32_t(o.pixel_samples > 0 ? o.pixel_samples : open_ended ? build::max_pixel_samples : built.request.pixel_samples);
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
-  const integrate::PathIntegrator integrator(*built.scene, path_settings(o, built, built.request.pixel_samples));
+  const std::unique_ptr<const integrate::Integrator> integrator = make_integrator(o, built, int(rules.pixel_samples));
 
   scene::Film::Settings film_settings = built.scene->film;
   render::OutputSettings output = output_settings(o, built, command_line);
@@ -145,7 +183,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   scene::Film film(film_settings);
 
   install_signal_handlers();
-  render::RenderSession session(integrator, film, rules);
+  render::RenderSession session(*integrator, film, rules);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
   const render::SessionResult result = session.run(interrupted);
@@ -159,7 +197,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::RunReport report;
   report.scene_path = o.scene;
   report.command_line = command_line;
-  report.integrator = "path";
+  report.integrator = o.integrator;
   report.scene = built.scene.get();
   report.build_times = &built.times;
   report.session = result;
@@ -183,11 +221,16 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
   app.add_option("-o,--output", o->outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
-  app.add_option("--integrator", o->integrator, "Light transport [path]")->check(CLI::IsMember({"path"}));
+  app.add_option("--integrator", o->integrator, "Light transport [path]")->check(CLI::IsMember({"path", "distribution"}));
   app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces")
       ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--shadow-rays", o->shadow_rays, "Distribution: shadow rays a shading point and light, by diffuse depth [4]");
+  app.add_option("--diffuse-rays", o->diffuse_rays, "Distribution: diffuse rays a shading point, by diffuse depth [4]");
+  app.add_option("--shading-rate", o->shading_rate, "Distribution: pixels a shading point")
+      ->check(CLI::Range(0.01, 1024.0))
       ->capture_default_str();
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's]")->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -18,6 +19,18 @@ struct RayCounts {
   uint64_t total() const { return camera + shadow + diffuse + specular + subsurface; }
 };
 
+/// Points at which each stage of the shaders ran.
+struct StageCounts {
+  std::array<uint64_t, shading::stage_count> points{};
+  uint64_t batches = 0;  ///< of prelighting
+  uint64_t& operator[](shading::Stage s) { return points[size_t(s)]; }
+  StageCounts& operator+=(const StageCounts& o) {
+    for (size_t s = 0; s < points.size(); ++s) points[s] += o.points[s];
+    batches += o.batches;
+    return *this;
+  }
+};
+
 /// A tile's worth of work: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.
 struct TileWork {
   Box2i pixels;  ///< [min, max)
@@ -31,7 +44,7 @@ class Integrator {
    public:
     virtual ~Workspace() = default;
     RayCounts rays;
-    uint64_t shading_points = 0;
+    StageCounts stages;
   };
 
   virtual ~Integrator() = default;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/integrate/path_workspace.h"
+#include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/shading/medium.h"
@@ -21,7 +22,6 @@ using trace::no_id;
 namespace {
 
 // Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
-enum CameraDimension : uint32_t { dim_filter, dim_lens, dim_time, camera_dimensions };
 enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
 
@@ -31,21 +31,10 @@ constexpr int max_steps = 4096;
 // Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
 constexpr float diffuse_spread = 0.05f;
 
-V3f offset_origin(const geom::SurfacePoint& s, const V3f& direction) {
-  return s.P + s.Ng * (dot(direction, s.Ng) < 0 ? -s.error : s.error);
-}
-
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings) {
-  for (const shading::MaterialPtr& material : scene.materials) {
-    constants_.push_back(material->constant());
-    const auto& c = constants_.back();
-    needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
-  }
-  for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
-  shadows_pass_ |= scene.has_media();
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_) {
   hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
@@ -57,33 +46,19 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.wants_features = film.settings().features;
   for (uint32_t i = 0; i < work.sample_count; ++i)
-    for (int y = work.pixels.min.y; y < work.pixels.max.y; y += block)
-      for (int x = work.pixels.min.x; x < work.pixels.max.x; x += block) {
-        const Box2i box(V2i(x, y), V2i(std::min(x + block, work.pixels.max.x), std::min(y + block, work.pixels.max.y)));
-        generate(box, work.first_sample + i, w);
-        trace_paths(w);
-        for (int p = 0; p < w.path_count; ++p)
-          film.add(w.pixel[p].x, w.pixel[p].y, w.film_weight[p], w.L[p], w.features[p]);
-      }
+    CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
+      w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
+      start_paths(w);
+      trace_paths(w);
+      for (int p = 0; p < w.path_count; ++p)
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
+    });
 }
 
-void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const {
-  int n = 0;
-  for (int y = box.min.y; y < box.max.y; ++y)
-    for (int x = box.min.x; x < box.max.x; ++x, ++n) {
-      w.pixel[n] = V2i(x, y);
-      w.seed[n] = pixel_seed(x, y, settings_.seed);
-      w.index[n] = sample;
-    }
-  w.path_count = n;
-  sample_2d(w.seed, w.index, dim_filter, n, w.u0, w.u1);
-  sample_2d(w.seed, w.index, dim_lens, n, w.u2, w.u3);
-  sample_1d(w.seed, w.index, dim_time, n, w.u4);
-  for (int p = 0; p < n; ++p) {
-    const scene::Filter::Sample f = scene_.filter.sample(V2f(w.u0[p], w.u1[p]));
-    const V2f film(float(w.pixel[p].x) + 0.5f + f.offset.x, float(w.pixel[p].y) + 0.5f + f.offset.y);
-    const scene::CameraRay r = scene_.camera.generate(film, V2f(w.u2[p], w.u3[p]), w.u4[p]);
-    w.film_weight[p] = f.weight;
+void PathIntegrator::start_paths(PathWorkspace& w) const {
+  w.path_count = w.camera.count;
+  for (int p = 0; p < w.path_count; ++p) {
+    const scene::CameraRay& r = w.camera.ray[p];
     w.start_path(p);
     w.cone_width[p] = r.cone_width * settings_.texture_footprint;
     w.cone_spread[p] = r.cone_spread * settings_.texture_footprint;
@@ -93,7 +68,7 @@ void PathIntegrator::generate(const Box2i& box, uint32_t sample, PathWorkspace& 
     w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
   }
   w.swap_rays();
-  w.rays.camera += uint64_t(n);
+  w.rays.camera += uint64_t(w.path_count);
 }
 
 void PathIntegrator::trace_paths(PathWorkspace& w) const {
@@ -102,7 +77,7 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
     collect_hits(w);
     prelight(w);
     w.append_flights();
-    w.draw_samples(camera_dimensions + uint32_t(step) * step_dimensions);
+    w.draw_samples(CameraBatch::dimensions + uint32_t(step) * step_dimensions);
     w.shadow_count = 0;
     for (int k = 0; k < w.surface_count; ++k) {
       if (w.bsdf[k].kind == BsdfKind::passthrough) {
@@ -114,17 +89,9 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
     }
     for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
     w.swap_rays();
-    if (shadows_pass_)
-      trace_shadows_through(w);
-    else
-      trace_shadows(w);
+    trace_shadows(w);
   }
   w.now->count = 0;
-}
-
-bool PathIntegrator::passes(uint32_t geometry) const {
-  const auto& constant = constants_[size_t(scene_.bindings[geometry].material)];
-  return constant && constant->kind == BsdfKind::passthrough;
 }
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
@@ -138,14 +105,13 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
       add_environment(p, d, w);
       continue;
     }
-    const scene::GeometryBinding& binding = scene_.bindings[w.hit.geometry[i]];
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
-    if (w.last[p] && light == no_id && !passes(w.hit.geometry[i])) continue;
+    if (w.last[p] && light == no_id && !materials_.passes(w.hit.geometry[i])) continue;
     const int k = w.point_count++;
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
     w.wi[k] = d;
-    w.surface[k] = light != no_id || needs_tangents_[size_t(binding.material)]
+    w.surface[k] = light != no_id || materials_.needs_tangents(w.hit.geometry[i])
                        ? scene_.traced.surface(w.hit, i, w.time[p])
                        : scene_.traced.surface_without_tangents(w.now->batch, w.hit, i);
     w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
@@ -197,42 +163,16 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
   w.L[p] += w.beta[p] * Le * weight;
 }
 
-// Evaluates materials, those with textures in batches of equal material.
 void PathIntegrator::prelight(PathWorkspace& w) const {
-  int kept = 0, batched = 0;
-  for (int k = 0; k < w.point_count; ++k) {
+  int kept = 0;
+  for (int k = 0; k < w.point_count; ++k)
+    if (!w.last[w.point_path[k]] || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
+  w.point_count = w.surface_count = kept;
+  w.stages[shading::Stage::prelighting] += uint64_t(kept);
+  materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
-    const int32_t material = scene_.bindings[w.point_geometry[k]].material;
-    const auto& constant = constants_[size_t(material)];
-    if (w.last[p] && !passes(w.point_geometry[k])) continue;
-    w.move_point(kept, k);
-    if (constant) {
-      Bsdf& b = w.bsdf[kept];
-      b = *constant;
-      const geom::SurfacePoint& s = w.surface[kept];
-      b.frame = needs_tangents_[size_t(material)] ? Frame(s.Ns, s.dPdu) : Frame(s.Ns);
-    } else {
-      w.batched[batched++] = {material, kept};
-    }
-    ++kept;
-  }
-  w.point_count = kept;
-  w.surface_count = kept;
-  w.shading_points += uint64_t(kept);
-  std::stable_sort(w.batched, w.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
-  for (int first = 0; first < batched;) {
-    const int32_t material = w.batched[first].material;
-    int n = 0;
-    for (; first + n < batched && w.batched[first + n].material == material; ++n) {
-      const int k = w.batched[first + n].point, p = w.point_path[k];
-      const uint64_t key = w.vertex_key(p, 1);
-      scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], key, &w.points, n);
-    }
-    w.points.count = n;
-    scene_.materials[size_t(material)]->prelighting(w.points, w.batch_bsdf);
-    for (int i = 0; i < n; ++i) w.bsdf[w.batched[first + i].point] = w.batch_bsdf[i];
-    first += n;
-  }
+    scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
+  }, w.bsdf, w.prelighting);
   if (w.wants_features) describe_first_surfaces(w);
 }
 
@@ -251,9 +191,7 @@ void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
 
 void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
-  const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
-  if (binding.changes_medium)
-    w.medium[p] = dot(w.wi[k], w.surface[k].Ng) < 0 ? binding.inside_medium : binding.outside_medium;
+  w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(w.wi[k], w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
 }
 
@@ -275,20 +213,9 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   if (contribution.is_black()) return;
   const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
   int32_t medium = w.medium[p];
-  if (surface) {
-    const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
-    if (binding.changes_medium)
-      medium = dot(light.wi, surface->Ng) < 0 ? binding.inside_medium : binding.outside_medium;
-  }
-  if (std::isinf(light.distance)) {
-    w.push_shadow(p, origin, light.wi, infinity, contribution, medium);
-    return;
-  }
-  // Aimed anew from the origin that was moved, and short of the light by a little, so that it does not shadow itself.
-  const V3f to_light = receiver.p + light.wi * light.distance - origin;
-  const float distance = length(to_light);
-  if (distance > 0)
-    w.push_shadow(p, origin, to_light * (1 / distance), distance * (1 - 1e-4f), contribution, medium);
+  if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
+  const ShadowRay ray(receiver.p, light, origin);
+  if (ray.distance > 0) w.push_shadow(p, origin, ray.d, ray.distance, contribution, medium);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -354,53 +281,17 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.receiver[p] = receiver_at(k, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
-  const scene::GeometryBinding& binding = scene_.bindings[w.point_geometry[k]];
-  if (sample.transmitted && binding.changes_medium)
-    w.medium[p] = dot(sample.wi, w.surface[k].Ng) < 0 ? binding.inside_medium : binding.outside_medium;
+  if (sample.transmitted)
+    w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
   ++(diffuse ? w.rays.diffuse : w.rays.specular);
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  scene_.traced.occluded(w.shadow, w.shadow_count, w.occluded);
+  rays_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
   w.rays.shadow += uint64_t(w.shadow_count);
   for (int i = 0; i < w.shadow_count; ++i)
-    if (!w.occluded[i]) w.L[w.shadow_path[i]] += w.shadow_L[i];
-}
-
-// Shadow rays where surfaces may only separate media: from surface to surface, through those.
-void PathIntegrator::trace_shadows_through(PathWorkspace& w) const {
-  w.rays.shadow += uint64_t(w.shadow_count);
-  for (int segment = 0; w.shadow_count > 0 && segment < max_steps; ++segment) {
-    scene_.traced.intersect(w.shadow, w.shadow_count, &w.hit);
-    int kept = 0;
-    for (int i = 0; i < w.shadow_count; ++i) {
-      const int p = w.shadow_path[i];
-      const bool hit = w.hit.geometry[i] != no_id;
-      if (hit && !passes(w.hit.geometry[i])) continue;
-      const V3f d = w.shadow.direction(i);
-      const float t = hit ? w.hit.t[i] : w.shadow.t_max[i];
-      if (w.shadow_medium[i] != scene::vacuum) {
-        const Ray ray{w.shadow.origin(i), d, infinity, w.time[p]};
-        w.next_key(p);
-        w.shadow_L[i] *= scene_.media[size_t(w.shadow_medium[i])]->transmittance(ray, t, w.vertex_key(p, 2));
-      }
-      if (!hit) {
-        w.L[p] += w.shadow_L[i];
-        continue;
-      }
-      const geom::SurfacePoint s = scene_.traced.surface_without_tangents(w.shadow, w.hit, i);
-      const scene::GeometryBinding& binding = scene_.bindings[w.hit.geometry[i]];
-      const int32_t medium = !binding.changes_medium     ? w.shadow_medium[i]
-                             : dot(d, s.Ng) < 0 ? binding.inside_medium
-                                                : binding.outside_medium;
-      w.shadow.set(kept, offset_origin(s, d), d, w.shadow.t_max[i] - t, w.time[p], w.next_key(p));
-      w.shadow_L[kept] = w.shadow_L[i];
-      w.shadow_path[kept] = p;
-      w.shadow_medium[kept++] = medium;
-    }
-    w.shadow_count = kept;
-  }
+    if (!w.shadow_light[i].is_black()) w.L[w.shadow_path[i]] += w.shadow_L[i] * w.shadow_light[i];
 }
 
 }  // namespace dapple::integrate

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/ray_tracer.h"
 
 namespace dapple::integrate {
 
@@ -29,11 +28,8 @@ class PathIntegrator final : public Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
 
-  /// Side of the square blocks of pixels whose paths advance together.
-  static constexpr int block = 16;
-
  private:
-  void generate(const Box2i& box, uint32_t sample, PathWorkspace& w) const;
+  void start_paths(PathWorkspace& w) const;
   void trace_paths(PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
   void add_environment(int path, const V3f& d, PathWorkspace& w) const;
@@ -50,16 +46,13 @@ class PathIntegrator final : public Integrator {
   bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
-  void trace_shadows_through(PathWorkspace& w) const;
   shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
-  bool passes(uint32_t geometry) const;
 
   const scene::Scene& scene_;
   const Settings settings_;
-  std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it needs no textures
-  std::vector<uint8_t> needs_tangents_;  ///< by material
-  bool hit_lights_ = false;    ///< some light can be met by a ray
-  bool shadows_pass_ = false;  ///< shadow rays meet media, or surfaces that are not there
+  const MaterialTable materials_;
+  const RayTracer rays_;
+  bool hit_lights_ = false;  ///< some light can be met by a ray
 };
 
 }  // namespace dapple::integrate

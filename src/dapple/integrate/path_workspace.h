@@ -3,7 +3,10 @@
 
 #include <utility>
 
+#include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/ray_tracer.h"
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
@@ -15,10 +18,7 @@ struct PathWorkspace final : Integrator::Workspace {
   // Paths, by number in the block.
   int path_count = 0;
   bool wants_features = false;  ///< the film keeps AOVs
-  V2i pixel[capacity];
-  float film_weight[capacity];
-  alignas(64) uint32_t seed[capacity];
-  alignas(64) uint32_t index[capacity];  ///< of the camera sample
+  CameraBatch camera;
   RGB beta[capacity], L[capacity];
   float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
   shading::LightReceiver receiver[capacity];  ///< where the last scattering happened
@@ -53,12 +53,8 @@ struct PathWorkspace final : Integrator::Workspace {
   uint32_t point_geometry[capacity];
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
   geom::SurfacePoint surface[capacity];
-  shading::Bsdf bsdf[capacity], batch_bsdf[capacity];
-  shading::ShadingPoints points;
-  struct Batched {
-    int32_t material;
-    int point;
-  } batched[capacity];
+  shading::Bsdf bsdf[capacity];
+  MaterialTable::Scratch prelighting;
 
   // Shadow rays.
   int shadow_count = 0;
@@ -66,10 +62,10 @@ struct PathWorkspace final : Integrator::Workspace {
   RGB shadow_L[capacity];
   int shadow_path[capacity];
   int32_t shadow_medium[capacity];
-  uint8_t occluded[capacity];
+  RGB shadow_light[capacity];  ///< fraction that arrives
+  RayTracer::Scratch shadow_scratch;
 
-  // Random numbers: of the camera, then of a step by dimension and point.
-  alignas(64) float u0[capacity], u1[capacity], u2[capacity], u3[capacity], u4[capacity];
+  // Random numbers of a step, by dimension and point.
   static constexpr int pairs = 2, dimensions = 5;  ///< the first `pairs` dimensions are pairs
   alignas(64) float step_x[dimensions][capacity], step_y[pairs][capacity];
   alignas(64) uint32_t point_seed[capacity], point_index[capacity];
@@ -85,10 +81,10 @@ struct PathWorkspace final : Integrator::Workspace {
     features[p] = {};
   }
   /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
-  uint32_t next_key(int p) { return seed[p] + 0x9e3779b9u * (index[p] * 64 + ++ray_number[p]); }
+  uint32_t next_key(int p) { return camera.seed[p] + 0x9e3779b9u * (camera.index[p] * 64 + ++ray_number[p]); }
   /// A key for stochastic evaluations at the path's current vertex; likewise.
   uint64_t vertex_key(int p, uint64_t purpose) const {
-    return (uint64_t(seed[p]) << 32 | index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
+    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
     next->batch.set(next->count, o, d, infinity, time[p], key);
@@ -121,8 +117,8 @@ struct PathWorkspace final : Integrator::Workspace {
   /// Draws this step's random numbers for all points.
   void draw_samples(uint32_t first_dimension) {
     for (int k = 0; k < point_count; ++k) {
-      point_seed[k] = seed[point_path[k]];
-      point_index[k] = index[point_path[k]];
+      point_seed[k] = camera.seed[point_path[k]];
+      point_index[k] = camera.index[point_path[k]];
     }
     for (uint32_t d = 0; d < pairs; ++d)
       sample_2d(point_seed, point_index, first_dimension + d, point_count, step_x[d], step_y[d]);

@@ -98,7 +98,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   if (interrupt) result.outcome = Outcome::interrupted;
   for (const auto& w : pool.idle()) {
     result.rays += w->rays;
-    result.shading_points += w->shading_points;
+    result.stages += w->stages;
   }
   result.seconds = timer.seconds();
   return result;

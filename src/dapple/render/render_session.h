@@ -32,7 +32,7 @@ struct SessionResult {
   double seconds = 0;
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
   integrate::RayCounts rays;
-  uint64_t shading_points = 0;
+  integrate::StageCounts stages;
 };
 
 /// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or

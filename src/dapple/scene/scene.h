@@ -11,6 +11,7 @@
 #include "dapple/shading/light.h"
 #include "dapple/shading/light_sampler.h"
 #include "dapple/shading/material.h"
+#include "dapple/shading/texture.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::shading {
@@ -29,6 +30,11 @@ struct GeometryBinding {
   shading::FloatTexturePtr alpha;  ///< null = opaque
   int32_t inside_medium = vacuum, outside_medium = vacuum;
   bool changes_medium = false;     ///< the surface separates the two media above
+
+  /// The medium that a ray along d is in after it left the surface of normal Ng, having been in `before`.
+  int32_t medium_beyond(const V3f& d, const V3f& Ng, int32_t before) const {
+    return !changes_medium ? before : dot(d, Ng) < 0 ? inside_medium : outside_medium;
+  }
 };
 
 /// A scene made ready for rendering: frozen, shared by all threads, free of file syntax.

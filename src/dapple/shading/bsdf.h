@@ -10,6 +10,7 @@
 namespace dapple::shading {
 
 enum class BsdfKind : uint8_t {
+  // Those that scatter the same to all directions of a side come first.
   black,                 ///< absorbs everything
   diffuse,               ///< Lambertian reflection
   diffuse_transmission,  ///< Lambertian reflection and transmission (leaves)
@@ -91,6 +92,8 @@ struct Bsdf {
   /// True if only delta lobes scatter: no light sampling is needed.
   bool is_delta() const;
   bool has_transmission() const;
+  /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
+  bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
   /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged):
   /// reflected plus transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering
   /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a

@@ -1,21 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
-#include <string>
+#include <memory>
+#include <optional>
 
-#include "dapple/shading/bsdf.h"
-#include "dapple/shading/texture.h"
+#include "dapple/shading/stages.h"
 
 namespace dapple::shading {
 
-/// A surface shader. Stages run on batches (methods page section 3); this holds the ones every integrator shares.
+/// A surface shader. It has prelighting, and any of the other stages (stages.h); for stages that it does not have, the renderer
+/// does what the Bsdf of prelighting says. Immutable, thread-safe.
 class Material {
  public:
   virtual ~Material() = default;
 
+  /// The stages of its own. That one is absent is information: without opacity a surface is opaque.
+  virtual StageSet stages() const { return {Stage::prelighting}; }
+
+  /// Writes P[0, points.count): displaced positions, world space.
+  virtual void displacement(const ShadingPoints& points, V3f* P) const;
+  /// Writes Oi[0, points.count): 1 = opaque, 0 = not there.
+  virtual void opacity(const ShadingPoints& points, RGB* Oi) const;
   /// Evaluates textures, bump and normal maps, and writes the scattering at each point: out[0, points.count).
   virtual void prelighting(const ShadingPoints& points, Bsdf* out) const = 0;
+  virtual void diffuselighting(const DiffuseLighting& in) const;
+  virtual void specularlighting(const SpecularLighting& in) const;
+  virtual void postlighting(const PostLighting& in) const;
 
   /// True where prelighting needs footprints or derivatives (any non-constant texture, bump).
   virtual bool needs_differentials() const = 0;

@@ -35,6 +35,12 @@ struct HitBatch {
   alignas(64) uint32_t geometry[capacity];  ///< index in TracedScene's table of geometries
   alignas(64) uint32_t primitive[capacity];
   alignas(64) uint32_t instance[capacity];  ///< no_id if not instanced
+
+  void copy_lane(int to, const HitBatch& o, int from) {
+    t[to] = o.t[from], u[to] = o.u[from], v[to] = o.v[from];
+    nx[to] = o.nx[from], ny[to] = o.ny[from], nz[to] = o.nz[from];
+    geometry[to] = o.geometry[from], primitive[to] = o.primitive[from], instance[to] = o.instance[from];
+  }
 };
 
 }  // namespace dapple::trace

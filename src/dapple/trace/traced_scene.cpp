@@ -380,6 +380,33 @@ geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32
   return s;
 }
 
+void TracedScene::face_curve(HitBatch* h, int i, const V3f& eye, float time) const {
+  const geom::CurveSet& curves = *std::get<CurvesPtr>(geometries_[h->geometry[i]]->shape);
+  const geom::SurfacePoint s = curves.at(h->primitive[i], h->u[i], h->v[i], V3f(0, 0, 0));
+  V3f e = eye;
+  if (h->instance[i] != no_id) {
+    float m[3][4];
+    instance_transform(instances_[h->instance[i]], time, m);
+    const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
+    const V3f k0 = cross(c1, c2), k1 = cross(c2, c0), k2 = cross(c0, c1), v = eye - V3f(m[0][3], m[1][3], m[2][3]);
+    e = V3f(dot(k0, v), dot(k1, v), dot(k2, v)) * (1 / dot(c0, k0));
+  }
+  V3f n = e - s.P;
+  n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
+  if (curves.kind == geom::CurveKind::ribbon && !curves.normals.empty()) {
+    const V3f* c = &curves.normals[h->primitive[i] * size_t(4)];
+    n = face_forward(c[0] * (1 - h->u[i]) + c[3] * h->u[i], n);
+  }
+  h->nx[i] = n.x, h->ny[i] = n.y, h->nz[i] = n.z;
+}
+
+float TracedScene::instance_scale(uint32_t instance) const {
+  if (instance == no_id) return 1;
+  const auto& m = instances_[instance].m;
+  const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
+  return std::cbrt(std::abs(dot(c0, cross(c1, c2))));
+}
+
 Box3f TracedScene::bounds() const {
   RTCBounds b;
   rtcGetSceneBounds(top_.scene, &b);

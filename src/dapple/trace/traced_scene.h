@@ -59,6 +59,11 @@ class TracedScene {
   /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
+  /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
+  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
+  /// Mean scale of an instance's transform at shutter open, by volume; 1 for no_id.
+  float instance_scale(uint32_t instance) const;
+
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
   const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }

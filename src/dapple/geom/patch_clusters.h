@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dapple/base/vec.h"
+
+namespace dapple::geom {
+
+/// Groups of neighbouring patches, for meshes that are finer than their shading: level k holds groups of 4^k patches that follow
+/// each other along a Morton curve. One patch stands for its group.
+class PatchClusters {
+ public:
+  /// `boxes`: bounds of the patches.
+  explicit PatchClusters(std::span<const Box3f> boxes);
+
+  int levels() const { return int(diameters_.size()); }
+  uint32_t group(uint32_t patch, int level) const { return rank_[patch] >> (2 * level); }
+  /// Diagonal of the group's box, level >= 1.
+  float diameter(uint32_t group, int level) const { return diameters_[size_t(level - 1)][group]; }
+  /// The patch that stands for a group: any of it, chosen by a hash.
+  uint32_t representative(uint32_t group, int level) const;
+  size_t bytes() const;
+
+ private:
+  std::vector<uint32_t> rank_;   ///< of each patch along the curve
+  std::vector<uint32_t> order_;  ///< inverse of rank_
+  std::vector<std::vector<float>> diameters_;  ///< from level 1
+};
+
+}  // namespace dapple::geom

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/scene/scene.h"
+
+namespace dapple::integrate {
+
+/// One camera sample of each pixel of a block.
+struct CameraBatch {
+  static constexpr int block = 16;  ///< pixels along the side of a block
+  static constexpr int capacity = block * block;
+  static constexpr uint32_t dimensions = 3;  ///< of the sampler that are used up
+
+  int count = 0;
+  V2i pixel[capacity];
+  float film_weight[capacity];
+  alignas(64) uint32_t seed[capacity];
+  alignas(64) uint32_t index[capacity];  ///< of the sample
+  scene::CameraRay ray[capacity];        ///< footprints are those of a whole pixel
+
+  void generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, uint64_t seed);
+
+  /// Calls visit(box) for the blocks of `pixels`, in order.
+  template <class Visit>
+  static void for_each_block(const Box2i& pixels, const Visit& visit) {
+    for (int y = pixels.min.y; y < pixels.max.y; y += block)
+      for (int x = pixels.min.x; x < pixels.max.x; x += block)
+        visit(Box2i(V2i(x, y), V2i(std::min(x + block, pixels.max.x), std::min(y + block, pixels.max.y))));
+  }
+
+ private:
+  alignas(64) float u0_[capacity], u1_[capacity], u2_[capacity], u3_[capacity], u4_[capacity];
+};
+
+}  // namespace dapple::integrate

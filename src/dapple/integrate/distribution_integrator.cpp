@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/distribution_integrator.h"
+
+#include <algorithm>
+
+#include "dapple/integrate/camera_batch.h"
+
+namespace dapple::integrate {
+
+using scene::Features;
+using scene::GridId;
+using shading::Bsdf;
+using trace::no_id;
+
+namespace {
+constexpr float mid_shutter = 0.5f;
+constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
+enum class Source : uint8_t { nothing, grid, hit };
+}  // namespace
+
+struct DistributionWorkspace final : Integrator::Workspace {
+  static constexpr int capacity = CameraBatch::capacity;
+
+  CameraBatch camera;
+  ShadingWorkspace shading;
+  bool wants_features = false;
+
+  // By camera sample.
+  trace::RayBatch camera_rays;
+  trace::HitBatch hits;
+  float distance[capacity], width[capacity];
+  int32_t medium[capacity];
+  RGB passed[capacity], L[capacity];
+  Features features[capacity];
+  geom::SurfacePoint surface[capacity];
+  Source source[capacity];
+  scene::GridPoint point[capacity];
+  ShadingGrid* grid[capacity];
+
+  // Grids to be shaded now, and those that the store did not take.
+  std::vector<ShadingGrid*> to_shade;
+  std::vector<std::unique_ptr<ShadingGrid>> own;
+  int order[capacity];
+
+  // Where the points of the batch under way belong.
+  struct Target {
+    ShadingGrid* grid;
+    int index;
+  } target[capacity];
+};
+
+DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
+    : scene_(scene), settings_(settings), shader_(scene, settings.shading), patches_(scene.traced), grids_(settings.grid_bytes),
+      eye_(scene.camera.position()) {}
+
+std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
+  return std::make_unique<DistributionWorkspace>();
+}
+
+void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
+  auto& w = static_cast<DistributionWorkspace&>(workspace);
+  w.wants_features = film.settings().features;
+  w.shading.rays = {};
+  w.shading.stages = {};
+  CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
+    for (uint32_t i = 0; i < work.sample_count; ++i) {
+      w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
+      trace_camera_rays(w);
+      locate_hits(w);
+      fetch_grids(w);
+      shade_samples(w);
+      for (int p = 0; p < w.camera.count; ++p)
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
+    }
+  });
+  w.rays += w.shading.rays;
+  w.stages += w.shading.stages;
+}
+
+void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
+  const CameraBatch& c = w.camera;
+  for (int p = 0; p < c.count; ++p) {
+    const Ray& r = c.ray[p].ray;
+    w.camera_rays.set(p, r.o, r.d, infinity, r.time, c.seed[p] + 0x9e3779b9u * c.index[p]);
+    w.medium[p] = scene_.camera_medium;
+    w.L[p] = RGB();
+    w.features[p] = {};
+  }
+  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing);
+  w.rays.camera += uint64_t(c.count);
+}
+
+// Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
+void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
+  const float rate = std::sqrt(settings_.shading_rate);
+  for (int p = 0; p < w.camera.count; ++p) {
+    const V3f d = w.camera_rays.direction(p);
+    w.source[p] = Source::nothing;
+    if (w.hits.geometry[p] == no_id) {
+      w.L[p] = w.passed[p] * shader_.environment(d);
+      continue;
+    }
+    const scene::CameraRay& r = w.camera.ray[p];
+    w.surface[p] = scene_.traced.surface(w.hits, p, r.ray.time);
+    w.L[p] = w.passed[p] * shader_.emission(w.hits, p, w.surface[p], d);
+    w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
+    const bool diced = patches_.dice(w.hits, p, d, w.surface[p], r.ray.time, w.width[p] * rate, &w.point[p]);
+    w.source[p] = diced ? Source::grid : Source::hit;
+  }
+}
+
+// Finds the grids of all samples in the store, and shades those that nobody has shaded.
+void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
+  int n = 0;
+  for (int p = 0; p < w.camera.count; ++p)
+    if (w.source[p] == Source::grid) w.order[n++] = p;
+  std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
+  w.to_shade.clear();
+  w.own.clear();
+  for (int i = 0; i < n; ++i) {
+    const int p = w.order[i];
+    if (i > 0 && w.point[p].grid == w.point[w.order[i - 1]].grid) {
+      w.grid[p] = w.grid[w.order[i - 1]];
+      continue;
+    }
+    GridStore::Claim claim = grids_.claim(w.point[p].grid);
+    if (!claim.grid) claim.grid = w.own.emplace_back(std::make_unique<ShadingGrid>(w.point[p].grid)).get();
+    if (claim.mine) w.to_shade.push_back(claim.grid);
+    w.grid[p] = claim.grid;
+  }
+  shade_grids(w);
+  for (ShadingGrid* grid : w.to_shade) grids_.publish(*grid);
+  for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
+}
+
+// Gathers the points of the grids into full batches.
+void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
+  PointBatch& b = w.shading.level(sample_level);
+  b.count = 0;
+  for (ShadingGrid* grid : w.to_shade) {
+    const GridId& id = grid->id;
+    const float cell_size = patches_.cell_size(id, mid_shutter);
+    for (int j = 0; j < id.height(); ++j)
+      for (int i = 0; i < id.width(); ++i) {
+        if (patches_.is_outside(id, i, j)) continue;
+        const int k = b.count;
+        patches_.shading_point(id, i, j, eye_, mid_shutter, &b.hits, k);
+        b.geometry[k] = id.geometry;
+        b.surface[k] = scene_.traced.surface(b.hits, k, mid_shutter);
+        b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
+        b.time[k] = mid_shutter;
+        b.width[k] = cell_size;
+        b.spread[k] = 0;
+        b.medium[k] = scene_.bindings[id.geometry].medium_beyond(b.wo[k], b.surface[k].Ng, scene_.camera_medium);
+        b.key[k] = hash(settings_.shading.seed, id.hash(), grid->index(i, j));
+        w.target[k] = {grid, grid->index(i, j)};
+        if (++b.count == PointBatch::capacity) shade_batch(w);
+      }
+  }
+  if (b.count > 0) shade_batch(w);
+}
+
+void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
+  PointBatch& b = w.shading.level(sample_level);
+  shader_.prelight(b, HitShader::Arrival::view, w.shading);
+  shader_.light_diffuse({sample_level, {}, HitShader::Arrival::view, 1}, w.shading);
+  for (int k = 0; k < b.count; ++k) {
+    ShadingGrid& grid = *w.target[k].grid;
+    grid.diffuse[size_t(w.target[k].index)] = b.diffuse[k];
+    if (!shader_.materials().varies(b.geometry[k])) continue;
+    if (!grid.bsdf) grid.bsdf = std::make_unique<Bsdf[]>(size_t(grid.id.count()));
+    grid.bsdf[size_t(w.target[k].index)] = b.bsdf[k];
+  }
+  b.count = 0;
+}
+
+// Writes point k: what the four shading points around `at` have, within their tile.
+void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
+  const GridId& id = grid.id;
+  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
+  const int i0 = int(x), j0 = int(y);
+  const float fx = x - float(i0), fy = y - float(j0);
+  float weight[4], sum = 0, largest = 0;
+  int index[4], nearest = grid.index(i0, j0);
+  for (int c = 0; c < 4; ++c) {
+    const int i = std::min(i0 + (c & 1), id.width() - 1), j = std::min(j0 + (c >> 1), id.height() - 1);
+    weight[c] = patches_.is_outside(id, i, j) ? 0 : ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
+    index[c] = grid.index(i, j);
+    sum += weight[c];
+    if (weight[c] > largest) largest = weight[c], nearest = index[c];
+  }
+  RGB diffuse;
+  for (int c = 0; c < 4; ++c)
+    if (weight[c] > 0) diffuse += grid.diffuse[size_t(index[c])] * (weight[c] / sum);
+  b.diffuse[k] = diffuse;
+  if (!grid.bsdf) return;
+  Bsdf& bsdf = b.bsdf[k];
+  bsdf = grid.bsdf[size_t(nearest)];
+  V3f n(0, 0, 0);
+  for (int c = 0; c < 4; ++c)
+    if (weight[c] > 0) n += grid.bsdf[size_t(index[c])].frame.n * weight[c];
+  if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
+}
+
+// Light that depends on the view, a camera sample at a time.
+void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
+  PointBatch& b = w.shading.level(sample_level);
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, settings_.pixel_samples};
+  for (const Source source : {Source::grid, Source::hit}) {
+    b.count = 0;
+    for (int p = 0; p < w.camera.count; ++p) {
+      if (w.source[p] != source) continue;
+      const int k = b.count++;
+      b.parent[k] = p;
+      b.geometry[k] = w.hits.geometry[p];
+      b.surface[k] = w.surface[p];
+      b.wo[k] = -w.camera_rays.direction(p);
+      b.time[k] = w.camera.ray[p].ray.time;
+      b.width[k] = w.width[p];
+      b.spread[k] = w.camera.ray[p].cone_spread;
+      b.medium[k] = w.medium[p];
+      b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
+    }
+    if (b.count == 0) continue;
+    if (source == Source::hit) {
+      shader_.shade(place, w.shading);
+    } else {
+      shader_.materials().prelight_constant(b.count, b.geometry, b.surface, b.bsdf);
+      for (int k = 0; k < b.count; ++k) look_up(w.point[b.parent[k]], *w.grid[b.parent[k]], k, b);
+      shader_.light_specular(place, w.shading);
+      shader_.finish(b, w.shading);
+    }
+    for (int k = 0; k < b.count; ++k) {
+      const int p = b.parent[k];
+      w.L[p] += w.passed[p] * b.Ci[k];
+      if (w.wants_features) describe(p, k, b, w);
+    }
+  }
+}
+
+void DistributionIntegrator::describe(int p, int k, const PointBatch& b, DistributionWorkspace& w) const {
+  Features& f = w.features[p];
+  f.alpha = 1;
+  f.albedo = b.bsdf[k].albedo();
+  f.normal = face_forward(b.bsdf[k].frame.n, b.wo[k]);
+  f.position = b.surface[k].P;
+  f.depth = scene_.camera.world_to_camera().point(f.position).z;
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/integrate/grid_store.h"
+#include "dapple/integrate/hit_shader.h"
+
+namespace dapple::integrate {
+
+struct DistributionWorkspace;
+
+/// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
+/// hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for `shading_rate` pixels, each
+/// once a frame however many camera samples see it, at the middle of the shutter interval. What depends sharply on the view (mirrors,
+/// glass, layered and glossy materials) is added per camera sample, with prelighting interpolated from the lattice.
+class DistributionIntegrator final : public Integrator {
+ public:
+  struct Settings {
+    HitShader::Settings shading;
+    float shading_rate = 1;        ///< area of a micropolygon in pixels
+    int pixel_samples = 16;        ///< that will share a pixel's work
+    size_t grid_bytes = size_t(512) << 20;  ///< of shading grids kept; beyond, they are shaded again
+  };
+
+  DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
+
+  std::unique_ptr<Workspace> make_workspace() const override;
+  void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+
+  /// Bytes held beside the scene: patches and shading grids.
+  size_t bytes() const { return patches_.bytes() + grids_.bytes(); }
+
+ private:
+  void trace_camera_rays(DistributionWorkspace& w) const;
+  void locate_hits(DistributionWorkspace& w) const;
+  void fetch_grids(DistributionWorkspace& w) const;
+  void shade_grids(DistributionWorkspace& w) const;
+  void shade_batch(DistributionWorkspace& w) const;
+  void shade_samples(DistributionWorkspace& w) const;
+  void look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const;
+  void describe(int p, int k, const PointBatch& b, DistributionWorkspace& w) const;
+
+  const scene::Scene& scene_;
+  const Settings settings_;
+  const HitShader shader_;
+  const scene::PatchTable patches_;
+  mutable GridStore grids_;
+  V3f eye_;
+};
+
+}  // namespace dapple::integrate

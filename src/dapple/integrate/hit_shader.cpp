@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/hit_shader.h"
+
+#include "dapple/integrate/custom_stages.h"
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/numeric/sobol.h"
+
+namespace dapple::integrate {
+
+using shading::Bsdf;
+using shading::BsdfKind;
+using shading::Lobe;
+using shading::Stage;
+using trace::no_id;
+
+namespace {
+
+enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks };
+enum Dimension : uint32_t { dim_pair, dim_single };
+enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
+
+// A diffuse ray stands for a cone; wider than this, textures would blur what shadows and edges do not.
+constexpr float widest_spread = 0.25f;
+
+uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
+
+bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
+
+// A layered material as a diffuse ray sees it.
+void flatten_layers(Bsdf* b) {
+  if (b->kind != BsdfKind::coated || b->base != BsdfKind::diffuse) return;
+  const Frame frame = b->frame;
+  *b = Bsdf::make_diffuse(clamp(b->albedo(), 0, 1));
+  b->frame = frame;
+}
+
+}  // namespace
+
+HitShader::HitShader(const scene::Scene& scene, const Settings& settings)
+    : scene_(scene), settings_(settings), materials_(scene), tracer_(scene, materials_) {
+  for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
+}
+
+void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  prelight(b, place.arrival, w);
+  light_diffuse(place, w);
+  light_specular(place, w);
+  finish(b, w);
+}
+
+void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
+  materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
+    scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
+  }, b.bsdf, w.prelighting);
+  if (arrival == Arrival::diffuse)
+    for (int k = 0; k < b.count; ++k) flatten_layers(&b.bsdf[k]);
+  w.stages[Stage::prelighting] += uint64_t(b.count);
+  ++w.stages.batches;
+}
+
+int HitShader::shadow_rays(const Place& p) const {
+  return (settings_.shadow_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
+}
+
+int HitShader::diffuse_rays(const Place& p) const {
+  return (settings_.diffuse_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
+}
+
+shading::LightReceiver HitShader::receiver(const PointBatch& b, int k) const {
+  const Bsdf& bsdf = b.bsdf[k];
+  return {b.surface[k].P, face_forward(bsdf.frame.n, b.wo[k]), b.time[k], bsdf.has_transmission()};
+}
+
+RGB HitShader::environment(const V3f& d) const {
+  RGB L;
+  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment(d, 0);
+  return L;
+}
+
+RGB HitShader::emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const {
+  const shading::Light* light = scene_.emitter(hits.geometry[i], hits.primitive[i]);
+  return light ? light->emitted(s.P, s.Ng, V2f(s.u, s.v), -d) : RGB();
+}
+
+void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  for (int k = 0; k < b.count; ++k) b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
+  light_directly(b, place, [&b](int k) { return b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]); }, w);
+  if (place.depth.diffuse < settings_.bounces) {
+    const int rays = diffuse_rays(place);
+    w.job_count = 0;
+    for (int k = 0; k < b.count; ++k) {
+      if (!b.bsdf[k].is_diffuse() || !scatters(b.bsdf[k])) continue;
+      for (int i = 0; i < rays; ++i) {
+        w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
+        w.index[w.job_count] = uint32_t(i);
+        w.job_weight[w.job_count] = 1 / float(rays);
+        w.job_point[w.job_count] = k;
+        if (++w.job_count == w.capacity) draw_diffuse_rays(place, w);
+      }
+    }
+    if (w.job_count > 0) draw_diffuse_rays(place, w);
+  }
+  for (int k = 0; k < b.count; ++k) {
+    if (!b.bsdf[k].is_diffuse()) continue;
+    b.diffuse[k] = shading::lambertian_radiance(b.bsdf[k], b.irradiance[k], b.irradiance_behind[k]);
+    ++w.stages[Stage::diffuselighting];
+  }
+  run_diffuselighting(scene_, b, w);
+}
+
+// Sends shadow rays from the points for which wanted(k).
+template <class Wanted>
+void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int rays = shadow_rays(place), lights = int(scene_.lights.size());
+  w.job_count = 0;
+  const auto add = [&](int k, int light, int i, int n) {
+    w.job_point[w.job_count] = k;
+    w.job_light[w.job_count] = light;
+    w.job_weight[w.job_count] = 1 / float(n);
+    w.seed[w.job_count] = seed_of(b.key[k], for_lights, uint32_t(light));
+    w.index[w.job_count] = uint32_t(i);
+    if (++w.job_count == w.capacity) draw_lights(b, rays, w);
+  };
+  for (int k = 0; k < b.count; ++k) {
+    if (!wanted(k)) continue;
+    if (lights > lights_apart) {
+      for (int i = 0; i < rays * lights_apart; ++i) add(k, -1, i, rays * lights_apart);
+      continue;
+    }
+    for (int light = 0; light < lights; ++light) {
+      const int n = light_is_delta_[size_t(light)] ? 1 : rays;
+      for (int i = 0; i < n; ++i) add(k, light, i, n);
+    }
+  }
+  if (w.job_count > 0) draw_lights(b, rays, w);
+}
+
+// Draws a point on a light for each job, and traces the shadow rays.
+void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const {
+  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
+  const bool choose = int(scene_.lights.size()) > lights_apart;
+  if (choose) sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  w.shadow_count = 0;
+  for (int j = 0; j < w.job_count; ++j) {
+    const int k = w.job_point[j];
+    const Bsdf& bsdf = b.bsdf[k];
+    const shading::LightReceiver to = receiver(b, k);
+    shading::LightSampler::Selection chosen{w.job_light[j], 1};
+    if (choose) chosen = scene_.light_sampler->select(to, w.u2[j]);
+    if (chosen.light < 0) continue;
+    shading::LightSample light;
+    if (!scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[j], w.u1[j]), &light)) continue;
+    const float cosine = dot(light.wi, bsdf.frame.n), pdf = light.pdf * chosen.probability;
+    RGB L = light.radiance * (w.job_weight[j] * std::abs(cosine) / pdf);
+    ShadowTarget target = to_specular;
+    if (bsdf.is_diffuse()) {
+      target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
+      if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
+    } else {
+      float bsdf_pdf = 0;
+      L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[j], w.index[j]), &bsdf_pdf);
+      if (!light.delta) L *= power_heuristic(pdf / w.job_weight[j], bsdf_pdf * float(w.counts[k]));
+    }
+    if (L.is_black() || !L.is_finite()) continue;
+    const V3f origin = offset_origin(b.surface[k], light.wi);
+    const ShadowRay ray(to.p, light, origin);
+    if (!(ray.distance > 0)) continue;
+    const int s = w.shadow_count++;
+    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
+    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, b.surface[k].Ng, b.medium[k]);
+    w.shadow_point[s] = k;
+    w.shadow_target[s] = target;
+    w.shadow_light[s] = L;
+  }
+  trace_shadows(b, w);
+  w.job_count = 0;
+}
+
+void HitShader::trace_shadows(PointBatch& b, ShadingWorkspace& w) const {
+  tracer_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  w.rays.shadow += uint64_t(w.shadow_count);
+  for (int s = 0; s < w.shadow_count; ++s) {
+    if (w.visible[s].is_black()) continue;
+    RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
+    sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+  }
+}
+
+// Nearest hits of b.rays; weights lose what is lost on the way.
+void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
+  tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing);
+  if (!materials_.shadows_pass()) return;
+  for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
+}
+
+void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  const int rays = diffuse_rays(place);
+  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
+  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  b.ray_count = 0;
+  for (int j = 0; j < w.job_count; ++j) {
+    const int k = w.job_point[j];
+    const Bsdf& bsdf = b.bsdf[k];
+    const float r = bsdf.reflectance.luminance(), t = bsdf.transmittance.luminance();
+    const float front = r + t > 0 ? r / (r + t) : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
+    const bool behind = w.u2[j] >= front;
+    V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
+    const float cosine = local.z;
+    if (cosine <= 0) continue;
+    if ((dot(b.wo[k], bsdf.frame.n) < 0) != behind) local.z = -local.z;
+    const V3f d = bsdf.frame.to_world(local);
+    const int i = b.ray_count++;
+    b.rays.set(i, offset_origin(b.surface[k], d), d, infinity, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
+    b.ray_point[i] = k;
+    b.ray_behind[i] = behind;
+    b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
+    b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, std::sqrt(pi / (float(rays) * cosine))));
+    b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, b.surface[k].Ng, b.medium[k]);
+  }
+  w.rays.diffuse += uint64_t(b.ray_count);
+  trace_rays(b, w);
+  const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
+  shade_hits(place, below, [](int) { return true; }, w);
+  const PointBatch& found = w.level(below.level);
+  for (int c = 0; c < found.count; ++c) {
+    const int i = found.parent[c];
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * found.Ci[c];
+  }
+  w.job_count = 0;
+}
+
+// Shades what those rays of the batch hit for which wanted(i).
+template <class Wanted>
+void HitShader::shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const {
+  const PointBatch& b = w.level(place.level);
+  PointBatch& found = w.level(below.level);
+  found.count = 0;
+  for (int i = 0; i < b.ray_count; ++i) {
+    if (b.hits.geometry[i] == no_id || b.ray_weight[i].is_black() || !wanted(i)) continue;
+    const int k = b.ray_point[i], c = found.count++;
+    found.parent[c] = i;
+    found.geometry[c] = b.hits.geometry[i];
+    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i]) ? scene_.traced.surface(b.hits, i, b.time[k])
+                                                                     : scene_.traced.surface_without_tangents(b.rays, b.hits, i);
+    found.wo[c] = -b.rays.direction(i);
+    found.time[c] = b.time[k];
+    found.width[c] = b.width[k] + b.ray_spread[i] * b.distance[i];
+    found.spread[c] = b.ray_spread[i];
+    found.medium[c] = b.ray_medium[i];
+    found.key[c] = hash(b.key[k], b.rays.key[i]);
+  }
+  if (found.count > 0) shade(below, w);
+}
+
+void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  for (int k = 0; k < b.count; ++k) {
+    const Bsdf& bsdf = b.bsdf[k];
+    b.specular[k] = RGB();
+    const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
+    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place) : 1;
+    if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
+  }
+  int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
+  std::copy_n(w.counts, b.count, counts);
+  light_directly(b, place, [&](int k) { return counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough; }, w);
+  w.job_count = 0;
+  for (int k = 0; k < b.count; ++k)
+    for (int i = 0; i < counts[k]; ++i) {
+      w.seed[w.job_count] = seed_of(b.key[k], for_specular_rays);
+      w.index[w.job_count] = uint32_t(i);
+      w.job_weight[w.job_count] = 1 / float(counts[k]);
+      w.job_point[w.job_count] = k;
+      if (++w.job_count == w.capacity) draw_specular_rays(place, w);
+    }
+  if (w.job_count > 0) draw_specular_rays(place, w);
+}
+
+void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
+  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  b.ray_count = 0;
+  for (int j = 0; j < w.job_count; ++j) {
+    const int k = w.job_point[j];
+    const Bsdf& bsdf = b.bsdf[k];
+    shading::BsdfSample s;
+    if (bsdf.kind == BsdfKind::passthrough) {
+      s = {-b.wo[k], RGB(1), 0, Lobe::passthrough, true, 1};
+    } else if (!bsdf.sample(b.wo[k], w.u2[j], V2f(w.u0[j], w.u1[j]), hash(b.key[k], for_walks, w.index[j], 1), &s)) {
+      continue;
+    }
+    const RGB weight = s.weight * w.job_weight[j];
+    if (weight.is_black() || !weight.is_finite()) continue;
+    const int i = b.ray_count++;
+    const uint32_t key = w.seed[j] + 0x9e3779b9u * w.index[j];
+    b.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key);
+    b.ray_point[i] = k;
+    b.ray_weight[i] = weight;
+    b.ray_pdf[i] = s.pdf / w.job_weight[j];
+    b.ray_lobe[i] = s.lobe;
+    b.ray_spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
+    b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
+    ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
+  }
+  trace_rays(b, w);
+  add_lights_hit(b, place, w);
+  w.job_count = 0;
+
+  const Depth d = place.depth;
+  const auto add = [&](const Place& below, auto wanted) {
+    shade_hits(place, below, wanted, w);
+    const PointBatch& found = w.level(below.level);
+    for (int c = 0; c < found.count; ++c) {
+      const int i = found.parent[c];
+      b.specular[b.ray_point[i]] += b.ray_weight[i] * found.Ci[c];
+    }
+  };
+  if (d.specular < settings_.specular_depth)
+    add({place.level + 1, {d.diffuse, d.specular + 1}, Arrival::view, place.share},
+        [&b](int i) { return b.ray_lobe[i] != Lobe::diffuse; });
+  if (d.diffuse < settings_.bounces)
+    add({place.level + 1, {d.diffuse + 1, d.specular}, Arrival::diffuse, place.share},
+        [&b](int i) { return b.ray_lobe[i] == Lobe::diffuse; });
+}
+
+// Density, a steradian and in expected rays, of shadow rays that find wi on this light.
+float HitShader::light_density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
+                               int rays) const {
+  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng) * float(rays);
+  if (int(scene_.lights.size()) <= lights_apart) return pdf;
+  return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
+}
+
+// Light sources that specular rays meet.
+void HitShader::add_lights_hit(PointBatch& b, const Place& place, ShadingWorkspace& w) const {
+  const int rays = shadow_rays(place);
+  for (int i = 0; i < b.ray_count; ++i) {
+    const int k = b.ray_point[i];
+    const V3f d = b.rays.direction(i);
+    const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
+      if (Le.is_black()) return;
+      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(receiver(b, k), light, d, s, rays)) : 1;
+      b.specular[k] += b.ray_weight[i] * Le * weight;
+    };
+    if (b.hits.geometry[i] == no_id) {
+      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment(d, 0), {});
+      continue;
+    }
+    const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);
+    if (light == no_id) continue;
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
+    add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
+  }
+}
+
+void HitShader::finish(PointBatch& b, ShadingWorkspace& w) const {
+  for (int k = 0; k < b.count; ++k) b.Ci[k] = b.diffuse[k] + b.specular[k];
+  run_view_stages(scene_, b, w);
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "dapple/scene/scene.h"
+
+namespace dapple::integrate {
+
+/// What integrators ask of the materials of a scene, and prelighting of mixed points in batches of equal material.
+class MaterialTable {
+ public:
+  explicit MaterialTable(const scene::Scene& scene);
+
+  const shading::Material& material(uint32_t geometry) const { return *scene_.materials[index(geometry)]; }
+  /// Prelighting reads tangents, or u and v.
+  bool needs_tangents(uint32_t geometry) const { return needs_tangents_[index(geometry)]; }
+  /// The surface is not there: it only separates media.
+  bool passes(uint32_t geometry) const { return passes_[index(geometry)]; }
+  /// Some surface of the scene is not there, or light is weakened on its way.
+  bool shadows_pass() const { return shadows_pass_; }
+
+  /// Prelighting reads the points: it differs from place to place.
+  bool varies(uint32_t geometry) const { return !constants_[index(geometry)]; }
+
+  /// Writes out[k] where prelighting does not vary, and leaves the others alone.
+  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const;
+
+  /// What prelight() works with. About 0.1 MB.
+  struct Scratch {
+    static constexpr int capacity = shading::ShadingPoints::capacity;
+    shading::ShadingPoints points;
+    shading::Bsdf bsdf[capacity];
+    struct Batched {
+      uint32_t material;
+      int point;
+    } batched[capacity];
+  };
+
+  /// Runs prelighting at n <= Scratch::capacity points: out[0, n). set_point(k, points, lane) describes point k where a
+  /// material does not scatter the same everywhere.
+  template <class SetPoint>
+  void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
+                Scratch& scratch) const;
+
+ private:
+  size_t index(uint32_t geometry) const { return size_t(scene_.bindings[geometry].material); }
+
+  const scene::Scene& scene_;
+  std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it scatters the same everywhere
+  std::vector<uint8_t> needs_tangents_, passes_;         ///< by material
+  bool shadows_pass_ = false;
+};
+
+template <class SetPoint>
+void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
+                             shading::Bsdf* out, Scratch& scratch) const {
+  prelight_constant(n, geometry, surface, out);
+  int batched = 0;
+  for (int k = 0; k < n; ++k)
+    if (varies(geometry[k])) scratch.batched[batched++] = {uint32_t(index(geometry[k])), k};
+  std::stable_sort(scratch.batched, scratch.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
+  for (int first = 0; first < batched;) {
+    const uint32_t m = scratch.batched[first].material;
+    int count = 0;
+    for (; first + count < batched && scratch.batched[first + count].material == m; ++count)
+      set_point(scratch.batched[first + count].point, &scratch.points, count);
+    scratch.points.count = count;
+    scene_.materials[m]->prelighting(scratch.points, scratch.bsdf);
+    for (int i = 0; i < count; ++i) out[scratch.batched[first + i].point] = scratch.bsdf[i];
+    first += count;
+  }
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/ray_tracer.h"
+
+namespace dapple::integrate {
+
+/// How many scatterings lie between the camera and a point, by the table of shading/lobes.h.
+struct Depth {
+  int diffuse = 0, specular = 0;
+};
+
+/// Points on their way through the stages of their shaders. A batch lives as long as the recursion below it.
+struct PointBatch {
+  static constexpr int capacity = trace::RayBatch::capacity;
+
+  int count = 0;
+  geom::SurfacePoint surface[capacity];
+  uint32_t geometry[capacity];
+  V3f wo[capacity];         ///< towards the viewer; where there is none, the normal of the side to be shaded
+  float time[capacity];
+  float width[capacity];    ///< of the footprint, m
+  float spread[capacity];   ///< growth of the width along specular rays
+  int32_t medium[capacity];  ///< in which wo leaves
+  uint64_t key[capacity];   ///< of all random numbers of the point
+  int parent[capacity];     ///< ray of the batch above that found the point
+
+  shading::Bsdf bsdf[capacity];
+  RGB irradiance[capacity], irradiance_behind[capacity];
+  RGB diffuse[capacity], specular[capacity];
+  RGB Ci[capacity];
+
+  // Rays that the points sent, while what they found is being shaded.
+  int ray_count = 0;
+  int ray_point[capacity];
+  RGB ray_weight[capacity];
+  uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
+  trace::RayBatch rays;
+  trace::HitBatch hits;
+  float distance[capacity];
+  float ray_spread[capacity];
+  int32_t ray_medium[capacity];
+  float ray_pdf[capacity];
+  shading::Lobe ray_lobe[capacity];
+
+  void move_point(int to, int from);
+};
+
+/// Scratch of a thread that does not outlive a step, and the batches of its recursion.
+struct ShadingWorkspace {
+  static constexpr int capacity = PointBatch::capacity;
+
+  MaterialTable::Scratch prelighting;
+  RayTracer::Scratch tracing;
+  shading::ShadingPoints points;  ///< for stages that shaders have of their own
+  RayCounts rays;
+  StageCounts stages;
+
+  // Rays about to be drawn, and their random numbers.
+  int job_count = 0;
+  int job_point[capacity];
+  int job_light[capacity];     ///< -1: to be chosen
+  float job_weight[capacity];  ///< 1 / number of rays of this kind
+  alignas(64) uint32_t seed[capacity], index[capacity];
+  alignas(64) float u0[capacity], u1[capacity], u2[capacity];
+  int counts[capacity];  ///< rays a point
+
+  // Shadow rays.
+  int shadow_count = 0;
+  trace::RayBatch shadow;
+  int shadow_point[capacity];
+  uint8_t shadow_target[capacity];
+  RGB shadow_light[capacity], visible[capacity];
+  int32_t shadow_medium[capacity];
+
+  RGB passed[capacity];
+
+  PointBatch& level(int depth) {
+    while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());
+    return *levels[size_t(depth)];
+  }
+
+ private:
+  std::vector<std::unique_ptr<PointBatch>> levels;
+};
+
+}  // namespace dapple::integrate

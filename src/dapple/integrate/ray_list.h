@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+namespace dapple::integrate {
+
+/// Numbers of rays a shading point sends, by diffuse depth (0 = visible surfaces); the last is repeated. Never empty.
+class RayList {
+ public:
+  RayList(std::initializer_list<int> counts) : counts_(counts) {}
+  explicit RayList(std::vector<int> counts) : counts_(std::move(counts)) {}
+  int at(int depth) const { return counts_[std::min(size_t(depth), counts_.size() - 1)]; }
+  const std::vector<int>& counts() const { return counts_; }
+
+ private:
+  std::vector<int> counts_;
+};
+
+}  // namespace dapple::integrate

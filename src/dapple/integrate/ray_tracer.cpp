@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/ray_tracer.h"
+
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/shading/medium.h"
+
+namespace dapple::integrate {
+
+namespace {
+constexpr int max_segments = 4096;  // ends a ray caught between surfaces that are not there
+}
+
+// Of the segment of ray i up to its hit.
+RGB RayTracer::transmittance(const Scratch& s, int i, uint64_t key) const {
+  if (s.medium[i] == scene::vacuum) return RGB(1);
+  const float t = s.hits.geometry[i] == trace::no_id ? s.rays.t_max[i] : s.hits.t[i];
+  const Ray ray{s.rays.origin(i), s.rays.direction(i), infinity, s.rays.time[i]};
+  return scene_.media[size_t(s.medium[i])]->transmittance(ray, t, key);
+}
+
+// Sets lane `to` <= i to what follows the surface that ray i hit.
+void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
+  const V3f d = s.rays.direction(i);
+  const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.rays, s.hits, i);
+  const int32_t medium = scene_.bindings[s.hits.geometry[i]].medium_beyond(d, p.Ng, s.medium[i]);
+  s.rays.set(to, offset_origin(p, d), d, s.rays.t_max[i] - s.hits.t[i], s.rays.time[i], uint32_t(key));
+  s.medium[to] = medium;
+  s.ray[to] = s.ray[i];
+}
+
+void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  if (materials_.shadows_pass()) return visible_through(rays, n, medium, visible, s);
+  scene_.traced.occluded(rays, n, s.occluded);
+  for (int i = 0; i < n; ++i) visible[i] = RGB(s.occluded[i] ? 0.0f : 1.0f);
+}
+
+// From surface to surface.
+void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  for (int i = 0; i < n; ++i) {
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
+    s.medium[i] = medium[i];
+    s.ray[i] = i;
+    visible[i] = RGB(1);
+  }
+  for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
+    scene_.traced.intersect(s.rays, n, &s.hits);
+    int kept = 0;
+    for (int i = 0; i < n; ++i) {
+      const int r = s.ray[i];
+      const bool hit = s.hits.geometry[i] != trace::no_id;
+      if (hit && !materials_.passes(s.hits.geometry[i])) {
+        visible[r] = RGB();
+        continue;
+      }
+      visible[r] *= transmittance(s, i, hash(rays.key[r], segment));
+      if (hit && !visible[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
+    }
+    n = kept;
+  }
+}
+
+void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
+                        Scratch& s) const {
+  scene_.traced.intersect(rays, n, hits);
+  for (int i = 0; i < n; ++i) {
+    distance[i] = hits->geometry[i] == trace::no_id ? infinity : hits->t[i];
+    passed[i] = RGB(1);
+  }
+  if (!materials_.shadows_pass()) return;
+  s.hits = *hits;
+  for (int i = 0; i < n; ++i) {
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
+    s.medium[i] = medium[i];
+    s.ray[i] = i;
+    distance[i] = 0;
+  }
+  for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
+    if (segment > 0) scene_.traced.intersect(s.rays, n, &s.hits);
+    int kept = 0;
+    for (int i = 0; i < n; ++i) {
+      const int r = s.ray[i];
+      const bool hit = s.hits.geometry[i] != trace::no_id;
+      passed[r] *= transmittance(s, i, hash(rays.key[r], segment));
+      distance[r] += hit ? s.hits.t[i] : infinity;
+      rays.ox[r] = s.rays.ox[i], rays.oy[r] = s.rays.oy[i], rays.oz[r] = s.rays.oz[i];
+      medium[r] = s.medium[i];
+      hits->copy_lane(r, s.hits, i);
+      if (hit && materials_.passes(s.hits.geometry[i])) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
+    }
+    n = kept;
+  }
+  for (int i = 0; i < n; ++i) hits->geometry[s.ray[i]] = trace::no_id;
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/scene/patch_table.h"
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+
+namespace dapple::scene {
+
+namespace {
+
+constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
+constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
+constexpr float small_patch = 2;      // micropolygons: a patch no longer than this is one point, else leaves would be many
+constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
+constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
+
+// The rate whose cells are nearest to `width` long where the patch is `length`.
+int level_of(float length, float width) {
+  if (!(length > width) || !(width > 0)) return 0;
+  return std::min(int(std::lround(std::log2(length / width))), max_level);
+}
+
+float across(const V3f& v, const V3f& d) {
+  const float along = dot(v, d), whole = length2(v);
+  return std::sqrt(std::max(whole - along * along, whole * sqr(grazing)));
+}
+
+// Cells from the corner of the tile that holds x in [0, 1].
+float place(float x, int level, uint32_t* tile) {
+  const float cells = float(1u << level), at = std::clamp(x * cells, 0.0f, std::nextafter(cells, 0.0f));
+  *tile = uint32_t(at) / GridId::tile;
+  return at - float(*tile * GridId::tile);
+}
+
+std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map) {
+  std::vector<Box3f> boxes(map.patch_count());
+  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
+    V3f corners[4];
+    mesh.corners_at(f, 0.5f, corners);
+    Box3f& box = boxes[map.patch_point(f, 0, 0).patch];
+    for (int c = 0; c < mesh.corners; ++c) box.extendBy(corners[c]);
+  }
+  return boxes;
+}
+
+}  // namespace
+
+uint64_t GridId::hash() const {
+  return dapple::hash(instance, geometry, patch, uint64_t(tile_u) << 32 | tile_v, u_level, v_level, cluster_level, behind);
+}
+
+PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
+  parallel_for(geometries_.size(), [&](size_t g) {
+    const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)));
+    if (!mesh) return;
+    auto map = std::make_unique<geom::PatchMap>(**mesh);
+    if (map->patch_count() > cluster_above)
+      geometries_[g].clusters = std::make_unique<geom::PatchClusters>(patch_boxes(**mesh, *map));
+    geometries_[g].map = std::move(map);
+  });
+}
+
+V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t, float time) const {
+  const auto& map = geometries_[geometry].map;
+  const auto f = map ? map->face_point(patch, s, t) : geom::PatchMap::FacePoint{patch, s, t};
+  trace::HitBatch hit;
+  hit.instance[0] = instance, hit.geometry[0] = geometry, hit.primitive[0] = f.face, hit.u[0] = f.u, hit.v[0] = f.v;
+  return scene_.surface(hit, 0, time).P;
+}
+
+// Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.
+PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint32_t patch, float time) const {
+  const auto at = [&](float s, float t) { return patch_point(instance, geometry, patch, s, t, time); };
+  const auto& map = geometries_[geometry].map;
+  if (map && map->is_half(patch)) return {at(1, 0) - at(0, 0), at(1, 1) - at(1, 0)};
+  return {at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
+}
+
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float time, float width,
+                      GridPoint* out) const {
+  const uint32_t g = hits.geometry[i];
+  *out = {};
+  out->grid.instance = hits.instance[i];
+  out->grid.geometry = g;
+  out->grid.behind = dot(p.Ng, d) > 0;
+  if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(g))) return dice_curve(hits, i, width, out);
+
+  const GeometryPatches& patches = geometries_[g];
+  const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
+                                 : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
+  out->grid.patch = point.patch;
+  const bool quadric = std::holds_alternative<trace::QuadricPtr>(scene_.shape(g));
+  const Extent e = quadric ? Extent{p.dPdu, p.dPdv} : extent(hits.instance[i], g, point.patch, time);
+  const float s_length = across(e.s, d), t_length = across(e.t, d);
+  const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
+  if (std::max(s_length, t_length) <= small_patch * width) {
+    if (!patches.clusters) return true;
+    // Groups are measured in the mesh's own space; an instance scales them as it scaled this patch.
+    const float scale = scene_.instance_scale(hits.instance[i]);
+    for (int k = 1; k <= patches.clusters->levels(); ++k) {
+      const uint32_t group = patches.clusters->group(point.patch, k);
+      if (!(patches.clusters->diameter(group, k) * scale <= group_width * width)) break;
+      out->grid.patch = group;
+      out->grid.cluster_level = uint8_t(k);
+    }
+    return true;
+  }
+  GridId& grid = out->grid;
+  grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
+  out->x = place(point.s, u_level, &grid.tile_u);
+  out->y = place(point.t, v_level, &grid.tile_v);
+  return true;
+}
+
+float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const {
+  const geom::CurveSet::ControlPoint* c = &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
+  const float length = dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
+  return length * scene_.instance_scale(instance);
+}
+
+// A strip of cells along the curve, while it is no wider than two.
+bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const {
+  const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(hits.geometry[i]));
+  const geom::CurveSet::ControlPoint* c = &curves.control_points[hits.primitive[i] * size_t(4)];
+  const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(hits.instance[i]);
+  if (!(radius <= width)) return false;
+  GridId& grid = out->grid;
+  grid.patch = hits.primitive[i];
+  grid.u_level = uint8_t(level_of(curve_length(hits.instance[i], hits.geometry[i], grid.patch), width));
+  grid.behind = 0;  // its points face the eye
+  out->x = place(hits.u[i], grid.u_level, &grid.tile_u);
+  out->y = 0.5f;
+  return true;
+}
+
+float PatchTable::cell_size(const GridId& grid, float time) const {
+  if (grid.cluster_level > 0)
+    return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
+  const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
+  const trace::Shape& shape = scene_.shape(grid.geometry);
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
+  Extent e;
+  if (std::holds_alternative<trace::QuadricPtr>(shape)) {
+    trace::HitBatch hit;
+    shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), time, &hit, 0);
+    const geom::SurfacePoint p = scene_.surface(hit, 0, time);
+    e = {p.dPdu, p.dPdv};
+  } else {
+    e = extent(grid.instance, grid.geometry, grid.patch, time);
+  }
+  return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
+}
+
+bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
+  const auto& map = geometries_[grid.geometry].map;
+  if (!map || grid.cluster_level > 0 || !map->is_half(grid.patch)) return false;
+  // The lattice may be finer along one side: a cell is out where its corner of largest s - t is.
+  const float s = float(grid.tile_u * GridId::tile + uint32_t(i) + 1) / float(1u << grid.u_level);
+  const float t = float(grid.tile_v * GridId::tile + uint32_t(j)) / float(1u << grid.v_level);
+  return s <= t;
+}
+
+void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const {
+  const GeometryPatches& patches = geometries_[grid.geometry];
+  hits->instance[lane] = grid.instance;
+  hits->geometry[lane] = grid.geometry;
+  const uint32_t patch = grid.cluster_level > 0 ? patches.clusters->representative(grid.patch, grid.cluster_level) : grid.patch;
+  const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
+  const float i0 = float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
+  float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
+  if (!patches.map) {
+    const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
+    hits->primitive[lane] = patch, hits->u[lane] = s, hits->v[lane] = curve ? 0 : t;
+    if (curve) scene_.face_curve(hits, lane, eye, time);
+    return;
+  }
+  // The cell's centroid within a half patch: corners that are cut off move to the diagonal.
+  if (patches.map->is_half(patch) && t * nv + 0.5f > (s * nu - 0.5f) / nu * nv) {
+    const float s0 = i0 / nu, s1 = (i0 + 1) / nu, t0 = j0 / nv, t1 = std::min((j0 + 1) / nv, s1);
+    s = (std::max(s0, t0) + s1 + s1) / 3;
+    t = (t0 + t0 + t1) / 3;
+    t = std::min(t, s);
+  }
+  const auto f = patches.map->face_point(patch, s, t);
+  hits->primitive[lane] = f.face, hits->u[lane] = f.u, hits->v[lane] = f.v;
+}
+
+size_t PatchTable::bytes() const {
+  size_t bytes = geometries_.capacity() * sizeof(GeometryPatches);
+  for (const GeometryPatches& g : geometries_)
+    bytes += (g.map ? g.map->bytes() : 0) + (g.clusters ? g.clusters->bytes() : 0);
+  return bytes;
+}
+
+}  // namespace dapple::scene

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <compare>
+#include <memory>
+#include <vector>
+
+#include "dapple/geom/patch_clusters.h"
+#include "dapple/geom/patch_map.h"
+#include "dapple/trace/traced_scene.h"
+
+namespace dapple::scene {
+
+/// Names a tile of shading points: at most 8 x 8 cells of a patch diced 2^u_level by 2^v_level, or one point for a group of patches. A
+/// shading point is the centre of its cell.
+struct GridId {
+  uint32_t instance = trace::no_id, geometry = 0;
+  uint32_t patch = 0;  ///< or the group, where cluster_level > 0
+  uint32_t tile_u = 0, tile_v = 0;
+  uint8_t u_level = 0, v_level = 0, cluster_level = 0;
+  uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
+
+  static constexpr int tile = 8;  ///< cells along an edge
+  int width() const { return std::min(tile, 1 << u_level); }
+  int height() const { return std::min(tile, 1 << v_level); }
+  int count() const { return width() * height(); }
+  uint64_t hash() const;
+  auto operator<=>(const GridId&) const = default;
+};
+
+/// A place on a tile, in cells from its first corner.
+struct GridPoint {
+  GridId grid;
+  float x = 0, y = 0;
+};
+
+/// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it, and
+/// where those points are. Rates are powers of two chosen by the width of a pixel at the hit, so a moving camera chooses among fixed
+/// points and never makes new ones.
+class PatchTable {
+ public:
+  explicit PatchTable(const trace::TracedScene& scene);
+
+  /// The tile whose micropolygons are about `width` (m) long, for hit i of ray (o, d). False where a surface has no lattice, as
+  /// curves that are wider than a pixel: these are shaded at the hit.
+  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float time, float width, GridPoint* out) const;
+
+  /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
+  void shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const;
+  /// Cells outside the patch (the other half of a single triangle).
+  bool is_outside(const GridId& grid, int i, int j) const;
+
+  /// Length of a tile's micropolygons (m), the longer side; of a group, its diameter.
+  float cell_size(const GridId& grid, float time) const;
+
+  size_t bytes() const;
+
+ private:
+  struct GeometryPatches {
+    std::unique_ptr<const geom::PatchMap> map;            ///< meshes only
+    std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
+  };
+  struct Extent {
+    V3f s, t;  ///< change of P across the patch, world
+  };
+  Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch, float time) const;
+  V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t, float time) const;
+  bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
+  float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;
+
+  const trace::TracedScene& scene_;
+  std::vector<GeometryPatches> geometries_;
+};
+
+}  // namespace dapple::scene
