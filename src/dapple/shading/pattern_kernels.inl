@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All kernels. Compiled once for each instruction set: define DAPPLE_KERNELS, the name of the function that returns them.
+// All kernels. Compiled once for each instruction set: define DAPPLE_KERNELS, the name of the function that returns
+// them.
 #include "dapple/shading/noise.h"
 #include "dapple/shading/pattern_op.h"
 
@@ -93,9 +94,9 @@ float resolve(const PatternCall& c, float* resolved) {
   return std::bit_cast<float>(most);
 }
 
-/// c: parameters octaves, omega. The sum over octaves i of omega^i times noise(1.99^i p); octaves finer than the footprint are
-/// left out, the last one faded. Of absolute values: octaves left out are replaced by their mean, so that the whole keeps its
-/// mean at any distance (pbrt-v4 counts the fading octave twice).
+/// c: parameters octaves, omega. The sum over octaves i of omega^i times noise(1.99^i p); octaves finer than the
+/// footprint are left out, the last one faded. Of absolute values: octaves left out are replaced by their mean, so that
+/// the whole keeps its mean at any distance (pbrt-v4 counts the fading octave twice).
 template <bool absolute>
 void octaves(const PatternCall& c) {
   alignas(64) float resolved[capacity];
@@ -122,13 +123,13 @@ void octaves(const PatternCall& c) {
   }
 }
 
-/// The 27 cells around a point hold one feature point each (Worley 1996, one point a cell): F1 and F2 are exact up to 1, the
-/// width of a cell; larger ones are rare and may be too large.
+/// The 27 cells around a point hold one feature point each (Worley 1996, one point a cell): F1 and F2 are exact up to
+/// 1, the width of a cell; larger ones are rare and may be too large.
 void worley(const PatternCall& c) {
   alignas(64) float x[capacity], y[capacity], z[capacity];
   alignas(64) int32_t cx[capacity], cy[capacity], cz[capacity];
   const float *in_x = c.in[0], *in_y = c.in[1], *in_z = c.in[2];
-  float *__restrict f1 = c.out[0], *__restrict f2 = c.out[1], *__restrict id = c.out[2];
+  float* __restrict f1 = c.out[0], * __restrict f2 = c.out[1], * __restrict id = c.out[2];
   const float jitter = c.parameters[0], start = 0.5f - 0.5f * jitter;
   const int n = lanes(c);
   DAPPLE_LANES(int i = 0; i < n; ++i) {
@@ -181,12 +182,13 @@ void ramp(const PatternCall& c) {
 
 void rgb_to_hsv(const PatternCall& c) {
   const float *r = c.in[0], *g = c.in[1], *b = c.in[2];
-  float *__restrict h = c.out[0], *__restrict s = c.out[1], *__restrict v = c.out[2];
+  float* __restrict h = c.out[0], * __restrict s = c.out[1], * __restrict v = c.out[2];
   const int n = lanes(c);
   DAPPLE_LANES(int i = 0; i < n; ++i) {
     const float high = lane::max(r[i], lane::max(g[i], b[i])), low = lane::min(r[i], lane::min(g[i], b[i]));
     const float chroma = high - low, scale = lane::divide(1, chroma);
-    const float of_red = (g[i] - b[i]) * scale, of_green = (b[i] - r[i]) * scale + 2, of_blue = (r[i] - g[i]) * scale + 4;
+    const float of_red = (g[i] - b[i]) * scale, of_green = (b[i] - r[i]) * scale + 2,
+                of_blue = (r[i] - g[i]) * scale + 4;
     const float sextant = r[i] == high ? of_red : g[i] == high ? of_green : of_blue;
     h[i] = lane::fract(sextant * (1.0f / 6));
     s[i] = lane::divide(chroma, high);
