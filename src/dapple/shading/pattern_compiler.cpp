@@ -31,6 +31,7 @@ PatternCompiler::PatternCompiler(std::span<const PatternFloat> outputs, PatternP
 
 void PatternCompiler::compile() {
   find_needed();
+  guard_images();
   fuse();
   order();
   find_last_uses();
@@ -59,6 +60,56 @@ void PatternCompiler::find_needed() {
     for (size_t i = 0; i < n.operand_count; ++i) use(n.operands[i]);
   }
   std::sort(needed_.begin(), needed_.end());
+}
+
+/// True if `node` needs `on`, guards included; also where finding out would take long.
+bool PatternCompiler::depends(uint32_t node, uint32_t on) const {
+  constexpr size_t patience = 10000;
+  std::vector<uint32_t> open{node};
+  std::unordered_map<uint32_t, bool> seen{{node, true}};
+  while (!open.empty()) {
+    const uint32_t place = open.back();
+    open.pop_back();
+    if (place == on || seen.size() > patience) return true;
+    for (const Value v : operands(steps_.at(place)))
+      if (seen.try_emplace(v.node(), true).second) open.push_back(v.node());
+  }
+  return false;
+}
+
+/// An image all of whose users stand on one side of a mix or select is looked up only where that side counts.
+void PatternCompiler::guard_images() {
+  struct Need {
+    PatternProgram::Guard guard = PatternProgram::Guard::none;
+    Value by;
+    bool operator==(const Need&) const = default;
+  };
+  using enum PatternProgram::Guard;
+  std::unordered_map<uint32_t, Need> needs;
+  for (const Value v : outputs_) needs[v.node()] = {};
+  const auto need_of = [](const PatternGraph::Node& n, size_t operand, const Need& own) -> Need {
+    if (n.op == PatternOp::mix && operand < 2) return {operand == 0 ? not_one : not_zero, n.operands[2]};
+    if (n.op == PatternOp::select && operand > 0) return {operand == 1 ? not_zero : zero, n.operands[0]};
+    return own;
+  };
+  for (auto place = needed_.rbegin(); place != needed_.rend(); ++place) {  // users first
+    const PatternGraph::Node& n = steps_.at(*place).node;
+    const Need own = needs.at(*place);
+    for (size_t i = 0; i < n.operand_count; ++i) {
+      const Need need = need_of(n, i, own);
+      const auto [at, is_first] = needs.try_emplace(n.operands[i].node(), need);
+      if (!is_first && !(at->second == need)) at->second = {};
+    }
+  }
+  for (const uint32_t place : needed_) {
+    Step& s = steps_.at(place);
+    const Need need = needs.at(place);
+    if (s.node.op != PatternOp::image || need.guard == none || graph_.number(need.by)) continue;
+    if (depends(need.by.node(), place)) continue;
+    s.guard = need.guard;
+    s.node.operands[s.node.operand_count++] = need.by;
+    ++step(need.by).uses;
+  }
 }
 
 /// a b + c in one instruction where nothing else needs a b. Rounded as before.
@@ -185,6 +236,7 @@ void PatternCompiler::emit(uint32_t at) {
   };
   int variant = 0;
   for (size_t i = 0; i < in.size() && i < 3; ++i) variant |= is_number(in[i]) ? 1 << i : 0;
+  if (n.op == PatternOp::image) instruction.variant = static_cast<uint8_t>(s.guard);
   if (is_elementwise(n.op) && native_pattern_kernels().find(n.op, variant)) {
     instruction.variant = static_cast<uint8_t>(variant);
   } else {

@@ -8,8 +8,9 @@
 namespace dapple::shading {
 
 /// From a graph to instructions: takes what the outputs need, orders it so that few values are alive at once, fuses
-/// products into sums, and gives values registers, which are used again as soon as a value has had its last use. Not
-/// recursive: time and memory are proportional to the nodes needed, however deep.
+/// products into sums, guards images that a mix hides at some points, and gives values registers, which are used again
+/// as soon as a value has had its last use. Not recursive: time and memory are proportional to the nodes needed,
+/// however deep.
 class PatternCompiler {
  public:
   PatternCompiler(std::span<const PatternFloat> outputs, PatternProgram* program);
@@ -24,7 +25,8 @@ class PatternCompiler {
     uint32_t registers = 1;  ///< alive at once while it is computed, about (Sethi and Ullman 1970)
     uint32_t last_use = 0;   ///< place in order_
     uint32_t place[max_pattern_results] = {};
-    bool fused = false;  ///< into its user
+    PatternProgram::Guard guard = PatternProgram::Guard::none;  ///< of an image, by its last operand
+    bool fused = false;                                         ///< into its user
   };
 
   bool is_computed(Value v) const;  ///< by an instruction
@@ -33,6 +35,8 @@ class PatternCompiler {
 
   void find_needed();
   void fuse();
+  void guard_images();
+  bool depends(uint32_t node, uint32_t on) const;
   void order();
   void find_last_uses();
   void emit();

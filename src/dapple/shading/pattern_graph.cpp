@@ -120,7 +120,7 @@ std::optional<Value> PatternGraph::simplified(const Node& n) {
 Results PatternGraph::folded(const Node& n) {
   constexpr int lanes = 8;
   alignas(64) float in[max_pattern_operands][lanes], out[max_pattern_results][lanes];
-  PatternCall call;
+  PatternCall call{};
   call.count = lanes;
   call.results = n.results;
   call.parameters = parameters_[n.data]->data();

@@ -52,7 +52,7 @@ enum class PatternOp : uint8_t {
 };
 inline constexpr int pattern_op_count = static_cast<int>(PatternOp::image) + 1;
 
-inline constexpr int max_pattern_operands = 6, max_pattern_results = 3;
+inline constexpr int max_pattern_operands = 7, max_pattern_results = 3;  // seven: an image's guard
 
 /// Operands of op; results where they do not depend on more.
 constexpr int operand_count(PatternOp op) {
@@ -87,11 +87,10 @@ constexpr bool is_elementwise(PatternOp op) {
 /// A kernel's operands and results: arrays of `count` lanes, count a multiple of 8; or one number where the variant
 /// says so.
 struct PatternCall {
-  int count = 0;
-  const float* in[max_pattern_operands] = {};
-  float* out[max_pattern_results] = {};
-  const float* parameters = nullptr;
-  int results = 1;
+  int count, results;
+  const float* in[max_pattern_operands];  // as many as the op has: no time to clear the rest
+  float* out[max_pattern_results];
+  const float* parameters;
 };
 
 /// The code of all ops but foreign and image, for one instruction set. Kernels are pure and give the same bits in every

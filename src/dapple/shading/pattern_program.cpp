@@ -56,13 +56,31 @@ void PatternProgram::run_foreign(const ShadingPoints& points, float* batch) cons
 }
 
 void PatternProgram::look_up(const Instruction& instruction, const PatternCall& call, int count) const {
+  const auto guard = static_cast<Guard>(instruction.variant);
+  const auto is_seen = [&](int i) {
+    const float v = call.in[6][i];
+    return guard == Guard::not_zero ? v != 0 : guard == Guard::not_one ? v != 1 : v == 0;
+  };
+  int seen[capacity], seen_count = 0;
+  for (int i = 0; i < count; ++i)
+    if (guard == Guard::none || is_seen(i)) seen[seen_count++] = i;
+
+  float gathered[6][capacity];
+  const float* in[6];
+  for (int k = 0; k < 6; ++k) {
+    in[k] = seen_count == count ? call.in[k] : gathered[k];
+    if (seen_count < count)
+      for (int i = 0; i < seen_count; ++i) gathered[k][i] = call.in[k][seen[i]];
+  }
   const PatternImage& image = images_[instruction.parameters];
-  const image::TextureCoordinates at{count, call.in[0], call.in[1], call.in[2], call.in[3], call.in[4], call.in[5]};
-  if (instruction.results == 1) return image.handle.lookup(at, image.sampling, 1, call.out[0]);
+  const int channels = instruction.results;
   float values[3 * capacity];
-  image.handle.lookup(at, image.sampling, 3, values);
-  for (int c = 0; c < 3; ++c)
-    for (int i = 0; i < count; ++i) call.out[c][i] = values[3 * i + c];
+  if (seen_count > 0)
+    image.handle.lookup({seen_count, in[0], in[1], in[2], in[3], in[4], in[5]}, image.sampling, channels, values);
+  for (int c = 0; c < channels; ++c) {
+    if (seen_count < count) std::fill_n(call.out[c], count, 0.0f);
+    for (int i = 0; i < seen_count; ++i) call.out[c][seen[i]] = values[channels * i + c];
+  }
 }
 
 void PatternProgram::run(const Instruction& instruction, const Pass& pass, const PatternKernels& kernels) const {

@@ -43,9 +43,13 @@ class PatternProgram {
     return static_cast<uint32_t>(base) << 30 | static_cast<uint32_t>(offset);
   }
 
+  /// Where an image must be looked up: where its last operand is so.
+  enum class Guard : uint8_t { none, not_zero, not_one, zero };
+
   struct Instruction {
     PatternOp op{};
-    uint8_t variant = 0, operands = 0, results = 1;
+    uint8_t variant = 0;  ///< of a kernel; of an image its Guard
+    uint8_t operands = 0, results = 1;
     uint32_t first = 0;       ///< in operands_: results, then operands
     uint32_t parameters = 0;  ///< in parameters_ (floats) or images_
   };
