@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/describe.h"
 
 namespace dapple::integrate {
 
@@ -238,18 +239,21 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
     for (int k = 0; k < b.count; ++k) {
       const int p = b.parent[k];
       w.L[p] += w.passed[p] * b.Ci[k];
-      if (w.wants_features) describe(p, k, b, w);
+      if (!w.wants_features) continue;
+      w.features[p] = describe(scene_, b.surface[k], b.bsdf[k], b.wo[k]);
+      if (source == Source::grid) describe_grid(p, w);
     }
   }
 }
 
-void DistributionIntegrator::describe(int p, int k, const PointBatch& b, DistributionWorkspace& w) const {
-  Features& f = w.features[p];
-  f.alpha = 1;
-  f.albedo = b.bsdf[k].albedo();
-  f.normal = face_forward(b.bsdf[k].frame.n, b.wo[k]);
-  f.position = b.surface[k].P;
-  f.depth = scene_.camera.world_to_camera().point(f.position).z;
+void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {
+  const scene::GridPoint& at = w.point[p];
+  const GridId& id = at.grid;
+  scene::GridFeatures& f = w.features[p].grid;
+  f.patch = id.patch;
+  f.point = uint32_t(w.grid[p]->index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1)));
+  f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
+  f.shading_rate = sqr(patches_.cell_size(id, mid_shutter) / w.width[p]);
 }
 
 }  // namespace dapple::integrate

@@ -54,16 +54,20 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 }
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
+<<<<<<< HEAD
   materials_.prelight(
       b.count, b.geometry, b.surface,
       [&b](int k, shading::ShadingPoints* points, int lane) {
         scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
       },
       b.bsdf, w.prelighting);
+=======
+  materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
+    scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
+  }, b.bsdf, w.prelighting, &w.stages);
+>>>>>>> main
   if (arrival == Arrival::diffuse)
     for (int k = 0; k < b.count; ++k) flatten_layers(&b.bsdf[k]);
-  w.stages[Stage::prelighting] += uint64_t(b.count);
-  ++w.stages.batches;
 }
 
 int HitShader::shadow_rays(const Place& p) const {
@@ -188,7 +192,9 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
 }
 
 void HitShader::trace_shadows(PointBatch& b, ShadingWorkspace& w) const {
+  const Timer timer;
   tracer_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  w.stages.tracing_seconds += timer.seconds();
   w.rays.shadow += uint64_t(w.shadow_count);
   for (int s = 0; s < w.shadow_count; ++s) {
     if (w.visible[s].is_black()) continue;
@@ -199,7 +205,9 @@ void HitShader::trace_shadows(PointBatch& b, ShadingWorkspace& w) const {
 
 // Nearest hits of b.rays; weights lose what is lost on the way.
 void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
+  const Timer timer;
   tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing);
+  w.stages.tracing_seconds += timer.seconds();
   if (!materials_.shadows_pass()) return;
   for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
 }

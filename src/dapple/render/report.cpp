@@ -12,22 +12,16 @@ namespace dapple::render {
 namespace {
 std::string_view name_of(Outcome outcome) {
   switch (outcome) {
-    case Outcome::finished:
-      return "finished";
-    case Outcome::time_limit:
-      return "time_limit";
-    case Outcome::noise_target:
-      return "noise_target";
-    case Outcome::interrupted:
-      return "interrupted";
+    case Outcome::finished: return "finished";
+    case Outcome::time_limit: return "time_limit";
+    case Outcome::noise_target: return "noise_target";
+    case Outcome::interrupted: return "interrupted";
   }
   return "";
 }
 }  // namespace
 
-std::string version() {
-  return DAPPLE_VERSION;
-}
+std::string version() { return DAPPLE_VERSION; }
 
 std::string RunReport::to_json() const {
   nlohmann::ordered_json j;
@@ -50,16 +44,16 @@ std::string RunReport::to_json() const {
   j["render_seconds"] = session.seconds;
   j["cpu_seconds"] = process_cpu_seconds();
   j["peak_rss_bytes"] = process_peak_rss_bytes();
-  j["memory_bytes"] = {
-      {"shapes", build_times->shape_bytes}, {"acceleration", scene->traced.acceleration_bytes()}, {"film", film_bytes}};
+  j["memory_bytes"] = {{"shapes", build_times->shape_bytes},
+                       {"acceleration", scene->traced.acceleration_bytes()},
+                       {"film", film_bytes}};
   const integrate::RayCounts& r = session.rays;
-  j["rays"] = {{"camera", r.camera},
-               {"shadow", r.shadow},
-               {"diffuse", r.diffuse},
-               {"specular", r.specular},
+  j["rays"] = {{"camera", r.camera}, {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
                {"subsurface", r.subsurface}};
-  for (int s = 0; s < shading::stage_count; ++s)
-    j["shading_points"][shading::stage_names[size_t(s)]] = session.stages.points[size_t(s)];
+  for (int s = 0; s < shading::stage_count; ++s) j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
+  j["shading_batches"] = session.stages.batches;
+  j["shading_seconds"] = session.stages.shading_seconds;
+  if (session.stages.tracing_seconds > 0) j["tracing_seconds"] = session.stages.tracing_seconds;
   j["dropped_samples"] = dropped_samples;
   j["warnings"] = warnings;
   if (session.relative_error > 0 && std::isfinite(session.relative_error)) j["relative_error"] = session.relative_error;
