@@ -19,28 +19,16 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-<<<<<<< HEAD
-  std::string scene, integrator = "path", shadow_rays, diffuse_rays, crop, resolution, aovs, stats, view, display, ocio,
-                     compression = "zip";
-  int bounces = -1, specular_depth = 16, pixel_samples = 0, threads = 0, png_bits = 8;
-  uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0, shading_rate = 1;
-  bool strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false,
-       quiet = false;
-=======
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
->>>>>>> main
 };
 
 std::atomic<bool> interrupted{false};
 
-extern "C" void on_signal(int) {
-  interrupted = true;
-}
+extern "C" void on_signal(int) { interrupted = true; }
 
 // "1024x576"
 V2i parse_resolution(const std::string& text) {
@@ -89,32 +77,6 @@ integrate::RayList parse_rays(const std::string& option, const std::string& text
                        " by diffuse depth, such as 64,16");
     counts.push_back(n);
   }
-<<<<<<< HEAD
-  if (counts.empty())
-    throw UsageError(option + ": \"" + text + "\"; expected numbers from 1 to 65536 by diffuse depth, such as 64,16");
-  return integrate::RayList(counts);
-}
-
-integrate::DistributionIntegrator::Settings distribution_settings(const RenderOptions& o,
-                                                                  const build::BuiltScene& built, int samples) {
-  integrate::DistributionIntegrator::Settings s;
-  s.shading.seed = o.seed;
-  s.shading.specular_depth = o.specular_depth;
-  s.shading.bounces = o.bounces >= 0 ? o.bounces : std::min(default_bounces, built.request.max_depth);
-  if (!o.shadow_rays.empty()) s.shading.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
-  if (!o.diffuse_rays.empty()) s.shading.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
-  s.pixel_samples = samples;
-  s.shading_rate = float(o.shading_rate);
-  return s;
-}
-
-std::unique_ptr<const integrate::Integrator> make_integrator(const RenderOptions& o, const build::BuiltScene& built,
-                                                             int samples) {
-  if (o.integrator == "distribution")
-    return std::make_unique<integrate::DistributionIntegrator>(*built.scene, distribution_settings(o, built, samples));
-  return std::make_unique<integrate::PathIntegrator>(*built.scene,
-                                                     path_settings(o, built, built.request.pixel_samples));
-=======
   return integrate::RayList(std::move(counts));
 }
 
@@ -131,11 +93,9 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
   if (o.color_bleeding) r.color_bleeding = true;
   return r;
->>>>>>> main
 }
 
-render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built,
-                                       const std::string& command_line) {
+render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
   render::OutputSettings s;
   s.aovs = render::parse_aovs(o.aovs);
   if (s.aovs.empty() && built.film.gbuffer) s.aovs = render::aov_names();
@@ -190,15 +150,9 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   // A limit of time or noise without a number of samples leaves the number open.
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
-<<<<<<< HEAD
-  rules.pixel_samples = uint32_t(o.pixel_samples > 0 ? o.pixel_samples
-                                 : open_ended        ? build::max_pixel_samples
-                                                     : built.request.pixel_samples);
-=======
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
->>>>>>> main
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
@@ -245,26 +199,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
 Command add_render(CLI::App& app, const std::string& command_line) {
   auto o = std::make_shared<RenderOptions>();
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
-  app.add_option("-o,--output", o->outputs,
-                 "Image file, .exr or .png; may be given again [the scene's, in this folder]")
+  app.add_option("-o,--output", o->outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
-<<<<<<< HEAD
-  app.add_option("--integrator", o->integrator, "Light transport [path]")
-      ->check(CLI::IsMember({"path", "distribution"}));
-  app.add_option("--bounces", o->bounces,
-                 "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--shadow-rays", o->shadow_rays,
-                 "Distribution: shadow rays a shading point and light, by diffuse depth [4]");
-  app.add_option("--diffuse-rays", o->diffuse_rays, "Distribution: diffuse rays a shading point, by diffuse depth [4]");
-  app.add_option("--shading-rate", o->shading_rate, "Distribution: pixels a shading point")
-      ->check(CLI::Range(0.01, 1024.0))
-      ->capture_default_str();
-  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's]")
-=======
   app.add_option("--integrator", o->integrator, "Light transport: path, distribution, ao [the scene's]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
   app.add_option("--preset", o->preset, "Quality where neither options nor the scene say: draft, preview, final [preview]")
@@ -279,37 +215,22 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
->>>>>>> main
       ->check(CLI::PositiveNumber);
-  app.add_option("--time-limit", o->time_limit,
-                 "Stop after the pass that reaches this many seconds of rendering [none]")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--noise-target", o->noise_target,
-                 "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
+  app.add_option("--noise-target", o->noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
       ->check(CLI::PositiveNumber);
   app.add_option("--resolution", o->resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
-  app.add_option("--threads", o->threads, "Threads; 0 = all processors")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
-<<<<<<< HEAD
-  app.add_option("--aov", o->aovs,
-                 "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha or all [none]");
-=======
   app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
->>>>>>> main
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");
   app.add_flag("--tiled", o->tiled, "Tiled EXR [scanlines]");
   app.add_flag("--multi-part", o->multi_part, "One EXR part for each layer [one part]");
-  app.add_option("--compression", o->compression,
-                 "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab")
+  app.add_option("--compression", o->compression, "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab")
       ->capture_default_str();
-  app.add_option("--png-bits", o->png_bits, "Bits of a PNG channel")
-      ->check(CLI::IsMember({8, 16}))
-      ->capture_default_str();
+  app.add_option("--png-bits", o->png_bits, "Bits of a PNG channel")->check(CLI::IsMember({8, 16}))->capture_default_str();
   app.add_option("--view", o->view, "OpenColorIO view for PNG [plain sRGB]");
   app.add_option("--display", o->display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o->ocio, "OpenColorIO configuration file [$OCIO]");

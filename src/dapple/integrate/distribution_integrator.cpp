@@ -51,11 +51,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
 };
 
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene),
-      settings_(settings),
-      shader_(scene, settings.shading),
-      patches_(scene.traced),
-      grids_(settings.grid_bytes),
+    : scene_(scene), settings_(settings), shader_(scene, settings.shading), patches_(scene.traced), grids_(settings.grid_bytes),
       eye_(scene.camera.position()) {}
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
@@ -182,8 +178,7 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
 // Writes point k: what the four shading points around `at` have, within their tile.
 void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
   const GridId& id = grid.id;
-  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)),
-              y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
+  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
   const int i0 = int(x), j0 = int(y);
   const float fx = x - float(i0), fy = y - float(j0);
   float weight[4], sum = 0, largest = 0;

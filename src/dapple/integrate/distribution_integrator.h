@@ -8,17 +8,16 @@ namespace dapple::integrate {
 
 struct DistributionWorkspace;
 
-/// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with
-/// a ray-traced hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for
-/// `shading_rate` pixels, each once a frame however many camera samples see it, at the middle of the shutter interval.
-/// What depends sharply on the view (mirrors, glass, layered and glossy materials) is added per camera sample, with
-/// prelighting interpolated from the lattice.
+/// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
+/// hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for `shading_rate` pixels, each
+/// once a frame however many camera samples see it, at the middle of the shutter interval. What depends sharply on the view (mirrors,
+/// glass, layered and glossy materials) is added per camera sample, with prelighting interpolated from the lattice.
 class DistributionIntegrator final : public Integrator {
  public:
   struct Settings {
     HitShader::Settings shading;
-    float shading_rate = 1;                 ///< area of a micropolygon in pixels
-    int pixel_samples = 16;                 ///< that will share a pixel's work
+    float shading_rate = 1;        ///< area of a micropolygon in pixels
+    int pixel_samples = 16;        ///< that will share a pixel's work
     size_t grid_bytes = size_t(512) << 20;  ///< of shading grids kept; beyond, they are shaded again
   };
 

@@ -13,12 +13,11 @@ namespace dapple::integrate {
 
 /// The shading points of one tile: what its shaders gave that all camera samples share.
 struct ShadingGrid {
-  explicit ShadingGrid(const scene::GridId& grid_id)
-      : id(grid_id), diffuse(std::make_unique<RGB[]>(size_t(grid_id.count()))) {}
+  explicit ShadingGrid(const scene::GridId& grid_id) : id(grid_id), diffuse(std::make_unique<RGB[]>(size_t(grid_id.count()))) {}
 
   scene::GridId id;
-  std::unique_ptr<RGB[]> diffuse;         ///< radiance by diffuse lobes
-  std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
+  std::unique_ptr<RGB[]> diffuse;          ///< radiance by diffuse lobes
+  std::unique_ptr<shading::Bsdf[]> bsdf;   ///< null where the material scatters the same everywhere
   std::atomic<bool> ready{false};
   bool kept = false;  ///< belongs to the store
 
@@ -26,8 +25,8 @@ struct ShadingGrid {
   size_t bytes() const;
 };
 
-/// Grids by name, shared by all threads, up to a number of bytes. What a grid holds is a pure function of its name, so
-/// it does not matter which thread shades it, or whether it is kept.
+/// Grids by name, shared by all threads, up to a number of bytes. What a grid holds is a pure function of its name, so it does not
+/// matter which thread shades it, or whether it is kept.
 class GridStore {
  public:
   explicit GridStore(size_t max_bytes) : max_bytes_(max_bytes) {}

@@ -22,13 +22,9 @@ enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular }
 // A diffuse ray stands for a cone; wider than this, textures would blur what shadows and edges do not.
 constexpr float widest_spread = 0.25f;
 
-uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) {
-  return uint32_t(hash(key, purpose, number));
-}
+uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
 
-bool scatters(const Bsdf& b) {
-  return !(b.reflectance.is_black() && b.transmittance.is_black());
-}
+bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
 
 // A layered material as a diffuse ray sees it.
 void flatten_layers(Bsdf* b) {
@@ -54,18 +50,9 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 }
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
-<<<<<<< HEAD
-  materials_.prelight(
-      b.count, b.geometry, b.surface,
-      [&b](int k, shading::ShadingPoints* points, int lane) {
-        scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
-      },
-      b.bsdf, w.prelighting);
-=======
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
   }, b.bsdf, w.prelighting, &w.stages);
->>>>>>> main
   if (arrival == Arrival::diffuse)
     for (int k = 0; k < b.count; ++k) flatten_layers(&b.bsdf[k]);
 }
@@ -97,8 +84,7 @@ RGB HitShader::emission(const trace::HitBatch& hits, int i, const geom::SurfaceP
 void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int k = 0; k < b.count; ++k) b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
-  light_directly(
-      b, place, [&b](int k) { return b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]); }, w);
+  light_directly(b, place, [&b](int k) { return b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]); }, w);
   if (place.depth.diffuse < settings_.bounces) {
     const int rays = diffuse_rays(place);
     w.job_count = 0;
@@ -240,8 +226,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
   const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
-  shade_hits(
-      place, below, [](int) { return true; }, w);
+  shade_hits(place, below, [](int) { return true; }, w);
   const PointBatch& found = w.level(below.level);
   for (int c = 0; c < found.count; ++c) {
     const int i = found.parent[c];
@@ -261,9 +246,8 @@ void HitShader::shade_hits(const Place& place, const Place& below, const Wanted&
     const int k = b.ray_point[i], c = found.count++;
     found.parent[c] = i;
     found.geometry[c] = b.hits.geometry[i];
-    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i])
-                           ? scene_.traced.surface(b.hits, i, b.time[k])
-                           : scene_.traced.surface_without_tangents(b.rays, b.hits, i);
+    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i]) ? scene_.traced.surface(b.hits, i, b.time[k])
+                                                                     : scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     found.wo[c] = -b.rays.direction(i);
     found.time[c] = b.time[k];
     found.width[c] = b.width[k] + b.ray_spread[i] * b.distance[i];
@@ -285,9 +269,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
   std::copy_n(w.counts, b.count, counts);
-  light_directly(
-      b, place,
-      [&](int k) { return counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough; }, w);
+  light_directly(b, place, [&](int k) { return counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough; }, w);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
     for (int i = 0; i < counts[k]; ++i) {
@@ -324,8 +306,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     b.ray_pdf[i] = s.pdf / w.job_weight[j];
     b.ray_lobe[i] = s.lobe;
     b.ray_spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
-    b.ray_medium[i] =
-        s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
+    b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   trace_rays(b, w);
@@ -350,8 +331,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
 }
 
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
-float HitShader::light_density(const shading::LightReceiver& to, uint32_t index, const V3f& wi,
-                               const geom::SurfacePoint& s, int rays) const {
+float HitShader::light_density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
+                               int rays) const {
   const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng) * float(rays);
   if (int(scene_.lights.size()) <= lights_apart) return pdf;
   return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
@@ -365,8 +346,7 @@ void HitShader::add_lights_hit(PointBatch& b, const Place& place, ShadingWorkspa
     const V3f d = b.rays.direction(i);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
-      const float weight =
-          b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(receiver(b, k), light, d, s, rays)) : 1;
+      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(receiver(b, k), light, d, s, rays)) : 1;
       b.specular[k] += b.ray_weight[i] * Le * weight;
     };
     if (b.hits.geometry[i] == no_id) {

@@ -6,29 +6,29 @@
 
 namespace dapple::integrate {
 
-/// Runs the stages of surface shaders on batches of points by distribution ray tracing (Cook et al. 1984): shadow rays
-/// to the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased
-/// estimates, but for what `arrival` says.
+/// Runs the stages of surface shaders on batches of points by distribution ray tracing (Cook et al. 1984): shadow rays to
+/// the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased estimates, but
+/// for what `arrival` says.
 ///
-/// Lights: each light gets its own stratified shadow rays; where there are more than `lights_apart`, that many times
-/// the shadow rays of one choose lights by importance. Purely diffuse points take light sources by shadow rays only;
-/// other points combine them with specular rays that meet the source (power heuristic, Veach 1997).
+/// Lights: each light gets its own stratified shadow rays; where there are more than `lights_apart`, that many times the shadow rays of
+/// one choose lights by importance. Purely diffuse points take light sources by shadow rays only; other points combine them with specular rays
+/// that meet the source (power heuristic, Veach 1997).
 class HitShader {
  public:
   struct Settings {
-    int bounces = 4;                          ///< diffuse bounces of indirect light; 0 = direct light only
-    int specular_depth = 16;                  ///< glossy and mirror scatterings
+    int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
+    int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     uint64_t seed = 0;
   };
   static constexpr int lights_apart = 6;
 
-  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones
-  /// of their mean albedo, and emitters are dark: shadow rays have found them.
+  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
+  /// mean albedo, and emitters are dark: shadow rays have found them.
   enum class Arrival { view, diffuse };
 
-  /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts
-  /// are divided by it, rounded up.
+  /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts are
+  /// divided by it, rounded up.
   struct Place {
     int level = 0;
     Depth depth;
@@ -46,8 +46,7 @@ class HitShader {
 
   // The same in steps, for callers that keep what a step gives.
   void prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
-  /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely
-  /// diffuse.
+  /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   void light_specular(const Place& place, ShadingWorkspace& w) const;
@@ -62,8 +61,7 @@ class HitShader {
   int shadow_rays(const Place& place) const;
   int diffuse_rays(const Place& place) const;
   shading::LightReceiver receiver(const PointBatch& b, int k) const;
-  float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s,
-                      int rays) const;
+  float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
 
   template <class Wanted>
   void light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const;

@@ -54,8 +54,7 @@ class Integrator {
 
   virtual ~Integrator() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  /// Adds the samples of `work` to the film. Only pixels of the tile are touched. A pure function of scene, settings
-  /// and work.
+  /// Adds the samples of `work` to the film. Only pixels of the tile are touched. A pure function of scene, settings and work.
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
 };
 

@@ -13,8 +13,7 @@ MaterialTable::MaterialTable(const scene::Scene& scene) : scene_(scene) {
   for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
 }
 
-void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
-                                      shading::Bsdf* out) const {
+void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const {
   for (int k = 0; k < n; ++k) {
     const size_t m = index(geometry[k]);
     if (!constants_[m]) continue;

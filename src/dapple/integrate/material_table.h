@@ -43,13 +43,8 @@ class MaterialTable {
   /// Runs prelighting at n <= Scratch::capacity points: out[0, n), and counts it. set_point(k, points, lane) describes point k
   /// where a material does not scatter the same everywhere.
   template <class SetPoint>
-<<<<<<< HEAD
-  void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
-                shading::Bsdf* out, Scratch& scratch) const;
-=======
   void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
                 Scratch& scratch, StageCounts* counts) const;
->>>>>>> main
 
  private:
   size_t index(uint32_t geometry) const { return size_t(scene_.bindings[geometry].material); }
@@ -61,20 +56,14 @@ class MaterialTable {
 };
 
 template <class SetPoint>
-<<<<<<< HEAD
-void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
-                             const SetPoint& set_point, shading::Bsdf* out, Scratch& scratch) const {
-=======
 void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
                              shading::Bsdf* out, Scratch& scratch, StageCounts* counts) const {
   const Timer timer;
->>>>>>> main
   prelight_constant(n, geometry, surface, out);
   int batched = 0;
   for (int k = 0; k < n; ++k)
     if (varies(geometry[k])) scratch.batched[batched++] = {uint32_t(index(geometry[k])), k};
-  std::stable_sort(scratch.batched, scratch.batched + batched,
-                   [](const auto& a, const auto& b) { return a.material < b.material; });
+  std::stable_sort(scratch.batched, scratch.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
   for (int first = 0; first < batched;) {
     const uint32_t m = scratch.batched[first].material;
     int count = 0;

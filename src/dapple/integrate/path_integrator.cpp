@@ -26,12 +26,10 @@ namespace {
 enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
 
-// Surfaces without scattering between media, and cut-outs, do not count as scatterings; this ends a path caught between
-// them.
+// Surfaces without scattering between media, and cut-outs, do not count as scatterings; this ends a path caught between them.
 constexpr int max_steps = 4096;
 
-// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light
-// and texture together.
+// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
 constexpr float diffuse_spread = 0.05f;
 
 }  // namespace
@@ -159,8 +157,8 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
   if (Le.is_black()) return;
   float weight = 1;
   if (w.bsdf_pdf[p] > 0) {
-    const float pdf =
-        scene_.light_sampler->probability(w.receiver[p], int(index)) * light.pdf(w.receiver[p], d, s.P, s.Ng);
+    const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
+                      light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
   w.L[p] += w.beta[p] * Le * weight;
@@ -171,21 +169,10 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k)
     if (!w.last[w.point_path[k]] || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
-<<<<<<< HEAD
-  w.stages[shading::Stage::prelighting] += uint64_t(kept);
-  materials_.prelight(
-      kept, w.point_geometry, w.surface,
-      [&w](int k, shading::ShadingPoints* points, int lane) {
-        const int p = w.point_path[k];
-        scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
-      },
-      w.bsdf, w.prelighting);
-=======
   materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
     scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
   }, w.bsdf, w.prelighting, &w.stages);
->>>>>>> main
   if (w.wants_features) describe_first_surfaces(w);
 }
 
@@ -231,13 +218,10 @@ void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   if (!scene_.light_sampler || bsdf.is_delta()) return;
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
-  connect(
-      k, receiver_at(k, w), &w.surface[k],
-      [&](const V3f& wi, float* pdf) {
-        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
-        return f * std::abs(dot(wi, bsdf.frame.n));
-      },
-      w);
+  connect(k, receiver_at(k, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
+    const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+    return f * std::abs(dot(wi, bsdf.frame.n));
+  }, w);
 }
 
 void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
@@ -246,8 +230,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const V3f wo = -w.wi[k];
   const shading::LightReceiver receiver{w.surface[k].P, V3f(0, 0, 0), w.time[p]};
   if (scene_.light_sampler)
-    connect(
-        k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
+    connect(k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
   const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
   if (!end_or_go_on(k, Lobe::glossy, w)) return;

@@ -11,8 +11,7 @@
 
 namespace dapple::integrate {
 
-/// State of the paths of one block of pixels, and scratch for their steps. About 0.6 MB; nothing is allocated while
-/// paths are traced.
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.6 MB; nothing is allocated while paths are traced.
 struct PathWorkspace final : Integrator::Workspace {
   static constexpr int capacity = trace::RayBatch::capacity;
 
@@ -85,8 +84,7 @@ struct PathWorkspace final : Integrator::Workspace {
   uint32_t next_key(int p) { return camera.seed[p] + 0x9e3779b9u * (camera.index[p] * 64 + ++ray_number[p]); }
   /// A key for stochastic evaluations at the path's current vertex; likewise.
   uint64_t vertex_key(int p, uint64_t purpose) const {
-    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) +
-           0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
+    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
     next->batch.set(next->count, o, d, infinity, time[p], key);

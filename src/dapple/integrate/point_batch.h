@@ -22,13 +22,13 @@ struct PointBatch {
   int count = 0;
   geom::SurfacePoint surface[capacity];
   uint32_t geometry[capacity];
-  V3f wo[capacity];  ///< towards the viewer; where there is none, the normal of the side to be shaded
+  V3f wo[capacity];         ///< towards the viewer; where there is none, the normal of the side to be shaded
   float time[capacity];
-  float width[capacity];     ///< of the footprint, m
-  float spread[capacity];    ///< growth of the width along specular rays
+  float width[capacity];    ///< of the footprint, m
+  float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
-  uint64_t key[capacity];    ///< of all random numbers of the point
-  int parent[capacity];      ///< ray of the batch above that found the point
+  uint64_t key[capacity];   ///< of all random numbers of the point
+  int parent[capacity];     ///< ray of the batch above that found the point
 
   shading::Bsdf bsdf[capacity];
   RGB irradiance[capacity], irradiance_behind[capacity];

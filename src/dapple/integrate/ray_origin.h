@@ -11,14 +11,13 @@ inline V3f offset_origin(const geom::SurfacePoint& s, const V3f& direction) {
   return s.P + s.Ng * (dot(direction, s.Ng) < 0 ? -s.error : s.error);
 }
 
-/// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and
-/// short of the light by a little so that it does not shadow itself.
+/// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and short of the light
+/// by a little so that it does not shadow itself.
 struct ShadowRay {
   V3f d;
   float distance;  ///< 0: none
 
-  ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin)
-      : d(light.wi), distance(light.distance) {
+  ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin) : d(light.wi), distance(light.distance) {
     if (std::isinf(light.distance)) return;
     const V3f to_light = p + light.wi * light.distance - origin;
     const float length = dapple::length(to_light);

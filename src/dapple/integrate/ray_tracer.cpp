@@ -35,8 +35,7 @@ void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* mediu
 }
 
 // From surface to surface.
-void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible,
-                                Scratch& s) const {
+void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   for (int i = 0; i < n; ++i) {
     s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
     s.medium[i] = medium[i];
@@ -60,8 +59,8 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
   }
 }
 
-void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance,
-                        RGB* passed, Scratch& s) const {
+void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
+                        Scratch& s) const {
   scene_.traced.intersect(rays, n, hits);
   for (int i = 0; i < n; ++i) {
     distance[i] = hits->geometry[i] == trace::no_id ? infinity : hits->t[i];

@@ -11,7 +11,7 @@ namespace dapple::render {
 /// When to stop: whichever of the limits comes first.
 struct StopRules {
   uint32_t pixel_samples = 16;
-  double time_limit = 0;  ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
+  double time_limit = 0;    ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
   double noise_target = 0;  ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
 };
 
@@ -35,8 +35,8 @@ struct SessionResult {
   integrate::StageCounts stages;
 };
 
-/// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the
-/// order of tiles or how samples fall into passes.
+/// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or
+/// how samples fall into passes.
 class RenderSession {
  public:
   RenderSession(const integrate::Integrator& integrator, scene::Film& film, const StopRules& rules)
@@ -44,8 +44,8 @@ class RenderSession {
 
   /// Called now and then from a rendering thread, one call at a time.
   void on_progress(std::function<void(const Progress&)> callback) { callback_ = std::move(callback); }
-  /// Renders until a rule stops it, or until `interrupt` becomes true: then at once, and the film holds what is done,
-  /// pixels with different numbers of samples.
+  /// Renders until a rule stops it, or until `interrupt` becomes true: then at once, and the film holds what is done, pixels with
+  /// different numbers of samples.
   SessionResult run(const std::atomic<bool>& interrupt);
 
   static constexpr int tile_size = 32;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
 constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
-constexpr float small_patch = 2;  // micropolygons: a patch no longer than this is one point, else leaves would be many
+constexpr float small_patch = 2;      // micropolygons: a patch no longer than this is one point, else leaves would be many
 constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
 
@@ -46,8 +46,7 @@ std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map
 }  // namespace
 
 uint64_t GridId::hash() const {
-  return dapple::hash(instance, geometry, patch, uint64_t(tile_u) << 32 | tile_v, u_level, v_level, cluster_level,
-                      behind);
+  return dapple::hash(instance, geometry, patch, uint64_t(tile_u) << 32 | tile_v, u_level, v_level, cluster_level, behind);
 }
 
 PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
@@ -77,8 +76,8 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
   return {at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float time,
-                      float width, GridPoint* out) const {
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float time, float width,
+                      GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
   *out = {};
   out->grid.instance = hits.instance[i];
@@ -114,10 +113,8 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
 }
 
 float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const {
-  const geom::CurveSet::ControlPoint* c =
-      &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
-  const float length =
-      dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
+  const geom::CurveSet::ControlPoint* c = &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
+  const float length = dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
   return length * scene_.instance_scale(instance);
 }
 
@@ -125,8 +122,7 @@ float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t se
 bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const {
   const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(hits.geometry[i]));
   const geom::CurveSet::ControlPoint* c = &curves.control_points[hits.primitive[i] * size_t(4)];
-  const float radius =
-      std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(hits.instance[i]);
+  const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(hits.instance[i]);
   if (!(radius <= width)) return false;
   GridId& grid = out->grid;
   grid.patch = hits.primitive[i];
@@ -139,12 +135,10 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
 
 float PatchTable::cell_size(const GridId& grid, float time) const {
   if (grid.cluster_level > 0)
-    return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) *
-           scene_.instance_scale(grid.instance);
+    return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const trace::Shape& shape = scene_.shape(grid.geometry);
-  if (std::holds_alternative<trace::CurvesPtr>(shape))
-    return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
   Extent e;
   if (std::holds_alternative<trace::QuadricPtr>(shape)) {
     trace::HitBatch hit;
@@ -166,13 +160,11 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   return s <= t;
 }
 
-void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits,
-                               int lane) const {
+void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const {
   const GeometryPatches& patches = geometries_[grid.geometry];
   hits->instance[lane] = grid.instance;
   hits->geometry[lane] = grid.geometry;
-  const uint32_t patch =
-      grid.cluster_level > 0 ? patches.clusters->representative(grid.patch, grid.cluster_level) : grid.patch;
+  const uint32_t patch = grid.cluster_level > 0 ? patches.clusters->representative(grid.patch, grid.cluster_level) : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const float i0 = float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;

@@ -11,8 +11,8 @@
 
 namespace dapple::scene {
 
-/// Names a tile of shading points: at most 8 x 8 cells of a patch diced 2^u_level by 2^v_level, or one point for a
-/// group of patches. A shading point is the centre of its cell.
+/// Names a tile of shading points: at most 8 x 8 cells of a patch diced 2^u_level by 2^v_level, or one point for a group of patches. A
+/// shading point is the centre of its cell.
 struct GridId {
   uint32_t instance = trace::no_id, geometry = 0;
   uint32_t patch = 0;  ///< or the group, where cluster_level > 0
@@ -34,21 +34,19 @@ struct GridPoint {
   float x = 0, y = 0;
 };
 
-/// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it,
-/// and where those points are. Rates are powers of two chosen by the width of a pixel at the hit, so a moving camera
-/// chooses among fixed points and never makes new ones.
+/// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it, and
+/// where those points are. Rates are powers of two chosen by the width of a pixel at the hit, so a moving camera chooses among fixed
+/// points and never makes new ones.
 class PatchTable {
  public:
   explicit PatchTable(const trace::TracedScene& scene);
 
-  /// The tile whose micropolygons are about `width` (m) long, for hit i of ray (o, d). False where a surface has no
-  /// lattice, as curves that are wider than a pixel: these are shaded at the hit.
-  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float time, float width,
-            GridPoint* out) const;
+  /// The tile whose micropolygons are about `width` (m) long, for hit i of ray (o, d). False where a surface has no lattice, as
+  /// curves that are wider than a pixel: these are shaded at the hit.
+  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float time, float width, GridPoint* out) const;
 
   /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
-  void shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits,
-                     int lane) const;
+  void shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const;
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 

@@ -29,7 +29,7 @@ struct GeometryBinding {
   uint32_t first_light = trace::no_id;
   shading::FloatTexturePtr alpha;  ///< null = opaque
   int32_t inside_medium = vacuum, outside_medium = vacuum;
-  bool changes_medium = false;  ///< the surface separates the two media above
+  bool changes_medium = false;     ///< the surface separates the two media above
 
   /// The medium that a ray along d is in after it left the surface of normal Ng, having been in `before`.
   int32_t medium_beyond(const V3f& d, const V3f& Ng, int32_t before) const {

@@ -8,8 +8,8 @@
 
 namespace dapple::shading {
 
-/// A surface shader. It has prelighting, and any of the other stages (stages.h); for stages that it does not have, the
-/// renderer does what the Bsdf of prelighting says. Immutable, thread-safe.
+/// A surface shader. It has prelighting, and any of the other stages (stages.h); for stages that it does not have, the renderer
+/// does what the Bsdf of prelighting says. Immutable, thread-safe.
 class Material {
  public:
   virtual ~Material() = default;

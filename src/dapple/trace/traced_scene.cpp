@@ -18,15 +18,13 @@ constexpr int packet = 16;
 
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
-  if (code == RTC_ERROR_OUT_OF_MEMORY)
-    throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
-  if (code != RTC_ERROR_NONE)
-    throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
+  if (code == RTC_ERROR_OUT_OF_MEMORY) throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
+  if (code != RTC_ERROR_NONE) throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
 }
 
 template <class T>
-void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data,
-           size_t stride, size_t count) {
+void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data, size_t stride,
+           size_t count) {
   rtcSetSharedGeometryBuffer(g, type, slot, format, data.data(), 0, stride, count);
 }
 
@@ -171,8 +169,7 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
                                                                  sizeof(uint32_t), curves.segment_count()));
     for (uint32_t i = 0; index && i < curves.segment_count(); ++i) index[i] = 4 * i;
     if (curves.kind == geom::CurveKind::ribbon) {
-      void* to =
-          rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
+      void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
       if (to) std::memcpy(to, curves.normals.data(), curves.normals.size() * sizeof(V3f));
     }
   }
@@ -418,8 +415,6 @@ Box3f TracedScene::bounds() const {
   return box;
 }
 
-size_t TracedScene::acceleration_bytes() const {
-  return size_t(std::max<int64_t>(0, memory_->bytes.load()));
-}
+size_t TracedScene::acceleration_bytes() const { return size_t(std::max<int64_t>(0, memory_->bytes.load())); }
 
 }  // namespace dapple::trace

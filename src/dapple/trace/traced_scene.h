@@ -28,9 +28,8 @@ class RayRecorder {
   virtual void record(const RayBatch& rays, int n, bool occlusion) = 0;
 };
 
-/// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from
-/// any number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes
-/// where Embree allows.
+/// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from any
+/// number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes where Embree allows.
 class TracedScene {
  public:
   TracedScene();
@@ -57,8 +56,7 @@ class TracedScene {
 
   /// The surface at hit i of a batch, in world space, Ng and Ns on the outside.
   geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
-  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far,
-  /// since no vertex is read.
+  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
   /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
