@@ -25,7 +25,7 @@ using namespace dapple;
 using namespace dapple::shading;
 using namespace dapple::bench;
 
-constexpr int layers = 10;  // of 20 nodes
+constexpr int layers = 5;  // of 40 nodes, as a scene file would name them
 
 /// The nodes as expressions of a graph.
 struct GraphNodes {

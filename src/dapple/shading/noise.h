@@ -43,8 +43,8 @@ DAPPLE_LANE float copy_sign_bit(float x, int32_t bit_31) {
 DAPPLE_LANE float gradient_product(int32_t hash, float x, float y, float z) {
   const int32_t h = hash & 15;
   const bool xy = (h & 14) == 12;
-  const float u = (h < 8) | xy ? x : y;
-  const float v = (h < 4) | xy ? y : z;
+  const float u = ((h < 8) | xy) ? x : y;
+  const float v = ((h < 4) | xy) ? y : z;
   return copy_sign_bit(u, hash << 31) + copy_sign_bit(v, (hash << 30) & INT32_MIN);
 }
 
