@@ -153,6 +153,31 @@ INSTANTIATE_TEST_SUITE_P(
                     Look{"interface", R"(Material "interface")"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+// Fog around a lamp and its shadow, scattered once. The path tracer does the same where neither diffuse nor specular scatterings may follow.
+TEST(DistributionMedia, ScatterOnce) {
+  const auto built = build_text(film(32) + R"(LookAt 0 -3 1  0 0 .7  0 0 1
+MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [ .02 .05 .1 ] "rgb sigma_s" [ .3 .25 .2 ] "float g" .4
+MediumInterface "" "fog"
+Camera "perspective" "float fov" 60
+WorldBegin
+MediumInterface "fog" "fog"
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
+  Translate 1 -2 4
+  Shape "sphere" "float radius" .5
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+Shape "bilinearmesh" "point3 P" [ -.5 .5 1  .5 .5 1  -.5 1 1.1  .5 1 1.1 ]
+Shape "bilinearmesh" "point3 P" [ -4 4 0  4 4 0  -4 4 4  4 4 4 ]
+)");
+  auto s = settings(0, {8}, {1});
+  s.shading.specular_depth = 0;
+  const RGB mean = render_built(built, 256, s).mean();
+  const RGB expected = render_built(built, 1024, test::bounces(0, 0)).mean();
+  expect_near(mean, expected, .01f, "fog");
+}
+
 bool same_bits(const scene::Film& a, const scene::Film& b) {
   for (int y = 0; y < a.height(); ++y)
     for (int x = 0; x < a.width(); ++x) {

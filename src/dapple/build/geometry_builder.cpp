@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/geometry_builder.h"
 
+#include <numeric>
+
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
@@ -150,17 +152,26 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
 void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
                                  scene::GeometryBinding* binding) {
   const ShapeEntity& e = *job.entity;
-  std::vector<std::optional<geom::EmitterShape>> emitters = make_emitters(shape);
+  const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
+  std::vector<uint32_t> emitter_of;
+  auto emitters = make_joined_emitters(shape, &emitter_of);
+  // An image lies on each triangle by itself, and power is that of each.
+  if (alpha || area_light.params.find("filename") || area_light.params.find("power")) {
+    emitters = make_emitters(shape);
+    std::iota(emitter_of.begin(), emitter_of.end(), 0u);
+  }
   if (emitters.empty()) {
     context_.diagnostics.unsupported(e.loc, "an area light on a curve", "a surface that does not shine");
     return;
   }
-  auto lights = make_area_lights(context_.description.area_lights[size_t(e.area_light)], std::move(emitters), alpha, context_, textures_, e.loc);
+  auto lights = make_area_lights(area_light, std::move(emitters), alpha, context_, textures_, e.loc);
   binding->first_light = uint32_t(scene_.light_table.size());
+  std::vector<uint32_t> numbers;
   for (auto& light : lights) {
-    scene_.light_table.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
+    numbers.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
     if (light) scene_.lights.push_back(std::move(light));
   }
+  for (const uint32_t emitter : emitter_of) scene_.light_table.push_back(numbers[emitter]);
 }
 
 int32_t GeometryBuilder::medium_index(const std::string& name) const {
