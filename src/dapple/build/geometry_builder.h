@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/build/texture_factory.h"
+#include "dapple/build/dicing.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::build {
@@ -30,6 +30,8 @@ class GeometryBuilder {
   };
 
   std::vector<Job> collect_jobs();
+  void make_views();
+  Dicing dicing_of(const Job& job) const;
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
   void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
@@ -40,6 +42,9 @@ class GeometryBuilder {
   const TextureLibrary& textures_;
   scene::Scene& scene_;
   std::vector<uint32_t> objects_;  ///< traced object of each definition
+  float shading_rate_ = 1;
+  std::shared_ptr<const geom::DicingView> camera_view_;
+  std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
   double seconds_ = 0;
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;
