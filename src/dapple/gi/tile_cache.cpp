@@ -76,7 +76,6 @@ void TileCache::publish(const Slot& slot, const uint32_t* words) {
   Header& h = headers_[slot.set];
   std::atomic<uint32_t>* to = payload(slot.set, slot.way);
   for (int i = 0; i < words_; ++i) to[i].store(words[i], std::memory_order_release);
-  h.recent[slot.way].store(1, std::memory_order_relaxed);
   h.version[slot.way].store(slot.version + 1, std::memory_order_release);
   h.version[slot.way].notify_all();
 }

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/gi/tile_cache.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <thread>
+#include <vector>
+
+#include "dapple/base/hash.h"
+
+namespace dapple::gi {
+namespace {
+
+using Found = TileCache::Found;
+constexpr int words = 6;
+using Entry = std::array<uint32_t, TileCache::max_words>;
+
+// What an entry is to hold: a function of its key.
+void compute(uint64_t key, Entry* out) {
+  for (uint32_t i = 0; i < words; ++i) (*out)[i] = uint32_t(hash(key, i));
+}
+bool holds(uint64_t key, const Entry& entry) {
+  Entry expected;
+  compute(key, &expected);
+  return std::equal(entry.begin(), entry.begin() + words, expected.begin());
+}
+
+TEST(TileCache, GivesBackWhatWasPublished) {
+  TileCache cache(1 << 16, words);
+  Entry entry;
+  TileCache::Slot slot;
+  ASSERT_EQ(cache.find(42, entry.data(), &slot), Found::mine);
+  TileCache::Slot other;
+  EXPECT_EQ(cache.find(42, entry.data(), &other), Found::pending);
+  compute(42, &entry);
+  cache.publish(slot, entry.data());
+  entry = {};
+  ASSERT_EQ(cache.find(42, entry.data(), &other), Found::ready);
+  EXPECT_TRUE(holds(42, entry));
+  entry = {};
+  EXPECT_TRUE(cache.wait(42, slot, entry.data()));
+  EXPECT_TRUE(holds(42, entry));
+}
+
+TEST(TileCache, ForgetsWhatWasAbandoned) {
+  TileCache cache(1 << 16, words);
+  Entry entry;
+  TileCache::Slot slot, again;
+  ASSERT_EQ(cache.find(7, entry.data(), &slot), Found::mine);
+  cache.abandon(slot);
+  EXPECT_EQ(cache.bytes_in_use(), 0u);
+  EXPECT_FALSE(cache.wait(7, slot, entry.data()));
+  EXPECT_EQ(cache.find(7, entry.data(), &again), Found::mine);
+}
+
+TEST(TileCache, KeepsNothingWithoutMemory) {
+  TileCache cache(100, words);
+  Entry entry;
+  TileCache::Slot slot;
+  EXPECT_EQ(cache.bytes(), 0u);
+  EXPECT_EQ(cache.find(1, entry.data(), &slot), Found::refused);
+}
+
+TEST(TileCache, StaysWithinItsMemory) {
+  constexpr size_t bytes = 100000;
+  TileCache cache(bytes, words);
+  EXPECT_LE(cache.bytes(), bytes);
+  EXPECT_GT(cache.bytes(), bytes * 98 / 100);
+  for (uint64_t key = 1; key < 20000; ++key) {
+    Entry entry;
+    TileCache::Slot slot;
+    ASSERT_EQ(cache.find(hash(key), entry.data(), &slot), Found::mine);
+    compute(hash(key), &entry);
+    cache.publish(slot, entry.data());
+    ASSERT_LE(cache.bytes_in_use(), cache.bytes());
+  }
+  EXPECT_EQ(cache.bytes_in_use(), cache.capacity() * TileCache::entry_bytes(words));
+  EXPECT_EQ(cache.evictions(), 19999 - cache.capacity());
+}
+
+// An entry that is looked up again and again outlives a flood of others.
+TEST(TileCache, KeepsWhatIsUsed) {
+  TileCache cache(100000, words);
+  Entry entry;
+  TileCache::Slot slot;
+  cache.find(hash(0), entry.data(), &slot);
+  compute(hash(0), &entry);
+  cache.publish(slot, entry.data());
+  int lost = 0;
+  for (uint64_t key = 1; key < 20000; ++key) {
+    for (const uint64_t k : {hash(uint64_t(0)), hash(key)})
+      if (cache.find(k, entry.data(), &slot) == Found::mine) {
+        lost += k == hash(uint64_t(0));
+        compute(k, &entry);
+        cache.publish(slot, entry.data());
+      }
+  }
+  EXPECT_EQ(lost, 0);
+}
+
+// Threads that want the same few keys, in a cache too small for them: whatever is read is whole and right.
+TEST(TileCache, IsRightUnderContention) {
+  TileCache cache(4096, words);
+  ASSERT_GT(cache.capacity(), 0u);
+  std::atomic<int> wrong{0};
+  const auto work = [&](uint64_t seed) {
+    KeyedRng rng(seed);
+    for (int i = 0; i < 50000; ++i) {
+      const uint64_t key = hash(rng.next_bits() % 200);
+      Entry entry{};
+      TileCache::Slot slot;
+      switch (cache.find(key, entry.data(), &slot)) {
+        case Found::ready: wrong += !holds(key, entry); break;
+        case Found::mine:
+          compute(key, &entry);
+          if (rng.next() < 0.1f)
+            cache.abandon(slot);
+          else
+            cache.publish(slot, entry.data());
+          break;
+        case Found::pending:
+          if (cache.wait(key, slot, entry.data())) wrong += !holds(key, entry);
+          break;
+        case Found::refused: break;
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (uint64_t t = 0; t < 4; ++t) threads.emplace_back(work, t);
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace
+}  // namespace dapple::gi

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// The radiosity cache in whole renders: right, pure, reused, and within its memory.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "dapple/base/parallel.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using integrate::DistributionIntegrator;
+using integrate::RayList;
+using test::build_text;
+using test::render_built;
+
+DistributionIntegrator::Settings settings(int bounces, bool cache) {
+  DistributionIntegrator::Settings s;
+  s.shading.bounces = bounces;
+  s.shading.shadow_rays = RayList{4, 2};
+  s.shading.diffuse_rays = RayList{32, 8};
+  s.radiosity_cache = cache;
+  return s;
+}
+
+// A room of one-quad walls with a thin partition lit on one side, a leaf, a mirror and a textured floor: what breaks radiosity caches.
+constexpr const char* room = R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
+PixelFilter "box"
+LookAt 0 -3.6 1.2  0 0 .9  0 0 1
+Camera "perspective" "float fov" 50
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 14 13 11 ]
+  Shape "bilinearmesh" "point3 P" [ -1.4 -.4 1.98  -1.4 .4 1.98  -.6 -.4 1.98  -.6 .4 1.98 ]
+AttributeEnd
+Texture "checks" "spectrum" "checkerboard" "float uscale" 6 "float vscale" 6 "rgb tex1" [ .8 .7 .3 ] "rgb tex2" [ .1 .2 .4 ]
+Material "diffuse" "texture reflectance" "checks"
+Shape "trianglemesh" "point3 P" [ -2 -4 0  2 -4 0  2 2 0  -2 2 0 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ] "integer indices" [ 0 1 2  0 2 3 ]
+Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
+Shape "bilinearmesh" "point3 P" [ -2 2 0  2 2 0  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  2 -4 0  -2 -4 2  2 -4 2 ]
+Material "diffuse" "rgb reflectance" [ .7 .1 .1 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
+Material "diffuse" "rgb reflectance" [ .1 .6 .1 ]
+Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ .2 -.5 0  .2 2 0  .2 -.5 1.4  .2 2 1.4 ]
+Material "diffusetransmission" "rgb reflectance" [ .2 .3 .1 ] "rgb transmittance" [ .2 .4 .1 ]
+Shape "disk" "float radius" .4 "float height" 1.2
+Material "conductor" "rgb reflectance" [ .9 .8 .6 ] "float roughness" 0
+Translate -1 .8 .4
+Shape "sphere" "float radius" .4
+)";
+
+void expect_near(const RGB& a, const RGB& expected, float relative) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], expected[c], relative * expected[c]) << "channel " << c;
+}
+
+// Inside a uniform sphere all values are equal, whatever the resolution: what is left is the rounding of entries.
+TEST(RadiosityCache, FurnaceIsExact) {
+  const auto built = build_text(R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+PixelFilter "box"
+Camera "spherical" "string mapping" "equirectangular"
+WorldBegin
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
+ReverseOrientation
+Shape "sphere" "float radius" 2
+)");
+  auto s = settings(3, true);
+  s.shading.shadow_rays = RayList{16};
+  expect_near(render_built(built, 4, s).mean(), RGB(1 + .5f + .25f + .125f + .0625f), 0.004f);
+}
+
+TEST(RadiosityCache, AgreesWithThePathTracerInARoomThatBreaksCaches) {
+  const auto built = build_text(room);
+  const RGB expected = render_built(built, 1024, test::bounces(2, 8)).mean();
+  expect_near(render_built(built, 16, settings(2, true)).mean(), expected, 0.02f);
+}
+
+// Its error is that of its resolution: it goes with the cells.
+TEST(RadiosityCache, ErrorFallsWithTheKnob) {
+  const auto built = build_text(room);
+  auto exact = settings(1, false), rough = settings(1, true), fine = settings(1, true);
+  rough.shading.cache_footprint = 4;
+  fine.shading.cache_footprint = 0.125f;
+  const RGB expected = render_built(built, 4, exact).mean();
+  const auto error = [&](const DistributionIntegrator::Settings& s) {
+    const RGB mean = render_built(built, 4, s).mean();
+    return std::max({std::abs(mean.r / expected.r - 1), std::abs(mean.g / expected.g - 1), std::abs(mean.b / expected.b - 1)});
+  };
+  EXPECT_LT(error(fine), 0.004f);
+  EXPECT_GT(error(rough), 2 * error(fine));
+}
+
+TEST(RadiosityCache, SavesShading) {
+  const auto built = build_text(room);
+  const auto with = render_built(built, 4, settings(2, true)), without = render_built(built, 4, settings(2, false));
+  EXPECT_LT(10 * with.result.stages[shading::Stage::prelighting], without.result.stages[shading::Stage::prelighting]);
+  ASSERT_EQ(with.result.caches.size(), 3u);
+  for (const integrate::CacheState& c : with.result.caches) {
+    EXPECT_EQ(c.counts.lookups, c.counts.hits + c.counts.fills) << c.name;
+    EXPECT_GT(c.counts.hits, c.counts.fills) << c.name;
+    EXPECT_LE(c.bytes, c.capacity_bytes);
+  }
+}
+
+bool same_bits(const scene::Film& a, const scene::Film& b) {
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const RGB p = a.pixel(x, y), q = b.pixel(x, y);
+      if (std::memcmp(&p, &q, sizeof p) != 0) return false;
+    }
+  return true;
+}
+
+TEST(RadiosityCache, OfAnyMemoryAndThreadsGivesTheSameImage) {
+  const auto built = build_text(room);
+  auto s = settings(2, true);
+  s.shading.diffuse_rays = RayList{8, 2};
+  const auto whole = render_built(built, 2, s);
+  for (const size_t bytes : {size_t(0), size_t(20000), size_t(1) << 30}) {
+    s.cache_bytes = bytes;
+    for (const int threads : {1, 4}) {
+      set_thread_count(threads);
+      const auto other = render_built(built, 2, s);
+      EXPECT_TRUE(same_bits(whole.film, other.film)) << bytes << " bytes, " << threads << " threads";
+      uint64_t capacity = 0;
+      for (const integrate::CacheState& c : other.result.caches) capacity += c.capacity_bytes;
+      EXPECT_LE(capacity, bytes);
+    }
+  }
+  set_thread_count(0);
+}
+
+}  // namespace
+}  // namespace dapple
