@@ -6,6 +6,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/shape_factory.h"
+#include "dapple/shading/opacity_texture.h"
 
 namespace dapple::build {
 
@@ -95,6 +96,7 @@ void GeometryBuilder::add(Job& job) {
   const ShapeEntity& e = *job.entity;
   shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
   if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
+  alpha = with_shader_opacity(alpha, e.material);
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
@@ -117,6 +119,15 @@ void GeometryBuilder::add(Job& job) {
     append(pending_.curves->normals, (*curves)->normals);
     append(pending_.curves->u_range, (*curves)->u_range);
   }
+}
+
+// The shape's alpha, and the opacity of its shader where that has such a stage.
+shading::FloatTexturePtr GeometryBuilder::with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material) {
+  const shading::MaterialPtr& m = scene_.materials[size_t(material)];
+  if (!m->stages().has(shading::Stage::opacity)) return alpha;
+  shading::FloatTexturePtr& both = opacities_[{material, alpha}];
+  if (!both) both = std::make_shared<shading::OpacityTexture>(m, alpha);
+  return both;
 }
 
 void GeometryBuilder::flush_curves() {
