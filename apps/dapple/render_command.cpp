@@ -9,8 +9,6 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/image/atomic_file.h"
-#include "dapple/integrate/distribution_integrator.h"
-#include "dapple/integrate/path_integrator.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/shading/guarded_material.h"
@@ -22,14 +20,12 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator = "path", shadow_rays, diffuse_rays, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = 16, pixel_samples = 0, threads = 0, png_bits = 8;
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0, shading_rate = 1;
-  bool strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0;
+  bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
 };
-
-constexpr int default_bounces = 4;  // of distribution ray tracing, whose cost grows with each
 
 std::atomic<bool> interrupted{false};
 
@@ -70,21 +66,6 @@ std::vector<std::string> output_paths(const RenderOptions& o, const build::Built
   return {scene_name.filename().string() + ".exr"};
 }
 
-integrate::PathIntegrator::Settings path_settings(const RenderOptions& o, const build::BuiltScene& built, int samples) {
-  integrate::PathIntegrator::Settings s;
-  s.seed = o.seed;
-  s.specular_depth = o.specular_depth;
-  if (o.bounces >= 0) {
-    s.diffuse_bounces = o.bounces;
-  } else {
-    // pbrt's maxdepth counts scatterings of any kind (shading/lobes.h).
-    s.max_scatterings = built.request.max_depth;
-    s.diffuse_bounces = s.specular_depth = built.request.max_depth;
-  }
-  s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
-  return s;
-}
-
 // "1024,16,16": numbers of rays by diffuse depth.
 integrate::RayList parse_rays(const std::string& option, const std::string& text) {
   std::vector<int> counts;
@@ -92,30 +73,27 @@ integrate::RayList parse_rays(const std::string& option, const std::string& text
   for (std::string item; std::getline(in, item, ',');) {
     int n = 0;
     const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), n);
-    if (error != std::errc() || end != item.data() + item.size() || n < 1 || n > 65536) counts.clear();
-    if (error != std::errc() || end != item.data() + item.size() || n < 1 || n > 65536) break;
+    if (error != std::errc() || end != item.data() + item.size() || n < 1 || n > build::max_rays)
+      throw UsageError(option + ": \"" + text + "\"; expected numbers from 1 to " + std::to_string(build::max_rays) +
+                       " by diffuse depth, such as 64,16");
     counts.push_back(n);
   }
-  if (counts.empty()) throw UsageError(option + ": \"" + text + "\"; expected numbers from 1 to 65536 by diffuse depth, such as 64,16");
-  return integrate::RayList(counts);
+  return integrate::RayList(std::move(counts));
 }
 
-integrate::DistributionIntegrator::Settings distribution_settings(const RenderOptions& o, const build::BuiltScene& built, int samples) {
-  integrate::DistributionIntegrator::Settings s;
-  s.shading.seed = o.seed;
-  s.shading.specular_depth = o.specular_depth;
-  s.shading.bounces = o.bounces >= 0 ? o.bounces : std::min(default_bounces, built.request.max_depth);
-  if (!o.shadow_rays.empty()) s.shading.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
-  if (!o.diffuse_rays.empty()) s.shading.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
-  s.pixel_samples = samples;
-  s.shading_rate = float(o.shading_rate);
-  return s;
-}
-
-std::unique_ptr<const integrate::Integrator> make_integrator(const RenderOptions& o, const build::BuiltScene& built, int samples) {
-  if (o.integrator == "distribution")
-    return std::make_unique<integrate::DistributionIntegrator>(*built.scene, distribution_settings(o, built, samples));
-  return std::make_unique<integrate::PathIntegrator>(*built.scene, path_settings(o, built, built.request.pixel_samples));
+build::IntegratorRequest integrator_request(const RenderOptions& o) {
+  build::IntegratorRequest r;
+  r.type = o.integrator;
+  r.preset = o.preset;
+  if (o.pixel_samples > 0) r.pixel_samples = o.pixel_samples;
+  if (o.bounces >= 0) r.bounces = o.bounces;
+  if (o.specular_depth >= 0) r.specular_depth = o.specular_depth;
+  if (!o.shadow_rays.empty()) r.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
+  if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
+  if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
+  if (o.max_distance > 0) r.max_distance = float(o.max_distance);
+  if (o.color_bleeding) r.color_bleeding = true;
+  return r;
 }
 
 // The path tracer runs prelighting and opacity alone.
@@ -194,10 +172,12 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   // A limit of time or noise without a number of samples leaves the number open.
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
-  rules.pixel_samples = uint32_t(o.pixel_samples > 0 ? o.pixel_samples : open_ended ? build::max_pixel_samples : built.request.pixel_samples);
+  const build::IntegratorRequest request = integrator_request(o).over(built.request);
+  const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
+  rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
-  const std::unique_ptr<const integrate::Integrator> integrator = make_integrator(o, built, int(rules.pixel_samples));
+  const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
 
   scene::Film::Settings film_settings = built.scene->film;
   render::OutputSettings output = output_settings(o, built, command_line);
@@ -219,7 +199,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::RunReport report;
   report.scene_path = o.scene;
   report.command_line = command_line;
-  report.integrator = o.integrator;
+  report.integrator = request.type;
   report.scene = built.scene.get();
   report.build_times = &built.times;
   report.session = result;
@@ -245,18 +225,19 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
   app.add_option("-o,--output", o->outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
-  app.add_option("--integrator", o->integrator, "Light transport [path]")->check(CLI::IsMember({"path", "distribution"}));
+  app.add_option("--integrator", o->integrator, "Light transport: path, distribution, ao [the scene's]")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
+  app.add_option("--preset", o->preset, "Quality where neither options nor the scene say: draft, preview, final [preview]")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::preset_names), std::end(build::preset_names))));
   app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--shadow-rays", o->shadow_rays, "Distribution: shadow rays a shading point and light, by diffuse depth [4]");
-  app.add_option("--diffuse-rays", o->diffuse_rays, "Distribution: diffuse rays a shading point, by diffuse depth [4]");
-  app.add_option("--shading-rate", o->shading_rate, "Distribution: pixels a shading point")
-      ->check(CLI::Range(0.01, 1024.0))
-      ->capture_default_str();
-  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's]")->check(CLI::PositiveNumber);
+  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")->check(CLI::NonNegativeNumber);
+  app.add_option("--shadow-rays", o->shadow_rays, "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
+  app.add_option("--diffuse-rays", o->diffuse_rays, "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
+  app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
+  app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
+  app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
+  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
       ->check(CLI::PositiveNumber);
   app.add_option("--noise-target", o->noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
@@ -265,7 +246,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
-  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha or all [none]");
+  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");

@@ -16,14 +16,21 @@ bool same_bits(const Picture& a, const Picture& b) {
          std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
-class AnyScene : public testing::TestWithParam<const char*> {
+struct Case {
+  const char* scene;
+  const char* integrator;
+};
+
+class AnyScene : public testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
-    scene_ = source_path(GetParam());
+    scene_ = source_path(GetParam().scene);
     if (!std::filesystem::exists(scene_)) GTEST_SKIP() << "absent: " << scene_;
   }
   Picture render_with(std::vector<std::string> options) const {
-    options.insert(options.end(), {"--resolution", "96x64", "--pixel-samples", "7", "--float"});
+    options.insert(options.end(), {"--resolution", "96x64", "--pixel-samples", "7", "--float", "--integrator", GetParam().integrator});
+    if (GetParam().integrator == std::string("distribution"))
+      options.insert(options.end(), {"--bounces", "1", "--shadow-rays", "1", "--diffuse-rays", "2"});
     return render(scene_, options);
   }
   std::string scene_;
@@ -46,10 +53,14 @@ TEST_P(AnyScene, CropShowsThatPartOfTheWhole) {
   EXPECT_TRUE(same_bits(crop(whole, 21, 13, 60, 50), render_with({"--crop", "21,13,60,50"})));
 }
 
+constexpr const char* cornell = "scenes/cornell-box/cornell.pbrt";
+constexpr const char* plates = "../shared/scenes/veach-mis/scene-v4.pbrt";
+constexpr const char* stairs = "../shared/scenes/staircase2/scene-v4.pbrt";
+constexpr const char* leaves = "../shared/scenes/forest/forest-cutout.pbrt";
 INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
-                         testing::Values("scenes/cornell-box/cornell.pbrt", "../shared/scenes/veach-mis/scene-v4.pbrt",
-                                         "../shared/scenes/staircase2/scene-v4.pbrt",
-                                         "../shared/scenes/forest/forest-cutout.pbrt"),
+                         testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"}, Case{leaves, "path"},
+                                         Case{cornell, "distribution"}, Case{stairs, "distribution"},
+                                         Case{leaves, "distribution"}, Case{cornell, "ao"}),
                          [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace

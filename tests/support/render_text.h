@@ -5,6 +5,7 @@
 #include <string>
 
 #include "dapple/build/scene_builder.h"
+#include "dapple/integrate/distribution_integrator.h"
 #include "dapple/integrate/path_integrator.h"
 #include "dapple/render/render_session.h"
 
@@ -33,9 +34,7 @@ struct RenderedText {
   }
 };
 
-inline RenderedText render_built(const build::BuiltScene& built, int samples,
-                                 const integrate::PathIntegrator::Settings& settings) {
-  const integrate::PathIntegrator integrator(*built.scene, settings);
+inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::Integrator& integrator) {
   scene::Film::Settings film = built.scene->film;
   film.features = true;
   RenderedText r{scene::Film(film), {}};
@@ -44,6 +43,20 @@ inline RenderedText render_built(const build::BuiltScene& built, int samples,
   const std::atomic<bool> interrupt{false};
   r.result = render::RenderSession(integrator, r.film, rules).run(interrupt);
   return r;
+}
+
+inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::PathIntegrator::Settings& settings) {
+  return render_built(built, samples, integrate::PathIntegrator(*built.scene, settings));
+}
+
+inline RenderedText render_built(const build::BuiltScene& built, int samples,
+                                 integrate::DistributionIntegrator::Settings settings) {
+  settings.pixel_samples = samples;
+  return render_built(built, samples, integrate::DistributionIntegrator(*built.scene, settings));
+}
+
+inline RenderedText render_text(const std::string& text, int samples, const integrate::DistributionIntegrator::Settings& settings) {
+  return render_built(build_text(text), samples, settings);
 }
 
 inline RenderedText render_text(const std::string& text, int samples, const integrate::PathIntegrator::Settings& settings) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
+#include <vector>
+
 #include "dapple/base/error.h"
 #include "dapple/scenefile/scene_description.h"
 
@@ -18,5 +21,10 @@ struct BuildContext {
   /// Missing or broken images and meshes become visible stand-ins and a warning instead of an error.
   bool keep_going = false;
 };
+
+/// Throws InputError: the directive's type is none of `legal`.
+[[noreturn]] inline void unknown_type(const scenefile::Entity& e, const char* what, const std::vector<std::string_view>& legal) {
+  throw InputError(e.loc, std::string(what) + " \"" + e.type + "\" is unknown; " + one_of(legal));
+}
 
 }  // namespace dapple::build

@@ -10,10 +10,6 @@ using scenefile::ParamSet;
 
 namespace {
 
-[[noreturn]] void unknown_type(const Entity& e, const char* what, const std::vector<std::string_view>& legal) {
-  throw InputError(e.loc, std::string(what) + " \"" + e.type + "\" is unknown; " + one_of(legal));
-}
-
 float positive(const Entity& e, const char* name, float fallback) {
   const float v = e.params.get_float(name, fallback);
   if (!(v > 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
@@ -164,50 +160,6 @@ scene::Filter make_filter(const BuildContext& context) {
     return finish({FilterKind::mitchell, radius(2), e.params.get_float("B", 1.0f / 3), e.params.get_float("C", 1.0f / 3)});
   if (type == "sinc") return finish({FilterKind::sinc, radius(4), positive(e, "tau", 3), 0});
   unknown_type(e, "pixel filter", {"box", "triangle", "gaussian", "mitchell", "sinc"});
-}
-
-RenderRequest make_render_request(const BuildContext& context) {
-  RenderRequest r;
-  const Entity& sampler = context.description.sampler;
-  static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
-                                                         "paddedsobol", "zsobol",     "pmj02bn"};
-  if (!sampler.type.empty() && std::find(samplers.begin(), samplers.end(), sampler.type) == samplers.end())
-    unknown_type(sampler, "sampler", samplers);
-  // All of pbrt's samplers map to the one of numeric/sobol.h; only the number of samples matters.
-  int64_t samples = sampler.params.get_int("pixelsamples", 16);
-  if (sampler.type == "stratified")
-    samples = int64_t(sampler.params.get_int("xsamples", 4)) * sampler.params.get_int("ysamples", 4);
-  sampler.params.get_bool("jitter", true);
-  sampler.params.get_string("randomization", "");
-  sampler.params.get_int("seed", 0);
-  if (samples < 1 || samples > max_pixel_samples)
-    throw InputError(sampler.loc, "\"pixelsamples\" is " + std::to_string(samples) + "; it must be from 1 to " +
-                                      std::to_string(max_pixel_samples));
-  r.pixel_samples = int(samples);
-  sampler.params.report_unused("sampler", context.diagnostics);
-
-  const Entity& integrator = context.description.integrator;
-  static const std::vector<std::string_view> same = {"path", "volpath", "simplepath", "simplevolpath", "distribution"};
-  static const std::vector<std::string_view> others = {"ambientocclusion", "bdpt", "mlt", "sppm", "lightpath",
-                                                       "randomwalk", "function"};
-  const std::string type = integrator.type.empty() ? "volpath" : integrator.type;
-  if (std::find(same.begin(), same.end(), type) == same.end()) {
-    if (std::find(others.begin(), others.end(), type) == others.end()) {
-      std::vector<std::string_view> legal = same;
-      legal.insert(legal.end(), others.begin(), others.end());
-      unknown_type(integrator, "integrator", legal);
-    }
-    context.diagnostics.unsupported(integrator.loc, "integrator \"" + type + "\"", "path tracing");
-  }
-  if (type == "distribution")
-    context.diagnostics.unsupported(integrator.loc, "integrator \"distribution\"", "path tracing");
-  r.max_depth = integrator.params.get_int("maxdepth", 5);
-  if (r.max_depth < 0) throw InputError(integrator.loc, "\"maxdepth\" is negative");
-  integrator.params.get_string("lightsampler", "");
-  integrator.params.get_bool("regularize", false);
-  if (type != "path" && type != "volpath") return r;  // parameters of stand-ins are not ours to judge
-  integrator.params.report_unused("integrator", context.diagnostics);
-  return r;
 }
 
 }  // namespace dapple::build

@@ -29,14 +29,6 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
 scene::Camera make_camera(const BuildContext& context, const V2i& resolution);
 scene::Filter make_filter(const BuildContext& context);
 
-/// What the scene's Sampler and Integrator ask for.
-struct RenderRequest {
-  int pixel_samples = 16;
-  std::string integrator = "path";
-  int max_depth = 5;  ///< pbrt's maxdepth
-};
-RenderRequest make_render_request(const BuildContext& context);
-
 /// Largest image side and largest number of samples a pixel that is taken as meant.
 inline constexpr int max_resolution = 65536;
 inline constexpr int64_t max_pixels = int64_t(1) << 28;

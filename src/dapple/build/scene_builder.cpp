@@ -24,7 +24,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going};
 
   built.film = make_film(context, options.film);
-  built.request = make_render_request(context);
+  built.request = make_integrator_request(context);
   scene.film = built.film.film;
   scene.camera = make_camera(context, scene.film.resolution);
   scene.filter = make_filter(context);
@@ -47,7 +47,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
       if (light->is_infinite()) scene.infinite_lights.push_back(uint32_t(scene.lights.size()));
       scene.lights.push_back(std::move(light));
     }
-  if (scene.lights.empty()) diagnostics.warn({}, "the scene has no light: the image will be black");
+  if (scene.lights.empty()) diagnostics.warn({}, "the scene has no light: only ambient occlusion will show anything");
   const Box3f bounds = scene.traced.bounds();
   const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
   std::vector<const shading::Light*> lights;

@@ -6,6 +6,7 @@
 
 #include "dapple/build/build_context.h"
 #include "dapple/build/camera_factory.h"
+#include "dapple/build/integrator_factory.h"
 #include "dapple/image/texture_system.h"
 #include "dapple/scene/scene.h"
 
@@ -29,7 +30,7 @@ struct BuildOptions {
 struct BuiltScene {
   std::unique_ptr<scene::Scene> scene;
   FilmRequest film;
-  RenderRequest request;
+  IntegratorRequest request;
   BuildTimes times;
   /// Owns what image textures read; outlives the scene.
   std::unique_ptr<image::TextureSystem> texture_system;

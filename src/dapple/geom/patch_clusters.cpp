@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/geom/patch_clusters.h"
 
+#include <algorithm>
+#include <bit>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -9,32 +11,30 @@ namespace dapple::geom {
 
 namespace {
 
-// Spreads the low 21 bits of x to every third bit.
-uint64_t spread(uint64_t x) {
-  x = (x | x << 32) & 0x001f00000000ffffull;
-  x = (x | x << 16) & 0x001f0000ff0000ffull;
-  x = (x | x << 8) & 0x100f00f00f00f00full;
-  x = (x | x << 4) & 0x10c30c30c30c30c3ull;
-  return (x | x << 2) & 0x1249249249249249ull;
-}
-
-uint64_t morton(const V3f& p, const Box3f& box, float scale) {
-  const auto digit = [&](int i) { return uint64_t(std::clamp((p[i] - box.min[i]) * scale, 0.0f, 2097151.0f)); };
-  return spread(digit(0)) | spread(digit(1)) << 1 | spread(digit(2)) << 2;
+// Orders patches [first, last) so that every aligned run of 2^k of them is compact: halves along the widest axis, the first half as many as
+// the largest power of two that leaves some.
+void order_by_halves(const std::vector<V3f>& centres, uint32_t* first, uint32_t* last) {
+  while (last - first > 2) {
+    Box3f box;
+    for (const uint32_t* i = first; i != last; ++i) box.extendBy(centres[*i]);
+    const unsigned axis = box.majorAxis();
+    uint32_t* const middle = first + std::bit_ceil(size_t(last - first)) / 2;
+    std::nth_element(first, middle, last, [&](uint32_t a, uint32_t b) {
+      const float x = centres[a][int(axis)], y = centres[b][int(axis)];
+      return x != y ? x < y : a < b;
+    });
+    order_by_halves(centres, middle, last);
+    last = middle;
+  }
 }
 
 }  // namespace
 
 PatchClusters::PatchClusters(std::span<const Box3f> boxes) : rank_(boxes.size()), order_(boxes.size()) {
-  Box3f all;
-  for (const Box3f& b : boxes) all.extendBy(b);
-  const V3f size = all.max - all.min;
-  const float widest = std::max({size.x, size.y, size.z});
-  const float scale = widest > 0 && widest < infinity ? 2097151.0f / widest : 0;
-  std::vector<uint64_t> codes(boxes.size());
-  for (size_t i = 0; i < boxes.size(); ++i) codes[i] = morton((boxes[i].min + boxes[i].max) * 0.5f, all, scale);
+  std::vector<V3f> centres;
+  for (const Box3f& b : boxes) centres.push_back((b.min + b.max) * 0.5f);
   std::iota(order_.begin(), order_.end(), 0u);
-  std::stable_sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return codes[a] < codes[b]; });
+  order_by_halves(centres, order_.data(), order_.data() + order_.size());
   for (uint32_t r = 0; r < order_.size(); ++r) rank_[order_[r]] = r;
 
   std::vector<Box3f> groups;

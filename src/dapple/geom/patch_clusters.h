@@ -9,8 +9,8 @@
 
 namespace dapple::geom {
 
-/// Groups of neighbouring patches, for meshes that are finer than their shading: level k holds groups of 4^k patches that follow
-/// each other along a Morton curve. One patch stands for its group.
+/// Groups of neighbouring patches, for meshes that are finer than their shading: level k holds groups of 4^k patches, from halving the mesh
+/// along its widest axis again and again. One patch stands for its group.
 class PatchClusters {
  public:
   /// `boxes`: bounds of the patches.
@@ -25,7 +25,7 @@ class PatchClusters {
   size_t bytes() const;
 
  private:
-  std::vector<uint32_t> rank_;   ///< of each patch along the curve
+  std::vector<uint32_t> rank_;   ///< place of each patch in the order of halves
   std::vector<uint32_t> order_;  ///< inverse of rank_
   std::vector<std::vector<float>> diameters_;  ///< from level 1
 };

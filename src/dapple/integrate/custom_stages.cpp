@@ -34,7 +34,9 @@ void for_each_group(const scene::Scene& scene, Stage stage, PointBatch& b, Shadi
       g.point[g.count++] = k;
     }
     w.points.count = g.count;
+    const Timer timer;
     body(*scene.materials[size_t(material_of(first))], g);
+    w.stages.shading_seconds += timer.seconds();
   }
 }
 

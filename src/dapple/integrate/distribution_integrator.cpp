@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/describe.h"
 
 namespace dapple::integrate {
 
@@ -13,7 +14,7 @@ using shading::Bsdf;
 using trace::no_id;
 
 namespace {
-constexpr float mid_shutter = 0.5f;
+constexpr float mid_shutter = scene::PatchTable::shading_time;
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 }  // namespace
@@ -28,6 +29,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
   // By camera sample.
   trace::RayBatch camera_rays;
   trace::HitBatch hits;
+  RayTracer::Flights flights;
   float distance[capacity], width[capacity];
   int32_t medium[capacity];
   RGB passed[capacity], L[capacity];
@@ -69,6 +71,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
       locate_hits(w);
       fetch_grids(w);
       shade_samples(w);
+      if (scene_.has_media()) add_media(w);
       for (int p = 0; p < w.camera.count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
     }
@@ -86,25 +89,27 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
     w.L[p] = RGB();
     w.features[p] = {};
   }
-  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing);
+  RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
+  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing, flights);
   w.rays.camera += uint64_t(c.count);
 }
 
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
 void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
   const float rate = std::sqrt(settings_.shading_rate);
+  scene::PatchTable::Extent memory;
   for (int p = 0; p < w.camera.count; ++p) {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
     if (w.hits.geometry[p] == no_id) {
-      w.L[p] = w.passed[p] * shader_.environment(d);
+      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.environment(d);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
     w.surface[p] = scene_.traced.surface(w.hits, p, r.ray.time);
     w.L[p] = w.passed[p] * shader_.emission(w.hits, p, w.surface[p], d);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
-    const bool diced = patches_.dice(w.hits, p, d, w.surface[p], r.ray.time, w.width[p] * rate, &w.point[p]);
+    const bool diced = patches_.dice(w.hits, p, d, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
   }
 }
@@ -139,12 +144,12 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
   b.count = 0;
   for (ShadingGrid* grid : w.to_shade) {
     const GridId& id = grid->id;
-    const float cell_size = patches_.cell_size(id, mid_shutter);
+    const float cell_size = patches_.cell_size(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
-        patches_.shading_point(id, i, j, eye_, mid_shutter, &b.hits, k);
+        patches_.shading_point(id, i, j, eye_, &b.hits, k);
         b.geometry[k] = id.geometry;
         b.surface[k] = scene_.traced.surface(b.hits, k, mid_shutter);
         b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
@@ -233,18 +238,26 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
     for (int k = 0; k < b.count; ++k) {
       const int p = b.parent[k];
       w.L[p] += w.passed[p] * b.Ci[k];
-      if (w.wants_features) describe(p, k, b, w);
+      if (!w.wants_features) continue;
+      w.features[p] = describe(scene_, b.surface[k], b.bsdf[k], b.wo[k]);
+      if (source == Source::grid) describe_grid(p, w);
     }
   }
 }
 
-void DistributionIntegrator::describe(int p, int k, const PointBatch& b, DistributionWorkspace& w) const {
-  Features& f = w.features[p];
-  f.alpha = 1;
-  f.albedo = b.bsdf[k].albedo();
-  f.normal = face_forward(b.bsdf[k].frame.n, b.wo[k]);
-  f.position = b.surface[k].P;
-  f.depth = scene_.camera.world_to_camera().point(f.position).z;
+void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
+  for (int p = 0; p < w.camera.count; ++p) w.L[p] += w.flights.emitted[p];
+  shader_.light_flights(w.flights, w.camera_rays, w.passed, settings_.pixel_samples, w.L, w.shading);
+}
+
+void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {
+  const scene::GridPoint& at = w.point[p];
+  const GridId& id = at.grid;
+  scene::GridFeatures& f = w.features[p].grid;
+  f.patch = id.patch;
+  f.point = uint32_t(w.grid[p]->index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1)));
+  f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
+  f.shading_rate = sqr(patches_.cell_size(id) / w.width[p]);
 }
 
 }  // namespace dapple::integrate

@@ -37,7 +37,8 @@ class DistributionIntegrator final : public Integrator {
   void shade_batch(DistributionWorkspace& w) const;
   void shade_samples(DistributionWorkspace& w) const;
   void look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const;
-  void describe(int p, int k, const PointBatch& b, DistributionWorkspace& w) const;
+  void add_media(DistributionWorkspace& w) const;
+  void describe_grid(int p, DistributionWorkspace& w) const;
 
   const scene::Scene& scene_;
   const Settings settings_;

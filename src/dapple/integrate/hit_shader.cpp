@@ -4,6 +4,7 @@
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
 
@@ -52,11 +53,9 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
-  }, b.bsdf, w.prelighting);
+  }, b.bsdf, w.prelighting, &w.stages);
   if (arrival == Arrival::diffuse)
     for (int k = 0; k < b.count; ++k) flatten_layers(&b.bsdf[k]);
-  w.stages[Stage::prelighting] += uint64_t(b.count);
-  ++w.stages.batches;
 }
 
 int HitShader::shadow_rays(const Place& p) const {
@@ -175,23 +174,25 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
     w.shadow_target[s] = target;
     w.shadow_light[s] = L;
   }
-  trace_shadows(b, w);
+  trace_shadows(w);
+  RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
+  for (int s = 0; s < w.shadow_count; ++s)
+    if (!w.visible[s].is_black()) sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
   w.job_count = 0;
 }
 
-void HitShader::trace_shadows(PointBatch& b, ShadingWorkspace& w) const {
+void HitShader::trace_shadows(ShadingWorkspace& w) const {
+  const Timer timer;
   tracer_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  w.stages.tracing_seconds += timer.seconds();
   w.rays.shadow += uint64_t(w.shadow_count);
-  for (int s = 0; s < w.shadow_count; ++s) {
-    if (w.visible[s].is_black()) continue;
-    RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
-    sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
-  }
 }
 
 // Nearest hits of b.rays; weights lose what is lost on the way.
 void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
+  const Timer timer;
   tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing);
+  w.stages.tracing_seconds += timer.seconds();
   if (!materials_.shadows_pass()) return;
   for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
 }
@@ -355,6 +356,40 @@ void HitShader::add_lights_hit(PointBatch& b, const Place& place, ShadingWorkspa
     if (light == no_id) continue;
     const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
     add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
+  }
+}
+
+void HitShader::light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
+                              ShadingWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int n = shadow_rays({0, {}, Arrival::view, share}) * std::min(int(scene_.lights.size()), lights_apart);
+  for (int i = 0; i < n; ++i) {
+    for (int f = 0; f < flights.count; ++f) {
+      w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
+      w.index[f] = uint32_t(i);
+    }
+    sample_2d(w.seed, w.index, dim_pair, flights.count, w.u0, w.u1);
+    sample_1d(w.seed, w.index, dim_single, flights.count, w.u2);
+    w.shadow_count = 0;
+    for (int f = 0; f < flights.count; ++f) {
+      const int r = flights.ray[f];
+      const shading::LightReceiver to{flights.P[f], V3f(0, 0, 0), rays.time[r]};
+      const auto chosen = scene_.light_sampler->select(to, w.u2[f]);
+      shading::LightSample light;
+      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[f], w.u1[f]), &light)) continue;
+      const float phase = scene_.media[size_t(flights.medium[f])]->phase().eval(-rays.direction(r), light.wi);
+      const RGB arriving = weight[r] * light.radiance * (phase / (light.pdf * chosen.probability * float(n)));
+      const ShadowRay ray(to.p, light, to.p);
+      if (arriving.is_black() || !arriving.is_finite() || !(ray.distance > 0)) continue;
+      const int s = w.shadow_count++;
+      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f]);
+      w.shadow_medium[s] = flights.medium[f];
+      w.shadow_point[s] = r;
+      w.shadow_light[s] = arriving;
+    }
+    trace_shadows(w);
+    for (int s = 0; s < w.shadow_count; ++s)
+      if (!w.visible[s].is_black()) L[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
   }
 }
 

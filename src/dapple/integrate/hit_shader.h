@@ -53,7 +53,12 @@ class HitShader {
   /// specularlighting and postlighting: b.Ci.
   void finish(PointBatch& b, ShadingWorkspace& w) const;
 
-  /// Radiance that arrives along ray (o, d) from lights at infinity, and from an emitter that was hit.
+  /// Single scattering: adds to L[flights.ray[i]] the light that reaches flight i directly and goes back along its ray, times
+  /// weight[flights.ray[i]].
+  void light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
+                     ShadingWorkspace& w) const;
+
+  /// Radiance that arrives along direction -d from lights at infinity, and from an emitter that was hit.
   RGB environment(const V3f& d) const;
   RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
 
@@ -66,7 +71,7 @@ class HitShader {
   template <class Wanted>
   void light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const;
   void draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const;
-  void trace_shadows(PointBatch& b, ShadingWorkspace& w) const;
+  void trace_shadows(ShadingWorkspace& w) const;
 
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;

@@ -22,11 +22,16 @@ struct RayCounts {
 /// Points at which each stage of the shaders ran.
 struct StageCounts {
   std::array<uint64_t, shading::stage_count> points{};
-  uint64_t batches = 0;  ///< of prelighting
+  uint64_t batches = 0;            ///< of prelighting, each of one material
+  double shading_seconds = 0;      ///< in the shaders, of all threads
+  double tracing_seconds = 0;      ///< in rays, of all threads
   uint64_t& operator[](shading::Stage s) { return points[size_t(s)]; }
+  uint64_t operator[](shading::Stage s) const { return points[size_t(s)]; }
   StageCounts& operator+=(const StageCounts& o) {
     for (size_t s = 0; s < points.size(); ++s) points[s] += o.points[s];
     batches += o.batches;
+    shading_seconds += o.shading_seconds;
+    tracing_seconds += o.tracing_seconds;
     return *this;
   }
 };

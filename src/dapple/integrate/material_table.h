@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "dapple/scene/scene.h"
+#include "dapple/base/timer.h"
+#include "dapple/integrate/integrator.h"
 
 namespace dapple::integrate {
 
@@ -39,11 +40,11 @@ class MaterialTable {
     } batched[capacity];
   };
 
-  /// Runs prelighting at n <= Scratch::capacity points: out[0, n). set_point(k, points, lane) describes point k where a
-  /// material does not scatter the same everywhere.
+  /// Runs prelighting at n <= Scratch::capacity points: out[0, n), and counts it. set_point(k, points, lane) describes point k
+  /// where a material does not scatter the same everywhere.
   template <class SetPoint>
   void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
-                Scratch& scratch) const;
+                Scratch& scratch, StageCounts* counts) const;
 
  private:
   size_t index(uint32_t geometry) const { return size_t(scene_.bindings[geometry].material); }
@@ -56,7 +57,8 @@ class MaterialTable {
 
 template <class SetPoint>
 void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
-                             shading::Bsdf* out, Scratch& scratch) const {
+                             shading::Bsdf* out, Scratch& scratch, StageCounts* counts) const {
+  const Timer timer;
   prelight_constant(n, geometry, surface, out);
   int batched = 0;
   for (int k = 0; k < n; ++k)
@@ -71,7 +73,10 @@ void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::Surfac
     scene_.materials[m]->prelighting(scratch.points, scratch.bsdf);
     for (int i = 0; i < count; ++i) out[scratch.batched[first + i].point] = scratch.bsdf[i];
     first += count;
+    ++counts->batches;
   }
+  (*counts)[shading::Stage::prelighting] += uint64_t(n);
+  counts->shading_seconds += timer.seconds();
 }
 
 }  // namespace dapple::integrate

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dapple/integrate/describe.h"
 #include "dapple/integrate/path_workspace.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
@@ -168,11 +169,10 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k)
     if (!w.last[w.point_path[k]] || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
-  w.stages[shading::Stage::prelighting] += uint64_t(kept);
   materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
     scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
-  }, w.bsdf, w.prelighting);
+  }, w.bsdf, w.prelighting, &w.stages);
   if (w.wants_features) describe_first_surfaces(w);
 }
 
@@ -180,12 +180,7 @@ void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k) {
     const int p = w.point_path[k];
     if (w.bsdf[k].kind == BsdfKind::passthrough || w.features[p].alpha > 0) continue;
-    Features& f = w.features[p];
-    f.alpha = 1;
-    f.albedo = w.bsdf[k].albedo();
-    f.normal = face_forward(w.bsdf[k].frame.n, -w.wi[k]);
-    f.position = w.surface[k].P;
-    f.depth = scene_.camera.world_to_camera().point(f.position).z;
+    w.features[p] = describe(scene_, w.surface[k], w.bsdf[k], -w.wi[k]);
   }
 }
 

@@ -18,6 +18,24 @@ RGB RayTracer::transmittance(const Scratch& s, int i, uint64_t key) const {
   return scene_.media[size_t(s.medium[i])]->transmittance(ray, t, key);
 }
 
+// Takes ray i to its hit. False if it does not arrive.
+bool RayTracer::fly(const Scratch& s, int i, uint64_t key, RGB* passed, float* distance, Flights* flights) const {
+  if (s.medium[i] == scene::vacuum) return true;
+  const float t = s.hits.geometry[i] == trace::no_id ? s.rays.t_max[i] : s.hits.t[i];
+  const Ray ray{s.rays.origin(i), s.rays.direction(i), infinity, s.rays.time[i]};
+  const shading::MediumSample flight = scene_.media[size_t(s.medium[i])]->sample(ray, t, *passed, key);
+  flights->emitted[s.ray[i]] += *passed * flight.emitted;
+  *passed *= flight.weight;
+  if (!flight.scattered && !passed->is_black()) return true;
+  *distance += flight.scattered ? flight.t : 0;
+  if (passed->is_black()) return false;
+  const int f = flights->count++;
+  flights->ray[f] = s.ray[i];
+  flights->P[f] = ray.o + ray.d * flight.t;
+  flights->medium[f] = s.medium[i];
+  return false;
+}
+
 // Sets lane `to` <= i to what follows the surface that ray i hit.
 void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
   const V3f d = s.rays.direction(i);
@@ -60,7 +78,11 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
 }
 
 void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
-                        Scratch& s) const {
+                        Scratch& s, Flights* flights) const {
+  if (flights) {
+    flights->count = 0;
+    std::fill_n(flights->emitted, n, RGB());
+  }
   scene_.traced.intersect(rays, n, hits);
   for (int i = 0; i < n; ++i) {
     distance[i] = hits->geometry[i] == trace::no_id ? infinity : hits->t[i];
@@ -80,7 +102,12 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
       const bool hit = s.hits.geometry[i] != trace::no_id;
-      passed[r] *= transmittance(s, i, hash(rays.key[r], segment));
+      if (!flights) {
+        passed[r] *= transmittance(s, i, hash(rays.key[r], segment));
+      } else if (!fly(s, i, hash(rays.key[r], segment, 2), &passed[r], &distance[r], flights)) {
+        hits->geometry[r] = trace::no_id;
+        continue;
+      }
       distance[r] += hit ? s.hits.t[i] : infinity;
       rays.ox[r] = s.rays.ox[i], rays.oy[r] = s.rays.oy[i], rays.oz[r] = s.rays.oz[i];
       medium[r] = s.medium[i];

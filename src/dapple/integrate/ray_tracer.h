@@ -18,6 +18,15 @@ class RayTracer {
     int ray[capacity];
   };
 
+  /// Where rays scattered in media, and what the media added on the way.
+  struct Flights {
+    int count = 0;
+    int ray[capacity];
+    V3f P[capacity];
+    int32_t medium[capacity];
+    RGB emitted[capacity];  ///< by ray
+  };
+
   /// Both must outlive this object.
   RayTracer(const scene::Scene& scene, const MaterialTable& materials) : scene_(scene), materials_(materials) {}
 
@@ -27,12 +36,15 @@ class RayTracer {
 
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
+  /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance finite, and passed[i]
+  /// is its weight (shading/medium.h).
   void nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
-               Scratch& scratch) const;
+               Scratch& scratch, Flights* flights = nullptr) const;
 
  private:
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
   RGB transmittance(const Scratch& s, int i, uint64_t key) const;
+  bool fly(const Scratch& s, int i, uint64_t key, RGB* passed, float* distance, Flights* flights) const;
   void go_on(int i, int to, uint64_t key, Scratch& s) const;
 
   const scene::Scene& scene_;

@@ -45,6 +45,14 @@ ImageLayer aov_layer(const Film& film, const std::string& name) {
   if (name == "variance")
     return layer(film, name, {"variance.R", "variance.G", "variance.B"}, full,
                  [&](int x, int y, float* out) { put(film.variance(x, y), out); });
+  if (name == "patch")
+    return layer(film, name, {"patch"}, full, [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.patch); });
+  if (name == "grid_point")
+    return layer(film, name, {"grid_point"}, full, [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.point); });
+  if (name == "dice_level")
+    return layer(film, name, {"dice_level"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.level; });
+  if (name == "shading_rate")
+    return layer(film, name, {"shading_rate"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.shading_rate; });
   if (name == "samples")
     return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
   return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
@@ -53,7 +61,8 @@ ImageLayer aov_layer(const Film& film, const std::string& name) {
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-  static const std::vector<std::string> names = {"albedo", "normal", "depth", "position", "variance", "samples", "alpha"};
+  static const std::vector<std::string> names = {"albedo", "normal", "depth", "position", "variance", "samples", "alpha",
+                                                 "patch",  "grid_point", "dice_level", "shading_rate"};
   return names;
 }
 

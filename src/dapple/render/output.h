@@ -24,7 +24,7 @@ struct OutputSettings {
 };
 
 /// The film as a picture: R, G, B, then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
-/// alpha ("A"). Crops keep the full display window.
+/// alpha ("A"), patch, grid_point, dice_level, shading_rate. Crops keep the full display window.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

@@ -50,7 +50,10 @@ std::string RunReport::to_json() const {
   const integrate::RayCounts& r = session.rays;
   j["rays"] = {{"camera", r.camera}, {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
                {"subsurface", r.subsurface}};
-  for (int s = 0; s < shading::stage_count; ++s) j["shading_points"][shading::stage_names[size_t(s)]] = session.stages.points[size_t(s)];
+  for (int s = 0; s < shading::stage_count; ++s) j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
+  j["shading_batches"] = session.stages.batches;
+  j["shading_seconds"] = session.stages.shading_seconds;
+  if (session.stages.tracing_seconds > 0) j["tracing_seconds"] = session.stages.tracing_seconds;
   j["dropped_samples"] = dropped_samples;
   j["warnings"] = warnings;
   if (session.relative_error > 0 && std::isfinite(session.relative_error)) j["relative_error"] = session.relative_error;

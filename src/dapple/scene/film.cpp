@@ -26,6 +26,7 @@ void Film::add(int x, int y, float weight, RGB L, const Features& f) {
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
+  if (p.samples == 1) s.grid = f.grid;
   s.weight += weight;
   const float w = weight * f.alpha;
   s.hits += w;
@@ -63,6 +64,7 @@ Features Film::features(int x, int y) const {
   Features f;
   if (features_.empty()) return f;
   const FeatureSums& s = features_[index(x, y)];
+  f.grid = s.grid;
   if (s.weight != 0) f.alpha = s.hits / s.weight;
   if (s.hits == 0) return f;
   const float inv = 1 / s.hits;

@@ -9,6 +9,14 @@
 
 namespace dapple::scene {
 
+/// The shading point that served a camera sample, for AOVs.
+struct GridFeatures {
+  uint32_t patch = 0;       ///< in its shape, or the group of patches
+  uint32_t point = 0;       ///< in its tile
+  float level = 0;          ///< log2 of the points of the patch; -2 k for groups of 4^k patches
+  float shading_rate = 0;   ///< pixels a shading point
+};
+
 /// What the first surface along a camera ray shows, for AOVs.
 struct Features {
   RGB albedo;
@@ -16,6 +24,7 @@ struct Features {
   V3f position{0, 0, 0};  ///< world, m
   float depth = 0;        ///< along the camera's axis
   float alpha = 0;        ///< 1 where a surface was met
+  GridFeatures grid;      ///< of the pixel's first sample
 };
 
 /// The image under way: weighted sums a pixel. Tiles touch disjoint pixels, so there is no lock; sums are taken in the order of
@@ -58,6 +67,7 @@ class Film {
   };
   struct FeatureSums {
     float albedo[3] = {}, normal[3] = {}, position[3] = {}, depth = 0, hits = 0, weight = 0;
+    GridFeatures grid;
   };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);

@@ -36,7 +36,7 @@ std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map
   std::vector<Box3f> boxes(map.patch_count());
   for (uint32_t f = 0; f < mesh.face_count(); ++f) {
     V3f corners[4];
-    mesh.corners_at(f, 0.5f, corners);
+    mesh.corners_at(f, PatchTable::shading_time, corners);
     Box3f& box = boxes[map.patch_point(f, 0, 0).patch];
     for (int c = 0; c < mesh.corners; ++c) box.extendBy(corners[c]);
   }
@@ -60,23 +60,23 @@ PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometr
   });
 }
 
-V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t, float time) const {
+V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const {
   const auto& map = geometries_[geometry].map;
   const auto f = map ? map->face_point(patch, s, t) : geom::PatchMap::FacePoint{patch, s, t};
   trace::HitBatch hit;
   hit.instance[0] = instance, hit.geometry[0] = geometry, hit.primitive[0] = f.face, hit.u[0] = f.u, hit.v[0] = f.v;
-  return scene_.surface(hit, 0, time).P;
+  return scene_.surface(hit, 0, shading_time).P;
 }
 
 // Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.
-PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint32_t patch, float time) const {
-  const auto at = [&](float s, float t) { return patch_point(instance, geometry, patch, s, t, time); };
+PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint32_t patch) const {
+  const auto at = [&](float s, float t) { return patch_point(instance, geometry, patch, s, t); };
   const auto& map = geometries_[geometry].map;
-  if (map && map->is_half(patch)) return {at(1, 0) - at(0, 0), at(1, 1) - at(1, 0)};
-  return {at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
+  if (map && map->is_half(patch)) return {instance, geometry, patch, at(1, 0) - at(0, 0), at(1, 1) - at(1, 0)};
+  return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float time, float width,
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extent* memory,
                       GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
   *out = {};
@@ -89,8 +89,11 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
                                  : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
   out->grid.patch = point.patch;
-  const bool quadric = std::holds_alternative<trace::QuadricPtr>(scene_.shape(g));
-  const Extent e = quadric ? Extent{p.dPdu, p.dPdv} : extent(hits.instance[i], g, point.patch, time);
+  Extent& e = *memory;
+  if (std::holds_alternative<trace::QuadricPtr>(scene_.shape(g)))
+    e = {hits.instance[i], trace::no_id, 0, p.dPdu, p.dPdv};
+  else if (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch)
+    e = extent(hits.instance[i], g, point.patch);
   const float s_length = across(e.s, d), t_length = across(e.t, d);
   const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
   if (std::max(s_length, t_length) <= small_patch * width) {
@@ -133,7 +136,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   return true;
 }
 
-float PatchTable::cell_size(const GridId& grid, float time) const {
+float PatchTable::cell_size(const GridId& grid) const {
   if (grid.cluster_level > 0)
     return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
@@ -142,11 +145,11 @@ float PatchTable::cell_size(const GridId& grid, float time) const {
   Extent e;
   if (std::holds_alternative<trace::QuadricPtr>(shape)) {
     trace::HitBatch hit;
-    shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), time, &hit, 0);
-    const geom::SurfacePoint p = scene_.surface(hit, 0, time);
-    e = {p.dPdu, p.dPdv};
+    shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), &hit, 0);
+    const geom::SurfacePoint p = scene_.surface(hit, 0, shading_time);
+    e.s = p.dPdu, e.t = p.dPdv;
   } else {
-    e = extent(grid.instance, grid.geometry, grid.patch, time);
+    e = extent(grid.instance, grid.geometry, grid.patch);
   }
   return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
 }
@@ -160,7 +163,7 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   return s <= t;
 }
 
-void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const {
+void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const {
   const GeometryPatches& patches = geometries_[grid.geometry];
   hits->instance[lane] = grid.instance;
   hits->geometry[lane] = grid.geometry;
@@ -171,7 +174,7 @@ void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye,
   if (!patches.map) {
     const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
     hits->primitive[lane] = patch, hits->u[lane] = s, hits->v[lane] = curve ? 0 : t;
-    if (curve) scene_.face_curve(hits, lane, eye, time);
+    if (curve) scene_.face_curve(hits, lane, eye, shading_time);
     return;
   }
   // The cell's centroid within a half patch: corners that are cut off move to the diagonal.

@@ -41,17 +41,26 @@ class PatchTable {
  public:
   explicit PatchTable(const trace::TracedScene& scene);
 
-  /// The tile whose micropolygons are about `width` (m) long, for hit i of ray (o, d). False where a surface has no lattice, as
+  /// The size of the patch that was asked for last, for callers that meet the same one many times.
+  struct Extent {
+    uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
+    V3f s{0, 0, 0}, t{0, 0, 0};  ///< change of P across the patch, world
+  };
+
+  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d. False where a surface has no lattice, as
   /// curves that are wider than a pixel: these are shaded at the hit.
-  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float time, float width, GridPoint* out) const;
+  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float width, Extent* memory,
+            GridPoint* out) const;
 
   /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
-  void shading_point(const GridId& grid, int i, int j, const V3f& eye, float time, trace::HitBatch* hits, int lane) const;
+  void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
+  /// Moving things are diced and shaded where they are then.
+  static constexpr float shading_time = 0.5f;
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 
   /// Length of a tile's micropolygons (m), the longer side; of a group, its diameter.
-  float cell_size(const GridId& grid, float time) const;
+  float cell_size(const GridId& grid) const;
 
   size_t bytes() const;
 
@@ -60,11 +69,8 @@ class PatchTable {
     std::unique_ptr<const geom::PatchMap> map;            ///< meshes only
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
-  struct Extent {
-    V3f s, t;  ///< change of P across the patch, world
-  };
-  Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch, float time) const;
-  V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t, float time) const;
+  Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
   bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
   float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;
 

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/integrator_factory.h"
+
+#include <algorithm>
+
+#include "dapple/build/camera_factory.h"
+#include "dapple/integrate/ambient_occlusion.h"
+#include "dapple/integrate/distribution_integrator.h"
+#include "dapple/integrate/path_integrator.h"
+
+namespace dapple::build {
+
+using integrate::RayList;
+using scenefile::Entity;
+using scenefile::ParamSet;
+
+namespace {
+
+constexpr int default_max_depth = 5;  // pbrt's
+
+template <class T>
+void fill(std::optional<T>* ours, const std::optional<T>& theirs) {
+  if (!*ours) *ours = theirs;
+}
+
+std::optional<int> optional_int(const Entity& e, const char* name, int least) {
+  if (!e.params.find(name)) return std::nullopt;
+  const int value = e.params.get_int(name, 0);
+  if (value < least) throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " + std::to_string(least));
+  return value;
+}
+
+std::optional<float> optional_positive(const Entity& e, const char* name) {
+  if (!e.params.find(name)) return std::nullopt;
+  const float value = e.params.get_float(name, 0);
+  if (!(value > 0)) throw InputError(e.loc, "\"" + std::string(name) + "\" must be above zero");
+  return value;
+}
+
+std::optional<RayList> optional_rays(const Entity& e, const char* name) {
+  if (!e.params.find(name)) return std::nullopt;
+  const auto values = e.params.get_ints(name);
+  if (values.empty() || std::any_of(values.begin(), values.end(), [](int n) { return n < 1 || n > max_rays; }))
+    throw InputError(e.loc, "\"" + std::string(name) + "\" must be numbers from 1 to " + std::to_string(max_rays) + ", by diffuse depth");
+  return RayList(std::vector<int>(values.begin(), values.end()));
+}
+
+void read_sampler(const BuildContext& context, IntegratorRequest* r) {
+  const Entity& sampler = context.description.sampler;
+  static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
+                                                         "paddedsobol", "zsobol",     "pmj02bn"};
+  if (!sampler.type.empty() && std::find(samplers.begin(), samplers.end(), sampler.type) == samplers.end())
+    unknown_type(sampler, "sampler", samplers);
+  // All of pbrt's samplers map to the one of numeric/sobol.h; only the number of samples matters.
+  std::optional<int64_t> samples;
+  if (sampler.params.find("pixelsamples")) samples = sampler.params.get_int("pixelsamples", 16);
+  if (sampler.type == "stratified")
+    samples = int64_t(sampler.params.get_int("xsamples", 4)) * sampler.params.get_int("ysamples", 4);
+  sampler.params.get_bool("jitter", true);
+  sampler.params.get_string("randomization", "");
+  sampler.params.get_int("seed", 0);
+  if (samples && (*samples < 1 || *samples > max_pixel_samples))
+    throw InputError(sampler.loc, "\"pixelsamples\" is " + std::to_string(*samples) + "; it must be from 1 to " +
+                                      std::to_string(max_pixel_samples));
+  if (samples) r->pixel_samples = int(*samples);
+  sampler.params.report_unused("sampler", context.diagnostics);
+}
+
+}  // namespace
+
+IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const {
+  IntegratorRequest r = *this;
+  if (r.type.empty()) r.type = other.type;
+  if (r.preset.empty()) r.preset = other.preset;
+  fill(&r.pixel_samples, other.pixel_samples);
+  // Counted on their own, bounces replace what maxdepth says, and the other way round.
+  if (!bounces) fill(&r.max_depth, other.max_depth);
+  if (!max_depth) fill(&r.bounces, other.bounces);
+  fill(&r.specular_depth, other.specular_depth);
+  fill(&r.shadow_rays, other.shadow_rays);
+  fill(&r.diffuse_rays, other.diffuse_rays);
+  fill(&r.shading_rate, other.shading_rate);
+  fill(&r.max_distance, other.max_distance);
+  fill(&r.color_bleeding, other.color_bleeding);
+  return r;
+}
+
+IntegratorRequest make_integrator_request(const BuildContext& context) {
+  IntegratorRequest r;
+  read_sampler(context, &r);
+  const Entity& e = context.description.integrator;
+  static const std::vector<std::string_view> paths = {"path", "volpath", "simplepath", "simplevolpath"};
+  static const std::vector<std::string_view> others = {"bdpt", "mlt", "sppm", "lightpath", "randomwalk", "function"};
+  const auto is_one_of = [&e](const auto& names) { return std::find(names.begin(), names.end(), e.type) != names.end(); };
+  if (e.type == "distribution") {
+    r.type = "distribution";
+  } else if (e.type == "ambientocclusion") {
+    r.type = "ao";
+  } else if (e.type.empty() || is_one_of(paths)) {
+    r.type = "path";
+  } else {
+    if (!is_one_of(others)) {
+      std::vector<std::string_view> legal = {"distribution", "ambientocclusion"};
+      legal.insert(legal.end(), paths.begin(), paths.end());
+      legal.insert(legal.end(), others.begin(), others.end());
+      unknown_type(e, "integrator", legal);
+    }
+    context.diagnostics.unsupported(e.loc, "integrator \"" + e.type + "\"", "path tracing");
+    r.type = "path";
+  }
+  r.max_depth = optional_int(e, "maxdepth", 0).value_or(default_max_depth);
+  r.bounces = optional_int(e, "bounces", 0);
+  if (r.bounces) r.max_depth.reset();
+  r.specular_depth = optional_int(e, "speculardepth", 0);
+  r.shadow_rays = optional_rays(e, "shadowrays");
+  r.diffuse_rays = optional_rays(e, "diffuserays");
+  r.shading_rate = optional_positive(e, "shadingrate");
+  r.max_distance = optional_positive(e, "maxdistance");
+  if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
+  r.preset = e.params.get_string("preset", "");
+  if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
+    throw InputError(e.loc, "preset \"" + r.preset + "\" is unknown; " + one_of(std::vector<std::string_view>(std::begin(preset_names), std::end(preset_names))));
+  e.params.get_string("lightsampler", "");
+  e.params.get_bool("regularize", false);
+  e.params.get_bool("cossample", true);
+  if (!is_one_of(others)) e.params.report_unused("integrator", context.diagnostics);  // parameters of stand-ins are not ours to judge
+  return r;
+}
+
+IntegratorRequest preset_request(const std::string& name) {
+  IntegratorRequest r;
+  r.specular_depth = 16;
+  r.bounces = 4;
+  r.shading_rate = 1.0f;
+  r.color_bleeding = false;
+  if (name == "draft") {
+    r.pixel_samples = 4;
+    r.shadow_rays = r.diffuse_rays = RayList{1};
+    r.bounces = 2;
+    r.shading_rate = 4.0f;
+  } else if (name == "final") {
+    r.pixel_samples = 64;
+    r.shadow_rays = RayList{64, 16};
+    r.diffuse_rays = RayList{1024, 16};
+  } else {
+    r.pixel_samples = 16;
+    r.shadow_rays = r.diffuse_rays = RayList{4};
+  }
+  return r;
+}
+
+std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked, int pixel_samples,
+                                                             uint64_t seed) {
+  const IntegratorRequest preset = preset_request(asked.preset);
+  const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
+  if (asked.type == "path") {
+    integrate::PathIntegrator::Settings s;
+    s.seed = seed;
+    s.specular_depth = asked.specular_depth.value_or(s.specular_depth);
+    if (asked.bounces) {
+      s.diffuse_bounces = *asked.bounces;
+    } else {
+      s.max_scatterings = asked.max_depth.value_or(default_max_depth);
+      s.diffuse_bounces = s.specular_depth = s.max_scatterings;
+    }
+    s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
+    return std::make_unique<integrate::PathIntegrator>(scene, s);
+  }
+  const IntegratorRequest r = asked.over(preset);
+  if (r.type == "ao") {
+    integrate::AmbientOcclusion::Settings s;
+    s.seed = seed;
+    s.rays = (r.diffuse_rays->at(0) + samples - 1) / samples;
+    s.max_distance = r.max_distance.value_or(infinity);
+    s.color_bleeding = *r.color_bleeding;
+    return std::make_unique<integrate::AmbientOcclusion>(scene, s);
+  }
+  integrate::DistributionIntegrator::Settings s;
+  s.shading.seed = seed;
+  s.shading.specular_depth = *r.specular_depth;
+  // Unlimited bounces, as many scenes ask for by a large maxdepth, would be a tree of that depth.
+  s.shading.bounces = r.bounces ? *r.bounces : std::clamp(*r.max_depth - 1, 0, *preset.bounces);
+  s.shading.shadow_rays = *r.shadow_rays;
+  s.shading.diffuse_rays = *r.diffuse_rays;
+  s.pixel_samples = samples;
+  s.shading_rate = *r.shading_rate;
+  return std::make_unique<integrate::DistributionIntegrator>(scene, s);
+}
+
+}  // namespace dapple::build

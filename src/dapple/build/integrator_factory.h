@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dapple/build/build_context.h"
+#include "dapple/integrate/integrator.h"
+#include "dapple/integrate/ray_list.h"
+
+namespace dapple::build {
+
+/// What is said about the integrator by a scene file or on a command line; what is not said is empty.
+struct IntegratorRequest {
+  std::string type;    ///< "path", "distribution" or "ao"
+  std::string preset;  ///< "draft", "preview" or "final"
+  std::optional<int> pixel_samples;
+  std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
+  std::optional<int> bounces, specular_depth;
+  std::optional<integrate::RayList> shadow_rays, diffuse_rays;
+  std::optional<float> shading_rate;
+  std::optional<float> max_distance;   ///< ao, m
+  std::optional<bool> color_bleeding;  ///< ao
+
+  /// This, and where it is silent, `other`.
+  IntegratorRequest over(const IntegratorRequest& other) const;
+};
+
+inline constexpr std::string_view integrator_types[] = {"path", "distribution", "ao"};
+inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
+/// Most rays of a kind that a shading point may send.
+inline constexpr int max_rays = 65536;
+
+/// The scene's Sampler and Integrator directives. Throws InputError.
+IntegratorRequest make_integrator_request(const BuildContext& context);
+
+/// What a preset stands for (docs/guide/rendering.md). "" is "preview".
+IntegratorRequest preset_request(const std::string& name);
+
+/// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it. `pixel_samples`: that
+/// will be taken, 0 if that is open.
+std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& request,
+                                                             int pixel_samples, uint64_t seed);
+
+}  // namespace dapple::build

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Distribution ray tracing on shading grids against closed forms, against the path tracer, and against itself: what is shaded how often.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "dapple/base/parallel.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using integrate::DistributionIntegrator;
+using integrate::RayList;
+using shading::Stage;
+using test::build_text;
+using test::render_built;
+using test::render_text;
+
+DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
+  DistributionIntegrator::Settings s;
+  s.shading.bounces = bounces;
+  s.shading.shadow_rays = std::move(shadow);
+  s.shading.diffuse_rays = std::move(diffuse);
+  return s;
+}
+
+std::string film(int size) {
+  const std::string n = std::to_string(size);
+  return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
+}
+
+void expect_near(const RGB& a, const RGB& expected, float relative, const std::string& what) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], expected[c], relative * expected[c]) << what << ", channel " << c;
+}
+
+// As in tests/analytic: inside a sphere that emits 1 and reflects 1/2 radiance is the sum of 2^-i up to i = bounces + 1.
+TEST(DistributionFurnace, SphereSumsTheGeometricSeries) {
+  const std::string scene = film(16) + R"(Camera "spherical" "string mapping" "equirectangular"
+WorldBegin
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
+ReverseOrientation
+Shape "sphere" "float radius" 2
+)";
+  float expected = 1, power = 1;
+  for (int b = 0; b < 4; ++b) {
+    power *= .5f;
+    expected += power;
+    expect_near(render_text(scene, 4, settings(b, {4}, {4})).mean(), RGB(expected), .006f, std::to_string(b) + " bounces");
+  }
+}
+
+// Every point sends exactly the rays that the lists say: n grid points, s shadow and d diffuse rays by depth.
+TEST(DistributionRays, AreThoseOfTheLists) {
+  const std::string scene = film(16) + R"(Camera "spherical" "string mapping" "equirectangular"
+WorldBegin
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+ReverseOrientation
+Shape "sphere" "float radius" 2
+LightSource "point" "rgb I" [ 1 1 1 ]
+)";
+  const auto r = render_text(scene, 4, settings(2, {3, 2}, {5, 3}));
+  const uint64_t all = r.result.stages[Stage::diffuselighting];
+  EXPECT_EQ(r.result.stages[Stage::prelighting], all);
+  // all = n (1 + 5 + 15), one shadow ray each since the light is a point.
+  const uint64_t n = all / 21;
+  EXPECT_EQ(all, n * 21);
+  EXPECT_EQ(r.result.rays.diffuse, n * (5 + 15));
+  EXPECT_EQ(r.result.rays.shadow, all);
+}
+
+struct Look {
+  const char* name;
+  const char* material;
+};
+void PrintTo(const Look& m, std::ostream* out) { *out << m.name; }
+
+class DistributionUnderUniformSky : public testing::TestWithParam<Look> {};
+
+// A white object under a uniform sky shows the sky's radiance.
+TEST_P(DistributionUnderUniformSky, LosslessObjectsHide) {
+  const std::string scene = film(16) + R"(LookAt 0 -3 0  0 0 0  0 0 1
+Camera "perspective" "float fov" 30
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+)" + GetParam().material + R"(
+Shape "sphere" "float radius" 1
+)";
+  auto s = settings(20, {16, 1}, {16, 1});
+  s.shading.specular_depth = 200;
+  expect_near(render_text(scene, 64, s).mean(), RGB(1), .012f, GetParam().name);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Materials, DistributionUnderUniformSky,
+    testing::Values(Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ 1 1 1 ])"},
+                    Look{"transmission", R"(Material "diffusetransmission" "rgb reflectance" [ .5 .5 .5 ] "rgb transmittance" [ .5 .5 .5 ])"},
+                    Look{"glass", R"(Material "dielectric" "float eta" 1.5)"},
+                    Look{"thin", R"(Material "thindielectric" "float eta" 1.5)"},
+                    Look{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)"},
+                    Look{"interface", R"(Material "interface")"}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+// A room with everything in it, by both integrators.
+std::string room(const std::string& material) {
+  return film(48) + R"(LookAt 0 -3.2 1.2  0 0 .8  0 0 1
+Camera "perspective" "float fov" 50
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 12 11 9 ]
+  Shape "bilinearmesh" "point3 P" [ -.4 -.4 1.98  -.4 .4 1.98  .4 -.4 1.98  .4 .4 1.98 ]
+AttributeEnd
+Texture "checks" "spectrum" "checkerboard" "float uscale" 6 "float vscale" 6 "rgb tex1" [ .8 .7 .3 ] "rgb tex2" [ .1 .2 .4 ]
+Material "diffuse" "texture reflectance" "checks"
+Shape "trianglemesh" "point3 P" [ -2 -4 0  2 -4 0  2 2 0  -2 2 0 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ] "integer indices" [ 0 1 2  0 2 3 ]
+Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
+Shape "bilinearmesh" "point3 P" [ -2 2 0  2 2 0  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 2 2  2 2 2 ]
+Material "diffuse" "rgb reflectance" [ .7 .1 .1 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
+)" + material + R"(
+ObjectBegin "ball"
+Shape "sphere" "float radius" .5
+ObjectEnd
+Translate -.7 .6 .5
+ObjectInstance "ball"
+Translate 1.4 0 0
+Scale 1 1 .8
+ObjectInstance "ball"
+)";
+}
+
+class DistributionAgainstPath : public testing::TestWithParam<Look> {};
+
+// Both estimate the same integral, but for layered materials at diffuse hits (their mean albedo) and interpolation: within 1 % of the mean, where
+// noise leaves .3 %.
+TEST_P(DistributionAgainstPath, InARoom) {
+  const auto built = build_text(room(GetParam().material));
+  auto s = settings(2, {8, 2}, {16, 2});
+  s.shading.specular_depth = 8;
+  const RGB mean = render_built(built, 16, s).mean();
+  const RGB expected = render_built(built, 576, test::bounces(2, 8)).mean();
+  expect_near(mean, expected, .01f, GetParam().name);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Materials, DistributionAgainstPath,
+    testing::Values(Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ])"},
+                    Look{"leaf", R"(Material "diffusetransmission" "rgb reflectance" [ .3 .3 .1 ] "rgb transmittance" [ .2 .4 .1 ])"},
+                    Look{"metal", R"(Material "conductor" "rgb reflectance" [ .9 .7 .4 ] "float roughness" .2)"},
+                    Look{"coated", R"(Material "coateddiffuse" "rgb reflectance" [ .6 .3 .2 ] "float roughness" .1)"},
+                    Look{"rough_glass", R"(Material "dielectric" "float eta" 1.3 "float roughness" .1)"},
+                    Look{"interface", R"(Material "interface")"}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+// Fog around a lamp and its shadow, scattered once. The path tracer does the same where neither diffuse nor specular scatterings may follow.
+TEST(DistributionMedia, ScatterOnce) {
+  const auto built = build_text(film(32) + R"(LookAt 0 -3 1  0 0 .7  0 0 1
+MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [ .02 .05 .1 ] "rgb sigma_s" [ .3 .25 .2 ] "float g" .4
+MediumInterface "" "fog"
+Camera "perspective" "float fov" 60
+WorldBegin
+MediumInterface "fog" "fog"
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
+  Translate 1 -2 4
+  Shape "sphere" "float radius" .5
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+Shape "bilinearmesh" "point3 P" [ -.5 .5 1  .5 .5 1  -.5 1 1.1  .5 1 1.1 ]
+Shape "bilinearmesh" "point3 P" [ -4 4 0  4 4 0  -4 4 4  4 4 4 ]
+)");
+  auto s = settings(0, {8}, {1});
+  s.shading.specular_depth = 0;
+  const RGB mean = render_built(built, 256, s).mean();
+  const RGB expected = render_built(built, 1024, test::bounces(0, 0)).mean();
+  expect_near(mean, expected, .01f, "fog");
+}
+
+bool same_bits(const scene::Film& a, const scene::Film& b) {
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const RGB p = a.pixel(x, y), q = b.pixel(x, y);
+      if (std::memcmp(&p, &q, sizeof p) != 0) return false;
+    }
+  return true;
+}
+
+TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
+  const auto built = build_text(room(R"(Material "coateddiffuse" "texture reflectance" "checks" "float roughness" 0)"));
+  auto s = settings(1, {2}, {3});
+  const auto whole = render_built(built, 4, s);
+  set_thread_count(1);
+  const auto alone = render_built(built, 4, s);
+  s.grid_bytes = 0;
+  const auto unkept = render_built(built, 4, s);
+  set_thread_count(0);
+  s.grid_bytes = 100000;
+  const auto few = render_built(built, 4, s);
+  EXPECT_TRUE(same_bits(whole.film, alone.film));
+  EXPECT_TRUE(same_bits(whole.film, unkept.film));
+  EXPECT_TRUE(same_bits(whole.film, few.film));
+  EXPECT_GT(unkept.result.stages[Stage::prelighting], whole.result.stages[Stage::prelighting]);
+}
+
+// A wall that fills the image has no silhouette at which more samples could find more: 8 x 8 tiles of cells one pixel large.
+TEST(DistributionGrids, AreShadedOnceHoweverManySamplesSeeThem) {
+  const std::string scene = film(64) + R"(LookAt 0 0 1  0 0 0  0 1 0
+Camera "orthographic"
+WorldBegin
+LightSource "point" "rgb I" [ 1 1 1 ] "point3 from" [ 0 0 1 ]
+Material "diffuse"
+Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
+)";
+  const auto few = render_text(scene, 4, settings(0, {1}, {1})), many = render_text(scene, 64, settings(0, {1}, {1}));
+  EXPECT_EQ(few.result.stages[Stage::prelighting], 64u * 64u);
+  EXPECT_EQ(many.result.stages[Stage::prelighting], 64u * 64u);
+  auto coarse = settings(0, {1}, {1});
+  coarse.shading_rate = 16;
+  EXPECT_EQ(render_text(scene, 4, coarse).result.stages[Stage::prelighting], 16u * 16u);
+}
+
+}  // namespace
+}  // namespace dapple
