@@ -60,7 +60,8 @@ int show(const std::string& path) {
     if (table.stages.has(shading::Stage(i))) stages.append(stages.empty() ? "" : ", ").append(shading::stage_names[i]);
   std::printf("stages         %s\n", stages.c_str());
   for (const ParamDecl& p : library.parameters())
-    std::printf("parameter      %-16s %-18s default %-12s %s\n", p.name, type_of(p).c_str(), fallback_of(p).c_str(), p.description);
+    std::printf("parameter      %-16s %-18s default %-12s %s\n", p.name, type_of(p).c_str(), fallback_of(p).c_str(),
+                p.description);
   return static_cast<int>(ExitCode::done);
 }
 

@@ -97,10 +97,9 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
 }
 
 // The path tracer runs prelighting and opacity alone.
-void warn_of_unused_stages(const RenderOptions& o, const build::BuiltScene& built, Diagnostics& diagnostics) {
-  if (o.integrator != "path") return;
+void warn_of_unused_stages(const scene::Scene& scene, Diagnostics& diagnostics) {
   using shading::Stage;
-  for (const shading::MaterialPtr& material : built.scene->materials)
+  for (const shading::MaterialPtr& material : scene.materials)
     for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
       if (material->stages().has(stage))
         diagnostics.unsupported({}, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator path",
@@ -165,7 +164,6 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (!o.resolution.empty()) build_options.film.resolution = parse_resolution(o.resolution);
   if (!o.crop.empty()) build_options.film.crop = parse_crop(o.crop);
   build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
-  warn_of_unused_stages(o, built, diagnostics);
   const std::vector<std::string> paths = output_paths(o, built);
   for (const std::string& path : paths) image::check_writable(path);
 
@@ -173,6 +171,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
+  if (request.type == "path") warn_of_unused_stages(*built.scene, diagnostics);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drawn look: light in a few tones, and a line of ink where the surface turns away. It is all in postlighting, the one stage
-// that sees radiance and the viewer; what other surfaces receive from this one stays as it was.
+// A drawn look: light in a few tones, and a line of ink where the surface turns away. It is all in postlighting, the
+// one stage that sees radiance and the viewer; what other surfaces receive from this one stays as it was.
 #include <dapple/shading/plugin.h>
 
 namespace {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cobbles after rain. prelighting makes the pattern: cells (Worley 1996), darker joints between them, and water standing in the
-// joints up to a level. diffuselighting darkens damp stone, which a Bsdf cannot say: the film over a damp surface sends part of the
-// light it scatters back to it (Lekner & Dorf 1988, "Why some things are darker when wet").
+// Cobbles after rain. prelighting makes the pattern: cells (Worley 1996), darker joints between them, and water
+// standing in the joints up to a level. diffuselighting darkens damp stone, which a Bsdf cannot say: the film over a
+// damp surface sends part of the light it scatters back to it (Lekner & Dorf 1988, "Why some things are darker when
+// wet").
 #include <dapple/base/hash.h>
 #include <dapple/shading/coat.h>
 #include <dapple/shading/plugin.h>

@@ -24,8 +24,8 @@ run(${CMAKE_COMMAND} -S ${WORK}/plugins -B ${WORK}/plugins/build -G Ninja -DCMAK
 run(${CMAKE_COMMAND} --build ${WORK}/plugins/build)
 foreach(scene toon wet_stone)
   foreach(folder plugins own)
-    run(${WORK}/prefix/bin/dapple render ${WORK}/${folder}/${scene}.pbrt -o ${WORK}/${folder}/${scene}.exr --integrator distribution
-      --resolution 120x75 --pixel-samples 8 --strict -q)
+    run(${WORK}/prefix/bin/dapple render ${WORK}/${folder}/${scene}.pbrt -o ${WORK}/${folder}/${scene}.exr --shadow-rays 8,2
+      --diffuse-rays 8,2 --resolution 120x75 --pixel-samples 8 --strict -q)
   endforeach()
   run(${BUILD}/image_diff ${WORK}/plugins/${scene}.exr ${WORK}/own/${scene}.exr --block 15 --max-mean 0.005 --max-block 0.01)
 endforeach()

@@ -31,7 +31,9 @@ const std::string plane = "Shape \"bilinearmesh\" \"point3 P\" [ -2 -2 0  2 -2 0
 std::string plugin(const std::string& file, const std::string& parameters) {
   return "Material \"plugin\" \"string filename\" \"" + file + "\" " + parameters + "\n";
 }
-std::string probe(const std::string& parameters) { return plugin(modules + "/libprobe.so", parameters); }
+std::string probe(const std::string& parameters) {
+  return plugin(modules + "/libprobe.so", parameters);
+}
 
 struct Rendered {
   ProcessResult run;
@@ -43,12 +45,14 @@ Rendered render_world(const std::string& world, const std::vector<std::string>& 
                       const std::string& integrator = "distribution") {
   ScratchFolder folder;
   std::ofstream(folder.file("scene.pbrt")) << head << world;
-  std::vector<std::string> arguments{"render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator",
-                                     integrator, "--bounces", "0", "-q"};
+  std::vector<std::string> arguments{
+      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "--bounces", "0",
+      "-q"};
   arguments.insert(arguments.end(), options.begin(), options.end());
   Rendered r{run_dapple(arguments, 120), {}, {}};
   if (std::filesystem::exists(folder.file("image.exr"))) r.picture = load_picture(folder.file("image.exr"));
-  for (size_t i = 0; i < r.picture.rgb.size(); ++i) r.mean[i % 3] += r.picture.rgb[i] / (double(r.picture.rgb.size()) / 3);
+  for (size_t i = 0; i < r.picture.rgb.size(); ++i)
+    r.mean[i % 3] += r.picture.rgb[i] / (double(r.picture.rgb.size()) / 3);
   return r;
 }
 
@@ -60,8 +64,11 @@ void expect_contains(const std::string& text, const std::string& part) {
 // cosine at radius r is sqrt(1 - r^2): the line covers the share w^2 of the disk.
 TEST(Toon, TonesAndLineOfASphere) {
   const double w = 0.4, disk = pi / 4;
-  const Rendered r = render_world(plugin(examples + "/libtoon.so", R"("rgb reflectance" [ .6 .6 .6 ] "integer tones" 3 "float rim" .4 "rgb ink" [ 3 0 0 ])") +
-                                  "Shape \"sphere\" \"float radius\" 1\n", {"--resolution", "256x256"});
+  const Rendered r =
+      render_world(plugin(examples + "/libtoon.so",
+                          R"("rgb reflectance" [ .6 .6 .6 ] "integer tones" 3 "float rim" .4 "rgb ink" [ 3 0 0 ])") +
+                       "Shape \"sphere\" \"float radius\" 1\n",
+                   {"--resolution", "256x256"});
   ASSERT_EQ(r.run.exit_code, 0) << r.run.output;
   EXPECT_NEAR(r.mean[0], (1 - disk) + disk * ((1 - w * w) * 2 / 3 + w * w * 3), 4e-3);
   EXPECT_NEAR(r.mean[1], (1 - disk) + disk * (1 - w * w) * 2 / 3, 4e-3);
@@ -73,16 +80,19 @@ double fresnel(double cos_i, double n) {  // from outside; unpolarised
   return (s * s + p * p) / 2;
 }
 
-// A film of reflectance R to diffuse light sends back p = 1 - (1 - R) / n^2 from inside (reciprocity of radiance over n^2), and
-// damp stone shows R + (1 - R) (1 - p) a / (1 - p a).
+// A film of reflectance R to diffuse light sends back p = 1 - (1 - R) / n^2 from inside (reciprocity of radiance over
+// n^2), and damp stone shows R + (1 - R) (1 - p) a / (1 - p a).
 TEST(WetStone, DampnessDarkens) {
   const double n = 1.33, a = 0.4;
   double R = 0;
   for (int i = 0; i < 10000; ++i) R += 2 * (i + 0.5) / 1e4 * fresnel((i + 0.5) / 1e4, n) / 1e4;
   const double p = 1 - (1 - R) / (n * n);
   const auto shown = [&](const std::string& wetness, const std::string& albedo) {
-    const Rendered r = render_world(plugin(examples + "/libwet_stone.so", "\"float water\" 0 \"float variation\" 0 \"rgb joint\" [ " + albedo +
-                                                                              " ] \"rgb reflectance\" [ " + albedo + " ] \"float wetness\" " + wetness) + plane);
+    const Rendered r =
+        render_world(plugin(examples + "/libwet_stone.so", "\"float water\" 0 \"float variation\" 0 \"rgb joint\" [ " +
+                                                               albedo + " ] \"rgb reflectance\" [ " + albedo +
+                                                               " ] \"float wetness\" " + wetness) +
+                     plane);
     EXPECT_EQ(r.run.exit_code, 0) << r.run.output;
     return r.mean[1];
   };
@@ -95,11 +105,14 @@ TEST(Examples, ScenesRender) {
   for (const char* name : {"toon", "wet_stone"}) {
     ScratchFolder folder;
     std::filesystem::create_directory(folder.path() / "build");
-    std::filesystem::copy_file(source_path(std::string("examples/plugins/") + name + ".pbrt"), folder.path() / "scene.pbrt");
+    std::filesystem::copy_file(source_path(std::string("examples/plugins/") + name + ".pbrt"),
+                               folder.path() / "scene.pbrt");
     for (const char* library : {"libtoon.so", "libwet_stone.so"})
       std::filesystem::copy_file(examples + "/" + library, folder.path() / "build" / library);
-    const ProcessResult r = run_dapple({"render", folder.file("scene.pbrt"), "-o", folder.file("image.png"), "--integrator", "distribution",
-                                        "--resolution", "96x60", "--pixel-samples", "4", "--strict"}, 120);
+    const ProcessResult r =
+        run_dapple({"render", folder.file("scene.pbrt"), "-o", folder.file("image.png"), "--resolution", "96x60",
+                    "--shadow-rays", "4", "--diffuse-rays", "4", "--pixel-samples", "4", "--strict"},
+                   120);
     EXPECT_EQ(r.exit_code, 0) << r.output;
   }
 }
@@ -107,7 +120,8 @@ TEST(Examples, ScenesRender) {
 TEST(PluginInfo, ListsParameters) {
   const ProcessResult r = run_dapple({"plugin-info", examples + "/libtoon.so"}, 60);
   EXPECT_EQ(r.exit_code, 0);
-  for (const char* part : {"shader         toon", "prelighting, postlighting\n", "tones", "integer", "default 4", "number of tones"})
+  for (const char* part :
+       {"shader         toon", "prelighting, postlighting\n", "tones", "integer", "default 4", "number of tones"})
     expect_contains(r.output, part);
   EXPECT_EQ(run_dapple({"plugin-info", source_path("README.md")}, 60).exit_code, 3);
 }
@@ -129,7 +143,9 @@ struct Broken {
   const char* parameters;
   const char* said;
 };
-void PrintTo(const Broken& b, std::ostream* out) { *out << b.name; }
+void PrintTo(const Broken& b, std::ostream* out) {
+  *out << b.name;
+}
 
 class BrokenPlugin : public testing::TestWithParam<Broken> {};
 
@@ -150,14 +166,15 @@ TEST_P(BrokenPlugin, IsRefusedOrStoodInFor) {
 
 INSTANTIATE_TEST_SUITE_P(
     Ways, BrokenPlugin,
-    testing::Values(Broken{"missing", "libabsent.so", "", "No such file"}, Broken{"folder", ".", "", "it is not a file"},
-                    Broken{"text", "text.so", "", "not a shared object"},
+    testing::Values(Broken{"missing", "libabsent.so", "", "No such file"},
+                    Broken{"folder", ".", "", "it is not a file"}, Broken{"text", "text.so", "", "not a shared object"},
                     Broken{"truncated", "truncated.so", "", "cut short"},
                     Broken{"no_entry", "libno_entry.so", "", "expected DAPPLE_SHADER_PLUGIN"},
                     Broken{"version", "libother_version.so", "", "it has plug-in ABI version 7, expected 1"},
                     Broken{"layout", "libother_layout.so", "", "layout"},
                     Broken{"factory", "libprobe.so", R"("string fault" "factory")", "the factory is closed"},
-                    Broken{"undeclared", "libprobe.so", R"("string fault" "undeclared")", "\"nowhere\" is not declared"}),
+                    Broken{"undeclared", "libprobe.so", R"("string fault" "undeclared")",
+                           "\"nowhere\" is not declared"}),
     [](const auto& test) { return test.param.name; });
 
 class FailingStage : public testing::TestWithParam<const char*> {};
@@ -180,7 +197,8 @@ TEST_P(FailingStage, PaintsItsOwnPointsAndEndsInOrder) {
   EXPECT_EQ(render_world(world, {"--keep-going"}).run.exit_code, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stages, FailingStage, testing::Values("prelighting", "diffuselighting", "specularlighting", "postlighting"),
+INSTANTIATE_TEST_SUITE_P(Stages, FailingStage,
+                         testing::Values("prelighting", "diffuselighting", "specularlighting", "postlighting"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(FailingStage, OpacityThatThrowsIsOpaque) {
@@ -201,7 +219,9 @@ struct BadValue {
   const char* stage;
   double green;  ///< of the half that is wrong
 };
-void PrintTo(const BadValue& b, std::ostream* out) { *out << b.fault; }
+void PrintTo(const BadValue& b, std::ostream* out) {
+  *out << b.fault;
+}
 class BadValues : public testing::TestWithParam<BadValue> {};
 
 TEST_P(BadValues, AreReplacedCountedAndNamed) {
@@ -227,7 +247,8 @@ TEST(Opacity, OfShaderAndShapeMultiply) {
     const Rendered whole = render_world(material + plane, options, integrator);
     ASSERT_EQ(whole.run.exit_code, 0) << whole.run.output;
     EXPECT_NEAR(whole.mean[1], 1 - 0.25 * 0.5, 2e-3) << integrator;
-    const Rendered half = render_world(material + plane.substr(0, plane.size() - 1) + " \"float alpha\" .5\n", options, integrator);
+    const Rendered half =
+        render_world(material + plane.substr(0, plane.size() - 1) + " \"float alpha\" .5\n", options, integrator);
     EXPECT_NEAR(half.mean[1], 1 - 0.125 * 0.5, 2e-3) << integrator;
   }
 }
@@ -240,9 +261,10 @@ TEST(PathIntegrator, SaysWhichStagesItLeavesOut) {
 }
 
 TEST(Mix, RunsThePrelightingOfPlugins) {
-  const Rendered r = render_world("MakeNamedMaterial \"a\" \"string type\" \"plugin\" \"string filename\" \"" + modules + "/libprobe.so\"\n" +
-                                  "MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [ .5 .5 .5 ]\n" +
-                                  "Material \"mix\" \"string materials\" [ \"a\" \"b\" ]\n" + plane);
+  const Rendered r = render_world(
+      "MakeNamedMaterial \"a\" \"string type\" \"plugin\" \"string filename\" \"" + modules + "/libprobe.so\"\n" +
+      "MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [ .5 .5 .5 ]\n" +
+      "Material \"mix\" \"string materials\" [ \"a\" \"b\" ]\n" + plane);
   EXPECT_EQ(r.run.exit_code, 0) << r.run.output;
   expect_contains(r.run.output, "a mix of shaders that have other stages");
   EXPECT_NEAR(r.mean[1], 0.5, 1e-3);

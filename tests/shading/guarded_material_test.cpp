@@ -76,9 +76,10 @@ TEST(GuardedMaterial, WhatIsLeftUnwrittenIsBlack) {
 }
 
 TEST(GuardedMaterial, ReportsByMaterialAndStage) {
-  const std::vector<MaterialPtr> materials{std::make_shared<Spoiler>(),
-                                           std::make_shared<GuardedMaterial>(nullptr, std::make_unique<Spoiler>(),
-                                                                             StageSet{Stage::prelighting}, "x.pbrt:1:1: spoiler")};
+  const std::vector<MaterialPtr> materials{
+      std::make_shared<Spoiler>(),
+      std::make_shared<GuardedMaterial>(nullptr, std::make_unique<Spoiler>(), StageSet{Stage::prelighting},
+                                        "x.pbrt:1:1: spoiler")};
   EXPECT_TRUE(shader_faults(materials).errors.empty());
   light_in_batches(static_cast<const GuardedMaterial&>(*materials[1]), 50);
   const ShaderFaults faults = shader_faults(materials);

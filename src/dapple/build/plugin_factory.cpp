@@ -40,7 +40,8 @@ MaterialPtr PluginFactory::load(const MaterialEntity& entity) {
   const std::string name = entity.loc.to_string() + ": shader \"" + library->table().name + "\" of " +
                            std::filesystem::path(filename).filename().string() +
                            (entity.name.empty() ? "" : ", material \"" + entity.name + "\"");
-  return std::make_shared<shading::GuardedMaterial>(library, library->make(values, entity.loc), library->table().stages, name);
+  return std::make_shared<shading::GuardedMaterial>(library, library->make(values, entity.loc), library->table().stages,
+                                                    name);
 }
 
 ParamValue PluginFactory::value(const ParamDecl& declared, const scenefile::ParamSet& params) const {

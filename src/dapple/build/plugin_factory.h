@@ -9,14 +9,14 @@
 
 namespace dapple::build {
 
-/// Materials of type "plugin": C++ shaders from shared objects (shading/plugin.h, docs/guide/shaders.md). Each file is loaded
-/// once, and stays as long as a material of it.
+/// Materials of type "plugin": C++ shaders from shared objects (shading/plugin.h, docs/guide/shaders.md). Each file is
+/// loaded once, and stays as long as a material of it.
 class PluginFactory {
  public:
   PluginFactory(const BuildContext& context, const TextureLibrary& textures) : context_(context), textures_(textures) {}
 
-  /// InputError where the plug-in cannot be used or refuses its parameters; with keep_going a warning, and a surface of diffuse
-  /// magenta.
+  /// InputError where the plug-in cannot be used or refuses its parameters; with keep_going a warning, and a surface of
+  /// diffuse magenta.
   shading::MaterialPtr make(const scenefile::MaterialEntity& entity);
 
  private:

@@ -10,8 +10,12 @@ namespace {
 constexpr int capacity = ShadingPoints::capacity;
 constexpr RGB magenta{1, 0, 1};
 
-bool is_usable(float v) { return v >= 0 && v < infinity; }
-bool is_usable(const RGB& c) { return is_usable(c.r) && is_usable(c.g) && is_usable(c.b); }
+bool is_usable(float v) {
+  return v >= 0 && v < infinity;
+}
+bool is_usable(const RGB& c) {
+  return is_usable(c.r) && is_usable(c.g) && is_usable(c.b);
+}
 
 bool repair(RGB* c) {
   if (is_usable(*c)) return false;
@@ -48,8 +52,8 @@ bool repair(Bsdf* b, const ShadingPoints& points, int i) {
 
 }  // namespace
 
-GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_ptr<const Material> shader, StageSet stages,
-                                 std::string name)
+GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_ptr<const Material> shader,
+                                 StageSet stages, std::string name)
     : code_(std::move(code)), shader_(std::move(shader)), stages_(stages), name_(std::move(name)) {}
 
 // Calls, and keeps what it throws from going further. Only faults of points that are alone count.
@@ -72,10 +76,11 @@ bool GuardedMaterial::attempt(Stage stage, bool alone, const Call& call) const {
   return false;
 }
 
-// call(points, i) runs the stage on points that begin at lane i of the batch; reset(i) undoes what it may have written there;
-// paint(i) writes the stand-in.
+// call(points, i) runs the stage on points that begin at lane i of the batch; reset(i) undoes what it may have written
+// there; paint(i) writes the stand-in.
 template <class Call, class Reset, class Paint>
-void GuardedMaterial::run(Stage stage, const ShadingPoints& points, const Call& call, const Reset& reset, const Paint& paint) const {
+void GuardedMaterial::run(Stage stage, const ShadingPoints& points, const Call& call, const Reset& reset,
+                          const Paint& paint) const {
   const bool alone = points.count == 1;
   if (attempt(stage, alone, [&] { call(points, 0); })) return;
   if (alone) {
@@ -108,7 +113,9 @@ void GuardedMaterial::repair_colours(Stage stage, int n, RGB* colours) const {
 void GuardedMaterial::displacement(const ShadingPoints& points, V3f* P) const {
   const auto stay = [&](int i) { P[i] = points.P[i]; };
   for (int i = 0; i < points.count; ++i) stay(i);
-  run(Stage::displacement, points, [&](const ShadingPoints& p, int i) { shader_->displacement(p, P + i); }, [](int) {}, stay);
+  run(
+      Stage::displacement, points, [&](const ShadingPoints& p, int i) { shader_->displacement(p, P + i); }, [](int) {},
+      stay);
   int bad = 0;
   for (int i = 0; i < points.count; ++i) {
     if (is_finite(P[i])) continue;
@@ -120,14 +127,16 @@ void GuardedMaterial::displacement(const ShadingPoints& points, V3f* P) const {
 
 void GuardedMaterial::opacity(const ShadingPoints& points, RGB* Oi) const {
   std::fill_n(Oi, points.count, RGB(1));
-  run(Stage::opacity, points, [&](const ShadingPoints& p, int i) { shader_->opacity(p, Oi + i); }, [](int) {},
+  run(
+      Stage::opacity, points, [&](const ShadingPoints& p, int i) { shader_->opacity(p, Oi + i); }, [](int) {},
       [&](int i) { Oi[i] = RGB(1); });
   repair_colours(Stage::opacity, points.count, Oi);
 }
 
 void GuardedMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
   std::fill_n(out, points.count, Bsdf());
-  run(Stage::prelighting, points, [&](const ShadingPoints& p, int i) { shader_->prelighting(p, out + i); }, [](int) {},
+  run(
+      Stage::prelighting, points, [&](const ShadingPoints& p, int i) { shader_->prelighting(p, out + i); }, [](int) {},
       [&](int i) {
         out[i] = Bsdf::make_diffuse(magenta);
         out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
@@ -140,7 +149,8 @@ void GuardedMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const 
 void GuardedMaterial::diffuselighting(const DiffuseLighting& in) const {
   RGB before[capacity];
   std::copy_n(in.diffuse, in.points.count, before);
-  run(Stage::diffuselighting, in.points,
+  run(
+      Stage::diffuselighting, in.points,
       [&](const ShadingPoints& p, int i) {
         shader_->diffuselighting({p, in.bsdf + i, in.irradiance + i, in.irradiance_behind + i, in.diffuse + i});
       },
@@ -150,7 +160,8 @@ void GuardedMaterial::diffuselighting(const DiffuseLighting& in) const {
 
 void GuardedMaterial::specularlighting(const SpecularLighting& in) const {
   for (int i = 0; i < in.points.count; ++i) in.Ci[i] = in.diffuse[i] + in.specular[i];
-  run(Stage::specularlighting, in.points,
+  run(
+      Stage::specularlighting, in.points,
       [&](const ShadingPoints& p, int i) {
         shader_->specularlighting({p, in.bsdf + i, in.wo + i, in.diffuse + i, in.specular + i, in.Ci + i});
       },
@@ -161,8 +172,11 @@ void GuardedMaterial::specularlighting(const SpecularLighting& in) const {
 void GuardedMaterial::postlighting(const PostLighting& in) const {
   RGB before[capacity];
   std::copy_n(in.Ci, in.points.count, before);
-  run(Stage::postlighting, in.points,
-      [&](const ShadingPoints& p, int i) { shader_->postlighting({p, in.bsdf + i, in.wo + i, in.Ci + i}); },
+  run(
+      Stage::postlighting, in.points,
+      [&](const ShadingPoints& p, int i) {
+        shader_->postlighting({p, in.bsdf + i, in.wo + i, in.Ci + i});
+      },
       [&](int i) { in.Ci[i] = before[i]; }, [&](int i) { in.Ci[i] = magenta * before[i].luminance(); });
   repair_colours(Stage::postlighting, in.points.count, in.Ci);
 }
@@ -184,7 +198,8 @@ ShaderFaults shader_faults(const std::vector<MaterialPtr>& materials) {
       if (faults[i].thrown > 0)
         all.errors.push_back(stage + " threw" + at(faults[i].thrown) + ", shown in magenta: " + faults[i].message);
       if (faults[i].bad > 0)
-        all.warnings.push_back(stage + " gave values that are negative or not finite" + at(faults[i].bad) + "; they are replaced");
+        all.warnings.push_back(stage + " gave values that are negative or not finite" + at(faults[i].bad) +
+                               "; they are replaced");
     }
   }
   return all;

@@ -11,7 +11,8 @@
 namespace dapple::shading {
 
 /// A shader that is not ours, so wrapped that no fault of it ends the program or spoils more than its own points.
-/// - Where a stage throws, the points are shaded again one by one, and those that fail are painted magenta: which points
+/// - Where a stage throws, the points are shaded again one by one, and those that fail are painted magenta: which
+/// points
 ///   these are does not depend on the batches.
 /// - What a stage leaves unwritten is as if there were no such stage (black, for prelighting).
 /// - Values that are not finite or negative are replaced: colours by black, frames by the surface's own.
@@ -19,7 +20,8 @@ namespace dapple::shading {
 class GuardedMaterial final : public Material {
  public:
   /// stages: those that the shader has. code: kept alive as long as the shader. name: for reports, with its place.
-  GuardedMaterial(std::shared_ptr<const void> code, std::unique_ptr<const Material> shader, StageSet stages, std::string name);
+  GuardedMaterial(std::shared_ptr<const void> code, std::unique_ptr<const Material> shader, StageSet stages,
+                  std::string name);
 
   StageSet stages() const override { return stages_; }
   void displacement(const ShadingPoints& points, V3f* P) const override;

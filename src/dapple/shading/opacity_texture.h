@@ -6,11 +6,13 @@
 
 namespace dapple::shading {
 
-/// How much of a surface is there: the mean over the channels of a shader's opacity stage, in [0, 1], times the shape's alpha.
+/// How much of a surface is there: the mean over the channels of a shader's opacity stage, in [0, 1], times the shape's
+/// alpha.
 class OpacityTexture final : public FloatTexture {
  public:
   /// alpha may be null.
-  OpacityTexture(MaterialPtr material, FloatTexturePtr alpha) : material_(std::move(material)), alpha_(std::move(alpha)) {}
+  OpacityTexture(MaterialPtr material, FloatTexturePtr alpha)
+      : material_(std::move(material)), alpha_(std::move(alpha)) {}
 
   void evaluate(const ShadingPoints& points, float* out) const override {
     RGB Oi[ShadingPoints::capacity];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -23,21 +24,23 @@
 //   };
 //   DAPPLE_SHADER_PLUGIN(Toon, "toon")
 //
-// compiled to a shared object (CMake: dapple_add_plugin) and named by a scene: Material "plugin" "string filename" "libtoon.so".
+// compiled to a shared object (CMake: dapple_add_plugin) and named by a scene: Material "plugin" "string filename"
+// "libtoon.so".
 //
 // The rule of binary compatibility: C++ types cross the border, so a plug-in works with the Dapple whose headers it was
-// compiled against, and a C++ library of the same layout (libstdc++). PluginTable carries a version and a hash of the layouts that
-// cross; a plug-in in which either differs is refused, and has to be compiled again. A plug-in contains its own copy of what it
-// calls in Dapple's libraries, which keep no state; it needs no symbol of the program that loads it.
+// compiled against, and a C++ library of the same layout (libstdc++). PluginTable carries a version and a hash of the
+// layouts and virtual functions that cross; a plug-in in which either differs is refused, and has to be compiled again.
+// A plug-in contains its own copy of what it calls in Dapple's libraries, which keep no state; it needs no symbol of
+// the program that loads it.
 
 namespace dapple::shading {
 
-/// To be raised whenever a virtual function of Material or Texture is added, removed or moved, or the meaning of what crosses the border changes.
+/// To be raised whenever the meaning of what crosses the border changes; plugin_layout() sees other changes by itself.
 inline constexpr uint32_t plugin_abi_version = 1;
 inline constexpr uint64_t plugin_magic = 0x6e69676c50706144;  // "DapPlgin"
 
-/// How a parameter is written in a scene: bool, integer, float, rgb (or spectrum), string, float or texture, rgb or texture.
-/// A reflectance is a colour texture with values in [0, 1].
+/// How a parameter is written in a scene: bool, integer, float, rgb (or spectrum), string, float or texture, rgb or
+/// texture. A reflectance is a colour texture with values in [0, 1].
 enum class ParamKind : uint32_t { boolean, integer, number, color, text, float_texture, color_texture, reflectance };
 
 /// Declares a parameter: its name in scenes, kind, default, and a line for users. Make it by the functions.
@@ -119,13 +122,16 @@ class PluginParams {
 };
 
 /// The frame of point i: what prelighting gives a Bsdf that it does not bend.
-inline Frame surface_frame(const ShadingPoints& points, int i) { return Frame(points.Ns[i], points.dPdu[i]); }
+inline Frame surface_frame(const ShadingPoints& points, int i) {
+  return Frame(points.Ns[i], points.dPdu[i]);
+}
 
 /// Base of plug-ins: a grey diffuse surface until a stage is overridden. A derived class
 /// - overrides, in public, the stages it has; no list of them is needed,
 /// - may declare parameters: static constexpr ParamDecl parameters[],
 /// - has a constructor from const PluginParams&, which may throw: its message becomes that of the scene's error.
-/// Stages must be pure functions of what they are given: they run on many threads at once, on batches that differ from run to run.
+/// Stages must be pure functions of what they are given: they run on many threads at once, on batches that differ from
+/// run to run.
 class PluginMaterial : public Material {
  public:
   void prelighting(const ShadingPoints& points, Bsdf* out) const override {
@@ -137,7 +143,8 @@ class PluginMaterial : public Material {
   bool needs_differentials() const override { return true; }
 };
 
-/// What the entry point returns. magic, abi_version and layout keep their places for ever: the rest is read only if these are right.
+/// What the entry point returns. magic, abi_version and layout keep their places for ever: the rest is read only if
+/// these are right.
 struct PluginTable {
   uint64_t magic;
   uint32_t abi_version;
@@ -154,16 +161,69 @@ struct PluginTable {
 using PluginEntry = const PluginTable*();
 inline constexpr const char* plugin_entry_name = "dapple_shader_plugin";
 
-/// Hash of the sizes and offsets of the types that cross the border.
-constexpr uint64_t plugin_layout() {
+// Ends of the virtual tables: the place of this function is the number of those above it.
+struct MaterialTableEnd : Material {
+  virtual void end() = 0;
+};
+struct TextureTableEnd : FloatTexture {
+  virtual void end() = 0;
+};
+
+/// Place of a virtual function in its table, as a pointer to it holds it (Itanium C++ ABI, 2.3).
+template <class Function>
+uint64_t virtual_place(Function function) {
+  uint64_t place;
+  static_assert(sizeof function >= sizeof place);
+  std::memcpy(&place, &function, sizeof place);
+  return place;
+}
+
+/// Hash of what must be alike on both sides of the border: sizes and offsets of types, and places of virtual functions.
+inline uint64_t plugin_layout() {
   uint64_t h = 0xcbf29ce484222325;  // FNV-1a, by words
-  for (const uint64_t v :
-       {sizeof(void*), sizeof(std::string), sizeof(FloatTexturePtr), sizeof(RGB), sizeof(V3f), sizeof(Frame), sizeof(ShadingPoints),
-        size_t(ShadingPoints::capacity), offsetof(ShadingPoints, dNdu), offsetof(ShadingPoints, dPdx), offsetof(ShadingPoints, u),
-        offsetof(ShadingPoints, key), sizeof(Bsdf), offsetof(Bsdf, frame), offsetof(Bsdf, reflectance), offsetof(Bsdf, eta),
-        offsetof(Bsdf, ior), offsetof(Bsdf, alpha_x), offsetof(Bsdf, coat_return), sizeof(DiffuseLighting), sizeof(SpecularLighting),
-        sizeof(PostLighting), sizeof(Material), size_t(stage_count), sizeof(ParamDecl), sizeof(ParamValue), sizeof(PluginParams),
-        sizeof(PluginTable), sizeof(std::optional<Bsdf>)})
+  for (const uint64_t v : {sizeof(void*),
+                           sizeof(std::string),
+                           sizeof(FloatTexturePtr),
+                           sizeof(RGB),
+                           sizeof(V3f),
+                           sizeof(Frame),
+                           sizeof(ShadingPoints),
+                           size_t(ShadingPoints::capacity),
+                           offsetof(ShadingPoints, dNdu),
+                           offsetof(ShadingPoints, dPdx),
+                           offsetof(ShadingPoints, u),
+                           offsetof(ShadingPoints, key),
+                           sizeof(Bsdf),
+                           offsetof(Bsdf, frame),
+                           offsetof(Bsdf, reflectance),
+                           offsetof(Bsdf, eta),
+                           offsetof(Bsdf, ior),
+                           offsetof(Bsdf, alpha_x),
+                           offsetof(Bsdf, coat_return),
+                           sizeof(DiffuseLighting),
+                           sizeof(SpecularLighting),
+                           sizeof(PostLighting),
+                           sizeof(Material),
+                           size_t(stage_count),
+                           sizeof(ParamDecl),
+                           sizeof(ParamValue),
+                           sizeof(PluginParams),
+                           sizeof(PluginTable),
+                           sizeof(std::optional<Bsdf>),
+                           virtual_place(&Material::stages),
+                           virtual_place(&Material::displacement),
+                           virtual_place(&Material::opacity),
+                           virtual_place(&Material::prelighting),
+                           virtual_place(&Material::diffuselighting),
+                           virtual_place(&Material::specularlighting),
+                           virtual_place(&Material::postlighting),
+                           virtual_place(&Material::needs_differentials),
+                           virtual_place(&Material::constant),
+                           virtual_place(&Material::is_interface),
+                           virtual_place(&MaterialTableEnd::end),
+                           virtual_place(&FloatTexture::evaluate),
+                           virtual_place(&FloatTexture::constant),
+                           virtual_place(&TextureTableEnd::end)})
     h = (h ^ v) * 0x100000001b3;
   return h;
 }
@@ -186,15 +246,18 @@ constexpr uint32_t plugin_instruction_sets() {
   return bits;
 }
 
-/// The stages that T, or a class between it and PluginMaterial, overrides: a pointer to an inherited member is of the base's type.
+/// The stages that T, or a class between it and PluginMaterial, overrides: a pointer to an inherited member is of the
+/// base's type.
 template <class T>
 constexpr StageSet plugin_stages() {
   const auto with = [](StageSet set, Stage stage, bool own) { return own ? set.with(stage) : set; };
   StageSet s{Stage::prelighting};
   s = with(s, Stage::displacement, !std::is_same_v<decltype(&T::displacement), decltype(&Material::displacement)>);
   s = with(s, Stage::opacity, !std::is_same_v<decltype(&T::opacity), decltype(&Material::opacity)>);
-  s = with(s, Stage::diffuselighting, !std::is_same_v<decltype(&T::diffuselighting), decltype(&Material::diffuselighting)>);
-  s = with(s, Stage::specularlighting, !std::is_same_v<decltype(&T::specularlighting), decltype(&Material::specularlighting)>);
+  s = with(s, Stage::diffuselighting,
+           !std::is_same_v<decltype(&T::diffuselighting), decltype(&Material::diffuselighting)>);
+  s = with(s, Stage::specularlighting,
+           !std::is_same_v<decltype(&T::specularlighting), decltype(&Material::specularlighting)>);
   return with(s, Stage::postlighting, !std::is_same_v<decltype(&T::postlighting), decltype(&Material::postlighting)>);
 }
 
@@ -204,10 +267,11 @@ Material* make_plugin(const PluginParams& params) {
 }
 
 template <class T>
-constexpr PluginTable plugin_table(const char* name) {
+PluginTable plugin_table(const char* name) {
   static_assert(std::is_base_of_v<PluginMaterial, T>, "a plug-in derives from dapple::shading::PluginMaterial");
-  PluginTable t{plugin_magic, plugin_abi_version, plugin_instruction_sets(), plugin_layout(), __VERSION__, name, nullptr,
-                0,            plugin_stages<T>(), make_plugin<T>};
+  PluginTable t{
+      plugin_magic,       plugin_abi_version, plugin_instruction_sets(), plugin_layout(), __VERSION__, name, nullptr, 0,
+      plugin_stages<T>(), make_plugin<T>};
   if constexpr (requires { T::parameters; }) {
     t.parameters = T::parameters;
     t.parameter_count = std::size(T::parameters);
@@ -218,8 +282,8 @@ constexpr PluginTable plugin_table(const char* name) {
 }  // namespace dapple::shading
 
 /// Once in a plug-in, outside any namespace. name: of the shader, for messages.
-#define DAPPLE_SHADER_PLUGIN(Class, name)                                                                              \
-  extern "C" __attribute__((visibility("default"))) const ::dapple::shading::PluginTable* dapple_shader_plugin() {     \
-    static constexpr ::dapple::shading::PluginTable table = ::dapple::shading::plugin_table<Class>(name);              \
-    return &table;                                                                                                     \
+#define DAPPLE_SHADER_PLUGIN(Class, name)                                                                          \
+  extern "C" __attribute__((visibility("default"))) const ::dapple::shading::PluginTable* dapple_shader_plugin() { \
+    static const ::dapple::shading::PluginTable table = ::dapple::shading::plugin_table<Class>(name);              \
+    return &table;                                                                                                 \
   }

@@ -27,7 +27,8 @@ std::string elf_fault(const std::string& path) {
     return "it is not a 64-bit shared object";
   std::vector<Elf64_Phdr> segments(header.e_phnum);
   file.seekg(std::streamoff(header.e_phoff));
-  const bool read = bool(file.read(reinterpret_cast<char*>(segments.data()), std::streamsize(segments.size() * sizeof(Elf64_Phdr))));
+  const bool read =
+      bool(file.read(reinterpret_cast<char*>(segments.data()), std::streamsize(segments.size() * sizeof(Elf64_Phdr))));
   for (const Elf64_Phdr& s : segments)
     if (!read || s.p_offset > size || s.p_filesz > size - s.p_offset) return "it is cut short";
   return {};
@@ -42,14 +43,17 @@ std::string missing_instructions(uint32_t sets) {
   return {};
 }
 #else
-std::string missing_instructions(uint32_t) { return {}; }
+std::string missing_instructions(uint32_t) {
+  return {};
+}
 #endif
 
 std::string table_fault(const PluginTable* table) {
   if (!table || table->magic != plugin_magic) return "its entry point returns no plug-in table";
   const std::string again = "; compile it again with the headers of this program";
   if (table->abi_version != plugin_abi_version)
-    return "it has plug-in ABI version " + std::to_string(table->abi_version) + ", expected " + std::to_string(plugin_abi_version) + again;
+    return "it has plug-in ABI version " + std::to_string(table->abi_version) + ", expected " +
+           std::to_string(plugin_abi_version) + again;
   if (table->layout != plugin_layout()) return "its data layout is another, though the ABI version is the same" + again;
   const std::string missing = missing_instructions(table->instruction_sets);
   if (!missing.empty()) return "it was compiled for " + missing + ", which this processor does not have";
@@ -69,12 +73,15 @@ PluginLibrary::PluginLibrary(const std::string& path, const FileLoc& loc) : path
   if (!handle_) fail(dlerror());
   const auto entry = reinterpret_cast<PluginEntry*>(dlsym(handle_, plugin_entry_name));
   if (!entry)
-    fail(std::string("it has no function ") + plugin_entry_name + "; expected DAPPLE_SHADER_PLUGIN(Class, \"name\") in its source");
+    fail(std::string("it has no function ") + plugin_entry_name +
+         "; expected DAPPLE_SHADER_PLUGIN(Class, \"name\") in its source");
   table_ = entry();
   if (const std::string fault = table_fault(table_); !fault.empty()) fail(fault);
 }
 
-PluginLibrary::~PluginLibrary() { dlclose(handle_); }
+PluginLibrary::~PluginLibrary() {
+  dlclose(handle_);
+}
 
 std::unique_ptr<const Material> PluginLibrary::make(std::span<const ParamValue> values, const FileLoc& loc) const {
   std::string why = "it made nothing";

@@ -17,7 +17,9 @@ float Decay::factor(float distance) const {
   return power * lerp((distance - a.distance) / (b.distance - a.distance), a.factor, b.factor);
 }
 
-DirectionMap DirectionMap::sphere(const Transform& light_to_world) { return {light_to_world, Frame(), false, V2f(0, 0)}; }
+DirectionMap DirectionMap::sphere(const Transform& light_to_world) {
+  return {light_to_world, Frame(), false, V2f(0, 0)};
+}
 
 DirectionMap DirectionMap::plane(const Transform& light_to_world, const V3f& axis, const V2f& half) {
   Frame axes;
@@ -54,7 +56,8 @@ V3f DirectionMap::direction(const V2f& uv, float* solid_angle) const {
   return normalize(light_to_world_.vector(axes_.to_world(d)));
 }
 
-ShapedLight::ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture, std::optional<DirectionMap> map)
+ShapedLight::ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
+                         std::optional<DirectionMap> map)
     : light_(std::move(light)), decay_(std::move(decay)), texture_(std::move(texture)), map_(std::move(map)) {
   if (!texture_) return;
   constexpr int side = 64;

@@ -11,8 +11,8 @@
 
 namespace dapple::shading {
 
-/// How light of a point source weakens with distance d: (reference / d)^exponent where nature has (reference / d)^2, times a
-/// curve, linear between its points and constant beyond them.
+/// How light of a point source weakens with distance d: (reference / d)^exponent where nature has (reference / d)^2,
+/// times a curve, linear between its points and constant beyond them.
 struct Decay {
   struct Point {
     float distance, factor;
@@ -28,11 +28,11 @@ struct Decay {
 /// Where directions of propagation have their u, v, for textures on lights.
 class DirectionMap {
  public:
-  /// All directions: u is the longitude over 2 pi, from the light's +x towards +y; v is 1 along +z and 0 along -z, linear in
-  /// the angle.
+  /// All directions: u is the longitude over 2 pi, from the light's +x towards +y; v is 1 along +z and 0 along -z,
+  /// linear in the angle.
   static DirectionMap sphere(const Transform& light_to_world);
-  /// A picture on a plane across `axis` (light's space), u to the right and v up as seen from the light, up being the light's y (or z
-  /// where the axis is along y). It reaches to the tangents half.x, half.y on each side of the axis.
+  /// A picture on a plane across `axis` (light's space), u to the right and v up as seen from the light, up being the
+  /// light's y (or z where the axis is along y). It reaches to the tangents half.x, half.y on each side of the axis.
   static DirectionMap plane(const Transform& light_to_world, const V3f& axis, const V2f& half);
 
   /// direction: world space. local: the same, unit, in the map's axes. False where there is no u, v.
@@ -42,7 +42,11 @@ class DirectionMap {
 
  private:
   DirectionMap(const Transform& light_to_world, const Frame& axes, bool plane, const V2f& half)
-      : light_to_world_(light_to_world), world_to_light_(light_to_world.inverse()), axes_(axes), plane_(plane), half_(half) {}
+      : light_to_world_(light_to_world),
+        world_to_light_(light_to_world.inverse()),
+        axes_(axes),
+        plane_(plane),
+        half_(half) {}
 
   Transform light_to_world_, world_to_light_;
   Frame axes_;  // light's space
@@ -50,12 +54,13 @@ class DirectionMap {
   V2f half_;
 };
 
-/// A light at a point with a texture over its directions (a gobo), a decay of its own, or both. Textures see the direction of
-/// propagation, in the axes of the map, as P.
+/// A light at a point with a texture over its directions (a gobo), a decay of its own, or both. Textures see the
+/// direction of propagation, in the axes of the map, as P.
 class ShapedLight final : public Light {
  public:
   /// texture may be null; else there must be a map.
-  ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture, std::optional<DirectionMap> map);
+  ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
+              std::optional<DirectionMap> map);
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;
   float pdf(const LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }

@@ -22,7 +22,8 @@ class Probe final : public PluginMaterial {
   explicit Probe(const PluginParams& p) : fault_(p.text("fault")), coverage_(p.color_texture("coverage")) {
     if (fault_ == "factory") throw std::runtime_error("the factory is closed");
     if (fault_ == "undeclared") p.number("nowhere");
-    if (fault_ == "values" && !(p.boolean("a_bool") && p.integer("an_integer") == 7 && p.color("a_colour") == RGB(1, 2, 3)))
+    if (fault_ == "values" &&
+        !(p.boolean("a_bool") && p.integer("an_integer") == 7 && p.color("a_colour") == RGB(1, 2, 3)))
       throw std::runtime_error("wrong defaults");
   }
 
