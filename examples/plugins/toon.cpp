@@ -28,6 +28,8 @@ class Toon final : public PluginMaterial {
     if (!(white_ > 0)) throw std::invalid_argument("\"white\" must be above 0");
   }
 
+  bool is_diffuse_to_rays() const override { return true; }
+
   void prelighting(const ShadingPoints& points, Bsdf* out) const override {
     const InputValues<RGB> reflectance(reflectance_, points);
     for (int i = 0; i < points.count; ++i) {

@@ -69,6 +69,8 @@ class WetStone final : public PluginMaterial {
     film_reflectance_ = coat_albedo(water, 0).reflected;
   }
 
+  bool is_diffuse_to_rays() const override { return true; }
+
   void prelighting(const ShadingPoints& points, Bsdf* out) const override {
     const InputValues<RGB> reflectance(reflectance_, points), joint(joint_, points);
     CoatLayer clear;

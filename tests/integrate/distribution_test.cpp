@@ -19,6 +19,7 @@ using test::render_text;
 
 DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
   DistributionIntegrator::Settings s;
+  s.radiosity_cache = false;
   s.shading.bounces = bounces;
   s.shading.shadow_rays = std::move(shadow);
   s.shading.diffuse_rays = std::move(diffuse);
@@ -204,7 +205,7 @@ TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
   EXPECT_GT(unkept.result.stages[Stage::prelighting], whole.result.stages[Stage::prelighting]);
 }
 
-// A wall that fills the image has no silhouette at which more samples could find more: 8 x 8 tiles of cells one pixel large.
+// A wall that fills the image has no silhouette at which more samples could find more: 4 x 4 tiles of cells one pixel large.
 TEST(DistributionGrids, AreShadedOnceHoweverManySamplesSeeThem) {
   const std::string scene = film(64) + R"(LookAt 0 0 1  0 0 0  0 1 0
 Camera "orthographic"

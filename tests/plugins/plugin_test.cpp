@@ -228,7 +228,7 @@ TEST_P(BadValues, AreReplacedCountedAndNamed) {
   const std::string world = probe(std::string("\"string fault\" \"") + GetParam().fault + "\"") + plane;
   const Rendered r = render_world(world);
   EXPECT_EQ(r.run.exit_code, 0) << r.run.output;
-  expect_contains(r.run.output, std::string(GetParam().stage) + " gave values that are negative or not finite at ");
+  expect_contains(r.run.output, std::string(GetParam().stage) + " gave values that are wrong at ");
   EXPECT_NEAR(r.picture.at(48, 32)[1], 0.5, 1e-3);
   EXPECT_NEAR(r.picture.at(16, 32)[1], GetParam().green, 1e-3);
   EXPECT_EQ(render_world(world, {"--strict"}).run.exit_code, 3);

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "dapple/build/light_factory.h"
+#include "dapple/geom/patch_map.h"
 
 namespace dapple::build {
 namespace {
@@ -54,7 +55,48 @@ EmitterShape quadric_emitter(const Quadric& q) {
   return geom::CylinderEmitter(t, q.radius(), q.z_min(), q.z_max(), q.phi_max(), flip);
 }
 
+// The rectangle that a patch of two triangles is.
+std::optional<EmitterShape> rectangle(const Mesh& mesh, const geom::PatchMap& map, uint32_t patch) {
+  if (map.is_half(patch)) return std::nullopt;
+  const auto corner = [&](float s, float t) {
+    const auto f = map.face_point(patch, s, t);
+    return mesh.P[mesh.indices[f.face * size_t(3) + (f.u > 0.5f ? 1 : f.v > 0.5f ? 2 : 0)]];
+  };
+  const V3f c[4] = {corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+  if (!geom::RectangleEmitter::is_rectangle(c)) return std::nullopt;
+  V3f first[4], second[4];
+  const uint32_t f = map.face_point(patch, 1, 0).face, g = map.face_point(patch, 0, 1).face;
+  mesh.corners_at(f, 0, first);
+  mesh.corners_at(g, 0, second);
+  if (is_flipped(mesh, f, first) != is_flipped(mesh, g, second)) return std::nullopt;
+  return kept(geom::RectangleEmitter(c, is_flipped(mesh, f, first)));
+}
+
 }  // namespace
+
+std::vector<std::optional<EmitterShape>> make_joined_emitters(const trace::Shape& shape, std::vector<uint32_t>* emitter_of) {
+  std::vector<std::optional<EmitterShape>> single = make_emitters(shape), out;
+  const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
+  const bool triangles = mesh && (*mesh)->corners == 3;
+  std::optional<geom::PatchMap> map;
+  if (triangles) map.emplace(**mesh);
+  emitter_of->clear();
+  for (uint32_t i = 0; i < single.size(); ++i) {
+    emitter_of->push_back(uint32_t(out.size()));
+    if (triangles && i + 1 < single.size()) {
+      const uint32_t patch = map->patch_point(i, 0, 0).patch;
+      if (map->patch_point(i + 1, 0, 0).patch == patch)
+        if (auto whole = rectangle(**mesh, *map, patch)) {
+          emitter_of->push_back(uint32_t(out.size()));
+          out.push_back(std::move(whole));
+          ++i;
+          continue;
+        }
+    }
+    out.push_back(std::move(single[i]));
+  }
+  return out;
+}
 
 std::vector<std::optional<EmitterShape>> make_emitters(const trace::Shape& shape) {
   std::vector<std::optional<EmitterShape>> out;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/geometry_builder.h"
 
+#include <numeric>
+
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/build/camera_view.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/shading/opacity_texture.h"
@@ -24,18 +27,22 @@ void check_transform(const TransformPair& t, const FileLoc& loc) {
 size_t bytes_of(const trace::Shape& shape) {
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) return (*mesh)->bytes();
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) return (*curves)->bytes();
+  if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) return (*grids)->bytes();
   return sizeof(geom::Quadric);
 }
 
 uint64_t fingerprint_of(const trace::Shape& shape) {
-  const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
-  if (!mesh) return 0;
   uint64_t h = 0;
   const auto add = [&h](const auto& v) {
     h = hash_bytes({reinterpret_cast<const char*>(v.data()), v.size() * sizeof(v[0])}, h);
   };
-  const geom::Mesh& m = **mesh;
-  add(m.P), add(m.P_end), add(m.N), add(m.uv), add(m.indices);
+  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) {
+    const geom::Mesh& m = **mesh;
+    add(m.P), add(m.P_end), add(m.N), add(m.uv), add(m.indices);
+  } else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) {
+    const geom::GridMesh& m = **grids;
+    add(m.P), add(m.P_end), add(m.N), add(m.uv), add(m.grids);
+  }
   return h;
 }
 
@@ -61,6 +68,32 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
   return jobs;
 }
 
+void GeometryBuilder::make_views() {
+  const auto& d = context_.description;
+  shading_rate_ = d.options.get_float("shadingrate", 1);
+  camera_view_ = std::make_shared<CameraView>(scene_.camera);
+  const auto may_be_diced = [](const ShapeEntity& e) {
+    return e.type == "catmullclark" || e.type == "loopsubdiv" || (e.type.ends_with("mesh") && e.params.find("displacement"));
+  };
+  std::vector<std::vector<Transform>> placements(d.objects.size());
+  std::vector<uint8_t> wanted(d.objects.size());
+  for (size_t i = 0; i < d.objects.size(); ++i)
+    wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(), may_be_diced);
+  for (const auto& instance : d.instances)
+    if (wanted[size_t(instance.object)]) placements[size_t(instance.object)].push_back(instance.transform.expand().start);
+  for (const auto& list : placements)
+    object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));
+}
+
+Dicing GeometryBuilder::dicing_of(const Job& job) const {
+  Dicing dicing{&textures_, camera_view_, shading_rate_};
+  if (job.own_object)
+    dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.entity->transform.start});
+  else if (job.object != no_id)
+    dicing.view = object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
+  return dicing;
+}
+
 void GeometryBuilder::build() {
   const Timer timer;
   const auto& d = context_.description;
@@ -68,12 +101,13 @@ void GeometryBuilder::build() {
   for (const auto& instance : d.instances) used[size_t(instance.object)] = 1;
   for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
 
+  make_views();
   std::vector<Job> jobs = collect_jobs();
   // Errors come out by the order of the file, not by which thread failed first.
   std::vector<std::exception_ptr> errors(jobs.size());
   parallel_for(jobs.size(), [&](size_t i) {
     try {
-      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : jobs[i].entity->transform.start);
+      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : jobs[i].entity->transform.start, dicing_of(jobs[i]));
     } catch (...) {
       errors[i] = std::current_exception();
     }
@@ -161,17 +195,28 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
 void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
                                  scene::GeometryBinding* binding) {
   const ShapeEntity& e = *job.entity;
-  std::vector<std::optional<geom::EmitterShape>> emitters = make_emitters(shape);
+  const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
+  std::vector<uint32_t> emitter_of;
+  auto emitters = make_joined_emitters(shape, &emitter_of);
+  // A pattern over u, v lies on each triangle by itself, and power is that of each.
+  const scenefile::Param* L = area_light.params.find("L");
+  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) || area_light.params.find("power")) {
+    emitters = make_emitters(shape);
+    std::iota(emitter_of.begin(), emitter_of.end(), 0u);
+  }
   if (emitters.empty()) {
-    context_.diagnostics.unsupported(e.loc, "an area light on a curve", "a surface that does not shine");
+    context_.diagnostics.unsupported(e.loc, std::string("an area light on a ") + (std::holds_alternative<trace::CurvesPtr>(shape) ? "curve" : "diced surface"),
+                                     "a surface that does not shine");
     return;
   }
-  auto lights = make_area_lights(context_.description.area_lights[size_t(e.area_light)], std::move(emitters), alpha, context_, textures_, e.loc);
+  auto lights = make_area_lights(area_light, std::move(emitters), alpha, context_, textures_, e.loc);
   binding->first_light = uint32_t(scene_.light_table.size());
+  std::vector<uint32_t> numbers;
   for (auto& light : lights) {
-    scene_.light_table.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
+    numbers.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
     if (light) scene_.lights.push_back(std::move(light));
   }
+  for (const uint32_t emitter : emitter_of) scene_.light_table.push_back(numbers[emitter]);
 }
 
 int32_t GeometryBuilder::medium_index(const std::string& name) const {

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "dapple/build/texture_factory.h"
+#include "dapple/build/dicing.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::build {
@@ -33,6 +33,8 @@ class GeometryBuilder {
   };
 
   std::vector<Job> collect_jobs();
+  void make_views();
+  Dicing dicing_of(const Job& job) const;
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
   void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
@@ -44,6 +46,9 @@ class GeometryBuilder {
   const TextureLibrary& textures_;
   scene::Scene& scene_;
   std::vector<uint32_t> objects_;  ///< traced object of each definition
+  float shading_rate_ = 1;
+  std::shared_ptr<const geom::DicingView> camera_view_;
+  std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
   double seconds_ = 0;
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;

@@ -80,6 +80,8 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.shadow_rays, other.shadow_rays);
   fill(&r.diffuse_rays, other.diffuse_rays);
   fill(&r.shading_rate, other.shading_rate);
+  fill(&r.radiosity_cache, other.radiosity_cache);
+  fill(&r.cache_mb, other.cache_mb);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   return r;
@@ -116,6 +118,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.shading_rate = optional_positive(e, "shadingrate");
   r.max_distance = optional_positive(e, "maxdistance");
+  if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
   r.preset = e.params.get_string("preset", "");
   if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
@@ -133,6 +136,8 @@ IntegratorRequest preset_request(const std::string& name) {
   r.bounces = 4;
   r.shading_rate = 1.0f;
   r.color_bleeding = false;
+  r.radiosity_cache = true;
+  r.cache_mb = 100.0f;
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};
@@ -184,6 +189,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.diffuse_rays = *r.diffuse_rays;
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
+  s.radiosity_cache = *r.radiosity_cache;
+  s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }
 

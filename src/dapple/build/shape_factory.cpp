@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/shape_factory.h"
 
+#include "dapple/build/cage_factory.h"
 #include "dapple/build/curve_factory.h"
+#include "dapple/build/shape_params.h"
 #include "dapple/geom/loop_subdivision.h"
 #include "dapple/scenefile/ply_reader.h"
 
@@ -16,33 +18,9 @@ namespace {
 // Beyond this, subdivision is taken as a mistake: a billion faces are 20 GB.
 constexpr double max_subdivided_faces = 64e6;
 
-void check_indices(const ShapeEntity& e, std::span<const uint32_t> indices, size_t vertices) {
-  for (const uint32_t i : indices)
-    if (i >= vertices)
-      throw InputError(e.loc, "\"indices\" names vertex " + std::to_string(int32_t(i)) + " of a mesh of " +
-                                  std::to_string(vertices) + " vertices");
-}
-
-void check_count(const ShapeEntity& e, const char* name, size_t count, size_t vertices) {
-  if (count != 0 && count != vertices)
-    throw InputError(e.loc, std::string("\"") + name + "\" has " + std::to_string(count) + " values for " +
-                                std::to_string(vertices) + " vertices");
-}
-
-std::vector<V3f> points3(std::span<const float> numbers) {
-  std::vector<V3f> v(numbers.size() / 3);
-  for (size_t i = 0; i < v.size(); ++i) v[i] = V3f(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
-  return v;
-}
-
-std::vector<V2f> points2(std::span<const float> numbers) {
-  std::vector<V2f> v(numbers.size() / 2);
-  for (size_t i = 0; i < v.size(); ++i) v[i] = V2f(numbers[2 * i], numbers[2 * i + 1]);
-  return v;
-}
-
-std::vector<uint32_t> index_list(const ShapeEntity& e, size_t multiple) {
+std::vector<uint32_t> index_list(const ShapeEntity& e, size_t multiple, size_t vertices) {
   const auto ints = e.params.get_ints("indices");
+  check_indices(e, "indices", ints, vertices);
   if (ints.size() % multiple != 0)
     throw InputError(e.loc, "\"indices\" has " + std::to_string(ints.size()) + " numbers; expected a multiple of " +
                                 std::to_string(multiple));
@@ -69,11 +47,6 @@ void place(Mesh& mesh, const ShapeEntity& e, const Transform& to_target) {
     n *= (e.reverse_orientation ? -1.0f : 1.0f) / l;
   }
   mesh.flip = e.reverse_orientation != to_target.swaps_handedness();
-}
-
-trace::Shape finish(Mesh&& mesh, const ShapeEntity& e, const Transform& to_target) {
-  place(mesh, e, to_target);
-  return std::make_shared<const Mesh>(std::move(mesh));
 }
 
 // A bilinear patch that is not flat becomes this many quads to a side.
@@ -132,7 +105,7 @@ Mesh dice_patches(Mesh&& patches) {
   return out;
 }
 
-trace::Shape triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
+Mesh triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
   Mesh mesh;
   mesh.P = points3(e.params.get_points3("P"));
   mesh.P_end = points3(e.params.get_points3("P1"));
@@ -140,25 +113,24 @@ trace::Shape triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
   mesh.uv = points2(e.params.get_points2("uv"));
   e.params.get_vectors3("S");
   e.params.get_ints("faceIndices");
-  mesh.indices = index_list(e, 3);
+  mesh.indices = index_list(e, 3, mesh.P.size());
   if (mesh.indices.empty() && mesh.P.size() == 3) mesh.indices = {0, 1, 2};
-  check_indices(e, mesh.indices, mesh.P.size());
   check_count(e, "N", mesh.N.size(), mesh.P.size());
   check_count(e, "uv", mesh.uv.size(), mesh.P.size());
   check_count(e, "P1", mesh.P_end.size(), mesh.P.size());
-  return finish(std::move(mesh), e, to_target);
+  place(mesh, e, to_target);
+  return mesh;
 }
 
-trace::Shape bilinear_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+Mesh bilinear_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
   Mesh mesh;
   mesh.corners = 4;
   mesh.P = points3(e.params.get_points3("P"));
   mesh.N = points3(e.params.get_normals("N"));
   mesh.uv = points2(e.params.get_points2("uv"));
   e.params.get_ints("faceIndices");
-  mesh.indices = index_list(e, 4);
+  mesh.indices = index_list(e, 4, mesh.P.size());
   if (mesh.indices.empty() && mesh.P.size() == 4) mesh.indices = {0, 1, 2, 3};
-  check_indices(e, mesh.indices, mesh.P.size());
   check_count(e, "N", mesh.N.size(), mesh.P.size());
   check_count(e, "uv", mesh.uv.size(), mesh.P.size());
   if (e.params.find("emissionfilename"))
@@ -166,34 +138,24 @@ trace::Shape bilinear_mesh(const BuildContext& context, const ShapeEntity& e, co
   // pbrt lists corners (0,0), (1,0), (0,1), (1,1).
   for (size_t i = 0; i < mesh.indices.size(); i += 4) std::swap(mesh.indices[i + 2], mesh.indices[i + 3]);
   place(mesh, e, to_target);
-  return std::make_shared<const Mesh>(dice_patches(std::move(mesh)));
-}
-
-Mesh stand_in_cube() {
-  Mesh mesh;
-  for (int i = 0; i < 8; ++i) mesh.P.push_back(V3f(i & 1 ? .5f : -.5f, i & 2 ? .5f : -.5f, i & 4 ? .5f : -.5f));
-  mesh.corners = 4;
-  mesh.indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
   return mesh;
 }
 
-std::vector<trace::Shape> ply_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
   const std::string filename = e.params.get_string("filename", "");
   if (filename.empty()) throw InputError(e.loc, "plymesh needs \"string filename\"");
-  if (e.params.find("displacement")) {
-    context.diagnostics.unsupported(e.loc, "displacement of a plymesh", "the undisplaced mesh");
-    e.params.find("displacement.edgelength");
-    e.params.find("edgelength");
-  }
+  for (const char* name : {"displacement.edgelength", "edgelength"}) e.params.find(name);
   scenefile::PlyMesh ply;
   try {
     ply = scenefile::read_ply(context.description.resolve(filename), e.loc);
   } catch (const InputError& error) {
     if (!context.keep_going) throw;
     context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
-    return {finish(stand_in_cube(), e, to_target)};
+    Mesh cube = stand_in_cube();
+    place(cube, e, to_target);
+    return {std::move(cube)};
   }
-  std::vector<trace::Shape> shapes;
+  std::vector<Mesh> meshes;
   const bool both = !ply.tri_indices.empty() && !ply.quad_indices.empty();
   if (!ply.quad_indices.empty()) {
     Mesh quads;
@@ -203,7 +165,7 @@ std::vector<trace::Shape> ply_mesh(const BuildContext& context, const ShapeEntit
     quads.uv = both ? ply.uv : std::move(ply.uv);
     quads.indices.assign(ply.quad_indices.begin(), ply.quad_indices.end());
     place(quads, e, to_target);
-    shapes.push_back(std::make_shared<const Mesh>(dice_patches(std::move(quads))));
+    meshes.push_back(std::move(quads));
   }
   if (!ply.tri_indices.empty()) {
     Mesh triangles;
@@ -211,26 +173,65 @@ std::vector<trace::Shape> ply_mesh(const BuildContext& context, const ShapeEntit
     triangles.N = std::move(ply.N);
     triangles.uv = std::move(ply.uv);
     triangles.indices.assign(ply.tri_indices.begin(), ply.tri_indices.end());
-    shapes.push_back(finish(std::move(triangles), e, to_target));
+    place(triangles, e, to_target);
+    meshes.push_back(std::move(triangles));
   }
-  return shapes;
+  return meshes;
 }
 
-trace::Shape loop_subdivision(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const std::vector<V3f>& P, const std::vector<uint32_t>& indices,
+                                          const Transform& to_target) {
   const int levels = e.params.get_int("levels", 3);
-  const std::vector<V3f> P = points3(e.params.get_points3("P"));
-  const std::vector<uint32_t> indices = index_list(e, 3);
-  check_indices(e, indices, P.size());
-  e.params.get_string("scheme", "loop");
   if (levels < 0) throw InputError(e.loc, "\"levels\" is negative");
   if (double(indices.size()) / 3 * std::pow(4.0, levels) > max_subdivided_faces)
     throw InputError(e.loc, "\"levels\" " + std::to_string(levels) + " would make more than " +
                                 std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
   try {
-    return finish(geom::subdivide_loop(P, indices, levels), e, to_target);
+    Mesh mesh = geom::subdivide_loop(P, indices, levels);
+    place(mesh, e, to_target);
+    return {std::make_shared<const Mesh>(std::move(mesh))};
   } catch (const std::invalid_argument& error) {
     throw InputError(e.loc, error.what());
   }
+}
+
+std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage, const Dicing& dicing) {
+  const trace::GridsPtr grids = dice_cage(context, e, std::move(cage), dicing);
+  if (!grids) return {};
+  return {grids};
+}
+
+// A cage that subdivision takes in object space.
+std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage, const Transform& to_target,
+                                const Dicing& dicing) {
+  for (auto* points : {&cage.P, &cage.P_end})
+    for (V3f& p : *points) p = to_target.point(p);
+  cage.flip = e.reverse_orientation != to_target.swaps_handedness();
+  return diced(context, e, std::move(cage), dicing);
+}
+
+std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+  std::vector<V3f> P = points3(e.params.get_points3("P"));
+  const std::vector<uint32_t> indices = index_list(e, 3, P.size());
+  e.params.get_string("scheme", "loop");
+  const bool is_diced = e.params.get_bool("diced", false);
+  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, to_target);
+  e.params.get_int("levels", 3);
+  geom::ControlCage cage;
+  cage.scheme = geom::SurfaceScheme::loop;
+  cage.boundary = geom::BoundaryRule::edge_only;
+  cage.P = std::move(P);
+  cage.indices = indices;
+  cage.face_sizes.assign(indices.size() / 3, 3);
+  return diced(context, e, std::move(cage), to_target, dicing);
+}
+
+// Meshes over the same vertices as they are, or diced where they are displaced.
+std::vector<trace::Shape> meshes(const BuildContext& context, const ShapeEntity& e, std::vector<Mesh>&& list, const Dicing& dicing) {
+  if (is_displaced(e, dicing)) return diced(context, e, polygon_cage(std::move(list)), dicing);
+  std::vector<trace::Shape> shapes;
+  for (Mesh& mesh : list) shapes.push_back(std::make_shared<const Mesh>(mesh.corners == 4 ? dice_patches(std::move(mesh)) : std::move(mesh)));
+  return shapes;
 }
 
 float positive(const ShapeEntity& e, const char* name, float fallback) {
@@ -256,21 +257,22 @@ trace::Shape quadric(const ShapeEntity& e, const Transform& to_target) {
   return make(Quadric::disk(to_target, e.params.get_float("height", 0), radius, inner, sweep(e), e.reverse_orientation));
 }
 
-std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
-  if (e.type == "trianglemesh") return {triangle_mesh(e, to_target)};
-  if (e.type == "plymesh") return ply_mesh(context, e, to_target);
-  if (e.type == "bilinearmesh") return {bilinear_mesh(context, e, to_target)};
+std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+  if (e.type == "trianglemesh") return meshes(context, e, {triangle_mesh(e, to_target)}, dicing);
+  if (e.type == "plymesh") return meshes(context, e, ply_mesh(context, e, to_target), dicing);
+  if (e.type == "bilinearmesh") return meshes(context, e, {bilinear_mesh(context, e, to_target)}, dicing);
   if (e.type == "sphere" || e.type == "disk" || e.type == "cylinder") return {quadric(e, to_target)};
-  if (e.type == "loopsubdiv") return {loop_subdivision(context, e, to_target)};
+  if (e.type == "loopsubdiv") return loop_subdivision(context, e, to_target, dicing);
+  if (e.type == "catmullclark") return diced(context, e, catmull_clark_cage(context, e), to_target, dicing);
   if (e.type == "curve") return {make_curve(e, to_target)};
   throw InputError(e.loc, "shape \"" + e.type + "\" is unknown; " +
-                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "curve"}));
+                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "catmullclark", "curve"}));
 }
 
 }  // namespace
 
-std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
-  std::vector<trace::Shape> shapes = by_type(context, e, to_target);
+std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+  std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
   e.params.find("alpha");
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
   std::erase_if(shapes, [](const trace::Shape& s) {

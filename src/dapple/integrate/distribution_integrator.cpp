@@ -14,7 +14,6 @@ using shading::Bsdf;
 using trace::no_id;
 
 namespace {
-constexpr float mid_shutter = scene::PatchTable::shading_time;
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 }  // namespace
@@ -52,8 +51,24 @@ struct DistributionWorkspace final : Integrator::Workspace {
 };
 
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), shader_(scene, settings.shading), patches_(scene.traced), grids_(settings.grid_bytes),
-      eye_(scene.camera.position()) {}
+    : scene_(scene),
+      settings_(settings),
+      patches_(scene.traced),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes) : nullptr),
+      shader_(scene, settings.shading, &patches_, radiosity_.get()),
+      grids_(settings.grid_bytes) {}
+
+std::vector<CacheState> DistributionIntegrator::caches() const {
+  std::vector<CacheState> states;
+  if (!radiosity_) return states;
+  for (int r = 0; r < resolution_count; ++r) {
+    const gi::TileCache& area = radiosity_->area(Resolution(r));
+    // Entries are replaced, never given up: the peak is what is in use.
+    const size_t bytes = area.bytes_in_use();
+    states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
+  }
+  return states;
+}
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
   return std::make_unique<DistributionWorkspace>();
@@ -64,6 +79,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.wants_features = film.settings().features;
   w.shading.rays = {};
   w.shading.stages = {};
+  std::fill_n(w.shading.caches, resolution_count, CacheCounts());
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
@@ -78,6 +94,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
+  for (int r = 0; r < resolution_count; ++r) w.radiosity[r] += w.shading.caches[r];
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -149,16 +166,8 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
-        patches_.shading_point(id, i, j, eye_, &b.hits, k);
-        b.geometry[k] = id.geometry;
-        b.surface[k] = scene_.traced.surface(b.hits, k, mid_shutter);
-        b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
-        b.time[k] = mid_shutter;
-        b.width[k] = cell_size;
-        b.spread[k] = 0;
-        b.medium[k] = scene_.bindings[id.geometry].medium_beyond(b.wo[k], b.surface[k].Ng, scene_.camera_medium);
-        b.key[k] = hash(settings_.shading.seed, id.hash(), grid->index(i, j));
-        w.target[k] = {grid, grid->index(i, j)};
+        shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
+        w.target[k] = {grid, id.index(i, j)};
         if (++b.count == PointBatch::capacity) shade_batch(w);
       }
   }
@@ -179,31 +188,18 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   b.count = 0;
 }
 
-// Writes point k: what the four shading points around `at` have, within their tile.
+// Writes point k: what the shading points around `at` have.
 void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
-  const GridId& id = grid.id;
-  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
-  const int i0 = int(x), j0 = int(y);
-  const float fx = x - float(i0), fy = y - float(j0);
-  float weight[4], sum = 0, largest = 0;
-  int index[4], nearest = grid.index(i0, j0);
-  for (int c = 0; c < 4; ++c) {
-    const int i = std::min(i0 + (c & 1), id.width() - 1), j = std::min(j0 + (c >> 1), id.height() - 1);
-    weight[c] = patches_.is_outside(id, i, j) ? 0 : ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
-    index[c] = grid.index(i, j);
-    sum += weight[c];
-    if (weight[c] > largest) largest = weight[c], nearest = index[c];
-  }
-  RGB diffuse;
+  const auto near = patches_.neighbours(at);
+  b.diffuse[k] = RGB();
   for (int c = 0; c < 4; ++c)
-    if (weight[c] > 0) diffuse += grid.diffuse[size_t(index[c])] * (weight[c] / sum);
-  b.diffuse[k] = diffuse;
+    if (near.weight[c] > 0) b.diffuse[k] += grid.diffuse[size_t(near.index[c])] * near.weight[c];
   if (!grid.bsdf) return;
   Bsdf& bsdf = b.bsdf[k];
-  bsdf = grid.bsdf[size_t(nearest)];
+  bsdf = grid.bsdf[size_t(near.nearest)];
   V3f n(0, 0, 0);
   for (int c = 0; c < 4; ++c)
-    if (weight[c] > 0) n += grid.bsdf[size_t(index[c])].frame.n * weight[c];
+    if (near.weight[c] > 0) n += grid.bsdf[size_t(near.index[c])].frame.n * near.weight[c];
   if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
 }
 
@@ -255,7 +251,7 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   const GridId& id = at.grid;
   scene::GridFeatures& f = w.features[p].grid;
   f.patch = id.patch;
-  f.point = uint32_t(w.grid[p]->index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1)));
+  f.point = uint32_t(id.index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1)));
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
   f.shading_rate = sqr(patches_.cell_size(id) / w.width[p]);
 }

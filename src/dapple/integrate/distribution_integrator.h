@@ -18,7 +18,9 @@ class DistributionIntegrator final : public Integrator {
     HitShader::Settings shading;
     float shading_rate = 1;        ///< area of a micropolygon in pixels
     int pixel_samples = 16;        ///< that will share a pixel's work
-    size_t grid_bytes = size_t(512) << 20;  ///< of shading grids kept; beyond, they are shaded again
+    size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
+    bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
+    size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -27,6 +29,7 @@ class DistributionIntegrator final : public Integrator {
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
 
   /// Bytes held beside the scene: patches and shading grids.
+  std::vector<CacheState> caches() const override;
   size_t bytes() const { return patches_.bytes() + grids_.bytes(); }
 
  private:
@@ -42,10 +45,10 @@ class DistributionIntegrator final : public Integrator {
 
   const scene::Scene& scene_;
   const Settings settings_;
-  const HitShader shader_;
   const scene::PatchTable patches_;
+  const std::unique_ptr<RadiosityCache> radiosity_;
+  const HitShader shader_;
   mutable GridStore grids_;
-  V3f eye_;
 };
 
 }  // namespace dapple::integrate

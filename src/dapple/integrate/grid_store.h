@@ -21,7 +21,6 @@ struct ShadingGrid {
   std::atomic<bool> ready{false};
   bool kept = false;  ///< belongs to the store
 
-  int index(int i, int j) const { return j * id.width() + i; }
   size_t bytes() const;
 };
 

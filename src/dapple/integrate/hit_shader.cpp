@@ -37,8 +37,8 @@ void flatten_layers(Bsdf* b) {
 
 }  // namespace
 
-HitShader::HitShader(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), tracer_(scene, materials_) {
+HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache)
+    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -219,13 +219,15 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     b.ray_point[i] = k;
     b.ray_behind[i] = behind;
     b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
-    b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, std::sqrt(pi / (float(rays) * cosine))));
+    b.ray_cone[i] = std::sqrt(pi / (float(rays) * cosine));
+    b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
     b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, b.surface[k].Ng, b.medium[k]);
   }
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
   const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
-  shade_hits(place, below, [](int) { return true; }, w);
+  if (cache_) add_radiosity(place, {place.level + 1, {place.depth.diffuse + 1, 0}, Arrival::diffuse, 1}, w);
+  shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i); }, w);
   const PointBatch& found = w.level(below.level);
   for (int c = 0; c < found.count; ++c) {
     const int i = found.parent[c];

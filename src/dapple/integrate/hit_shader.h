@@ -19,6 +19,7 @@ class HitShader {
     int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
     int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
+    float cache_footprint = 1;  ///< scale of the footprint that chooses the cache's resolution
     uint64_t seed = 0;
   };
   static constexpr int lights_apart = 6;
@@ -36,7 +37,8 @@ class HitShader {
     int share = 1;
   };
 
-  HitShader(const scene::Scene& scene, const Settings& settings);
+  /// Diffuse rays end in `cache`, unless it is null. All must outlive this object.
+  HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache);
 
   const MaterialTable& materials() const { return materials_; }
   const RayTracer& tracer() const { return tracer_; }
@@ -44,7 +46,10 @@ class HitShader {
   /// Runs all stages: b.Ci. Reads the inputs of the batch at place.level.
   void shade(const Place& place, ShadingWorkspace& w) const;
 
-  // The same in steps, for callers that keep what a step gives.
+  /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `size`: PatchTable::cell_size. `key`: of the tile's random numbers.
+  void set_shading_point(const scene::GridId& grid, int i, int j, float size, uint64_t key, PointBatch& b, int k) const;
+
+  // shade() in steps, for callers that keep what a step gives.
   void prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
@@ -80,7 +85,16 @@ class HitShader {
   void shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
 
+  bool ends_in_cache(const PointBatch& b, int ray) const;
+  void locate_radiosity(const Place& place, ShadingWorkspace& w) const;
+  void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
+  template <class Wanted>
+  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
+  void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
+
   const scene::Scene& scene_;
+  const scene::PatchTable* const patches_;
+  RadiosityCache* const cache_;
   const Settings settings_;
   const MaterialTable materials_;
   const RayTracer tracer_;

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "dapple/scene/scene.h"
 
@@ -36,6 +39,28 @@ struct StageCounts {
   }
 };
 
+/// Resolutions of the caches of view-independent results.
+enum class Resolution : uint8_t { coarse, medium, fine };
+inline constexpr int resolution_count = 3;
+inline constexpr std::array<std::string_view, resolution_count> resolution_names{"coarse", "medium", "fine"};
+
+/// What became of look-ups in one cache at one resolution.
+struct CacheCounts {
+  uint64_t lookups = 0, hits = 0, fills = 0;
+  double fill_seconds = 0;  ///< of all threads, fills of deeper bounces included
+  CacheCounts& operator+=(const CacheCounts& o) {
+    lookups += o.lookups, hits += o.hits, fills += o.fills, fill_seconds += o.fill_seconds;
+    return *this;
+  }
+};
+
+/// What a cache at one resolution holds.
+struct CacheState {
+  std::string name;  ///< "radiosity.fine"
+  CacheCounts counts;
+  uint64_t evictions = 0, bytes = 0, peak_bytes = 0, capacity_bytes = 0;
+};
+
 /// A tile's worth of work: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.
 struct TileWork {
   Box2i pixels;  ///< [min, max)
@@ -50,12 +75,15 @@ class Integrator {
     virtual ~Workspace() = default;
     RayCounts rays;
     StageCounts stages;
+    CacheCounts radiosity[resolution_count];
   };
 
   virtual ~Integrator() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
   /// Adds the samples of `work` to the film. Only pixels of the tile are touched. A pure function of scene, settings and work.
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
+  /// The caches, without their counts.
+  virtual std::vector<CacheState> caches() const { return {}; }
 };
 
 }  // namespace dapple::integrate

@@ -6,6 +6,7 @@
 
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
+#include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_tracer.h"
 
 namespace dapple::integrate {
@@ -43,12 +44,33 @@ struct PointBatch {
   trace::RayBatch rays;
   trace::HitBatch hits;
   float distance[capacity];
-  float ray_spread[capacity];
+  float ray_spread[capacity];  ///< for textures
+  float ray_cone[capacity];    ///< growth of the width of what a diffuse ray stands for
+  bool uncached[capacity];     ///< the cache has no entry for what a diffuse ray met
   int32_t ray_medium[capacity];
   float ray_pdf[capacity];
   shading::Lobe ray_lobe[capacity];
 
   void move_point(int to, int from);
+};
+
+/// Look-ups of a batch's diffuse rays in the radiosity cache.
+struct CacheBatch {
+  static constexpr int capacity = PointBatch::capacity;
+
+  int count = 0;  ///< rays that end in the cache
+  int ray[capacity];
+  scene::GridPoint point[capacity];
+  scene::PatchTable::Neighbours near[capacity];
+  uint64_t key[capacity];
+  int order[capacity];  ///< by key
+  int entry_of[capacity];
+
+  int entry_count = 0;
+  RadiosityCache::Entry entry[capacity];
+
+  // Where the points under way belong.
+  int target_entry[capacity], target_point[capacity];
 };
 
 /// Scratch of a thread that does not outlive a step, and the batches of its recursion.
@@ -60,6 +82,7 @@ struct ShadingWorkspace {
   shading::ShadingPoints points;  ///< for stages that shaders have of their own
   RayCounts rays;
   StageCounts stages;
+  CacheCounts caches[resolution_count];
 
   // Rays about to be drawn, and their random numbers.
   int job_count = 0;
@@ -84,9 +107,14 @@ struct ShadingWorkspace {
     while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());
     return *levels[size_t(depth)];
   }
+  CacheBatch& cache_level(int depth) {
+    while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>());
+    return *cache_levels[size_t(depth)];
+  }
 
  private:
   std::vector<std::unique_ptr<PointBatch>> levels;
+  std::vector<std::unique_ptr<CacheBatch>> cache_levels;
 };
 
 }  // namespace dapple::integrate

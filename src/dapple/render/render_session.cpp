@@ -96,9 +96,13 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     }
   }
   if (interrupt) result.outcome = Outcome::interrupted;
+  result.caches = integrator_.caches();
   for (const auto& w : pool.idle()) {
     result.rays += w->rays;
     result.stages += w->stages;
+    for (integrate::CacheState& cache : result.caches)
+      for (int r = 0; r < integrate::resolution_count; ++r)
+        if (cache.name == "radiosity." + std::string(integrate::resolution_names[size_t(r)])) cache.counts += w->radiosity[r];
   }
   result.seconds = timer.seconds();
   return result;

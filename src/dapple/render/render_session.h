@@ -33,6 +33,7 @@ struct SessionResult {
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
   integrate::RayCounts rays;
   integrate::StageCounts stages;
+  std::vector<integrate::CacheState> caches;
 };
 
 /// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or

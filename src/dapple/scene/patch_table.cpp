@@ -154,6 +154,24 @@ float PatchTable::cell_size(const GridId& grid) const {
   return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
 }
 
+PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
+  const GridId& id = at.grid;
+  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
+  const int i0 = int(x), j0 = int(y);
+  const float fx = x - float(i0), fy = y - float(j0);
+  Neighbours n;
+  float sum = 0, largest = -1;
+  for (int c = 0; c < 4; ++c) {
+    const int i = std::min(i0 + (c & 1), id.width() - 1), j = std::min(j0 + (c >> 1), id.height() - 1);
+    n.weight[c] = is_outside(id, i, j) ? 0 : ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
+    n.index[c] = id.index(i, j);
+    sum += n.weight[c];
+    if (n.weight[c] > largest) largest = n.weight[c], n.nearest = n.index[c];
+  }
+  for (float& w : n.weight) w = sum > 0 ? w / sum : 0.25f;
+  return n;
+}
+
 bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   const auto& map = geometries_[grid.geometry].map;
   if (!map || grid.cluster_level > 0 || !map->is_half(grid.patch)) return false;

@@ -11,7 +11,7 @@
 
 namespace dapple::scene {
 
-/// Names a tile of shading points: at most 8 x 8 cells of a patch diced 2^u_level by 2^v_level, or one point for a group of patches. A
+/// Names a tile of shading points: at most 4 x 4 cells of a patch diced 2^u_level by 2^v_level, or one point for a group of patches. A
 /// shading point is the centre of its cell.
 struct GridId {
   uint32_t instance = trace::no_id, geometry = 0;
@@ -20,10 +20,11 @@ struct GridId {
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
 
-  static constexpr int tile = 8;  ///< cells along an edge
+  static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
   int height() const { return std::min(tile, 1 << v_level); }
   int count() const { return width() * height(); }
+  int index(int i, int j) const { return j * width() + i; }  ///< of a cell in the tile
   uint64_t hash() const;
   auto operator<=>(const GridId&) const = default;
 };
@@ -56,6 +57,14 @@ class PatchTable {
   void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
   /// Moving things are diced and shaded where they are then.
   static constexpr float shading_time = 0.5f;
+  /// The shading points around a place on a tile, by their number in it, and how much each counts: bilinear within the tile, the nearest
+  /// beyond its outermost points. Weights add up to one; points outside the patch have none.
+  struct Neighbours {
+    int index[4];
+    float weight[4];
+    int nearest;
+  };
+  Neighbours neighbours(const GridPoint& at) const;
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 

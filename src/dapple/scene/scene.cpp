@@ -58,6 +58,8 @@ void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const f
     geom::SurfacePoint s;
     if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape))
       s = (*mesh)->at(primitive[i], u[i], v[i], time[i]);
+    else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape))
+      s = (*grids)->at(primitive[i], u[i], v[i], time[i]);
     else if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape))
       s = (*quadric)->at(u[i], v[i]);
     else

@@ -22,6 +22,7 @@ struct CoatInput {
 class CoatedDiffuseMaterial final : public SurfaceMaterial {
  public:
   CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail);
+  bool is_diffuse_to_rays() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

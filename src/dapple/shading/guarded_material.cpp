@@ -29,6 +29,10 @@ bool is_orthonormal(const Frame& f) {
          near(dot(f.n, f.t), 0) && near(dot(f.s, f.t), 0);
 }
 
+bool is_diffuse(const Bsdf& b) {
+  return b.is_diffuse() || (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
+}
+
 // True if something had to be changed.
 bool repair(Bsdf* b, const ShadingPoints& points, int i) {
   bool bad = false;
@@ -54,7 +58,12 @@ bool repair(Bsdf* b, const ShadingPoints& points, int i) {
 
 GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_ptr<const Material> shader,
                                  StageSet stages, std::string name)
-    : code_(std::move(code)), shader_(std::move(shader)), stages_(stages), name_(std::move(name)) {}
+    : code_(std::move(code)), shader_(std::move(shader)), stages_(stages), name_(std::move(name)) {
+  try {
+    diffuse_to_rays_ = shader_->is_diffuse_to_rays();
+  } catch (...) {  // it says nothing: false is always right
+  }
+}
 
 // Calls, and keeps what it throws from going further. Only faults of points that are alone count.
 template <class Call>
@@ -142,7 +151,16 @@ void GuardedMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const 
         out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
       });
   int bad = 0;
-  for (int i = 0; i < points.count; ++i) bad += repair(&out[i], points, i);
+  for (int i = 0; i < points.count; ++i) {
+    bool wrong = repair(&out[i], points, i);
+    if (diffuse_to_rays_ && !is_diffuse(out[i])) {
+      const Frame frame = out[i].frame;
+      out[i] = Bsdf::make_diffuse(clamp(out[i].albedo(), 0, 1));
+      out[i].frame = frame;
+      wrong = true;
+    }
+    bad += wrong;
+  }
   count_bad(Stage::prelighting, bad);
 }
 
@@ -198,8 +216,7 @@ ShaderFaults shader_faults(const std::vector<MaterialPtr>& materials) {
       if (faults[i].thrown > 0)
         all.errors.push_back(stage + " threw" + at(faults[i].thrown) + ", shown in magenta: " + faults[i].message);
       if (faults[i].bad > 0)
-        all.warnings.push_back(stage + " gave values that are negative or not finite" + at(faults[i].bad) +
-                               "; they are replaced");
+        all.warnings.push_back(stage + " gave values that are wrong" + at(faults[i].bad) + "; they are replaced");
     }
   }
   return all;

@@ -31,6 +31,8 @@ class GuardedMaterial final : public Material {
   void specularlighting(const SpecularLighting& in) const override;
   void postlighting(const PostLighting& in) const override;
   bool needs_differentials() const override { return true; }
+  /// As the shader says, which is held to it: what else its prelighting gives is replaced.
+  bool is_diffuse_to_rays() const override { return diffuse_to_rays_; }
 
   const std::string& name() const { return name_; }
 
@@ -52,6 +54,7 @@ class GuardedMaterial final : public Material {
   std::shared_ptr<const void> code_;  // first, to go last
   std::unique_ptr<const Material> shader_;
   StageSet stages_;
+  bool diffuse_to_rays_ = false;
   std::string name_;
   mutable std::mutex mutex_;
   mutable std::array<Faults, stage_count> faults_;

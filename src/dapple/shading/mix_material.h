@@ -14,6 +14,7 @@ class MixMaterial final : public Material {
 
   void prelighting(const ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override;
+  bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
 
  private:

@@ -129,6 +129,8 @@ inline Frame surface_frame(const ShadingPoints& points, int i) {
 /// Base of plug-ins: a grey diffuse surface until a stage is overridden. A derived class
 /// - overrides, in public, the stages it has; no list of them is needed,
 /// - may declare parameters: static constexpr ParamDecl parameters[],
+/// - says by is_diffuse_to_rays() that its light can be cached, if its prelighting gives diffuse surfaces only, coated
+/// or not,
 /// - has a constructor from const PluginParams&, which may throw: its message becomes that of the scene's error.
 /// Stages must be pure functions of what they are given: they run on many threads at once, on batches that differ from
 /// run to run.
@@ -219,6 +221,7 @@ inline uint64_t plugin_layout() {
                            virtual_place(&Material::postlighting),
                            virtual_place(&Material::needs_differentials),
                            virtual_place(&Material::constant),
+                           virtual_place(&Material::is_diffuse_to_rays),
                            virtual_place(&Material::is_interface),
                            virtual_place(&MaterialTableEnd::end),
                            virtual_place(&FloatTexture::evaluate),

@@ -2,6 +2,7 @@
 #include "dapple/trace/traced_scene.h"
 
 #include <atomic>
+#include <cstddef>
 #include <cstring>
 #include <string>
 
@@ -135,6 +136,18 @@ uint32_t TracedScene::add_object() {
   return uint32_t(objects_.size() - 1);
 }
 
+RTCGeometry TracedScene::make_grids(const geom::GridMesh& grids) const {
+  static_assert(sizeof(geom::GridMesh::Grid) == sizeof(RTCGrid) &&
+                offsetof(geom::GridMesh::Grid, stride) == offsetof(RTCGrid, stride) &&
+                offsetof(geom::GridMesh::Grid, columns) == offsetof(RTCGrid, width));
+  RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_GRID);
+  if (!grids.P_end.empty()) rtcSetGeometryTimeStepCount(g, 2);
+  share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, grids.P, sizeof(V3f), grids.P.size());
+  if (!grids.P_end.empty()) share(g, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, grids.P_end, sizeof(V3f), grids.P_end.size());
+  share(g, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, grids.grids, sizeof(RTCGrid), grids.grids.size());
+  return g;
+}
+
 RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
   RTCGeometry g = nullptr;
   if (const auto* p = std::get_if<MeshPtr>(&owner.shape)) {
@@ -151,6 +164,8 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
     if (!mesh.P_end.empty()) positions(1, mesh.P_end);
     share(g, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, mesh.indices,
           size_t(mesh.corners) * sizeof(uint32_t), mesh.face_count());
+  } else if (const auto* grids = std::get_if<GridsPtr>(&owner.shape)) {
+    g = make_grids(**grids);
   } else if (std::holds_alternative<QuadricPtr>(owner.shape)) {
     g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(g, 1);
@@ -330,6 +345,8 @@ geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) co
   geom::SurfacePoint s;
   if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
     s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
+  else if (const auto* grids = std::get_if<GridsPtr>(&g.shape))
+    s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], time);
   else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
     s = (*quadric)->at(h.u[i], h.v[i]);
   else
@@ -339,6 +356,10 @@ geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) co
 
 geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, const HitBatch& h, int i) const {
   const Geometry& g = *geometries_[h.geometry[i]];
+  if (const auto* grids = std::get_if<GridsPtr>(&g.shape)) {
+    const auto s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
+    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i]);
+  }
   const auto* mesh = std::get_if<MeshPtr>(&g.shape);
   if (!mesh) return surface(h, i, rays.time[i]);
   const V3f n(h.nx[i], h.ny[i], h.nz[i]);

@@ -9,6 +9,7 @@
 
 #include "dapple/base/animated_transform.h"
 #include "dapple/geom/curve_set.h"
+#include "dapple/geom/grid_mesh.h"
 #include "dapple/geom/mesh.h"
 #include "dapple/geom/quadric.h"
 #include "dapple/trace/opacity_test.h"
@@ -19,7 +20,8 @@ namespace dapple::trace {
 using MeshPtr = std::shared_ptr<const geom::Mesh>;
 using QuadricPtr = std::shared_ptr<const geom::Quadric>;
 using CurvesPtr = std::shared_ptr<const geom::CurveSet>;
-using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr>;
+using GridsPtr = std::shared_ptr<const geom::GridMesh>;
+using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr>;
 
 /// Sees every batch of rays before it is traced, from the threads that trace: for benchmarks, which replay them.
 class RayRecorder {
@@ -94,6 +96,7 @@ class TracedScene {
   struct MemoryUse;
 
   RTCGeometry make_geometry(Geometry& g) const;
+  RTCGeometry make_grids(const geom::GridMesh& grids) const;
   bool keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t ray_key) const;
   geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time) const;
   void instance_transform(const Instance& instance, float time, float m[3][4]) const;

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/cage_factory.h"
+
+#include <cctype>
+
+#include "dapple/build/shape_params.h"
+#include "dapple/scenefile/obj_reader.h"
+#include "dapple/scenefile/ply_reader.h"
+
+namespace dapple::build {
+
+using geom::ControlCage;
+using scenefile::ShapeEntity;
+
+namespace {
+
+std::vector<uint32_t> unsigned_list(std::span<const int32_t> ints) {
+  return {ints.begin(), ints.end()};
+}
+
+std::string counted(size_t n, const char* what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
+
+void check_sharpness(const ShapeEntity& e, const char* name, std::span<const float> values) {
+  for (const float s : values)
+    if (!(s >= 0))
+      throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(s) + "; it must be 0 or more");
+}
+
+void read_creases(const ShapeEntity& e, ControlCage* cage) {
+  const auto vertices = e.params.get_ints("creaseindices");
+  const auto lengths = e.params.get_ints("creaselengths");
+  const auto sharpness = e.params.get_floats("creasesharpness");
+  check_sharpness(e, "creasesharpness", sharpness);
+  if (vertices.empty()) return;
+  check_indices(e, "creaseindices", vertices, cage->P.size());
+  if (lengths.empty() && vertices.size() % 2 != 0)
+    throw InputError(e.loc, "\"creaseindices\" has " + std::to_string(vertices.size()) +
+                                " numbers; expected pairs, or \"creaselengths\"");
+  const size_t chains = lengths.empty() ? vertices.size() / 2 : lengths.size();
+  size_t first = 0;
+  std::vector<uint32_t> chain_of_edge;
+  for (size_t c = 0; c < chains; ++c) {
+    const int64_t n = lengths.empty() ? 2 : lengths[c];
+    if (n < 2 || size_t(n) > vertices.size() - first)
+      throw InputError(e.loc, "\"creaselengths\" has " + std::to_string(n) + "; expected 2 or more, and " +
+                                  counted(vertices.size(), "vertex number") + " in all");
+    for (size_t i = first; i + 1 < first + size_t(n); ++i) {
+      cage->crease_edges.push_back(uint32_t(vertices[i]));
+      cage->crease_edges.push_back(uint32_t(vertices[i + 1]));
+      chain_of_edge.push_back(uint32_t(c));
+    }
+    first += size_t(n);
+  }
+  if (first != vertices.size())
+    throw InputError(e.loc, "\"creaselengths\" covers " + std::to_string(first) + " of " +
+                                counted(vertices.size(), "crease vertex number"));
+  const size_t edges = chain_of_edge.size();
+  if (sharpness.size() != 1 && sharpness.size() != chains && sharpness.size() != edges)
+    throw InputError(e.loc, "\"creasesharpness\" has " + counted(sharpness.size(), "value") +
+                                "; expected 1, or one for each of " + counted(chains, "chain") + " or " +
+                                counted(edges, "edge"));
+  for (size_t i = 0; i < edges; ++i)
+    cage->crease_sharpness.push_back(sharpness[sharpness.size() == 1       ? 0
+                                               : sharpness.size() == edges ? i
+                                                                           : chain_of_edge[i]]);
+}
+
+void read_corners_and_holes(const ShapeEntity& e, ControlCage* cage) {
+  const auto corners = e.params.get_ints("cornerindices");
+  const auto sharpness = e.params.get_floats("cornersharpness");
+  check_sharpness(e, "cornersharpness", sharpness);
+  check_indices(e, "cornerindices", corners, cage->P.size());
+  if (!corners.empty() && sharpness.size() != 1 && sharpness.size() != corners.size())
+    throw InputError(e.loc, "\"cornersharpness\" has " + counted(sharpness.size(), "value") +
+                                "; expected 1, or one for each of " + counted(corners.size(), "corner"));
+  cage->corners = unsigned_list(corners);
+  for (size_t i = 0; i < corners.size(); ++i)
+    cage->corner_sharpness.push_back(sharpness[sharpness.size() == 1 ? 0 : i]);
+  const auto holes = e.params.get_ints("holes");
+  for (const int32_t f : holes)
+    if (f < 0 || size_t(f) >= cage->face_count())
+      throw InputError(
+          e.loc, "\"holes\" names face " + std::to_string(f) + " of a mesh of " + counted(cage->face_count(), "face"));
+  cage->holes = unsigned_list(holes);
+}
+
+void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
+  cage->P = points3(e.params.get_points3("P"));
+  cage->P_end = points3(e.params.get_points3("P1"));
+  cage->uv = points2(e.params.get_points2("uv"));
+  const auto indices = e.params.get_ints("indices"), sizes = e.params.get_ints("faceverts");
+  check_indices(e, "indices", indices, cage->P.size());
+  check_count(e, "P1", cage->P_end.size(), cage->P.size());
+  cage->indices = unsigned_list(indices);
+  const auto uv_indices = e.params.get_ints("uvindices");
+  if (uv_indices.empty()) {
+    check_count(e, "uv", cage->uv.size(), cage->P.size());
+  } else {
+    check_indices(e, "uvindices", uv_indices, cage->uv.size());
+    if (uv_indices.size() != indices.size())
+      throw InputError(e.loc, "\"uvindices\" has " + counted(uv_indices.size(), "number") + " for " +
+                                  std::to_string(indices.size()) + " \"indices\"");
+    cage->uv_indices = unsigned_list(uv_indices);
+  }
+  size_t sum = 0;
+  for (const int32_t n : sizes) {
+    if (n < 0) throw InputError(e.loc, "\"faceverts\" has " + std::to_string(n) + "; it must be 3 or more");
+    sum += size_t(n);
+  }
+  if (sizes.empty() && indices.size() % 4 != 0)
+    throw InputError(
+        e.loc, "\"indices\" has " + counted(indices.size(), "number") + "; expected a multiple of 4, or \"faceverts\"");
+  if (!sizes.empty() && sum != indices.size())
+    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " +
+                                std::to_string(indices.size()));
+  cage->face_sizes = sizes.empty() ? std::vector<uint32_t>(indices.size() / 4, 4) : unsigned_list(sizes);
+}
+
+bool is_obj(std::string name) {
+  for (char& c : name) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return name.ends_with(".obj") || name.ends_with(".obj.gz");
+}
+
+void read_mesh_file(const ShapeEntity& e, const std::string& path, ControlCage* cage) {
+  if (is_obj(path)) {
+    scenefile::ObjMesh obj = scenefile::read_obj(path, e.loc);
+    cage->P = std::move(obj.P);
+    cage->uv = std::move(obj.uv);
+    cage->face_sizes = std::move(obj.face_sizes);
+    cage->indices = std::move(obj.indices);
+    cage->uv_indices = std::move(obj.uv_indices);
+    return;
+  }
+  scenefile::PlyMesh ply = scenefile::read_ply(path, e.loc);
+  const auto add = [&](const std::vector<int32_t>& corners, uint32_t size) {
+    cage->indices.insert(cage->indices.end(), corners.begin(), corners.end());
+    cage->face_sizes.insert(cage->face_sizes.end(), corners.size() / size, size);
+  };
+  add(ply.tri_indices, 3);
+  add(ply.quad_indices, 4);
+  cage->P = std::move(ply.P);
+  cage->uv = std::move(ply.uv);
+}
+
+}  // namespace
+
+ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e) {
+  ControlCage cage;
+  cage.scheme = geom::SurfaceScheme::catmull_clark;
+  const geom::BoundaryRule rules[] = {geom::BoundaryRule::edge_and_corner, geom::BoundaryRule::edge_only,
+                                      geom::BoundaryRule::none};
+  cage.boundary = rules[e.params.get_choice("boundary", {"edgeandcorner", "edgeonly", "none"}, 0)];
+  const std::string filename = e.params.get_string("filename", "");
+  if (filename.empty()) {
+    read_own_mesh(e, &cage);
+  } else {
+    try {
+      read_mesh_file(e, context.description.resolve(filename), &cage);
+    } catch (const InputError& error) {
+      if (!context.keep_going) throw;
+      context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
+      return polygon_cage({stand_in_cube()});
+    }
+  }
+  read_creases(e, &cage);
+  read_corners_and_holes(e, &cage);
+  if (!filename.empty()) cage.weld();
+  return cage;
+}
+
+ControlCage polygon_cage(std::vector<geom::Mesh> meshes) {
+  ControlCage cage;
+  cage.scheme = geom::SurfaceScheme::polygons;
+  for (const geom::Mesh& mesh : meshes) {
+    cage.indices.insert(cage.indices.end(), mesh.indices.begin(), mesh.indices.end());
+    cage.face_sizes.insert(cage.face_sizes.end(), mesh.face_count(), uint32_t(mesh.corners));
+  }
+  if (meshes.empty()) return cage;
+  geom::Mesh& mesh = meshes.front();
+  cage.P = std::move(mesh.P);
+  cage.P_end = std::move(mesh.P_end);
+  cage.N = std::move(mesh.N);
+  cage.uv = std::move(mesh.uv);
+  cage.flip = mesh.flip;
+  cage.weld();
+  return cage;
+}
+
+}  // namespace dapple::build

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/camera_view.h"
+
+namespace dapple::build {
+
+using scene::Projection;
+
+namespace {
+
+constexpr float off_screen = 4, margin = 1.2f;
+constexpr size_t most_placements = 16;
+
+float largest_scale(const Transform& t) {
+  return std::sqrt(
+      std::max({length2(t.vector({1, 0, 0})), length2(t.vector({0, 1, 0})), length2(t.vector({0, 0, 1}))}));
+}
+
+}  // namespace
+
+CameraView::CameraView(const scene::Camera& camera)
+    : settings_(camera.settings()), to_camera_(camera.world_to_camera()) {
+  const auto& s = settings_;
+  world_scale_ = largest_scale(s.camera_to_world.start());
+  if (s.projection == Projection::perspective) half_ = std::tan(radians(s.fov_degrees) / 2);
+  switch (s.projection) {
+    case Projection::perspective:
+    case Projection::orthographic:
+      pixel_ = (s.screen_max_y - s.screen_min_y) * half_ / float(s.resolution.y);
+      break;
+    case Projection::spherical_lat_long:
+      pixel_ = pi / float(s.resolution.y);
+      break;
+    case Projection::spherical_equal_area:
+      pixel_ = std::sqrt(4 * pi / float(s.resolution.x) / float(s.resolution.y));
+      break;
+  }
+}
+
+float CameraView::width_at(const V3f& world) const {
+  const auto& s = settings_;
+  const V3f p = to_camera_.point(world);
+  float depth = 1;
+  bool seen = true;
+  if (s.projection == Projection::perspective || s.projection == Projection::orthographic) {
+    if (s.projection == Projection::perspective) depth = p.z;
+    const float x_middle = (s.screen_min_x + s.screen_max_x) / 2, y_middle = (s.screen_min_y + s.screen_max_y) / 2;
+    const float scale = half_ * depth;
+    seen = p.z > 0 && std::abs(p.x - x_middle * scale) <= margin * (s.screen_max_x - s.screen_min_x) / 2 * scale &&
+           std::abs(p.y - y_middle * scale) <= margin * (s.screen_max_y - s.screen_min_y) / 2 * scale;
+  } else {
+    depth = length(p);
+  }
+  if (!seen && s.projection == Projection::perspective) depth = length(p);
+  const float width = pixel_ * world_scale_ * depth * (seen ? 1.0f : off_screen);
+  return std::max(width, std::numeric_limits<float>::min());
+}
+
+void CameraView::pixel_widths(std::span<const V3f> P, float* widths) const {
+  for (size_t i = 0; i < P.size(); ++i) widths[i] = width_at(P[i]);
+}
+
+InstancesView::InstancesView(std::shared_ptr<const geom::DicingView> world,
+                             const std::vector<Transform>& world_from_object)
+    : world_(std::move(world)) {
+  for (const Transform& t : world_from_object) placements_.push_back({t, 1 / largest_scale(t)});
+  if (placements_.size() <= most_placements) return;
+  std::vector<std::pair<float, size_t>> nearest(placements_.size());
+  for (size_t i = 0; i < nearest.size(); ++i) {
+    const V3f origin = placements_[i].to_world.point(V3f(0, 0, 0));
+    float width;
+    world_->pixel_widths({&origin, 1}, &width);
+    nearest[i] = {width * placements_[i].inv_scale, i};
+  }
+  std::partial_sort(nearest.begin(), nearest.begin() + most_placements, nearest.end());
+  std::vector<Placement> kept;
+  for (size_t i = 0; i < most_placements; ++i) kept.push_back(placements_[nearest[i].second]);
+  placements_ = std::move(kept);
+}
+
+void InstancesView::pixel_widths(std::span<const V3f> P, float* widths) const {
+  std::fill_n(widths, P.size(), infinity);
+  for (const Placement& placement : placements_)
+    for (size_t i = 0; i < P.size(); ++i) {
+      const V3f world = placement.to_world.point(P[i]);
+      float width;
+      world_->pixel_widths({&world, 1}, &width);
+      widths[i] = std::min(widths[i], width * placement.inv_scale);
+    }
+}
+
+}  // namespace dapple::build

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dapple/geom/dicing_view.h"
+#include "dapple/scene/camera.h"
+
+namespace dapple::build {
+
+/// The camera of a scene at shutter open as a dicing camera. Outside the picture (by a tenth of its size on each side)
+/// pixels count as 4 times wider.
+class CameraView final : public geom::DicingView {
+ public:
+  explicit CameraView(const scene::Camera& camera);
+  void pixel_widths(std::span<const V3f> P, float* widths) const override;
+
+ private:
+  float width_at(const V3f& world) const;
+
+  scene::Camera::Settings settings_;
+  Transform to_camera_;
+  float world_scale_;  ///< world units a unit of camera space
+  float half_ = 1;     ///< half the picture over a unit of the screen window, at unit depth
+  float pixel_ = 0;    ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
+};
+
+/// What another view sees of a surface through its instances: the smallest pixels of any. Of many instances the nearest
+/// count.
+class InstancesView final : public geom::DicingView {
+ public:
+  InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object);
+  void pixel_widths(std::span<const V3f> P, float* widths) const override;
+
+ private:
+  struct Placement {
+    Transform to_world;
+    float inv_scale;
+  };
+  std::shared_ptr<const geom::DicingView> world_;
+  std::vector<Placement> placements_;
+};
+
+}  // namespace dapple::build

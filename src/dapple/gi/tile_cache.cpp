@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/gi/tile_cache.h"
+
+namespace dapple::gi {
+
+namespace {
+
+class SpinLock {
+ public:
+  explicit SpinLock(std::atomic<uint32_t>& lock) : lock_(lock) {
+    while (lock_.exchange(1, std::memory_order_acquire)) lock_.wait(1, std::memory_order_relaxed);
+  }
+  ~SpinLock() {
+    lock_.store(0, std::memory_order_release);
+    lock_.notify_one();
+  }
+  SpinLock(const SpinLock&) = delete;
+  SpinLock& operator=(const SpinLock&) = delete;
+
+ private:
+  std::atomic<uint32_t>& lock_;
+};
+
+}  // namespace
+
+TileCache::TileCache(size_t bytes, int words) : words_(words), set_count_(bytes / set_bytes(words)) {
+  if (set_count_ > ~uint32_t(0)) set_count_ = ~uint32_t(0);
+  headers_ = std::make_unique<Header[]>(set_count_);
+  payloads_ = std::make_unique<std::atomic<uint32_t>[]>(set_count_ * ways * size_t(words));
+}
+
+// The entry as of `version`, or false if it was not that of `key` all the time.
+bool TileCache::read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const {
+  const Header& h = headers_[set];
+  const std::atomic<uint32_t>* from = payload(set, way);
+  for (int i = 0; i < words_; ++i) out[i] = from[i].load(std::memory_order_acquire);
+  return h.version[way].load(std::memory_order_acquire) == version && h.key[way].load(std::memory_order_relaxed) == key;
+}
+
+TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
+  if (set_count_ == 0) return Found::refused;
+  if (key == 0) key = 1;
+  const uint32_t set = uint32_t((key >> 32) * set_count_ >> 32);
+  Header& h = headers_[set];
+  const auto look = [&](uint32_t way) {
+    const uint32_t version = h.version[way].load(std::memory_order_acquire);
+    if (h.key[way].load(std::memory_order_acquire) != key) return Found::refused;
+    *slot = {set, way, version};
+    if (version & 1) return Found::pending;
+    if (!read(set, way, key, version, out)) return Found::refused;
+    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
+    return Found::ready;
+  };
+  for (uint32_t way = 0; way < ways; ++way)
+    if (const Found found = look(way); found != Found::refused) return found;
+
+  const SpinLock lock(h.lock);
+  for (uint32_t way = 0; way < ways; ++way)
+    if (const Found found = look(way); found != Found::refused) return found;
+  // Twice around: the first time takes second chances away.
+  for (uint32_t i = 0; i < 2 * ways; ++i) {
+    const uint32_t way = h.hand++ % ways;
+    const uint32_t version = h.version[way].load(std::memory_order_relaxed);
+    if ((version & 1) || h.recent[way].exchange(0, std::memory_order_relaxed)) continue;
+    const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
+    (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);
+    h.version[way].store(version + 1, std::memory_order_release);
+    h.key[way].store(key, std::memory_order_release);
+    *slot = {set, way, version + 1};
+    return Found::mine;
+  }
+  return Found::refused;
+}
+
+void TileCache::publish(const Slot& slot, const uint32_t* words) {
+  Header& h = headers_[slot.set];
+  std::atomic<uint32_t>* to = payload(slot.set, slot.way);
+  for (int i = 0; i < words_; ++i) to[i].store(words[i], std::memory_order_release);
+  h.recent[slot.way].store(1, std::memory_order_relaxed);
+  h.version[slot.way].store(slot.version + 1, std::memory_order_release);
+  h.version[slot.way].notify_all();
+}
+
+void TileCache::abandon(const Slot& slot) {
+  Header& h = headers_[slot.set];
+  h.key[slot.way].store(0, std::memory_order_relaxed);
+  used_.fetch_sub(1, std::memory_order_relaxed);
+  h.version[slot.way].store(slot.version + 1, std::memory_order_release);
+  h.version[slot.way].notify_all();
+}
+
+bool TileCache::wait(uint64_t key, const Slot& slot, uint32_t* out) const {
+  if (key == 0) key = 1;
+  const Header& h = headers_[slot.set];
+  h.version[slot.way].wait(slot.version, std::memory_order_acquire);
+  return read(slot.set, slot.way, key, slot.version + 1, out);
+}
+
+}  // namespace dapple::gi

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace dapple::gi {
+
+/// A cache of entries of one size, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
+/// one changes no image.
+///
+/// Memory is an array of sets of 8 entries; a key belongs to one set, where replacement is by second chance. Looking up takes no lock: each
+/// entry has a version, odd while it is being filled, and a reader that finds the version changed reads again. Claiming an entry takes
+/// the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
+class TileCache {
+ public:
+  static constexpr int max_words = 24;  ///< of 32 bits in an entry
+
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept.
+  TileCache(size_t bytes, int words);
+
+  enum class Found : uint8_t {
+    ready,    ///< out is written
+    mine,     ///< the caller must compute it, then publish() or abandon()
+    pending,  ///< another thread computes it: wait()
+    refused   ///< there is no room: the caller computes it for itself
+  };
+  struct Slot {
+    uint32_t set = 0, way = 0, version = 0;
+  };
+  /// Looks a key up; if it is absent, claims an entry for it.
+  Found find(uint64_t key, uint32_t* out, Slot* slot);
+  void publish(const Slot& slot, const uint32_t* words);
+  void abandon(const Slot& slot);  ///< forgets the key
+  /// Waits for an entry that was pending. False if it has been replaced or abandoned in the meantime.
+  bool wait(uint64_t key, const Slot& slot, uint32_t* out) const;
+
+  int words() const { return words_; }
+  size_t capacity() const { return set_count_ * ways; }
+  size_t bytes() const { return set_count_ * set_bytes(words_); }
+  size_t bytes_in_use() const { return used_.load(std::memory_order_relaxed) * entry_bytes(words_); }
+  uint64_t evictions() const { return evictions_.load(std::memory_order_relaxed); }
+  /// Bytes an entry costs, its share of the set included.
+  static size_t entry_bytes(int words) { return set_bytes(words) / ways; }
+
+ private:
+  static constexpr uint32_t ways = 8;
+  struct alignas(64) Header {
+    std::atomic<uint64_t> key[ways];      ///< 0 = empty
+    std::atomic<uint32_t> version[ways];
+    std::atomic<uint8_t> recent[ways];    ///< looked up since the hand came by
+    std::atomic<uint32_t> lock;
+    uint32_t hand;
+  };
+  static size_t set_bytes(int words) { return sizeof(Header) + ways * size_t(words) * sizeof(uint32_t); }
+
+  bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
+  std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const { return &payloads_[(size_t(set) * ways + way) * size_t(words_)]; }
+
+  int words_;
+  size_t set_count_;
+  std::unique_ptr<Header[]> headers_;
+  std::unique_ptr<std::atomic<uint32_t>[]> payloads_;
+  std::atomic<size_t> used_{0};        ///< changed by claims only
+  std::atomic<uint64_t> evictions_{0};
+};
+
+}  // namespace dapple::gi

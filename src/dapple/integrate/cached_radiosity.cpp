@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part of HitShader that ends diffuse rays in the radiosity cache.
+#include <algorithm>
+
+#include "dapple/integrate/hit_shader.h"
+
+namespace dapple::integrate {
+
+using gi::TileCache;
+using trace::no_id;
+
+namespace {
+
+// Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
+class ClaimGuard {
+ public:
+  ClaimGuard(RadiosityCache& cache, CacheBatch& c) : cache_(cache), c_(c) {}
+  ~ClaimGuard() {
+    if (done_) return;
+    for (int e = 0; e < c_.entry_count; ++e)
+      if (c_.entry[e].found == TileCache::Found::mine) cache_.abandon(c_.entry[e]);
+  }
+  void publish() {
+    for (int e = 0; e < c_.entry_count; ++e)
+      if (c_.entry[e].found == TileCache::Found::mine) cache_.publish(c_.entry[e]);
+    done_ = true;
+  }
+  ClaimGuard(const ClaimGuard&) = delete;
+  ClaimGuard& operator=(const ClaimGuard&) = delete;
+
+ private:
+  RadiosityCache& cache_;
+  CacheBatch& c_;
+  bool done_ = false;
+};
+
+}  // namespace
+
+bool HitShader::ends_in_cache(const PointBatch& b, int ray) const {
+  return cache_ && b.hits.geometry[ray] != no_id && materials_.is_diffuse_to_rays(b.hits.geometry[ray]) && !b.uncached[ray];
+}
+
+// Finds the tile that serves each diffuse ray of the batch; rays that none serves are left to shade_hits.
+void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  CacheBatch& c = w.cache_level(place.level);
+  c.count = 0;
+  scene::PatchTable::Extent memory;
+  for (int i = 0; i < b.ray_count; ++i) {
+    b.uncached[i] = false;
+    if (b.ray_weight[i].is_black() || !ends_in_cache(b, i)) continue;
+    const int k = b.ray_point[i];
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
+    const float width = (b.width[k] + b.ray_cone[i] * b.distance[i]) * settings_.cache_footprint;
+    scene::GridPoint& at = c.point[c.count];
+    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) {
+      b.uncached[i] = true;
+      continue;
+    }
+    c.key[c.count] = RadiosityCache::key(at.grid, place.depth.diffuse + 1);
+    c.ray[c.count++] = i;
+  }
+  for (int n = 0; n < c.count; ++n) c.order[n] = n;
+  std::sort(c.order, c.order + c.count, [&c](int x, int y) { return c.key[x] != c.key[y] ? c.key[x] < c.key[y] : x < y; });
+}
+
+// Adds what the cache says to the irradiance of the points that sent the rays.
+void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  CacheBatch& c = w.cache_level(place.level);
+  locate_radiosity(place, w);
+  c.entry_count = 0;
+  ClaimGuard guard(*cache_, c);
+  for (int n = 0; n < c.count; ++n) {
+    const int ray = c.order[n];
+    if (n == 0 || c.key[ray] != c.entry[c.entry_count - 1].key) {
+      RadiosityCache::Entry& e = c.entry[c.entry_count++];
+      e.grid = c.point[ray].grid;
+      e.key = c.key[ray];
+      e.needed = 0;
+      cache_->find(e, w.caches);
+    }
+    c.entry_of[ray] = c.entry_count - 1;
+    c.near[ray] = patches_->neighbours(c.point[ray]);
+    for (int i = 0; i < 4; ++i)
+      if (c.near[ray].weight[i] > 0) c.entry[c.entry_count - 1].needed |= 1u << c.near[ray].index[i];
+  }
+  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
+  guard.publish();
+  // Threads wait only for entries that are one diffuse bounce deeper than what they fill themselves: no ring.
+  for (int e = 0; e < c.entry_count; ++e) {
+    RadiosityCache::Entry& entry = c.entry[e];
+    entry.lost = entry.found == TileCache::Found::pending && !cache_->wait(entry);
+    if (entry.lost) entry.found = TileCache::Found::refused;
+  }
+  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
+
+  for (int n = 0; n < c.count; ++n) {
+    const int i = c.ray[n], k = b.ray_point[i];
+    RGB L;
+    for (int j = 0; j < 4; ++j)
+      if (c.near[n].weight[j] > 0) L += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[k] += b.ray_weight[i] * L;
+  }
+}
+
+// Computes the entries for which wanted(entry): all points of those that will be kept, else those that are needed.
+template <class Wanted>
+void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+  PointBatch& f = w.level(below.level);
+  const Timer timer;
+  f.count = 0;
+  for (int e = 0; e < c.entry_count; ++e) {
+    const RadiosityCache::Entry& entry = c.entry[e];
+    if (!wanted(entry)) continue;
+    const scene::GridId& id = entry.grid;
+    const bool whole = entry.found == TileCache::Found::mine;
+    const float size = patches_->cell_size(id);
+    for (int j = 0; j < id.height(); ++j)
+      for (int i = 0; i < id.width(); ++i) {
+        const int point = id.index(i, j);
+        if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
+        const int k = f.count++;
+        set_shading_point(id, i, j, size, entry.key, f, k);
+        c.target_entry[k] = e;
+        c.target_point[k] = point;
+        if (f.count == PointBatch::capacity) fill_batch(below, c, w);
+      }
+  }
+  if (f.count > 0) fill_batch(below, c, w);
+  w.caches[0].fill_seconds += timer.seconds();
+}
+
+void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
+  PointBatch& f = w.level(below.level);
+  prelight(f, Arrival::diffuse, w);
+  light_diffuse(below, w);
+  for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse[k]);
+  f.count = 0;
+}
+
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float size, uint64_t key, PointBatch& b, int k) const {
+  patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
+  b.geometry[k] = id.geometry;
+  b.surface[k] = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+  b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
+  b.time[k] = scene::PatchTable::shading_time;
+  b.width[k] = size;
+  b.spread[k] = 0;
+  b.medium[k] = scene_.bindings[id.geometry].medium_beyond(b.wo[k], b.surface[k].Ng, scene_.camera_medium);
+  b.key[k] = hash(settings_.seed, key, id.index(i, j));
+}
+
+}  // namespace dapple::integrate

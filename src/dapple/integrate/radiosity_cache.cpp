@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/radiosity_cache.h"
+
+#include <cstring>
+
+#include "dapple/gi/packed_radiance.h"
+
+namespace dapple::integrate {
+
+namespace {
+constexpr int coarse_level = 2, medium_level = 6;  // log2 of the points of a patch, at most
+constexpr int words_of(int points) { return points * 3 / 2; }
+static_assert(words_of(RadiosityCache::max_points) <= gi::TileCache::max_words);
+}  // namespace
+
+RadiosityCache::RadiosityCache(size_t bytes)
+    : areas_{{bytes / 4, words_of(1 << coarse_level)}, {bytes / 4, words_of(max_points)}, {bytes / 2, words_of(max_points)}} {}
+
+Resolution RadiosityCache::resolution(const scene::GridId& grid) {
+  const int level = grid.u_level + grid.v_level;
+  return level <= coarse_level ? Resolution::coarse : level <= medium_level ? Resolution::medium : Resolution::fine;
+}
+
+void RadiosityCache::find(Entry& e, CacheCounts* counts) {
+  CacheCounts& c = counts[size_t(resolution(e.grid))];
+  e.found = area(e).find(e.key, e.words, &e.slot);
+  ++c.lookups;
+  if (e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending)
+    ++c.hits;
+  else
+    ++c.fills;
+}
+
+void RadiosityCache::Entry::set(int point, const RGB& value) {
+  const uint16_t packed[3] = {gi::pack(value.r), gi::pack(value.g), gi::pack(value.b)};
+  std::memcpy(reinterpret_cast<std::byte*>(words) + point * 6, packed, 6);
+}
+
+RGB RadiosityCache::Entry::get(int point) const {
+  uint16_t packed[3];
+  std::memcpy(packed, reinterpret_cast<const std::byte*>(words) + point * 6, 6);
+  return {gi::unpack(packed[0]), gi::unpack(packed[1]), gi::unpack(packed[2])};
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/gi/tile_cache.h"
+#include "dapple/integrate/integrator.h"
+#include "dapple/scene/patch_table.h"
+
+namespace dapple::integrate {
+
+/// The radiosity of tiles of shading points, at three resolutions with a budget each, so that fine tiles, of which there are many, cannot
+/// drive out the coarse ones that most rays read (multiresolution radiosity caching, methods page section 2). Coarse: the whole patch, or a
+/// group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
+///
+/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h).
+class RadiosityCache {
+ public:
+  static constexpr int max_points = scene::GridId::tile * scene::GridId::tile;
+
+  /// An entry, as a look-up works with it: a copy.
+  struct Entry {
+    scene::GridId grid;
+    uint64_t key = 0;
+    uint32_t needed = 0;  ///< bit set of the points that the look-up wants
+    gi::TileCache::Found found = gi::TileCache::Found::refused;
+    gi::TileCache::Slot slot;
+    bool lost = false;  ///< another thread's, and replaced before it could be read
+    uint32_t words[gi::TileCache::max_words];
+
+    void set(int point, const RGB& value);
+    RGB get(int point) const;
+  };
+
+  explicit RadiosityCache(size_t bytes);
+
+  static Resolution resolution(const scene::GridId& grid);
+  static uint64_t key(const scene::GridId& grid, int diffuse_depth) { return hash(grid.hash(), diffuse_depth); }
+
+  /// Fills entry.found, and entry.words where it is ready. The resolution's counters go up.
+  void find(Entry& entry, CacheCounts* counts);
+  void publish(const Entry& entry) { area(entry).publish(entry.slot, entry.words); }
+  void abandon(const Entry& entry) { area(entry).abandon(entry.slot); }
+  bool wait(Entry& entry) { return area(entry).wait(entry.key, entry.slot, entry.words); }
+
+  const gi::TileCache& area(Resolution r) const { return areas_[size_t(r)]; }
+
+ private:
+  gi::TileCache& area(const Entry& e) { return areas_[size_t(resolution(e.grid))]; }
+
+  gi::TileCache areas_[resolution_count];
+};
+
+}  // namespace dapple::integrate
