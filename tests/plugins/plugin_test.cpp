@@ -253,6 +253,21 @@ TEST(Opacity, OfShaderAndShapeMultiply) {
   }
 }
 
+// A lamp of 8 pi W/sr, 3 above the plane, is 2 above the raised one: E = 2 pi there, to which the sky adds pi.
+TEST(Displacement, MovesMeshesAlongTheirNormal) {
+  const std::string lamp = "LightSource \"point\" \"float scale\" 25.132741 \"point3 from\" [ 0 0 3 ]\n";
+  const Rendered r = render_world(lamp + plugin(modules + "/libraised.so", "") + plane);
+  ASSERT_EQ(r.run.exit_code, 0) << r.run.output;
+  EXPECT_NEAR(r.picture.at(32, 32)[1], 0.5 * (2 + 1), 0.01);
+  const Rendered failed = render_world(lamp + plugin(modules + "/libraised.so", "\"bool fails\" true") + plane);
+  EXPECT_EQ(failed.run.exit_code, 3);
+  expect_contains(failed.run.output, "displacement threw at ");
+  expect_contains(failed.run.output, "no way up");
+  const Rendered ball = render_world(plugin(modules + "/libraised.so", "") + "Shape \"sphere\"\n");
+  EXPECT_EQ(ball.run.exit_code, 0);
+  expect_contains(ball.run.output, "displacement of shape \"sphere\" by its shader is not supported");
+}
+
 TEST(PathIntegrator, SaysWhichStagesItLeavesOut) {
   const Rendered r = render_world(plugin(examples + "/libtoon.so", "") + plane, {}, "path");
   EXPECT_EQ(r.run.exit_code, 0) << r.run.output;

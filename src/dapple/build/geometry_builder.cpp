@@ -72,8 +72,10 @@ void GeometryBuilder::make_views() {
   const auto& d = context_.description;
   shading_rate_ = d.options.get_float("shadingrate", 1);
   camera_view_ = std::make_shared<CameraView>(scene_.camera);
-  const auto may_be_diced = [](const ShapeEntity& e) {
-    return e.type == "catmullclark" || e.type == "loopsubdiv" || (e.type.ends_with("mesh") && e.params.find("displacement"));
+  const auto may_be_diced = [this](const ShapeEntity& e) {
+    return e.type == "catmullclark" || e.type == "loopsubdiv" ||
+           (e.type.ends_with("mesh") && (e.params.find("displacement") ||
+                                         scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement)));
   };
   std::vector<std::vector<Transform>> placements(d.objects.size());
   std::vector<uint8_t> wanted(d.objects.size());
@@ -86,7 +88,8 @@ void GeometryBuilder::make_views() {
 }
 
 Dicing GeometryBuilder::dicing_of(const Job& job) const {
-  Dicing dicing{&textures_, camera_view_, shading_rate_};
+  Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_};
+  if (const auto& shader = scene_.materials[size_t(job.entity->material)]; shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object)
     dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.entity->transform.start});
   else if (job.object != no_id)
@@ -137,6 +140,8 @@ void GeometryBuilder::add(Job& job) {
     scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
   }
   for (const trace::Shape& shape : job.shapes) {
+    if (!std::holds_alternative<trace::GridsPtr>(shape) && scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
+      context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader", "the shape as it is");
     const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
     if (!curves) {
       add_shape(shape, job, alpha, object);

@@ -35,8 +35,6 @@ MaterialPtr PluginFactory::load(const MaterialEntity& entity) {
   if (!library) library = std::make_shared<const shading::PluginLibrary>(path, entity.params.find("filename")->loc);
   std::vector<ParamValue> values;
   for (const ParamDecl& declared : library->parameters()) values.push_back(value(declared, entity.params));
-  if (library->table().stages.has(shading::Stage::displacement))
-    context_.diagnostics.unsupported(entity.loc, "displacement by a shader plug-in", "the surface where it was");
   const std::string name = entity.loc.to_string() + ": shader \"" + library->table().name + "\" of " +
                            std::filesystem::path(filename).filename().string() +
                            (entity.name.empty() ? "" : ", material \"" + entity.name + "\"");

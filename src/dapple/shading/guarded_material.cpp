@@ -213,8 +213,10 @@ ShaderFaults shader_faults(const std::vector<MaterialPtr>& materials) {
     for (size_t i = 0; i < faults.size(); ++i) {
       const std::string stage = guarded->name() + ": " + std::string(stage_names[i]);
       const auto at = [](uint64_t n) { return " at " + std::to_string(n) + (n == 1 ? " point" : " points"); };
+      const bool lit = Stage(i) >= Stage::prelighting;
+      const char* const stand_in = lit ? ", shown in magenta: " : ", which are opaque and not displaced: ";
       if (faults[i].thrown > 0)
-        all.errors.push_back(stage + " threw" + at(faults[i].thrown) + ", shown in magenta: " + faults[i].message);
+        all.errors.push_back(stage + " threw" + at(faults[i].thrown) + stand_in + faults[i].message);
       if (faults[i].bad > 0)
         all.warnings.push_back(stage + " gave values that are wrong" + at(faults[i].bad) + "; they are replaced");
     }
