@@ -2,6 +2,7 @@
 // Shader plug-ins as users meet them: the examples against closed forms, and plug-ins that are broken in every way.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -46,9 +47,10 @@ Rendered render_world(const std::string& world, const std::vector<std::string>& 
   ScratchFolder folder;
   std::ofstream(folder.file("scene.pbrt")) << head << world;
   std::vector<std::string> arguments{
-      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "--bounces", "0",
-      "-q"};
+      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "-q"};
   arguments.insert(arguments.end(), options.begin(), options.end());
+  if (std::find(options.begin(), options.end(), "--bounces") == options.end())
+    arguments.insert(arguments.end(), {"--bounces", "0"});
   Rendered r{run_dapple(arguments, 120), {}, {}};
   if (std::filesystem::exists(folder.file("image.exr"))) r.picture = load_picture(folder.file("image.exr"));
   for (size_t i = 0; i < r.picture.rgb.size(); ++i)
@@ -72,6 +74,21 @@ TEST(Toon, TonesAndLineOfASphere) {
   ASSERT_EQ(r.run.exit_code, 0) << r.run.output;
   EXPECT_NEAR(r.mean[0], (1 - disk) + disk * ((1 - w * w) * 2 / 3 + w * w * 3), 4e-3);
   EXPECT_NEAR(r.mean[1], (1 - disk) + disk * (1 - w * w) * 2 / 3, 4e-3);
+}
+
+// What the viewer sees of a wall of ink, the floor beside it does not receive: it is lit as by a grey wall.
+TEST(Toon, OtherSurfacesReceiveLightWithoutTheEffect) {
+  const std::string wall = "Shape \"bilinearmesh\" \"point3 P\" [ 1.1 -2 0  1.1 2 0  1.1 -2 3  1.1 2 3 ]\n";
+  const std::string floor = "Material \"diffuse\"\n" + plane;
+  for (const char* cache : {"on", "off"}) {
+    const std::vector<std::string> options{"--bounces", "1", "--radiosity-cache", cache};
+    const Rendered ink =
+        render_world(floor + plugin(examples + "/libtoon.so", R"("float rim" 2 "rgb ink" [ 9 0 0 ])") + wall, options);
+    const Rendered grey = render_world(floor + "Material \"diffuse\"\n" + wall, options);
+    ASSERT_EQ(ink.run.exit_code, 0) << ink.run.output;
+    EXPECT_NEAR(ink.mean[0], grey.mean[0], 5e-3 * grey.mean[0]) << cache;
+    EXPECT_NEAR(ink.mean[0], ink.mean[1], 1e-4) << cache;
+  }
 }
 
 double fresnel(double cos_i, double n) {  // from outside; unpolarised
