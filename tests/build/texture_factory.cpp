@@ -93,6 +93,153 @@ TEST(TextureLibrary, EveryTypeIsMade) {
   }
 }
 
+/// The value of the float texture "t" at u, v.
+float float_value(const std::string& textures, float u = 0.3f, float v = 0.4f) {
+  const TestScene scene(textures, R"("texture f" "t")");
+  EXPECT_EQ(scene.diagnostics.count(), 0u) << textures;
+  return value_at(*scene.library.float_texture(scene.params(), "f", 0), u, v);
+}
+RGB color_value(const std::string& textures, float u = 0.3f, float v = 0.4f) {
+  const TestScene scene(textures, R"("texture c" "t")");
+  EXPECT_EQ(scene.diagnostics.count(), 0u) << textures;
+  return value_at(*scene.library.reflectance_texture(scene.params(), "c", RGB(0)), u, v);
+}
+
+TEST(PatternNodes, Arithmetic) {
+  const std::string u = R"(Texture "u" "float" "coordinate")";
+  const auto value = [&](const std::string& type, const std::string& parameters) {
+    return float_value(u + " Texture \"t\" \"float\" \"" + type + "\" " + parameters);
+  };
+  const std::string both = R"("texture in1" "u" "float in2" 2)", in = R"("texture in" "u")";
+  EXPECT_FLOAT_EQ(value("add", both), 2.3f);
+  EXPECT_FLOAT_EQ(value("subtract", both), -1.7f);
+  EXPECT_FLOAT_EQ(value("multiply", both), 0.6f);
+  EXPECT_FLOAT_EQ(value("divide", both), 0.15f);
+  EXPECT_NEAR(value("modulo", R"("float in1" 7.3 "texture in2" "u")"), 0.1f, 1e-6f);
+  EXPECT_FLOAT_EQ(value("power", both), 0.09f);
+  EXPECT_FLOAT_EQ(value("min", both), 0.3f);
+  EXPECT_FLOAT_EQ(value("max", both), 2);
+  EXPECT_FLOAT_EQ(value("atan2", both), std::atan2(0.3f, 2.0f));
+  EXPECT_FLOAT_EQ(value("abs", R"("float in" -4)"), 4);
+  EXPECT_FLOAT_EQ(value("floor", in), 0);
+  EXPECT_FLOAT_EQ(value("fract", in), 0.3f);
+  EXPECT_FLOAT_EQ(value("sqrt", in), std::sqrt(0.3f));
+  EXPECT_FLOAT_EQ(value("exp", in), std::exp(0.3f));
+  EXPECT_FLOAT_EQ(value("ln", in), std::log(0.3f));
+  EXPECT_FLOAT_EQ(value("sin", in), std::sin(0.3f));
+  EXPECT_FLOAT_EQ(value("cos", in), std::cos(0.3f));
+  EXPECT_FLOAT_EQ(value("invert", in), 0.7f);
+  EXPECT_FLOAT_EQ(value("clamp", in + R"("float high" .2)"), 0.2f);
+  EXPECT_FLOAT_EQ(value("smoothstep", in + R"("float high" .6)"), 0.5f);
+  EXPECT_FLOAT_EQ(value("remap", in + R"("float inlow" .1 "float outlow" 10 "float outhigh" 19)"), 12);
+  EXPECT_FLOAT_EQ(value("contrast", in + R"("float amount" 2)"), 0.1f);
+  EXPECT_FLOAT_EQ(value("select", R"("texture which" "u" "float in1" 5 "float in2" 6)"), 6);
+  EXPECT_FLOAT_EQ(value("ifgreater", R"("texture value1" "u" "float value2" .2 "float in1" 5 "float in2" 6)"), 5);
+  EXPECT_FLOAT_EQ(value("ramp", in + R"("float positions" [0 .2 .4] "float values" [1 2 4])"), 3);
+  EXPECT_FLOAT_EQ(
+      value("ramp", in + R"("float positions" [0 .4] "float values" [1 2] "string interpolation" "constant")"), 1);
+  EXPECT_FLOAT_EQ(value("ramp", in), 0.3f);
+}
+
+TEST(PatternNodes, Colours) {
+  const std::string u =
+      R"(Texture "u" "float" "coordinate" Texture "c" "spectrum" "combine3" "texture in1" "u" "float in2" .5 "float in3" .2 )";
+  const auto value = [&](const std::string& type, const std::string& parameters) {
+    return color_value(u + " Texture \"t\" \"spectrum\" \"" + type + "\" " + parameters);
+  };
+  EXPECT_EQ(value("add", R"("texture in1" "c" "float in2" 0)"), RGB(.3f, .5f, .2f));
+  const RGB scaled = value("multiply", R"("texture in1" "c" "rgb in2" [3 1 2])");  // not clamped as a reflectance
+  EXPECT_FLOAT_EQ(scaled.r, .9f);
+  EXPECT_FLOAT_EQ(scaled.b, .4f);
+  EXPECT_FLOAT_EQ(value("multiply", R"("texture in1" "c" "texture in2" "u")").g, .15f);
+  EXPECT_NEAR(value("hsv", R"("rgb in" [1 0 0] "float hue" .33333333)").g, 1, 1e-5f);
+  EXPECT_EQ(value("saturate", R"("rgb in" [0 1 0] "float amount" 0)"), RGB(.7152f));
+  const RGB ramp = value("ramp", R"("texture in" "u" "float positions" [0 .6] "rgb values" [1 0 0  0 0 1])");
+  EXPECT_NEAR(ramp.r, .5f, 1e-6f);
+  EXPECT_NEAR(ramp.b, .5f, 1e-6f);
+  EXPECT_FLOAT_EQ(float_value(u + R"(Texture "t" "float" "luminance" "texture in" "c")"),
+                  RGB(.3f, .5f, .2f).luminance());
+  EXPECT_EQ(float_value(u + R"(Texture "t" "float" "extract" "texture in" "c" "integer index" 1)"), .5f);
+}
+
+TEST(PatternNodes, NoiseAndCoordinates) {
+  const std::string at =
+      R"(Texture "x" "float" "coordinate" "string which" "u" Texture "y" "float" "coordinate" "string which" "v" )";
+  for (const std::string type : {"perlin", "simplex", "worley", "cellular", "turbulence", "fbm", "windy"}) {
+    const std::string node =
+        "Texture \"t\" \"float\" \"" + type + "\" \"texture x\" \"x\" \"texture y\" \"y\" \"float z\" .4";
+    EXPECT_NE(float_value(at + node, 0.3f, 0.4f), float_value(at + node, 0.6f, 0.1f)) << type;
+  }
+  const std::string scaled =
+      at + R"(Texture "t" "float" "perlin" "texture x" "x" "float y" 0 "float z" .5 "float scale" 2)";
+  const std::string plain =
+      at +
+      R"(Texture "t" "float" "perlin" "texture x" "x" "float y" 0 "float z" 1 "float amplitude" 2 "float pivot" 10)";
+  EXPECT_FLOAT_EQ(float_value(scaled, 0.3f), (float_value(plain, 0.6f) - 10) / 2);
+  const std::string moved = "Translate 1 0 0\n";
+  const TestScene scene(moved + R"(Texture "t" "float" "coordinate" "string which" "x"
+    Texture "w" "float" "coordinate" "string which" "x" "string space" "world"
+    Texture "n" "float" "coordinate" "string which" "nz")",
+                        R"("texture f" "t" "texture g" "w" "texture h" "n")");
+  const auto value = [&](const char* name) {
+    return value_at(*scene.library.float_texture(scene.params(), name, 0), V3f(3, 2, 1));
+  };
+  EXPECT_EQ(value("f"), 2);
+  EXPECT_EQ(value("g"), 3);
+  EXPECT_LE(std::abs(value("h")), 1);
+}
+
+TEST(PatternNodes, ImagesFollowComputedCoordinates) {
+  const test::TemporaryFolder folder;
+  image::OutputImage picture;
+  picture.width = picture.height = 2;
+  picture.layers = {{"", {"R", "G", "B"}, {0, 1, 0, 0, 1, 0, 1, 0, 0, 1, 0, 0}, {}}};  // green above red
+  image::write_png(folder.file("a.png"), picture);
+  const TestScene scene(R"(
+    Texture "u" "float" "coordinate"
+    Texture "c" "spectrum" "imagemap" "string filename" "a.png" "string filter" "point" "float s" .5 "texture t" "u")",
+                        R"("texture c" "c")", false, folder.path().string());
+  const auto c = scene.library.reflectance_texture(scene.params(), "c", RGB(0));
+  EXPECT_EQ(value_at(*c, 0.25f, 0.25f), RGB(1, 0, 0));
+  EXPECT_EQ(value_at(*c, 0.75f, 0.25f), RGB(0, 1, 0));
+}
+
+TEST(PatternNodes, ErrorsSayWhatIsExpected) {
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "perlinn")"), {"perlin", "worley", "smoothstep"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "ramp" "float positions" [0 1] "float values" [1])"),
+                       {"test.pbrt:2", "as many"}));
+  EXPECT_TRUE(
+      mentions(error_of(R"(Texture "t" "float" "ramp" "float positions" [1 0] "float values" [1 2])"), {"ascend"}));
+  EXPECT_TRUE(
+      mentions(error_of(R"(Texture "t" "spectrum" "ramp" "float positions" [1 2] "float values" [1 2])"), {"rgb"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "worley" "float jitter" 2)"), {"jitter", "0 to 1"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "worley" "string output" "f3")"), {"f3", "edge"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "coordinate" "string which" "w")"), {"nx"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "extract" "integer index" 3)"), {"index"}));
+  EXPECT_TRUE(mentions(error_of(R"(Texture "t" "float" "add" "rgb in1" [1 1 1])"), {"expected float or texture"}));
+}
+
+TEST(PatternNodes, ChainsOfAHundredThousand) {
+  for (const std::string kind : {"float", "spectrum"}) {
+    std::string text = "Texture \"n0\" \"" + kind + "\" \"checkerboard\"\n";
+    constexpr int n = 100000;
+    for (int i = 1; i <= n; ++i)
+      text += "Texture \"n" + std::to_string(i) + "\" \"" + kind + "\" \"add\" \"texture in1\" \"n" +
+              std::to_string(i - 1) + "\" \"float in2\" 1e-5\n";
+    const std::string last = "n" + std::to_string(n);
+    const TestScene scene(text, "\"texture " + std::string(kind == "float" ? "f" : "c") + "\" \"" + last + "\"");
+    if (kind == "float")
+      EXPECT_NEAR(value_at(*scene.library.float_texture(scene.params(), "f", 0), 0.3f, 0.4f), 2, 0.01f);
+    else
+      EXPECT_NEAR(value_at(*scene.library.reflectance_texture(scene.params(), "c", RGB(0)), 0.3f, 0.4f).g, 2, 0.01f);
+  }
+}
+
+TEST(TextureLibrary, TexturesAreCompiledOnce) {
+  const TestScene scene(R"(Texture "a" "float" "fbm" Texture "b" "float" "fbm")", R"("texture f" "a" "texture g" "b")");
+  EXPECT_EQ(scene.library.float_texture(scene.params(), "f", 0), scene.library.float_texture(scene.params(), "g", 0));
+}
+
 TEST(TextureLibrary, ParametersReachTheTexture) {
   const TestScene scene(R"(
     Texture "t" "float" "checkerboard" "float tex1" 4 "float tex2" 9 "float uscale" 2 "float vscale" 2 "float udelta" 1

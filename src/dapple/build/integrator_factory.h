@@ -23,7 +23,7 @@ struct IntegratorRequest {
   std::optional<integrate::RayList> shadow_rays, diffuse_rays;
   std::optional<float> shading_rate;
   std::optional<bool> radiosity_cache;
-  std::optional<float> cache_mb;
+  std::optional<float> cache_mb, cache_error;
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
 

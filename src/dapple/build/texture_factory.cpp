@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/texture_factory.h"
 
+#include <set>
+
 #include "dapple/build/texture_builder.h"
 #include "dapple/build/texture_params.h"
 #include "dapple/image/texture_system.h"
 
 namespace dapple::build {
 
+using namespace shading;
 using scenefile::Param;
 using scenefile::ParamSet;
 using scenefile::ParamType;
-using shading::FloatTexturePtr;
-using shading::make_constant;
-using shading::RgbTexturePtr;
 
 TextureLibrary::TextureLibrary(const BuildContext& context) : context_(context) {
   for (const scenefile::TextureEntity& entity : context.description.textures) {
-    const TextureBuilder builder(context, *this, entity);
+    const TextureInputs in(context, *this, entity, TextureRole::unbounded);
     if (entity.is_spectrum) {
-      unbounded_textures_[entity.name] = builder.make_rgb(TextureRole::unbounded);
+      unbounded_[entity.name] = make_color_pattern(in);
     } else {
-      float_textures_[entity.name] = builder.make_float();
+      float_patterns_[entity.name] = make_float_pattern(in);
     }
     entity.params.report_unused("texture \"" + entity.type + "\"", context.diagnostics);
   }
@@ -41,16 +41,84 @@ void TextureLibrary::fail_unknown(const Param& param, bool spectrum) const {
   throw InputError(param.loc, what + " is not defined");
 }
 
-FloatTexturePtr TextureLibrary::optional_float_texture(const ParamSet& params, std::string_view name) const {
+std::optional<PatternFloat> TextureLibrary::float_pattern(const ParamSet& params, std::string_view name) const {
   const Param* p = params.find(name);
-  if (!p) return nullptr;
-  if (p->type == ParamType::real) return make_constant(params.get_float(name, 0));
+  if (!p) return std::nullopt;
+  if (p->type == ParamType::real) return pattern_number(graph_, params.get_float(name, 0));
   if (p->type != ParamType::texture)
     throw InputError(p->loc, "parameter \"" + p->name + "\" has type \"" + std::string(name_of(p->type)) +
                                  "\"; expected float or texture");
-  const auto at = p->strings.size() == 1 ? float_textures_.find(p->strings[0]) : float_textures_.end();
-  if (at == float_textures_.end()) fail_unknown(*p, false);
+  const auto at = p->strings.size() == 1 ? float_patterns_.find(p->strings[0]) : float_patterns_.end();
+  if (at == float_patterns_.end()) fail_unknown(*p, false);
   return at->second;
+}
+
+std::optional<PatternColor> TextureLibrary::color_pattern(const ParamSet& params, std::string_view name,
+                                                          TextureRole role) const {
+  const Param* p = params.find(name);
+  if (!p) return std::nullopt;
+  if (p->type != ParamType::texture) return pattern_number(graph_, spectrum_value(*p, role, context_));
+  return named_color(*p, role);
+}
+
+bool TextureLibrary::is_float_only(const Param& param) const {
+  return param.strings.size() == 1 && float_patterns_.contains(param.strings[0]) &&
+         !unbounded_.contains(param.strings[0]);
+}
+
+PatternColor TextureLibrary::named_color(const Param& param, TextureRole role) const {
+  const auto at = param.strings.size() == 1 ? unbounded_.find(param.strings[0]) : unbounded_.end();
+  if (at == unbounded_.end()) fail_unknown(param, true);
+  if (role == TextureRole::unbounded) return at->second;
+  if (!reflectances_.contains(at->first)) make_reflectance(at->first);
+  return reflectances_.at(at->first);
+}
+
+std::vector<std::string> TextureLibrary::spectrum_references(const scenefile::TextureEntity& entity) const {
+  std::vector<std::string> names;
+  for (const Param& p : entity.params.all())
+    if (p.type == ParamType::texture && p.strings.size() == 1 && unbounded_.contains(p.strings[0]))
+      names.push_back(p.strings[0]);
+  return names;
+}
+
+/// With all it refers to, in the order of the file and without recursion: chains are long.
+void TextureLibrary::make_reflectance(const std::string& name) const {
+  const auto& places = context_.description.spectrum_textures;
+  const auto entity = [&](int32_t place) -> const scenefile::TextureEntity& {
+    return context_.description.textures[static_cast<size_t>(place)];
+  };
+  std::set<int32_t> needed{places.at(name)};
+  std::vector<int32_t> open{places.at(name)};
+  while (!open.empty()) {
+    const int32_t user = open.back();
+    open.pop_back();
+    for (const std::string& reference : spectrum_references(entity(user)))
+      if (const int32_t place = places.at(reference);
+          place < user && !reflectances_.contains(reference) && needed.insert(place).second)
+        open.push_back(place);
+  }
+  for (const int32_t place : needed)
+    reflectances_[entity(place).name] =
+        make_color_pattern(TextureInputs(context_, *this, entity(place), TextureRole::reflectance));
+}
+
+FloatTexturePtr TextureLibrary::compiled(const PatternFloat& pattern) const {
+  FloatTexturePtr& texture = compiled_floats_[pattern.value()];
+  if (!texture) texture = make_texture(pattern);
+  return texture;
+}
+
+RgbTexturePtr TextureLibrary::compiled(const PatternColor& pattern) const {
+  RgbTexturePtr& texture = compiled_colors_[{pattern.r.value(), pattern.g.value(), pattern.b.value()}];
+  if (!texture) texture = make_texture(pattern);
+  return texture;
+}
+
+FloatTexturePtr TextureLibrary::optional_float_texture(const ParamSet& params, std::string_view name) const {
+  const std::lock_guard lock(mutex_);
+  const auto pattern = float_pattern(params, name);
+  return pattern ? compiled(*pattern) : nullptr;
 }
 
 FloatTexturePtr TextureLibrary::float_texture(const ParamSet& params, std::string_view name, float fallback) const {
@@ -58,32 +126,18 @@ FloatTexturePtr TextureLibrary::float_texture(const ParamSet& params, std::strin
   return t ? t : make_constant(fallback);
 }
 
-RgbTexturePtr TextureLibrary::find_rgb(const ParamSet& params, std::string_view name, TextureRole role) const {
-  const Param* p = params.find(name);
-  if (!p) return nullptr;
-  if (p->type != ParamType::texture) return make_constant(spectrum_value(*p, role, context_));
-  return named_rgb(*p, role);
-}
-
-RgbTexturePtr TextureLibrary::named_rgb(const Param& param, TextureRole role) const {
-  const auto at = param.strings.size() == 1 ? unbounded_textures_.find(param.strings[0]) : unbounded_textures_.end();
-  if (at == unbounded_textures_.end()) fail_unknown(param, true);
-  if (role == TextureRole::unbounded) return at->second;
+RgbTexturePtr TextureLibrary::optional_rgb(const ParamSet& params, std::string_view name, TextureRole role) const {
   const std::lock_guard lock(mutex_);
-  RgbTexturePtr& texture = reflectance_textures_[at->first];
-  if (!texture) {
-    const int32_t index = context_.description.spectrum_textures.at(at->first);
-    texture = TextureBuilder(context_, *this, context_.description.textures[static_cast<size_t>(index)]).make_rgb(role);
-  }
-  return texture;
+  const auto pattern = color_pattern(params, name, role);
+  return pattern ? compiled(*pattern) : nullptr;
 }
 
 RgbTexturePtr TextureLibrary::optional_reflectance_texture(const ParamSet& params, std::string_view name) const {
-  return find_rgb(params, name, TextureRole::reflectance);
+  return optional_rgb(params, name, TextureRole::reflectance);
 }
 
 RgbTexturePtr TextureLibrary::optional_unbounded_texture(const ParamSet& params, std::string_view name) const {
-  return find_rgb(params, name, TextureRole::unbounded);
+  return optional_rgb(params, name, TextureRole::unbounded);
 }
 
 RgbTexturePtr TextureLibrary::reflectance_texture(const ParamSet& params, std::string_view name,
@@ -102,8 +156,8 @@ RgbTexturePtr TextureLibrary::normal_map(const std::string& filename, const File
   try {
     const image::TextureHandle handle = context_.texture_system.open(
         context_.description.resolve(filename), image::Encoding::linear(), image::TextureUse::color, loc);
-    return std::make_shared<shading::ImageTexture<RGB>>(std::make_shared<shading::UvMapping>(), handle,
-                                                        shading::ImageTextureOptions());
+    const std::lock_guard lock(mutex_);
+    return compiled(image_color(uv_mapping(graph_), handle, {}));
   } catch (const InputError& e) {
     if (!context_.keep_going) throw;
     warn_of_stand_in(e, loc, "a flat normal map", context_);

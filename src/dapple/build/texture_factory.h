@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "dapple/build/build_context.h"
 #include "dapple/image/image.h"
-#include "dapple/shading/texture.h"
+#include "dapple/shading/pattern_program.h"
 
 namespace dapple::build {
 
@@ -17,8 +20,9 @@ enum class TextureRole : uint8_t { reflectance, unbounded };
 
 /// All textures of a scene by name, built once in the order of the file, and the look-ups by which materials, shapes
 /// and lights turn their parameters into textures. Unknown types, missing images and references to what is not defined
-/// (yet) throw InputError; unused parameters are reported. Constant nodes fold: a scale of two constants is a
-/// ConstantTexture.
+/// (yet) throw InputError; unused parameters are reported. All are expressions of one graph; a look-up compiles what it
+/// asks for to a program (shading/pattern_program.h), once for each texture, or to a ConstantTexture where it is
+/// constant.
 ///
 /// Spectrum textures exist twice, since a spectrum as a reflectance and a spectrum as an unbounded quantity (index,
 /// absorption, radiance scale) have different RGB.
@@ -52,19 +56,33 @@ class TextureLibrary {
                            image::Encoding encoding = image::Encoding::automatic()) const;
 
  private:
-  friend class TextureBuilder;
-  using RgbTextures = std::map<std::string, shading::RgbTexturePtr, std::less<>>;
+  friend struct TextureInputs;
+  using Colors = std::map<std::string, shading::PatternColor, std::less<>>;
 
-  shading::RgbTexturePtr find_rgb(const scenefile::ParamSet& params, std::string_view name, TextureRole role) const;
-  shading::RgbTexturePtr named_rgb(const scenefile::Param& param, TextureRole role) const;
+  shading::PatternGraph& graph() const { return graph_; }
+  std::optional<shading::PatternFloat> float_pattern(const scenefile::ParamSet& params, std::string_view name) const;
+  std::optional<shading::PatternColor> color_pattern(const scenefile::ParamSet& params, std::string_view name,
+                                                     TextureRole role) const;
+  /// True if the parameter names a float texture and no spectrum texture.
+  bool is_float_only(const scenefile::Param& param) const;
+
+  shading::PatternColor named_color(const scenefile::Param& param, TextureRole role) const;
+  void make_reflectance(const std::string& name) const;
+  std::vector<std::string> spectrum_references(const scenefile::TextureEntity& entity) const;
+  shading::RgbTexturePtr optional_rgb(const scenefile::ParamSet& params, std::string_view name, TextureRole role) const;
+  shading::FloatTexturePtr compiled(const shading::PatternFloat& pattern) const;
+  shading::RgbTexturePtr compiled(const shading::PatternColor& pattern) const;
   [[noreturn]] void fail_unknown(const scenefile::Param& param, bool spectrum) const;
 
   const BuildContext& context_;
-  std::map<std::string, shading::FloatTexturePtr, std::less<>> float_textures_;
-  RgbTextures unbounded_textures_;
+  mutable std::mutex mutex_;  ///< of all below but float_patterns_ and unbounded_
+  mutable shading::PatternGraph graph_;
+  std::map<std::string, shading::PatternFloat, std::less<>> float_patterns_;
+  Colors unbounded_;
   /// Made when first asked for: a value that is none of a reflectance is reported only where it is used as one.
-  mutable RgbTextures reflectance_textures_;
-  mutable std::recursive_mutex mutex_;  ///< of reflectance_textures_; making one asks for its children
+  mutable Colors reflectances_;
+  mutable std::map<shading::PatternGraph::Value, shading::FloatTexturePtr> compiled_floats_;
+  mutable std::map<std::array<shading::PatternGraph::Value, 3>, shading::RgbTexturePtr> compiled_colors_;
 };
 
 }  // namespace dapple::build

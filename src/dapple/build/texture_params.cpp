@@ -2,7 +2,6 @@
 #include "dapple/build/texture_params.h"
 
 #include "dapple/build/spectrum_params.h"
-#include "dapple/shading/texture_pattern.h"
 
 namespace dapple::build {
 
@@ -50,10 +49,9 @@ ImageParams image_params(const scenefile::TextureEntity& entity, const BuildCont
   return out;
 }
 
-shading::RgbTexturePtr missing_image_texture() {
-  return std::make_shared<shading::CheckerboardTexture<RGB>>(std::make_shared<shading::UvMapping>(10.0f, 10.0f),
-                                                             shading::make_constant(RGB(1, 0, 1)),
-                                                             shading::make_constant(RGB(0)));
+shading::PatternColor missing_image(shading::PatternGraph& graph) {
+  return mix(shading::pattern_number(graph, RGB(1, 0, 1)), shading::pattern_number(graph, RGB(0)),
+             shading::checkerboard(shading::uv_mapping(graph, 10, 10)));
 }
 
 void warn_of_stand_in(const InputError& error, const FileLoc& loc, const std::string& stand_in,

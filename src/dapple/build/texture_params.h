@@ -4,11 +4,11 @@
 #include <string>
 
 #include "dapple/build/texture_factory.h"
-#include "dapple/shading/texture_image.h"
+#include "dapple/shading/patterns.h"
 
 namespace dapple::build {
 
-// Parameters of textures, read from a scene. Helpers of TextureLibrary and TextureBuilder.
+// Parameters of textures, read from a scene. Helpers of TextureLibrary and TextureInputs.
 
 /// A colour given by any of the ways of writing a spectrum. InputError for other types.
 RGB spectrum_value(const scenefile::Param& param, TextureRole role, const BuildContext& context);
@@ -23,7 +23,7 @@ struct ImageParams {
 ImageParams image_params(const scenefile::TextureEntity& entity, const BuildContext& context);
 
 /// What stands in for images that cannot be read: magenta and black squares, ten to the unit.
-shading::RgbTexturePtr missing_image_texture();
+shading::PatternColor missing_image(shading::PatternGraph& graph);
 /// The warning that goes with it.
 void warn_of_stand_in(const InputError& error, const FileLoc& loc, const std::string& stand_in,
                       const BuildContext& context);

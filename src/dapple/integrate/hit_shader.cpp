@@ -20,7 +20,9 @@ enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, f
 enum Dimension : uint32_t { dim_pair, dim_single };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
-// A diffuse ray stands for a cone; wider than this, textures would blur what shadows and edges do not.
+// A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
+constexpr float widest_cone = 0.5f;
+// Wider than this, textures would blur what shadows and edges do not.
 constexpr float widest_spread = 0.25f;
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -219,7 +221,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     b.ray_point[i] = k;
     b.ray_behind[i] = behind;
     b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
-    b.ray_cone[i] = std::sqrt(pi / (float(rays) * cosine));
+    b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
     b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
     b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, b.surface[k].Ng, b.medium[k]);
   }

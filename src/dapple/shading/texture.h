@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,7 +11,8 @@
 
 namespace dapple::shading {
 
-/// A pattern over surface points. T is float or RGB (linear). Evaluation is batched: one virtual call a batch and node.
+/// A pattern over surface points. T is float or RGB (linear). Evaluation is batched: one virtual call a batch. Graphs
+/// of patterns become one Texture, see pattern_program.h.
 template <class T>
 class Texture {
  public:
@@ -21,10 +23,12 @@ class Texture {
   virtual std::optional<T> constant() const { return std::nullopt; }
 };
 
+template <class T>
+using TexturePtr = std::shared_ptr<const Texture<T>>;
 using FloatTexture = Texture<float>;
 using RgbTexture = Texture<RGB>;
-using FloatTexturePtr = std::shared_ptr<const FloatTexture>;
-using RgbTexturePtr = std::shared_ptr<const RgbTexture>;
+using FloatTexturePtr = TexturePtr<float>;
+using RgbTexturePtr = TexturePtr<RGB>;
 
 template <class T>
 class ConstantTexture final : public Texture<T> {
@@ -36,5 +40,10 @@ class ConstantTexture final : public Texture<T> {
  private:
   T value_;
 };
+
+template <class T>
+TexturePtr<T> make_constant(const T& value) {
+  return std::make_shared<ConstantTexture<T>>(value);
+}
 
 }  // namespace dapple::shading

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dapple/shading/texture_mapping.h"
+#include "dapple/shading/pattern_mapping.h"
 
 #include <gtest/gtest.h>
 
+#include "dapple/shading/pattern_program.h"
 #include "tests/shading/texture_points.h"
 
 namespace dapple::shading {
@@ -17,13 +18,23 @@ float around(float d, bool cyclic) {
   return cyclic ? d - std::round(d) : d;
 }
 
+constexpr int capacity = ShadingPoints::capacity;
+
+/// Values of a PatternPoint2 over a batch.
+struct Mapped {
+  float s[capacity], t[capacity], dsdx[capacity], dtdx[capacity], dsdy[capacity], dtdy[capacity];
+  Mapped(const PatternPoint2& q, const ShadingPoints& points) {
+    const PatternProgram program(std::array{q.s, q.t, q.dsdx, q.dtdx, q.dsdy, q.dtdy});
+    program.evaluate(points, std::array<PatternProgram::Output, 6>{{{s}, {t}, {dsdx}, {dtdx}, {dsdy}, {dtdy}}});
+  }
+};
+
 /// Footprints must be the change of s and t when P and u, v move by theirs.
-void expect_derivatives(const TextureMapping2& mapping, bool cyclic_s, bool cyclic_t) {
+void expect_derivatives(const PatternPoint2& mapping, bool cyclic_s, bool cyclic_t) {
   const float h = 1e-3f;
   const auto points = test::random_points(3, 1);
   const auto forward = std::make_unique<ShadingPoints>(*points), backward = std::make_unique<ShadingPoints>(*points);
-  TextureCoordinates2 c, f, b;
-  mapping.map(*points, &c);
+  const Mapped c(mapping, *points);
   for (const bool along_x : {true, false}) {
     for (int i = 0; i < points->count; ++i) {
       const V3f step = (along_x ? points->dPdx[i] : points->dPdy[i]) * h;
@@ -34,8 +45,7 @@ void expect_derivatives(const TextureMapping2& mapping, bool cyclic_s, bool cycl
       forward->u[i] = points->u[i] + du, backward->u[i] = points->u[i] - du;
       forward->v[i] = points->v[i] + dv, backward->v[i] = points->v[i] - dv;
     }
-    mapping.map(*forward, &f);
-    mapping.map(*backward, &b);
+    const Mapped f(mapping, *forward), b(mapping, *backward);
     for (int i = 0; i < points->count; ++i) {
       const float ds = around(f.s[i] - b.s[i], cyclic_s) / (2 * h), dt = around(f.t[i] - b.t[i], cyclic_t) / (2 * h);
       const float s = along_x ? c.dsdx[i] : c.dsdy[i], t = along_x ? c.dtdx[i] : c.dtdy[i];
@@ -46,10 +56,11 @@ void expect_derivatives(const TextureMapping2& mapping, bool cyclic_s, bool cycl
 }
 
 TEST(TextureMapping, DerivativesMatchFiniteDifferences) {
-  expect_derivatives(UvMapping(2, -3, 0.25f, 7), false, false);
-  expect_derivatives(SphericalMapping(some_transform()), false, true);
-  expect_derivatives(CylindricalMapping(some_transform()), true, false);
-  expect_derivatives(PlanarMapping(some_transform(), {1, 2, 0}, {0, 0.5f, -1}, 0.1f, 0.2f), false, false);
+  PatternGraph graph;
+  expect_derivatives(uv_mapping(graph, 2, -3, 0.25f, 7), false, false);
+  expect_derivatives(spherical_mapping(graph, some_transform()), false, true);
+  expect_derivatives(cylindrical_mapping(graph, some_transform()), true, false);
+  expect_derivatives(planar_mapping(graph, some_transform(), {1, 2, 0}, {0, 0.5f, -1}, 0.1f, 0.2f), false, false);
 }
 
 TEST(TextureMapping, PlacesOfThePoles) {
@@ -57,8 +68,8 @@ TEST(TextureMapping, PlacesOfThePoles) {
   const V3f at[] = {{0, 0, 2}, {0, 0, -2}, {3, 0, 0}, {0, 3, 0}, {-3, 0, 0}, {0, -3, 0}, {0, 0, 0}};
   points->count = static_cast<int>(std::size(at));
   for (int i = 0; i < points->count; ++i) points->P.set(i, at[i]);
-  TextureCoordinates2 c;
-  SphericalMapping(Transform()).map(*points, &c);
+  PatternGraph graph;
+  const Mapped c(spherical_mapping(graph, Transform()), *points);
   EXPECT_EQ(c.s[0], 0);
   EXPECT_EQ(c.s[1], 1);
   EXPECT_FLOAT_EQ(c.s[2], 0.5f);
@@ -67,22 +78,32 @@ TEST(TextureMapping, PlacesOfThePoles) {
   EXPECT_FLOAT_EQ(c.t[4], 0.5f);
   EXPECT_FLOAT_EQ(c.t[5], 0.75f);
   for (int i = 0; i < points->count; ++i) EXPECT_TRUE(std::isfinite(c.dsdx[i]) && std::isfinite(c.dtdx[i])) << i;
-  CylindricalMapping(Transform()).map(*points, &c);
-  EXPECT_FLOAT_EQ(c.s[2], 0.5f);
-  EXPECT_FLOAT_EQ(c.s[3], 0.75f);
-  EXPECT_EQ(c.t[0], 2);
-  for (int i = 0; i < points->count; ++i) EXPECT_TRUE(std::isfinite(c.dsdx[i]) && std::isfinite(c.dtdx[i])) << i;
+  const Mapped d(cylindrical_mapping(graph, Transform()), *points);
+  EXPECT_FLOAT_EQ(d.s[2], 0.5f);
+  EXPECT_FLOAT_EQ(d.s[3], 0.75f);
+  EXPECT_EQ(d.t[0], 2);
+  for (int i = 0; i < points->count; ++i) EXPECT_TRUE(std::isfinite(d.dsdx[i]) && std::isfinite(d.dtdx[i])) << i;
 }
 
 TEST(TextureMapping, SolidSpaceIsTheInverseOfTheTexturesTransform) {
   const Transform to_world = some_transform();
-  const TextureMapping3 mapping(to_world.inverse());
+  PatternGraph graph;
+  const PatternPoint3 q = solid_mapping(graph, to_world.inverse());
+  const PatternVector n = shading_normal(graph, to_world.inverse());
   const auto points = test::random_points(4, 1);
+  const auto values = [&](const PatternVector& v) {
+    auto out = std::make_unique<Lanes3<capacity>>();
+    const PatternProgram program(std::array{v.x, v.y, v.z});
+    program.evaluate(*points, std::array<PatternProgram::Output, 3>{{{out->x}, {out->y}, {out->z}}});
+    return out;
+  };
+  const auto p = values(q.p), dx = values(q.dpdx), dy = values(q.dpdy), normal = values(n);
   for (int i = 0; i < points->count; ++i) {
-    const TexturePoint3 q = mapping.map(*points, i);
-    EXPECT_LT(length(to_world.point(q.p) - points->P[i]), 1e-5f);
-    EXPECT_LT(length(to_world.vector(q.dpdx) - points->dPdx[i]), 1e-5f);
-    EXPECT_LT(length(to_world.vector(q.dpdy) - points->dPdy[i]), 1e-5f);
+    EXPECT_LT(length(to_world.point((*p)[i]) - points->P[i]), 1e-5f);
+    EXPECT_LT(length(to_world.vector((*dx)[i]) - points->dPdx[i]), 1e-5f);
+    EXPECT_LT(length(to_world.vector((*dy)[i]) - points->dPdy[i]), 1e-5f);
+    EXPECT_LT(length(normalize(to_world.normal((*normal)[i])) - points->Ns[i]), 1e-5f);
+    EXPECT_NEAR(length((*normal)[i]), 1, 1e-5f);
   }
 }
 
