@@ -100,7 +100,7 @@ Command add_info(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
-  app.add_flag("--keep-going", o->keep_going, "Missing images and meshes become visible stand-ins instead of errors");
+  app.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
   return [o] { return show(*o); };
 }
 

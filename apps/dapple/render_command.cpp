@@ -11,6 +11,7 @@
 #include "dapple/image/atomic_file.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
+#include "dapple/shading/guarded_material.h"
 #include "progress_bar.h"
 
 namespace dapple::app {
@@ -98,6 +99,25 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   return r;
 }
 
+// The path tracer runs prelighting and opacity alone.
+void warn_of_unused_stages(const scene::Scene& scene, Diagnostics& diagnostics) {
+  using shading::Stage;
+  for (const shading::MaterialPtr& material : scene.materials)
+    for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
+      if (material->stages().has(stage))
+        diagnostics.unsupported({}, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator path",
+                                "what its prelighting gives; --integrator distribution runs all stages");
+}
+
+// Says what went wrong in shaders that are not ours. True if the image is not what the scene asks for.
+bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
+  const shading::ShaderFaults faults = shading::shader_faults(scene.materials);
+  for (const std::string& error : faults.errors) o.keep_going ? log_warning(error) : log_error(error);
+  for (const std::string& warning : faults.warnings) o.strict ? log_error(warning) : log_warning(warning);
+  *warnings += faults.errors.size() + faults.warnings.size();
+  return (!faults.errors.empty() && !o.keep_going) || (!faults.warnings.empty() && o.strict);
+}
+
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
   render::OutputSettings s;
   s.aovs = render::parse_aovs(o.aovs);
@@ -154,6 +174,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
+  if (request.type == "path") warn_of_unused_stages(*built.scene, diagnostics);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
@@ -188,13 +209,15 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   report.film_bytes = film.bytes();
   report.dropped_samples = film.dropped_samples();
   report.warnings = diagnostics.count();
+  const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
   log_info(joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
            std::to_string(result.samples) + " samples a pixel, " + format_seconds(result.seconds) + " (" +
            format_seconds(report.wall_seconds) + " with loading)" +
            (result.outcome == render::Outcome::interrupted ? "; interrupted: the image is partial" : ""));
-  return static_cast<int>(result.outcome == render::Outcome::interrupted ? ExitCode::interrupted : ExitCode::done);
+  if (result.outcome == render::Outcome::interrupted) return static_cast<int>(ExitCode::interrupted);
+  return static_cast<int>(shaders_failed ? ExitCode::bad_input : ExitCode::done);
 }
 
 }  // namespace
@@ -243,7 +266,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--display", o->display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o->ocio, "OpenColorIO configuration file [$OCIO]");
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
-  app.add_flag("--keep-going", o->keep_going, "Missing images and meshes become visible stand-ins instead of errors");
+  app.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
   app.add_flag("-q,--quiet", o->quiet, "No progress, no information; warnings and errors only");
   return [o, command_line] { return render_scene(*o, command_line); };
 }

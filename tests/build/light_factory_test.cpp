@@ -144,6 +144,39 @@ TEST_F(LightFactory, ProjectionAndGoniometric) {
   EXPECT_NEAR(light(R"(LightSource "goniometric" "string filename" "white.exr" "float power" 30)")->power(1), 30, 1e-3);
 }
 
+const char* const checks = R"(Texture "checks" "spectrum" "checkerboard" "float uscale" 2 "float vscale" 2 "rgb tex1" [ 4 4 4 ] "rgb tex2" [ 0 0 0 ]
+)";
+
+TEST_F(LightFactory, TexturesShineFromAreasAndOverDirections) {
+  const std::string c = checks;
+  const auto area = area_lights(c + R"(AreaLightSource "diffuse" "texture L" "checks" "float scale" 2 Shape "bilinearmesh" "point3 P" [ 0 0 0  1 0 0  0 1 0  1 1 0 ])");
+  ASSERT_EQ(area.size(), 1u);
+  EXPECT_EQ(area[0]->emitted({0.25f, 0.25f, 0}, {0, 0, 1}, {0.25f, 0.25f}, {0, 0, 1}), RGB(8));
+  EXPECT_EQ(area[0]->emitted({0.75f, 0.25f, 0}, {0, 0, 1}, {0.75f, 0.25f}, {0, 0, 1}), RGB(0));
+  EXPECT_NEAR(area[0]->power(1), 4 * pi, 1e-3);
+  // The spot's picture: its axis is at u = v = 1/2, and its cone touches the edges.
+  const auto spot = light(c + R"(LightSource "spot" "texture I" "checks" "float coneangle" 45 "float conedeltaangle" 0)");
+  EXPECT_EQ(sampled(*spot, {0.5f, 0.5f, 1}).radiance.g, 4 / 1.5f);
+  LightSample s;
+  EXPECT_FALSE(spot->sample({.p = V3f(-0.5f, 0.5f, 1)}, {0, 0}, &s));
+  const auto point = light(c + R"(LightSource "point" "texture I" "checks" "float scale" 2 "float falloff" 0)");
+  EXPECT_NEAR(sampled(*point, V3f(3, 3, -3)).radiance.g, 8, 1e-5);  // u 1/8, v below 1/2, at any distance
+  const auto slide = light(c + R"(LightSource "projection" "texture I" "checks" "float fov" 90)");
+  EXPECT_EQ(sampled(*slide, {-0.5f, -0.5f, 1}).radiance.g, 4 / 1.5f);
+  EXPECT_TRUE(diagnostics_.messages().empty()) << diagnostics_.messages().front();
+}
+
+TEST_F(LightFactory, Decay) {
+  EXPECT_FLOAT_EQ(sampled(*light(R"(LightSource "point" "float falloff" 1 "float falloffdistance" 2)"), {4, 0, 0}).radiance.g, 0.125f);
+  EXPECT_FLOAT_EQ(sampled(*light(R"(LightSource "spot" "float decaydistances" [ 1 3 ] "float decay" [ 1 0 ])"), {0, 0, 2}).radiance.g, 0.125f);
+  expect_error(R"(LightSource "point" "float falloff" -1)", "expected an exponent");
+  expect_error(R"(LightSource "point" "float falloffdistance" 0)", "above 0");
+  expect_error(R"(LightSource "point" "float decaydistances" [ 1 3 ] "float decay" [ 1 ])", "expected as many");
+  expect_error(R"(LightSource "point" "float decaydistances" [ 3 3 ] "float decay" [ 1 1 ])", "must increase");
+  expect_error(R"(LightSource "point" "float decaydistances" [ 1 3 ] "float decay" [ 1 -1 ])", "negative");
+  expect_error(R"(LightSource "spot" "texture I" "absent")", "\"absent\" is not defined");
+}
+
 TEST_F(LightFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(LightSource "lamp")", "expected one of: point, spot, goniometric, projection, distant, infinite");
   expect_error(R"(LightSource "point" "rgb I" [ -1 0 0 ])", "");

@@ -109,6 +109,12 @@ INSTANTIATE_TEST_SUITE_P(Faults, RefusedScene,
                                          Refused{"ply_count_lie.pbrt", "count_lie.ply"},
                                          Refused{"ply_not_ply.pbrt", "not_ply.ply:1"},
                                          Refused{"ply_ascii_words.pbrt", "ascii_words.ply:"},
+                                         Refused{"plugin_missing.pbrt", "plugin_missing.pbrt:7"},
+                                         Refused{"plugin_not_elf.pbrt", "plugin_not_elf.pbrt:7"},
+                                         Refused{"plugin_device.pbrt", "plugin_device.pbrt:7"},
+                                         Refused{"plugin_unnamed.pbrt", "plugin_unnamed.pbrt:7"},
+                                         Refused{"light_texture_missing.pbrt", "light_texture_missing.pbrt:7"},
+                                         Refused{"light_decay_backwards.pbrt", "light_decay_backwards.pbrt:7"},
                                          Refused{"wrong_type.pbrt", "wrong_type.pbrt:7"}),
                          [](const auto& test) { return std::to_string(test.index); });
 

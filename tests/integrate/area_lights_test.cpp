@@ -27,5 +27,16 @@ TEST(AreaLights, TwoTrianglesOfARectangleAreOneLight) {
 // pbrt gives the power to each triangle.
 TEST(AreaLights, PowerIsThatOfEachTriangle) { EXPECT_EQ(lamp(R"("float power" 10 "rgb L" [ 1 1 1 ])", "0 1").scene->lights.size(), 2u); }
 
+// A texture over u, v lies on each triangle by itself.
+TEST(AreaLights, TextureLiesOnEachTriangle) {
+  const auto built = test::build_text(R"(Camera "perspective"
+WorldBegin
+Texture "checks" "spectrum" "checkerboard" "rgb tex1" [ 3 3 3 ]
+AreaLightSource "diffuse" "texture L" "checks"
+Shape "trianglemesh" "point3 P" [ 0 0 0  2 0 0  2 1 0  0 1 0 ] "integer indices" [ 0 1 2  2 3 0 ]
+)");
+  EXPECT_EQ(built.scene->lights.size(), 2u);
+}
+
 }  // namespace
 }  // namespace dapple

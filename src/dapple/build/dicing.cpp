@@ -5,6 +5,7 @@
 
 #include "dapple/build/texture_displacer.h"
 #include "dapple/geom/dicer.h"
+#include "dapple/shading/displacement_texture.h"
 
 namespace dapple::build {
 
@@ -17,7 +18,7 @@ constexpr size_t most_split_faces = 1024;
 }  // namespace
 
 bool is_displaced(const ShapeEntity& e, const Dicing& dicing) {
-  return e.params.find("displacement") && dicing.textures;
+  return dicing.textures && (e.params.find("displacement") || dicing.shader);
 }
 
 trace::GridsPtr dice_cage(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage,
@@ -28,8 +29,9 @@ trace::GridsPtr dice_cage(const BuildContext& context, const ShapeEntity& e, geo
     throw InputError(e.loc, "\"shadingrate\" is " + std::to_string(settings.shading_rate) + "; it must be above 0");
   settings.displacement.bound = e.params.get_float("displacementbound", infinity);
   if (settings.displacement.bound < 0) throw InputError(e.loc, "\"displacementbound\" is negative");
-  const shading::FloatTexturePtr texture =
+  shading::FloatTexturePtr texture =
       dicing.textures ? dicing.textures->optional_float_texture(e.params, "displacement") : nullptr;
+  if (dicing.shader) texture = std::make_shared<shading::DisplacementTexture>(dicing.shader, texture);
   const TextureDisplacer displacer(texture);
   if (texture && texture->constant() != 0.0f) settings.displacement.displacer = &displacer;
 

@@ -9,6 +9,7 @@
 #include "dapple/build/camera_view.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/shape_factory.h"
+#include "dapple/shading/opacity_texture.h"
 
 namespace dapple::build {
 
@@ -71,8 +72,10 @@ void GeometryBuilder::make_views() {
   const auto& d = context_.description;
   shading_rate_ = d.options.get_float("shadingrate", 1);
   camera_view_ = std::make_shared<CameraView>(scene_.camera);
-  const auto may_be_diced = [](const ShapeEntity& e) {
-    return e.type == "catmullclark" || e.type == "loopsubdiv" || (e.type.ends_with("mesh") && e.params.find("displacement"));
+  const auto may_be_diced = [this](const ShapeEntity& e) {
+    return e.type == "catmullclark" || e.type == "loopsubdiv" ||
+           (e.type.ends_with("mesh") && (e.params.find("displacement") ||
+                                         scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement)));
   };
   std::vector<std::vector<Transform>> placements(d.objects.size());
   std::vector<uint8_t> wanted(d.objects.size());
@@ -85,7 +88,8 @@ void GeometryBuilder::make_views() {
 }
 
 Dicing GeometryBuilder::dicing_of(const Job& job) const {
-  Dicing dicing{&textures_, camera_view_, shading_rate_};
+  Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_};
+  if (const auto& shader = scene_.materials[size_t(job.entity->material)]; shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object)
     dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.entity->transform.start});
   else if (job.object != no_id)
@@ -129,12 +133,15 @@ void GeometryBuilder::add(Job& job) {
   const ShapeEntity& e = *job.entity;
   shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
   if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
+  alpha = with_shader_opacity(alpha, e.material);
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
     scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
   }
   for (const trace::Shape& shape : job.shapes) {
+    if (!std::holds_alternative<trace::GridsPtr>(shape) && scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
+      context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader", "the shape as it is");
     const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
     if (!curves) {
       add_shape(shape, job, alpha, object);
@@ -151,6 +158,15 @@ void GeometryBuilder::add(Job& job) {
     append(pending_.curves->normals, (*curves)->normals);
     append(pending_.curves->u_range, (*curves)->u_range);
   }
+}
+
+// The shape's alpha, and the opacity of its shader where that has such a stage.
+shading::FloatTexturePtr GeometryBuilder::with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material) {
+  const shading::MaterialPtr& m = scene_.materials[size_t(material)];
+  if (!m->stages().has(shading::Stage::opacity)) return alpha;
+  shading::FloatTexturePtr& both = opacities_[{material, alpha}];
+  if (!both) both = std::make_shared<shading::OpacityTexture>(m, alpha);
+  return both;
 }
 
 void GeometryBuilder::flush_curves() {
@@ -187,8 +203,9 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, cons
   const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
   std::vector<uint32_t> emitter_of;
   auto emitters = make_joined_emitters(shape, &emitter_of);
-  // An image lies on each triangle by itself, and power is that of each.
-  if (alpha || area_light.params.find("filename") || area_light.params.find("power")) {
+  // A pattern over u, v lies on each triangle by itself, and power is that of each.
+  const scenefile::Param* L = area_light.params.find("L");
+  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) || area_light.params.find("power")) {
     emitters = make_emitters(shape);
     std::iota(emitter_of.begin(), emitter_of.end(), 0u);
   }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <utility>
+
 #include "dapple/build/dicing.h"
 #include "dapple/scene/scene.h"
 
@@ -36,6 +39,7 @@ class GeometryBuilder {
   void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
   void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
+  shading::FloatTexturePtr with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material);
   int32_t medium_index(const std::string& name) const;
 
   const BuildContext& context_;
@@ -48,6 +52,9 @@ class GeometryBuilder {
   double seconds_ = 0;
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;
+
+  /// Of shapes of equal material and alpha.
+  std::map<std::pair<int32_t, shading::FloatTexturePtr>, shading::FloatTexturePtr> opacities_;
 
   // Curves of equal looks are gathered: hair comes as one directive a strand.
   struct PendingCurves {

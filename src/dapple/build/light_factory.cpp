@@ -11,6 +11,7 @@
 #include "dapple/shading/image_light.h"
 #include "dapple/shading/infinite_light.h"
 #include "dapple/shading/point_light.h"
+#include "dapple/shading/shaped_light.h"
 
 namespace dapple::build {
 namespace {
@@ -27,6 +28,12 @@ using shading::Light;
 FileLoc place_of(const Entity& e, std::string_view name) {
   const Param* p = e.params.find(name);
   return p ? p->loc : e.loc;
+}
+
+/// The spectrum texture of that name; null where the parameter is absent or no texture.
+shading::RgbTexturePtr varying(const Entity& e, std::string_view name, const TextureLibrary& textures) {
+  const Param* p = e.params.find(name);
+  return p && p->type == scenefile::ParamType::texture ? textures.optional_unbounded_texture(e.params, name) : nullptr;
 }
 
 RGB colour(const Entity& e, std::string_view name, const BuildContext& context) {
@@ -97,13 +104,48 @@ image::Image emission_image(const Entity& e, const BuildContext& context, const 
   return image;
 }
 
-std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context) {
-  const V3f from = e.params.get_point3("from", V3f(0, 0, 0));
-  const RGB I = colour(e, "I", context) * (scale_of(e) * photometric(e, "power", 4 * pi));
-  return std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I));
+image::Image white_square() {
+  image::Image image(1, 1, 1);
+  image.pixel(0, 0)[0] = 1;
+  return image;
 }
 
-std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context) {
+shading::Decay decay_of(const Entity& e) {
+  shading::Decay decay;
+  decay.exponent = e.params.get_float("falloff", 2);
+  decay.reference = e.params.get_float("falloffdistance", 1);
+  if (!(decay.exponent >= 0)) throw InputError(place_of(e, "falloff"), "\"falloff\" is negative; expected an exponent from 0 upwards");
+  if (!(decay.reference > 0))
+    throw InputError(place_of(e, "falloffdistance"), "\"falloffdistance\" is out of range; expected a distance above 0");
+  const auto distances = e.params.get_floats("decaydistances"), factors = e.params.get_floats("decay");
+  if (distances.size() != factors.size())
+    throw InputError(place_of(e, "decay"), "\"decay\" has " + std::to_string(factors.size()) + " values and \"decaydistances\" " +
+                                               std::to_string(distances.size()) + "; expected as many");
+  for (size_t i = 0; i < distances.size(); ++i) {
+    if (distances[i] < 0 || (i > 0 && !(distances[i] > distances[i - 1])))
+      throw InputError(place_of(e, "decaydistances"), "\"decaydistances\" must increase from 0 or more");
+    if (factors[i] < 0) throw InputError(place_of(e, "decay"), "\"decay\" has a negative value; expected factors from 0 upwards");
+    decay.curve.push_back({distances[i], factors[i]});
+  }
+  return decay;
+}
+
+/// The light with its texture over directions and its decay, where the file gives them.
+std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::PositionalLight> light, const shading::RgbTexturePtr& texture,
+                              const std::optional<shading::DirectionMap>& map) {
+  const shading::Decay decay = decay_of(e);
+  if (!texture && decay.is_inverse_square()) return light;
+  return std::make_unique<shading::ShapedLight>(std::move(light), decay, texture, texture ? map : std::nullopt);
+}
+
+std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
+  const V3f from = e.params.get_point3("from", V3f(0, 0, 0));
+  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
+  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t));
+}
+
+std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
   const V3f from = e.params.get_point3("from", V3f(0, 0, 0)), to = e.params.get_point3("to", V3f(0, 0, 1));
   const float width = e.params.get_float("coneangle", 30), delta = e.params.get_float("conedeltaangle", 5);
   if (!(width > 0 && width <= 180))
@@ -115,9 +157,15 @@ std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const
     context.diagnostics.warn(place_of(e, "conedeltaangle"),
                              "\"conedeltaangle\" is wider than \"coneangle\" and is cut to it");
   const float end = radians(width), start = radians(std::max(width - delta, 0.0f));
-  const RGB I =
-      colour(e, "I", context) * (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
-  return std::make_unique<shading::SpotLight>(place(e, t, from), direction(e, t, from, to), checked(e, I), end, start);
+  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  if (texture && width > 80)
+    throw InputError(place_of(e, "coneangle"), "\"coneangle\" is too wide for a texture, which lies on a plane; expected at most 80 degrees");
+  const RGB I = (texture ? RGB(1) : colour(e, "I", context)) *
+                (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
+  const V3f position = place(e, t, from), axis = direction(e, t, from, to);
+  const float half = std::tan(std::min(end, radians(80)));
+  return shaped(e, std::make_unique<shading::SpotLight>(position, axis, checked(e, I), end, start), texture,
+                shading::DirectionMap::plane(t, to - from, V2f(half, half)));
 }
 
 std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -126,12 +174,12 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   place(e, t, V3f(0, 0, 0));
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
-    return std::make_unique<shading::PointLight>(t.point({0, 0, 0}), checked(e, I * photometric(e, "power", 4 * pi)));
+    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), checked(e, I * photometric(e, "power", 4 * pi))), nullptr, {});
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();
-  return std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)),
-                                                     std::move(diagram));
+  return shaped(e, std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)), std::move(diagram)),
+                nullptr, {});
 }
 
 std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -140,11 +188,16 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
   if (!(fov > 0 && fov < 180))
     throw InputError(place_of(e, "fov"), "\"fov\" is out of range; expected degrees in (0, 180)");
   place(e, t, V3f(0, 0, 0));
-  image::Image picture = emission_image(e, context, textures);
+  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  if (texture && e.params.find("filename"))
+    throw InputError(place_of(e, "filename"), "a projection light has both \"I\" and \"filename\"; expected one of them");
+  image::Image picture = texture ? white_square() : emission_image(e, context, textures);
   float scale = scale_of(e);
   if (e.params.find("power"))
     scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
-  return std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov);
+  const float half = std::tan(radians(fov) / 2);
+  return shaped(e, std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov), texture,
+                shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)));
 }
 
 std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
@@ -205,21 +258,25 @@ struct AreaLightParams {
   }
 };
 
-AreaLightParams area_light_params(const Entity& e, const shading::FloatTexturePtr& alpha, const BuildContext& context,
+AreaLightParams area_light_params(const Entity& e, const std::vector<std::optional<geom::EmitterShape>>& emitters,
+                                  const shading::FloatTexturePtr& alpha, const BuildContext& context,
                                   const TextureLibrary& textures) {
   if (e.type != "diffuse") throw InputError(e.loc, "unknown area light \"" + e.type + "\"; " + one_of({"diffuse"}));
   AreaLightParams out;
   const Param* filename = e.params.find("filename");
   if (filename && e.params.find("L"))
     throw InputError(filename->loc, "an area light has both \"L\" and \"filename\"; expected one of them");
-  out.emission.radiance = checked(e, colour(e, "L", context) * scale_of(e));
+  const shading::RgbTexturePtr texture = varying(e, "L", textures);
+  out.emission.radiance = checked(e, (texture ? RGB(1) : colour(e, "L", context)) * scale_of(e));
   out.emission.two_sided = e.params.get_bool("twosided", false);
   out.emission.invisible = alpha && alpha->constant() && *alpha->constant() <= 0;
   out.power = positive(e, "power").value_or(0);
   std::shared_ptr<const image::Image> image;
   if (filename) image = std::make_shared<const image::Image>(emission_image(e, context, textures));
   const bool masked = alpha && !out.emission.invisible;
-  if (image || masked)
+  if (texture)
+    out.emission.pattern = std::make_shared<const shading::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
+  else if (image || masked)
     out.emission.pattern = std::make_shared<const shading::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
   e.params.report_unused("AreaLightSource \"diffuse\"", context.diagnostics);
   return out;
@@ -236,10 +293,10 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
   std::unique_ptr<Light> light;
   switch (it - types.begin()) {
     case 0:
-      light = make_point(e, t, context);
+      light = make_point(e, t, context, textures);
       break;
     case 1:
-      light = make_spot(e, t, context);
+      light = make_spot(e, t, context, textures);
       break;
     case 2:
       light = make_goniometric(e, t, context, textures);
@@ -261,7 +318,7 @@ std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
                                                      std::vector<std::optional<geom::EmitterShape>> emitters,
                                                      const shading::FloatTexturePtr& alpha, const BuildContext& context,
                                                      const TextureLibrary& textures, const FileLoc& loc) {
-  const AreaLightParams params = area_light_params(e, alpha, context, textures);
+  const AreaLightParams params = area_light_params(e, emitters, alpha, context, textures);
   std::vector<std::unique_ptr<Light>> lights(emitters.size());
   size_t without_area = 0;
   for (size_t i = 0; i < emitters.size(); ++i) {

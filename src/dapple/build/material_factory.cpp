@@ -5,6 +5,7 @@
 
 #include "dapple/build/material_params.h"
 #include "dapple/build/material_stand_ins.h"
+#include "dapple/build/plugin_factory.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/dielectric_material.h"
 #include "dapple/shading/diffuse_material.h"
@@ -84,6 +85,7 @@ std::string list_of_types() {
   std::vector<std::string_view> names;
   for (const MaterialType& type : types) names.push_back(type.name);
   names.push_back("mix");
+  names.push_back("plugin");
   return one_of(names);
 }
 
@@ -91,7 +93,10 @@ std::string list_of_types() {
 class MaterialBuilder {
  public:
   MaterialBuilder(const BuildContext& context, const TextureLibrary& textures)
-      : context_(context), textures_(textures), made_(context.description.materials.size()) {}
+      : context_(context),
+        textures_(textures),
+        plugins_(context, textures),
+        made_(context.description.materials.size()) {}
 
   std::vector<MaterialPtr> build() {
     std::vector<MaterialPtr> materials;
@@ -114,6 +119,8 @@ class MaterialBuilder {
     made.in_progress = true;
     if (entity.type == "mix")
       make_mix(entity, index, level, &made);
+    else if (entity.type == "plugin")
+      made.material = plugins_.make(entity);
     else
       made.material = make(entity);
     entity.params.report_unused("material \"" + entity.type + "\"", context_.diagnostics);
@@ -143,6 +150,10 @@ class MaterialBuilder {
                        "a mix has " + std::to_string(names.size()) + " \"materials\"; expected the names of two");
     const Made& first = part(entity, names[0], level);
     const Made& second = part(entity, names[1], level);
+    for (const Made* m : {&first, &second})
+      if (m->material->stages() != shading::StageSet{shading::Stage::prelighting})
+        context_.diagnostics.unsupported(entity.loc, "a mix of shaders that have other stages than prelighting",
+                                         "a mix of what their prelighting gives");
     made->mix_levels = 1 + std::max(first.mix_levels, second.mix_levels);
     if (made->mix_levels > max_mix_levels) throw too_deep();
     const MaterialParams params(entity, context_, textures_);
@@ -160,6 +171,7 @@ class MaterialBuilder {
 
   const BuildContext& context_;
   const TextureLibrary& textures_;
+  PluginFactory plugins_;
   std::vector<Made> made_;
 };
 

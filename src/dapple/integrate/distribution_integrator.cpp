@@ -229,7 +229,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       shader_.materials().prelight_constant(b.count, b.geometry, b.surface, b.bsdf);
       for (int k = 0; k < b.count; ++k) look_up(w.point[b.parent[k]], *w.grid[b.parent[k]], k, b);
       shader_.light_specular(place, w.shading);
-      shader_.finish(b, w.shading);
+      shader_.finish(b, HitShader::Arrival::view, w.shading);
     }
     for (int k = 0; k < b.count; ++k) {
       const int p = b.parent[k];

@@ -49,7 +49,7 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
   prelight(b, place.arrival, w);
   light_diffuse(place, w);
   light_specular(place, w);
-  finish(b, w);
+  finish(b, place.arrival, w);
 }
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
@@ -397,9 +397,9 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
   }
 }
 
-void HitShader::finish(PointBatch& b, ShadingWorkspace& w) const {
+void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) b.Ci[k] = b.diffuse[k] + b.specular[k];
-  run_view_stages(scene_, b, w);
+  if (arrival == Arrival::view) run_view_stages(scene_, b, w);
 }
 
 }  // namespace dapple::integrate

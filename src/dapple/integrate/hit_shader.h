@@ -25,7 +25,7 @@ class HitShader {
   static constexpr int lights_apart = 6;
 
   /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
-  /// mean albedo, and emitters are dark: shadow rays have found them.
+  /// mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
   enum class Arrival { view, diffuse };
 
   /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts are
@@ -55,8 +55,8 @@ class HitShader {
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   void light_specular(const Place& place, ShadingWorkspace& w) const;
-  /// specularlighting and postlighting: b.Ci.
-  void finish(PointBatch& b, ShadingWorkspace& w) const;
+  /// specularlighting and postlighting, for viewers: b.Ci.
+  void finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
 
   /// Single scattering: adds to L[flights.ray[i]] the light that reaches flight i directly and goes back along its ray, times
   /// weight[flights.ray[i]].

@@ -37,9 +37,9 @@ class AreaLight final : public Light {
     return invisible_ ? 0 : shape_.pdf(to.p, wi, p_light, n_light);
   }
 
-  RGB emitted(const V3f&, const V3f& n, const V2f& uv, const V3f& wo) const override {
+  RGB emitted(const V3f& p, const V3f& n, const V2f& uv, const V3f& wo) const override {
     if (!two_sided_ && dot(n, wo) <= 0) return {};
-    return pattern_ ? radiance_ * pattern_->radiance(uv) : radiance_;
+    return pattern_ ? radiance_ * pattern_->radiance(p, n, uv) : radiance_;
   }
 
   bool is_delta() const override { return invisible_; }

@@ -5,6 +5,31 @@
 
 namespace dapple::shading {
 
+namespace {
+
+void set_single(const V3f& p, const V3f& n, const V2f& uv, float time, ShadingPoints* points) {
+  points->count = 1;
+  points->P.set(0, p);
+  points->Ng.set(0, n);
+  points->Ns.set(0, n);
+  for (auto* v : {&points->dPdu, &points->dPdv, &points->dNdu, &points->dNdv, &points->dPdx, &points->dPdy})
+    v->set(0, {0, 0, 0});
+  points->u[0] = uv.x, points->v[0] = uv.y;
+  points->dudx[0] = points->dudy[0] = points->dvdx[0] = points->dvdy[0] = 0;
+  points->time[0] = time;
+  points->key[0] = 0;
+}
+
+}  // namespace
+
+RGB emission_at(const RgbTexture& texture, const V3f& p, const V3f& n, const V2f& uv) {
+  ShadingPoints points;
+  set_single(p, n, uv, 0, &points);
+  RGB value;
+  texture.evaluate(points, &value);
+  return value.is_finite() ? RGB(std::max(value.r, 0.0f), std::max(value.g, 0.0f), std::max(value.b, 0.0f)) : RGB();
+}
+
 EmissionPattern::EmissionPattern(std::shared_ptr<const image::Image> image, FloatTexturePtr alpha)
     : image_(std::move(image)), alpha_(std::move(alpha)) {
   if (!image_) return;
@@ -14,8 +39,33 @@ EmissionPattern::EmissionPattern(std::shared_ptr<const image::Image> image, Floa
   mean_luminance_ = static_cast<float>(sum / (static_cast<double>(image_->width()) * image_->height()));
 }
 
-RGB EmissionPattern::radiance(const V2f& uv) const {
-  if (!image_) return RGB(1);
+EmissionPattern::EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters, FloatTexturePtr alpha)
+    : texture_(std::move(texture)), alpha_(std::move(alpha)) {
+  constexpr size_t most = 256;
+  constexpr int side = 4;
+  const size_t step = std::max<size_t>(1, emitters.size() / most);
+  double sum = 0, area = 0;
+  for (size_t i = 0; i < emitters.size(); i += step) {
+    if (!emitters[i]) continue;
+    const auto [box, cone] = std::visit([](const auto& e) { return std::pair(e.bounds(), e.normal_cone()); }, *emitters[i]);
+    const V3f far = box.center() + cone.axis * (8 * length(box.size()));  // from there samples are spread by area, nearly
+    for (int k = 0; k < side * side; ++k) {
+      geom::EmitterSample s;
+      if (!geom::sample(*emitters[i], far, V2f((float(k % side) + 0.5f) / side, (float(k / side) + 0.5f) / side), &s)) continue;
+      const double piece = geom::area(*emitters[i]);
+      sum += piece * emission_at(*texture_, s.p, s.n, s.uv).luminance();
+      area += piece;
+    }
+  }
+  // What 16 points miss may shine all the same.
+  mean_luminance_ = std::max(area > 0 ? float(sum / area) : 0.0f, 1e-4f);
+}
+
+RGB EmissionPattern::radiance(const V3f& p, const V3f& n, const V2f& uv) const {
+  return texture_ ? emission_at(*texture_, p, n, uv) : image_ ? image_radiance(uv) : RGB(1);
+}
+
+RGB EmissionPattern::image_radiance(const V2f& uv) const {
   const float width = static_cast<float>(image_->width()), height = static_cast<float>(image_->height());
   const float x = std::clamp(uv.x * width - 0.5f, -0.5f, width),
               y = std::clamp((1 - uv.y) * height - 0.5f, -0.5f, height);
@@ -31,16 +81,7 @@ RGB EmissionPattern::radiance(const V2f& uv) const {
 float EmissionPattern::opacity(const geom::EmitterSample& s, float time) const {
   if (!alpha_) return 1;
   ShadingPoints points;
-  points.count = 1;
-  points.P.set(0, s.p);
-  points.Ng.set(0, s.n);
-  points.Ns.set(0, s.n);
-  for (auto* v : {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy})
-    v->set(0, {0, 0, 0});
-  points.u[0] = s.uv.x, points.v[0] = s.uv.y;
-  points.dudx[0] = points.dudy[0] = points.dvdx[0] = points.dvdy[0] = 0;
-  points.time[0] = time;
-  points.key[0] = 0;
+  set_single(s.p, s.n, s.uv, time, &points);
   float value;
   alpha_->evaluate(points, &value);
   return std::clamp(value, 0.0f, 1.0f);

@@ -2,30 +2,41 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
-#include "dapple/geom/emitter_sample.h"
+#include "dapple/geom/emitter_shape.h"
 #include "dapple/image/image.h"
 #include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
-/// How the emission of an area light varies over u, v: an image of radiance, opacity, or both. Shared by the primitives
-/// of a shape.
+/// Value of a texture at one surface point, unfiltered. What is not finite or negative counts as black.
+RGB emission_at(const RgbTexture& texture, const V3f& p, const V3f& n, const V2f& uv);
+
+/// How the emission of an area light varies over a surface: an image of radiance over u, v or a texture, opacity, or both.
+/// Shared by the primitives of a shape.
 class EmissionPattern {
  public:
   /// image: the top row at v = 1; texels finite and not negative; may be null. alpha: the surface's opacity; may be
   /// null.
   EmissionPattern(std::shared_ptr<const image::Image> image, FloatTexturePtr alpha);
+  /// texture: not null. emitters: on which it lies; its mean is estimated there, from 16 points of at most 256 of them.
+  EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters, FloatTexturePtr alpha);
 
-  /// Factor on the radiance: the image, bilinear, clamped at its edges; 1 without one.
-  RGB radiance(const V2f& uv) const;
+  /// Factor on the radiance at point p of normal n: the image, bilinear, clamped at its edges; or the texture; 1 without.
+  RGB radiance(const V3f& p, const V3f& n, const V2f& uv) const;
   /// In [0, 1]; 1 without alpha.
   float opacity(const geom::EmitterSample& s, float time) const;
-  /// Mean of the image, not weighed by opacity.
+  /// Mean of the image or texture, not weighed by opacity. Only for choosing lights and setting their power; above 0 unless the
+  /// pattern is black for certain.
   float mean_luminance() const { return mean_luminance_; }
 
  private:
+  RGB image_radiance(const V2f& uv) const;
+
   std::shared_ptr<const image::Image> image_;
+  RgbTexturePtr texture_;
   FloatTexturePtr alpha_;
   float mean_luminance_ = 1;
 };

@@ -35,6 +35,11 @@ class StageSet {
     for (const Stage s : stages) bits_ |= uint8_t(1u << unsigned(s));
   }
   constexpr bool has(Stage s) const { return (bits_ >> unsigned(s)) & 1u; }
+  constexpr StageSet with(Stage s) const {
+    StageSet more = *this;
+    more.bits_ |= uint8_t(1u << unsigned(s));
+    return more;
+  }
   constexpr bool operator==(const StageSet&) const = default;
 
  private:

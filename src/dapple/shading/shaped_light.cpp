@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/shading/shaped_light.h"
+
+#include <utility>
+
+#include "dapple/shading/emission_pattern.h"
+
+namespace dapple::shading {
+
+float Decay::factor(float distance) const {
+  const float power = exponent == 2 ? 1 : std::pow(distance / reference, 2 - exponent);
+  if (curve.empty()) return power;
+  const auto next = std::find_if(curve.begin(), curve.end(), [&](const Point& p) { return p.distance > distance; });
+  if (next == curve.begin()) return power * curve.front().factor;
+  if (next == curve.end()) return power * curve.back().factor;
+  const Point &a = next[-1], &b = *next;
+  return power * lerp((distance - a.distance) / (b.distance - a.distance), a.factor, b.factor);
+}
+
+DirectionMap DirectionMap::sphere(const Transform& light_to_world) {
+  return {light_to_world, Frame(), false, V2f(0, 0)};
+}
+
+DirectionMap DirectionMap::plane(const Transform& light_to_world, const V3f& axis, const V2f& half) {
+  Frame axes;
+  axes.n = normalize(axis);
+  const V3f up = std::abs(axes.n.y) < 0.9999f ? V3f(0, 1, 0) : V3f(0, 0, 1);
+  axes.s = normalize(cross(up, axes.n));
+  axes.t = cross(axes.n, axes.s);
+  return {light_to_world, axes, true, half};
+}
+
+bool DirectionMap::lookup(const V3f& direction, V3f* local, V2f* uv) const {
+  const V3f d = normalize(axes_.to_local(world_to_light_.vector(direction)));
+  *local = d;
+  if (!plane_) {
+    const float longitude = std::atan2(d.y, d.x) * (inv_pi / 2);
+    *uv = V2f(longitude < 0 ? longitude + 1 : longitude, 1 - std::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi);
+    return true;
+  }
+  if (!(d.z > 0)) return false;
+  *uv = V2f((d.x / (d.z * half_.x) + 1) / 2, (d.y / (d.z * half_.y) + 1) / 2);
+  return true;
+}
+
+V3f DirectionMap::direction(const V2f& uv, float* solid_angle) const {
+  V3f d(0, 0, 1);
+  if (plane_) {
+    d = normalize(V3f((2 * uv.x - 1) * half_.x, (2 * uv.y - 1) * half_.y, 1));
+    *solid_angle = 4 * half_.x * half_.y * d.z * d.z * d.z;
+  } else {
+    const float theta = (1 - uv.y) * pi, phi = 2 * pi * uv.x;
+    d = V3f(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+    *solid_angle = 2 * pi * pi * std::sin(theta);
+  }
+  return normalize(light_to_world_.vector(axes_.to_world(d)));
+}
+
+ShapedLight::ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
+                         std::optional<DirectionMap> map)
+    : light_(std::move(light)), decay_(std::move(decay)), texture_(std::move(texture)), map_(std::move(map)) {
+  if (!texture_) return;
+  constexpr int side = 64;
+  double sum = 0, whole = 0;
+  for (int i = 0; i < side * side; ++i) {
+    float solid_angle;
+    const V3f d = map_->direction(V2f((float(i % side) + 0.5f) / side, (float(i / side) + 0.5f) / side), &solid_angle);
+    const double weight = double(solid_angle) * light_->intensity(d).luminance();
+    whole += weight;
+    sum += weight * pattern(d).luminance();
+  }
+  // What these directions miss may shine all the same.
+  const auto constant = texture_->constant();
+  if (whole > 0) mean_ = constant && constant->is_black() ? 0 : std::max(float(sum / whole), 1e-4f);
+}
+
+RGB ShapedLight::pattern(const V3f& direction) const {
+  if (!texture_) return RGB(1);
+  V3f local;
+  V2f uv;
+  return map_->lookup(direction, &local, &uv) ? emission_at(*texture_, local, -local, uv) : RGB();
+}
+
+bool ShapedLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const {
+  if (!light_->sample(to, u, out)) return false;
+  out->radiance *= pattern(-out->wi) * decay_.factor(out->distance);
+  return !out->radiance.is_black() && out->radiance.is_finite();
+}
+
+std::optional<LightBounds> ShapedLight::bounds() const {
+  auto bounds = light_->bounds();
+  bounds->intensity *= mean_;
+  return bounds;
+}
+
+}  // namespace dapple::shading
