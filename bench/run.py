@@ -12,9 +12,10 @@ import sys
 import against_cycles
 import common
 import path_rays
+import radiosity
 import scene_load
 
-BENCHMARKS = {"against_cycles": against_cycles, "path_rays": path_rays, "scene_load": scene_load}
+BENCHMARKS = {"against_cycles": against_cycles, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load}
 
 
 def main():
