@@ -20,7 +20,7 @@ import radiosity_scenes as scenes
 
 QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
 FULL = dict(resolution=1024, qualities=["preview", "final"], bounces=3, max_rays=2e9, shader_resolution=512, copies=[1], light_resolution=512,
-            lights=[2, 20, 100], field=24, field_resolution=512, sizes=[0, 1, 4, 16, 64, 256], error_resolution=256, reference_samples=4096,
+            lights=[2, 20, 100], field=48, field_resolution=1024, sizes=[0, 1, 4, 16, 64, 256], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
 QUICK = dict(FULL, resolution=128, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, field=12, field_resolution=128,
              sizes=[0, 1, 16], error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
@@ -169,7 +169,8 @@ def shaders(bench):
     def cost(copies):
         scene = scenes.shaded_cornell(folder, copies)
         s = bench.render(scene, threads=1, **direct)
-        return scene, 1e6 * s["shading_seconds"] / points(s)
+        running = min(1, s["seconds"] / s["render_seconds"])  # shading_seconds are wall time, of which others may have had a share
+        return scene, 1e6 * s["shading_seconds"] * (running if bench.clock == "cpu" else 1) / points(s)
 
     probe = 16
     copies = max(1, round(probe * 30 / cost(probe)[1]))
@@ -178,7 +179,7 @@ def shaders(bench):
         scene, microseconds = cost(n)
         for bounces in (0, 1, 2) if n == copies else (1, 2):
             without, cached = bench.pair(scene, resolution=size.shader_resolution, samples=4, bounces=bounces)
-            shares = [f"{100 * s['shading_seconds'] / s['cpu_seconds']:.0f} %" for s in (without, cached)]
+            shares = [f"{100 * s['shading_seconds'] / (s['render_seconds'] * s['threads']):.0f} %" for s in (without, cached)]
             rows.append([f"{microseconds:.2g} us", bounces, *shares, *pair_columns(without, cached)])
             result.append({"networks": n, "microseconds": microseconds, "bounces": bounces, "without": without, "with": cached})
             print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
