@@ -43,6 +43,16 @@ std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map
   return boxes;
 }
 
+std::vector<Box3f> patch_boxes(const geom::GridMesh& mesh) {
+  std::vector<Box3f> boxes(mesh.grids.size());
+  for (size_t g = 0; g < boxes.size(); ++g) {
+    const geom::GridMesh::Grid& grid = mesh.grids[g];
+    for (size_t y = 0; y < grid.rows; ++y)
+      for (size_t x = 0; x < grid.columns; ++x) boxes[g].extendBy(mesh.P[grid.first + y * grid.stride + x]);
+  }
+  return boxes;
+}
+
 }  // namespace
 
 uint64_t GridId::hash() const {
@@ -51,12 +61,14 @@ uint64_t GridId::hash() const {
 
 PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
   parallel_for(geometries_.size(), [&](size_t g) {
-    const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)));
-    if (!mesh) return;
-    auto map = std::make_unique<geom::PatchMap>(**mesh);
-    if (map->patch_count() > cluster_above)
-      geometries_[g].clusters = std::make_unique<geom::PatchClusters>(patch_boxes(**mesh, *map));
-    geometries_[g].map = std::move(map);
+    std::vector<Box3f> boxes;
+    if (const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)))) {
+      geometries_[g].map = std::make_unique<geom::PatchMap>(**mesh);
+      if (geometries_[g].map->patch_count() > cluster_above) boxes = patch_boxes(**mesh, *geometries_[g].map);
+    } else if (const auto* grids = std::get_if<trace::GridsPtr>(&scene.shape(uint32_t(g)))) {
+      if ((*grids)->grids.size() > cluster_above) boxes = patch_boxes(**grids);
+    }
+    if (!boxes.empty()) geometries_[g].clusters = std::make_unique<geom::PatchClusters>(boxes);
   });
 }
 
