@@ -150,8 +150,17 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     if (claim.mine) w.to_shade.push_back(claim.grid);
     w.grid[p] = claim.grid;
   }
-  shade_grids(w);
-  for (ShadingGrid* grid : w.to_shade) grids_.publish(*grid);
+  // Whatever happens, other threads must not wait for ever.
+  const auto publish = [&] {
+    for (ShadingGrid* grid : w.to_shade) grids_.publish(*grid);
+  };
+  try {
+    shade_grids(w);
+  } catch (...) {
+    publish();
+    throw;
+  }
+  publish();
   for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
 }
 
