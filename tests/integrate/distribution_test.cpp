@@ -2,8 +2,6 @@
 // Distribution ray tracing on shading grids against closed forms, against the path tracer, and against itself: what is shaded how often.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "dapple/base/parallel.h"
 #include "tests/support/render_text.h"
 
@@ -14,7 +12,9 @@ using integrate::DistributionIntegrator;
 using integrate::RayList;
 using shading::Stage;
 using test::build_text;
+using test::expect_near;
 using test::render_built;
+using test::same_bits;
 using test::render_text;
 
 DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
@@ -29,10 +29,6 @@ DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList d
 std::string film(int size) {
   const std::string n = std::to_string(size);
   return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
-}
-
-void expect_near(const RGB& a, const RGB& expected, float relative, const std::string& what) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], expected[c], relative * expected[c]) << what << ", channel " << c;
 }
 
 // As in tests/analytic: inside a sphere that emits 1 and reflects 1/2 radiance is the sum of 2^-i up to i = bounces + 1.
@@ -177,15 +173,6 @@ Shape "bilinearmesh" "point3 P" [ -4 4 0  4 4 0  -4 4 4  4 4 4 ]
   const RGB mean = render_built(built, 256, s).mean();
   const RGB expected = render_built(built, 1024, test::bounces(0, 0)).mean();
   expect_near(mean, expected, .01f, "fog");
-}
-
-bool same_bits(const scene::Film& a, const scene::Film& b) {
-  for (int y = 0; y < a.height(); ++y)
-    for (int x = 0; x < a.width(); ++x) {
-      const RGB p = a.pixel(x, y), q = b.pixel(x, y);
-      if (std::memcmp(&p, &q, sizeof p) != 0) return false;
-    }
-  return true;
 }
 
 TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {

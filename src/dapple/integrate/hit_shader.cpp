@@ -3,7 +3,6 @@
 
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/numeric/sobol.h"
 #include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
@@ -17,7 +16,6 @@ using trace::no_id;
 namespace {
 
 enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks };
-enum Dimension : uint32_t { dim_pair, dim_single };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
@@ -141,9 +139,8 @@ void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& 
 
 // Draws a point on a light for each job, and traces the shadow rays.
 void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const {
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
+  w.draw_samples(w.job_count);
   const bool choose = int(scene_.lights.size()) > lights_apart;
-  if (choose) sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
   w.shadow_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -202,8 +199,7 @@ void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
 void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   const int rays = diffuse_rays(place);
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
-  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  w.draw_samples(w.job_count);
   b.ray_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -287,8 +283,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
-  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  w.draw_samples(w.job_count);
   b.ray_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -372,8 +367,7 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
       w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
       w.index[f] = uint32_t(i);
     }
-    sample_2d(w.seed, w.index, dim_pair, flights.count, w.u0, w.u1);
-    sample_1d(w.seed, w.index, dim_single, flights.count, w.u2);
+    w.draw_samples(flights.count);
     w.shadow_count = 0;
     for (int f = 0; f < flights.count; ++f) {
       const int r = flights.ray[f];

@@ -8,6 +8,7 @@
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
 
@@ -102,6 +103,12 @@ struct ShadingWorkspace {
   int32_t shadow_medium[capacity];
 
   RGB passed[capacity];
+
+  /// Three random numbers for each of the first n seeds and indices: a pair, and one by itself.
+  void draw_samples(int n) {
+    sample_2d(seed, index, 0, n, u0, u1);
+    sample_1d(seed, index, 1, n, u2);
+  }
 
   PointBatch& level(int depth) {
     while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());
