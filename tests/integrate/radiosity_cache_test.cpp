@@ -80,8 +80,8 @@ TEST(RadiosityCache, AgreesWithThePathTracerInARoomThatBreaksCaches) {
 TEST(RadiosityCache, ErrorFallsWithTheKnob) {
   const auto built = build_text(room);
   auto exact = settings(1, false), rough = settings(1, true), fine = settings(1, true);
-  rough.shading.cache_footprint = 4;
-  fine.shading.cache_footprint = 0.125f;
+  rough.shading.cache_width = 4;
+  fine.shading.cache_width = 0.125f;
   const RGB expected = render_built(built, 4, exact).mean();
   const auto error = [&](const DistributionIntegrator::Settings& s) {
     const RGB mean = render_built(built, 4, s).mean();
@@ -95,8 +95,9 @@ TEST(RadiosityCache, SavesShading) {
   const auto built = build_text(room);
   const auto with = render_built(built, 4, settings(2, true)), without = render_built(built, 4, settings(2, false));
   EXPECT_LT(10 * with.result.stages[shading::Stage::prelighting], without.result.stages[shading::Stage::prelighting]);
-  ASSERT_EQ(with.result.caches.size(), 3u);
+  ASSERT_EQ(with.result.caches.size(), 4u);
   for (const integrate::CacheState& c : with.result.caches) {
+    if (c.name == "grids") continue;
     EXPECT_EQ(c.counts.lookups, c.counts.hits + c.counts.fills) << c.name;
     EXPECT_GT(c.counts.hits, c.counts.fills) << c.name;
     EXPECT_LE(c.bytes, c.capacity_bytes);
@@ -106,7 +107,7 @@ TEST(RadiosityCache, SavesShading) {
 TEST(RadiosityCache, OfAnyMemoryAndThreadsGivesTheSameImage) {
   const auto built = build_text(room);
   auto s = settings(2, true);
-  s.shading.diffuse_rays = RayList{8, 2};
+  s.shading.diffuse_rays = RayList{9, 3};  // do not divide a batch: points straddle two
   const auto whole = render_built(built, 2, s);
   for (const size_t bytes : {size_t(0), size_t(20000), size_t(1) << 30}) {
     s.cache_bytes = bytes;
@@ -115,7 +116,8 @@ TEST(RadiosityCache, OfAnyMemoryAndThreadsGivesTheSameImage) {
       const auto other = render_built(built, 2, s);
       EXPECT_TRUE(same_bits(whole.film, other.film)) << bytes << " bytes, " << threads << " threads";
       uint64_t capacity = 0;
-      for (const integrate::CacheState& c : other.result.caches) capacity += c.capacity_bytes;
+      for (const integrate::CacheState& c : other.result.caches)
+        if (c.name != "grids") capacity += c.capacity_bytes;
       EXPECT_LE(capacity, bytes);
     }
   }

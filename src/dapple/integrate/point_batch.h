@@ -41,6 +41,7 @@ struct PointBatch {
   int ray_count = 0;
   int ray_point[capacity];
   RGB ray_weight[capacity];
+  RGB ray_L[capacity];  ///< what arrives along the ray
   uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
@@ -84,6 +85,7 @@ struct ShadingWorkspace {
   RayCounts rays;
   StageCounts stages;
   CacheCounts caches[resolution_count];
+  double fill_seconds = 0;  ///< of all fills so far
 
   // Rays about to be drawn, and their random numbers.
   int job_count = 0;
