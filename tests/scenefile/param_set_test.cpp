@@ -123,9 +123,7 @@ TEST(ParamSet, ReportOfManyIsShort) {
   ParamSet set;
   for (int i = 0; i < 200000; ++i) set.add(real("p" + std::to_string(i), {1}));
   Diagnostics diagnostics;
-  Timer timer;
   set.report_unused("Shape", diagnostics);
-  EXPECT_LT(timer.seconds(), 1);
   EXPECT_LE(diagnostics.count(), 10u);
   EXPECT_CONTAINS(diagnostics.messages().back(), "more parameters of Shape are not used");
 }
