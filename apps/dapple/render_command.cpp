@@ -23,7 +23,7 @@ struct RenderOptions {
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_error = 0;
+  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
 };
 
@@ -92,7 +92,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
-  if (o.cache_error > 0) r.cache_error = float(o.cache_error);
+  if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
   if (o.color_bleeding) r.color_bleeding = true;
@@ -116,6 +116,23 @@ bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, siz
   for (const std::string& warning : faults.warnings) o.strict ? log_error(warning) : log_warning(warning);
   *warnings += faults.errors.size() + faults.warnings.size();
   return (!faults.errors.empty() && !o.keep_going) || (!faults.warnings.empty() && o.strict);
+}
+
+// Names options that the integrator has no use for.
+void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
+  const auto warn = [&](bool given, const char* option, std::initializer_list<std::string_view> users) {
+    if (given && std::find(users.begin(), users.end(), integrator) == users.end())
+      log_warning(std::string(option) + " has no effect with --integrator " + integrator);
+  };
+  warn(!o.shadow_rays.empty(), "--shadow-rays", {"distribution"});
+  warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
+  warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
+  warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
+  warn(o.cache_mb >= 0, "--cache-mb", {"distribution"});
+  warn(o.cache_width > 0, "--cache-width", {"distribution"});
+  warn(o.max_distance > 0, "--max-distance", {"ao"});
+  warn(o.color_bleeding, "--color-bleeding", {"ao"});
+  warn(o.bounces >= 0, "--bounces", {"path", "distribution"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -175,6 +192,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::StopRules rules;
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
   if (request.type == "path") warn_of_unused_stages(*built.scene, diagnostics);
+  warn_of_unused(o, request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
@@ -239,7 +257,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--cache-error", o->cache_error, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.5]")
+  app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.5]")
       ->check(CLI::Range(0.001, 100.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);

@@ -8,15 +8,12 @@ namespace dapple {
 namespace {
 
 using test::bounces;
+using test::expect_near;
 using test::render_text;
 
 constexpr const char* film = R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
 PixelFilter "box"
 )";
-
-void expect_near(const RGB& a, float expected, float relative, const std::string& what) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], expected, relative * expected) << what << ", channel " << c;
-}
 
 // Inside a sphere that emits 1 and reflects a everywhere, radiance after n reflections is the geometric sum 1 + a + ... + a^n. With b
 // bounces of indirect light the camera sees emission, direct light and b bounces: n = b + 1.
@@ -32,9 +29,9 @@ Shape "sphere" "float radius" 2
   for (int b = 0; b < 4; ++b) {
     power *= .5f;
     expected += power;
-    expect_near(render_text(scene, 64, bounces(b)).mean(), expected, .005f, std::to_string(b) + " bounces");
+    expect_near(render_text(scene, 64, bounces(b)).mean(), RGB(expected), .005f, std::to_string(b) + " bounces");
   }
-  expect_near(render_text(scene, 64, bounces(100)).mean(), 2, .005f, "all bounces");
+  expect_near(render_text(scene, 64, bounces(100)).mean(), RGB(2), .005f, "all bounces");
 }
 
 // A convex white object under a uniform sky of radiance 1 shows radiance 1 everywhere: so does the sky.
@@ -56,7 +53,7 @@ LightSource "infinite" "rgb L" [ 1 1 1 ]
 )" + c.material + R"(
 Shape "sphere" "float radius" 1
 )";
-  expect_near(render_text(scene, 256, bounces(200, 200)).mean(), c.albedo, c.tolerance, c.name);
+  expect_near(render_text(scene, 256, bounces(200, 200)).mean(), RGB(c.albedo), c.tolerance, c.name);
 }
 
 // At a field of view of 30 degrees from 3 m the unit sphere (half-angle 19.5 degrees) fills the square image but for the corners, where

@@ -76,7 +76,7 @@ TEST(PatchClusters, GroupsHoldTheirPatchesAndStandInForThem) {
     for (uint32_t g = 0; g < 1000 && sizes[g]; ++g) {
       EXPECT_LE(sizes[g], 1 << (2 * k));
       EXPECT_FLOAT_EQ(clusters.diameter(g, k), length(groups[g].max - groups[g].min));
-      EXPECT_EQ(clusters.group(clusters.representative(g, k), k), g);
+      EXPECT_EQ(clusters.group(clusters.representative(g, k, 1), k), g);
     }
   }
   // Four neighbours fit a block of 2 x 2 x 1 cells, or of 4 x 1 x 1 where the numbers do not divide.

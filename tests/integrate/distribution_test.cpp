@@ -2,9 +2,9 @@
 // Distribution ray tracing on shading grids against closed forms, against the path tracer, and against itself: what is shaded how often.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
+#include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/numeric/warp.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -14,7 +14,9 @@ using integrate::DistributionIntegrator;
 using integrate::RayList;
 using shading::Stage;
 using test::build_text;
+using test::expect_near;
 using test::render_built;
+using test::same_bits;
 using test::render_text;
 
 DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
@@ -29,10 +31,6 @@ DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList d
 std::string film(int size) {
   const std::string n = std::to_string(size);
   return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
-}
-
-void expect_near(const RGB& a, const RGB& expected, float relative, const std::string& what) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], expected[c], relative * expected[c]) << what << ", channel " << c;
 }
 
 // As in tests/analytic: inside a sphere that emits 1 and reflects 1/2 radiance is the sum of 2^-i up to i = bounces + 1.
@@ -179,15 +177,6 @@ Shape "bilinearmesh" "point3 P" [ -4 4 0  4 4 0  -4 4 4  4 4 4 ]
   expect_near(mean, expected, .01f, "fog");
 }
 
-bool same_bits(const scene::Film& a, const scene::Film& b) {
-  for (int y = 0; y < a.height(); ++y)
-    for (int x = 0; x < a.width(); ++x) {
-      const RGB p = a.pixel(x, y), q = b.pixel(x, y);
-      if (std::memcmp(&p, &q, sizeof p) != 0) return false;
-    }
-  return true;
-}
-
 TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
   const auto built = build_text(room(R"(Material "coateddiffuse" "texture reflectance" "checks" "float roughness" 0)"));
   auto s = settings(1, {2}, {3});
@@ -203,6 +192,89 @@ TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
   EXPECT_TRUE(same_bits(whole.film, unkept.film));
   EXPECT_TRUE(same_bits(whole.film, few.film));
   EXPECT_GT(unkept.result.stages[Stage::prelighting], whole.result.stages[Stage::prelighting]);
+}
+
+// Meshes much finer than a pixel, by one point for a group: leaves that turn anywhere, lit from the viewer, and a flattened instance of a
+// bumpy sheet. Shading one side for the other, or groups of the wrong size, would be wrong by tens of per cent.
+TEST(DistributionGroups, LookLikeTheirPatches) {
+  std::string leaves, sheet, indices;
+  KeyedRng rng(1);
+  const auto number = [&](float low, float high) { return std::to_string(low + (high - low) * rng.next()) + " "; };
+  const auto triple = [](const V3f& p) { return std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + " "; };
+  for (int leaf = 0; leaf < 4000; ++leaf) {
+    const V3f n = normalize(square_to_sphere(V2f(rng.next(), rng.next())));
+    V3f s, t;
+    coordinate_system(n, &s, &t);
+    const V3f c(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next() - 1);
+    for (const V2f& q : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) leaves += triple(c + (s * q.x + t * q.y) * 0.012f);
+    for (int v = 0; v < 4; ++v) indices += std::to_string(4 * leaf + v) + " ";
+  }
+  const std::string head = film(20) + R"(LookAt 0 0 4  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.8 .8 -.8 .8 ]
+WorldBegin
+LightSource "distant" "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+)";
+  const auto compare = [&](const std::string& shapes, float tolerance, const std::string& what) {
+    const auto built = build_text(head + shapes);
+    auto s = settings(0, {1}, {1});
+    s.shading_rate = 4;
+    expect_near(render_built(built, 64, s).mean(), render_built(built, 256, test::bounces(0)).mean(), tolerance, what);
+  };
+  // Which leaf stands for many is not which of them is seen most: some per cent.
+  compare("Shape \"bilinearmesh\" \"point3 P\" [ " + leaves + "] \"integer indices\" [ " + indices + "]", .1f, "leaves");
+  std::string grid, quads;
+  constexpr int n = 60;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) grid += std::to_string(2.0f * float(i) / n - 1) + " " + std::to_string(2.0f * float(j) / n - 1) + " " + number(0, .01f);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i)
+      for (const int v : {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1}) quads += std::to_string(v) + " ";
+  const std::string mesh = "Shape \"bilinearmesh\" \"point3 P\" [ " + grid + "] \"integer indices\" [ " + quads + "]\n";
+  compare("ObjectBegin \"s\"\n" + mesh + "ObjectEnd\nScale 1 1 1e-4\nObjectInstance \"s\"", .01f, "flattened");
+  compare(mesh, .02f, "sheet");
+}
+
+// Mixed materials by random choice are resolved by samples, and by blending where both are diffuse.
+TEST(DistributionMix, IsTheMean) {
+  const std::string scene = film(8) + R"(LookAt 0 0 1  0 0 0  0 1 0
+Camera "orthographic"
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+MakeNamedMaterial "white" "string type" "diffuse" "rgb reflectance" [ 1 1 1 ]
+MakeNamedMaterial "black" "string type" "diffuse" "rgb reflectance" [ 0 0 0 ]
+MakeNamedMaterial "mirror" "string type" "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0
+Material "mix" "string materials" [ "white" "OTHER" ] "float amount" .25
+Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
+)";
+  auto with = [&](const std::string& other) {
+    std::string text = scene;
+    text.replace(text.find("OTHER"), 5, other);
+    return render_text(text, 64, settings(0, {16}, {1}));
+  };
+  const auto blended = with("black");
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 8; ++x) EXPECT_NEAR(blended.film.pixel(x, y).r, .75f, .01f);
+  expect_near(with("mirror").mean(), RGB(1), .02f, "white and mirror");
+}
+
+// A wall inside a medium that its directive names is lit through that medium, wherever the camera is.
+TEST(DistributionMedia, SurfacesKnowTheirMedium) {
+  const auto built = build_text(film(16) + R"(LookAt 0 0 4  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.3 .3 -.3 .3 ]
+MakeNamedMedium "ink" "string type" "homogeneous" "rgb sigma_a" [ 1 1 1 ] "rgb sigma_s" [ 0 0 0 ]
+WorldBegin
+LightSource "distant" "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+AttributeBegin
+  MediumInterface "ink" ""
+  Material "interface"
+  Shape "sphere" "float radius" 1
+AttributeEnd
+MediumInterface "ink" "ink"
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -.5 -.5 0  .5 -.5 0  -.5 .5 0  .5 .5 0 ]
+)");
+  expect_near(render_built(built, 16, settings(0, {1}, {1})).mean(), render_built(built, 64, test::bounces(0)).mean(), .01f, "ink");
 }
 
 // A wall that fills the image has no silhouette at which more samples could find more: 4 x 4 tiles of cells one pixel large.

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "dapple/base/timer.h"
 #include "tests/scenefile/support.h"
 
 namespace dapple::scenefile {
@@ -124,20 +123,17 @@ TEST(ParamSet, ReportOfManyIsShort) {
   ParamSet set;
   for (int i = 0; i < 200000; ++i) set.add(real("p" + std::to_string(i), {1}));
   Diagnostics diagnostics;
-  Timer timer;
   set.report_unused("Shape", diagnostics);
-  EXPECT_LT(timer.seconds(), 1);
   EXPECT_LE(diagnostics.count(), 10u);
   EXPECT_CONTAINS(diagnostics.messages().back(), "more parameters of Shape are not used");
 }
 
-TEST(ParamSet, LookUpsAmongManyAreFast) {
+// If each look-up went through all, this would run into the test's time-out of ten minutes; it takes a second.
+TEST(ParamSet, HoldsManyParameters) {
   ParamSet set;
-  constexpr int n = 300000;
-  Timer timer;
+  constexpr int n = 600000;
   for (int i = 0; i < n; ++i) set.add(real("p" + std::to_string(i), {float(i)}));
   for (int i = 0; i < n; ++i) ASSERT_EQ(set.get_float("p" + std::to_string(i), -1), float(i));
-  EXPECT_LT(timer.seconds(), 5);
 }
 
 RC_GTEST_PROP(ParamSet, BehavesLikeAMap, (const std::vector<std::pair<uint8_t, float>>& entries)) {

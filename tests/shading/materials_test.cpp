@@ -215,11 +215,37 @@ TEST(SurfaceDetail, NormalMap) {
   EXPECT_LT(length(cross(f.s, f.t) - f.n), 1e-6f);
 }
 
+// A material that does not say it is diffuse, so that mixes choose at random.
+class Undeclared final : public Material {
+ public:
+  explicit Undeclared(MaterialPtr material) : material_(std::move(material)) {}
+  void prelighting(const ShadingPoints& points, Bsdf* out) const override { material_->prelighting(points, out); }
+  bool needs_differentials() const override { return material_->needs_differentials(); }
+
+ private:
+  MaterialPtr material_;
+};
+
+// Diffuse materials are blended, whatever the keys.
+TEST(Mix, BlendsDiffuseMaterials) {
+  const auto grey = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(.2f)), SurfaceDetail{});
+  const auto leaf = std::make_shared<DiffuseTransmissionMaterial>(Input<RGB>(RGB(.6f)), Input<RGB>(RGB(.4f)), 1.0f, SurfaceDetail{});
+  const MixMaterial mix(grey, leaf, Input<float>(0.25f), 1);
+  EXPECT_TRUE(mix.is_diffuse_to_rays());
+  EXPECT_FALSE(mix.is_random());
+  EXPECT_TRUE(MixMaterial(grey, std::make_shared<Undeclared>(leaf), Input<float>(0.25f), 1).is_random());
+  for (const Bsdf& b : shade(mix, *square(100))) {
+    EXPECT_EQ(b.kind, BsdfKind::diffuse_transmission);
+    EXPECT_FLOAT_EQ(b.reflectance.g, .3f);
+    EXPECT_FLOAT_EQ(b.transmittance.g, .1f);
+  }
+}
+
 TEST(Mix, ChoosesTheSecondByAmount) {
   const auto red = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
   const auto green = std::make_shared<DiffuseMaterial>(
       varying_rgb([](const ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
-  const MixMaterial mix(red, green, varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }),
+  const MixMaterial mix(red, std::make_shared<Undeclared>(green), varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }),
                         1);
   EXPECT_TRUE(mix.needs_differentials());
   int seconds = 0, candidates = 0;
@@ -248,7 +274,7 @@ TEST(Mix, ChoosesTheSecondByAmount) {
 TEST(Mix, DoesNotDependOnBatching) {
   const auto a = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
   const auto b = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(0, 1, 0)), SurfaceDetail{});
-  const auto inner = std::make_shared<MixMaterial>(a, b, Input<float>(0.5f), 1);
+  const auto inner = std::make_shared<MixMaterial>(a, std::make_shared<Undeclared>(b), Input<float>(0.5f), 1);
   const MixMaterial mix(inner, std::make_shared<InterfaceMaterial>(), Input<float>(0.3f), 2);
   const auto p = square(200);
   const auto all = shade(mix, *p);
@@ -266,7 +292,8 @@ TEST(Mix, DoesNotDependOnBatching) {
 TEST(Mix, NestsIndependently) {
   std::vector<MaterialPtr> leaves;
   for (int i = 0; i < 4; ++i)
-    leaves.push_back(std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{}));
+    leaves.push_back(std::make_shared<Undeclared>(
+        std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{})));
   const auto low = std::make_shared<MixMaterial>(leaves[0], leaves[1], Input<float>(0.5f), 10);
   const auto high = std::make_shared<MixMaterial>(leaves[2], leaves[3], Input<float>(0.5f), 11);
   const MixMaterial mix(low, high, Input<float>(0.5f), 12);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <atomic>
+#include <cstring>
 #include <string>
 
 #include "dapple/build/scene_builder.h"
@@ -61,6 +64,24 @@ inline RenderedText render_text(const std::string& text, int samples, const inte
 
 inline RenderedText render_text(const std::string& text, int samples, const integrate::PathIntegrator::Settings& settings) {
   return render_built(build_text(text), samples, settings);
+}
+
+/// Every pixel's colour is the same, bit for bit.
+inline bool same_bits(const scene::Film& a, const scene::Film& b) {
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const RGB p = a.pixel(x, y), q = b.pixel(x, y);
+      if (std::memcmp(&p, &q, sizeof p) != 0) return false;
+    }
+  return true;
+}
+
+inline void expect_near(const RGB& value, const RGB& expected, float relative, const std::string& what) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(value[c], expected[c], relative * expected[c]) << what << ", channel " << c;
+}
+
+inline void expect_near(const RGB& value, float expected, float relative, const std::string& what) {
+  expect_near(value, RGB(expected), relative, what);
 }
 
 /// Path settings with so many bounces that what is cut off is below `left` for reflectance a.

@@ -82,7 +82,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.radiosity_cache, other.radiosity_cache);
   fill(&r.cache_mb, other.cache_mb);
-  fill(&r.cache_error, other.cache_error);
+  fill(&r.cache_width, other.cache_width);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   return r;
@@ -118,7 +118,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.shading_rate = optional_positive(e, "shadingrate");
-  r.cache_error = optional_positive(e, "cacheerror");
+  r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
@@ -140,7 +140,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.color_bleeding = false;
   r.radiosity_cache = true;
   r.cache_mb = 100.0f;
-  r.cache_error = 0.5f;
+  r.cache_width = 0.5f;
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};
@@ -183,6 +183,10 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.color_bleeding = *r.color_bleeding;
     return std::make_unique<integrate::AmbientOcclusion>(scene, s);
   }
+  for (const auto& [name, depth] : {std::pair{"bounces", r.bounces.value_or(0)}, {"specular depth", *r.specular_depth}})
+    if (depth > max_depth_followed)
+      throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) + " scatterings of a kind; " + name + " " +
+                       std::to_string(depth) + " is for the path integrator");
   integrate::DistributionIntegrator::Settings s;
   s.shading.seed = seed;
   s.shading.specular_depth = *r.specular_depth;
@@ -193,7 +197,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
   s.radiosity_cache = *r.radiosity_cache;
-  s.shading.cache_footprint = *r.cache_error;
+  s.shading.cache_width = *r.cache_width;
   s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }

@@ -23,7 +23,7 @@ struct IntegratorRequest {
   std::optional<integrate::RayList> shadow_rays, diffuse_rays;
   std::optional<float> shading_rate;
   std::optional<bool> radiosity_cache;
-  std::optional<float> cache_mb, cache_error;
+  std::optional<float> cache_mb, cache_width;
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
 
@@ -33,8 +33,10 @@ struct IntegratorRequest {
 
 inline constexpr std::string_view integrator_types[] = {"path", "distribution", "ao"};
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
-/// Most rays of a kind that a shading point may send.
+/// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing follows: its
+/// recursion is at most about their product deep, 0.2 MB and a few kB of stack a level and thread.
 inline constexpr int max_rays = 65536;
+inline constexpr int max_depth_followed = 32;
 
 /// The scene's Sampler and Integrator directives. Throws InputError.
 IntegratorRequest make_integrator_request(const BuildContext& context);

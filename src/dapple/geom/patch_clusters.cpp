@@ -48,9 +48,9 @@ PatchClusters::PatchClusters(std::span<const Box3f> boxes) : rank_(boxes.size())
   }
 }
 
-uint32_t PatchClusters::representative(uint32_t group, int level) const {
+uint32_t PatchClusters::representative(uint32_t group, int level, uint32_t choice) const {
   const size_t first = size_t(group) << (2 * level), last = std::min(order_.size(), first + (size_t(1) << (2 * level)));
-  return order_[first + hash(group, level) % (last - first)];
+  return order_[first + hash(group, level, choice) % (last - first)];
 }
 
 size_t PatchClusters::bytes() const {

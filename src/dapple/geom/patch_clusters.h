@@ -17,11 +17,11 @@ class PatchClusters {
   explicit PatchClusters(std::span<const Box3f> boxes);
 
   int levels() const { return int(diameters_.size()); }
-  uint32_t group(uint32_t patch, int level) const { return rank_[patch] >> (2 * level); }
+  uint32_t group(uint32_t patch, int level) const { return uint32_t(uint64_t(rank_[patch]) >> (2 * level)); }
   /// Diagonal of the group's box, level >= 1.
   float diameter(uint32_t group, int level) const { return diameters_[size_t(level - 1)][group]; }
-  /// The patch that stands for a group: any of it, chosen by a hash.
-  uint32_t representative(uint32_t group, int level) const;
+  /// A patch that may stand for a group: any of it, chosen by a hash.
+  uint32_t representative(uint32_t group, int level, uint32_t choice) const;
   size_t bytes() const;
 
  private:

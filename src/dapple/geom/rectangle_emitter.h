@@ -27,16 +27,19 @@ class RectangleEmitter {
   /// Density (solid angle) with which sample() returns the direction wi of p, a point of the rectangle seen from ref.
   float pdf(const V3f& ref, const V3f& wi, const V3f& p, const V3f& n) const;
 
-  float area() const;  ///< m^2; 0 or not finite for degenerate ones
+  float area() const { return float(width_ * height_); }  ///< m^2; 0 or not finite for degenerate ones
   Box3f bounds() const;
   NormalCone normal_cone() const { return {normal(), 1}; }
-  V3f normal() const;
+  const V3f& normal() const { return normal_; }
 
  private:
+  struct Spherical;
   V2f uv_at(const V2f& st) const;
 
   V3f corner_, ex_, ey_;
-  bool flip_;
+  double width_, height_;
+  V3d x_, y_, z_;  ///< unit, along the sides and across
+  V3f normal_;
   std::unique_ptr<const UV> uv_;
 };
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/gi/tile_cache.h"
 
+#include <string>
+
+#include "dapple/base/error.h"
+
 namespace dapple::gi {
 
 namespace {
@@ -25,8 +29,13 @@ class SpinLock {
 
 TileCache::TileCache(size_t bytes, int words) : words_(words), set_count_(bytes / set_bytes(words)) {
   if (set_count_ > ~uint32_t(0)) set_count_ = ~uint32_t(0);
-  headers_ = std::make_unique<Header[]>(set_count_);
-  payloads_ = std::make_unique<std::atomic<uint32_t>[]>(set_count_ * ways * size_t(words));
+  if (set_count_ == 0) return;
+  constexpr size_t line = alignof(Header);
+  memory_.reset(static_cast<std::byte*>(std::calloc(set_count_ * set_bytes(words) + line, 1)));
+  if (!memory_) throw MemoryError("a cache of " + std::to_string(bytes >> 20) + " MB does not fit the memory");
+  std::byte* first = memory_.get() + (line - reinterpret_cast<uintptr_t>(memory_.get()) % line) % line;
+  headers_ = reinterpret_cast<Header*>(first);
+  payloads_ = reinterpret_cast<std::atomic<uint32_t>*>(first + set_count_ * sizeof(Header));
 }
 
 // The entry as of `version`, or false if it was not that of `key` all the time.
@@ -60,7 +69,7 @@ TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
   // Twice around: the first time takes second chances away.
   for (uint32_t i = 0; i < 2 * ways; ++i) {
     const uint32_t way = h.hand++ % ways;
-    const uint32_t version = h.version[way].load(std::memory_order_relaxed);
+    const uint32_t version = h.version[way].load(std::memory_order_acquire);
     if ((version & 1) || h.recent[way].exchange(0, std::memory_order_relaxed)) continue;
     const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
     (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);

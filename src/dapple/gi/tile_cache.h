@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 
 namespace dapple::gi {
@@ -18,7 +19,7 @@ class TileCache {
  public:
   static constexpr int max_words = 24;  ///< of 32 bits in an entry
 
-  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept.
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. Throws MemoryError.
   TileCache(size_t bytes, int words);
 
   enum class Found : uint8_t {
@@ -61,8 +62,13 @@ class TileCache {
 
   int words_;
   size_t set_count_;
-  std::unique_ptr<Header[]> headers_;
-  std::unique_ptr<std::atomic<uint32_t>[]> payloads_;
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  // All zero bytes are empty entries: pages that no entry came to are never touched.
+  std::unique_ptr<std::byte, Free> memory_;
+  Header* headers_ = nullptr;
+  std::atomic<uint32_t>* payloads_ = nullptr;
   std::atomic<size_t> used_{0};        ///< changed by claims only
   std::atomic<uint64_t> evictions_{0};
 };

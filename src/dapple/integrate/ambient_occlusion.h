@@ -20,7 +20,7 @@ class AmbientOcclusion final : public Integrator {
   };
 
   AmbientOcclusion(const scene::Scene& scene, const Settings& settings)
-      : scene_(scene), settings_(settings), materials_(scene), tracer_(scene, materials_) {}
+      : scene_(scene), settings_(settings), materials_(scene), tracer_(scene, materials_, false) {}
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;

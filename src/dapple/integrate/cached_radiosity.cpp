@@ -51,12 +51,15 @@ void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const 
     if (b.ray_weight[i].is_black() || !ends_in_cache(b, i)) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
-    const float width = (b.width[k] + b.ray_cone[i] * b.distance[i]) * settings_.cache_footprint;
+    const float width = (b.width[k] + b.ray_cone[i] * b.distance[i]) * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
-    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) {
+    // The points of curves face the camera: that is no side for other rays.
+    const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(b.hits.geometry[i]));
+    if (curve || !patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) {
       b.uncached[i] = true;
       continue;
     }
+    if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, place.depth.diffuse + 1);
     c.ray[c.count++] = i;
   }
@@ -91,16 +94,16 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
   for (int e = 0; e < c.entry_count; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
     entry.lost = entry.found == TileCache::Found::pending && !cache_->wait(entry);
-    if (entry.lost) entry.found = TileCache::Found::refused;
+    if (entry.lost) cache_->count_lost(entry, w.caches), entry.found = TileCache::Found::refused;
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
 
   for (int n = 0; n < c.count; ++n) {
-    const int i = c.ray[n], k = b.ray_point[i];
+    const int i = c.ray[n];
     RGB L;
     for (int j = 0; j < 4; ++j)
       if (c.near[n].weight[j] > 0) L += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[k] += b.ray_weight[i] * L;
+    b.ray_L[i] = L;
   }
 }
 
@@ -109,6 +112,8 @@ template <class Wanted>
 void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
   PointBatch& f = w.level(below.level);
   const Timer timer;
+  const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
+  int points[resolution_count] = {}, all = 0;
   f.count = 0;
   for (int e = 0; e < c.entry_count; ++e) {
     const RadiosityCache::Entry& entry = c.entry[e];
@@ -124,11 +129,15 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
         set_shading_point(id, i, j, size, entry.key, f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;
+        ++points[size_t(RadiosityCache::resolution(id))], ++all;
         if (f.count == PointBatch::capacity) fill_batch(below, c, w);
       }
   }
   if (f.count > 0) fill_batch(below, c, w);
-  w.caches[0].fill_seconds += timer.seconds();
+  if (all == 0) return;
+  const double seconds = timer.seconds() - (w.fill_seconds - deeper);
+  w.fill_seconds += seconds;
+  for (int r = 0; r < resolution_count; ++r) w.caches[r].fill_seconds += seconds * points[r] / all;
 }
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
@@ -147,7 +156,7 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float s
   b.time[k] = scene::PatchTable::shading_time;
   b.width[k] = size;
   b.spread[k] = 0;
-  b.medium[k] = scene_.bindings[id.geometry].medium_beyond(b.wo[k], b.surface[k].Ng, scene_.camera_medium);
+  b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
 }
 

@@ -5,6 +5,7 @@
 
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/describe.h"
+#include "dapple/integrate/ray_origin.h"
 
 namespace dapple::integrate {
 
@@ -36,12 +37,10 @@ struct DistributionWorkspace final : Integrator::Workspace {
   geom::SurfacePoint surface[capacity];
   Source source[capacity];
   scene::GridPoint point[capacity];
-  ShadingGrid* grid[capacity];
-
-  // Grids to be shaded now, and those that the store did not take.
-  std::vector<ShadingGrid*> to_shade;
-  std::vector<std::unique_ptr<ShadingGrid>> own;
+  GridStore::GridPtr grid[capacity];
+  std::vector<GridStore::GridPtr> to_shade;
   int order[capacity];
+  trace::RayBatch seen_ray;
 
   // Where the points of the batch under way belong.
   struct Target {
@@ -60,6 +59,7 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
+  states.push_back(grids_.state());
   if (!radiosity_) return states;
   for (int r = 0; r < resolution_count; ++r) {
     const gi::TileCache& area = radiosity_->area(Resolution(r));
@@ -71,7 +71,9 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
 }
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
-  return std::make_unique<DistributionWorkspace>();
+  auto w = std::make_unique<DistributionWorkspace>();
+  w->caches.resize(1 + resolution_count);
+  return w;
 }
 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
@@ -94,7 +96,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
-  for (int r = 0; r < resolution_count; ++r) w.radiosity[r] += w.shading.caches[r];
+  for (int r = 0; r < resolution_count; ++r) w.caches[size_t(1 + r)] += w.shading.caches[r];
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -107,7 +109,9 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
     w.features[p] = {};
   }
   RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
+  const Timer timer;
   shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing, flights);
+  w.shading.stages.tracing_seconds += timer.seconds();
   w.rays.camera += uint64_t(c.count);
 }
 
@@ -126,7 +130,9 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     w.surface[p] = scene_.traced.surface(w.hits, p, r.ray.time);
     w.L[p] = w.passed[p] * shader_.emission(w.hits, p, w.surface[p], d);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
-    const bool diced = patches_.dice(w.hits, p, d, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
+    // A random choice would be made once for a shading point, however many samples see it.
+    const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
+                       patches_.dice(w.hits, p, d, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
   }
 }
@@ -138,20 +144,32 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     if (w.source[p] == Source::grid) w.order[n++] = p;
   std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
   w.to_shade.clear();
-  w.own.clear();
-  for (int i = 0; i < n; ++i) {
-    const int p = w.order[i];
-    if (i > 0 && w.point[p].grid == w.point[w.order[i - 1]].grid) {
-      w.grid[p] = w.grid[w.order[i - 1]];
-      continue;
+  w.to_shade.reserve(DistributionWorkspace::capacity);
+  // Whatever happens, other threads must not wait for ever.
+  const auto publish = [&] {
+    for (const auto& grid : w.to_shade) grids_.publish(*grid);
+  };
+  try {
+    for (int i = 0; i < n; ++i) {
+      const int p = w.order[i];
+      if (i > 0 && w.point[p].grid == w.point[w.order[i - 1]].grid) {
+        w.grid[p] = w.grid[w.order[i - 1]];
+        continue;
+      }
+      ++w.caches[0].lookups;
+      auto [grid, mine] = grids_.claim(w.point[p].grid);
+      if (mine) w.to_shade.push_back(grid);
+      ++(mine ? w.caches[0].fills : w.caches[0].hits);
+      w.grid[p] = std::move(grid);
     }
-    GridStore::Claim claim = grids_.claim(w.point[p].grid);
-    if (!claim.grid) claim.grid = w.own.emplace_back(std::make_unique<ShadingGrid>(w.point[p].grid)).get();
-    if (claim.mine) w.to_shade.push_back(claim.grid);
-    w.grid[p] = claim.grid;
+    const Timer timer;
+    shade_grids(w);
+    w.caches[0].fill_seconds += timer.seconds();
+  } catch (...) {
+    publish();
+    throw;
   }
-  shade_grids(w);
-  for (ShadingGrid* grid : w.to_shade) grids_.publish(*grid);
+  publish();
   for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
 }
 
@@ -159,19 +177,39 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
 void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
   b.count = 0;
-  for (ShadingGrid* grid : w.to_shade) {
-    const GridId& id = grid->id;
+  for (const auto& grid : w.to_shade) {
+    const GridId id = patches_seen(grid->id, w);
     const float cell_size = patches_.cell_size(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
         shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
-        w.target[k] = {grid, id.index(i, j)};
+        w.target[k] = {grid.get(), id.index(i, j)};
         if (++b.count == PointBatch::capacity) shade_batch(w);
       }
   }
   if (b.count > 0) shade_batch(w);
+}
+
+// A group with a patch to stand for it that the camera sees, on the side that was hit: those behind others are darker. A function of the
+// name, and of where the camera is.
+GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWorkspace& w) const {
+  GridId id = grid;
+  if (id.cluster_level == 0) return id;
+  for (uint32_t choice = 0; choice < scene::PatchTable::stand_ins; ++choice) {
+    const geom::SurfacePoint s = patches_.choose_stand_in(&id, choice);
+    const V3f to_eye = scene_.camera.to_eye(s.P);
+    if ((dot(s.Ng, to_eye) < 0) != bool(id.behind)) continue;
+    const V3f origin = offset_origin(s, to_eye);
+    const float distance = length(to_eye);
+    w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, scene::PatchTable::shading_time, 0);
+    uint8_t hidden = 0;
+    scene_.traced.occluded(w.seen_ray, 1, &hidden);
+    if (!hidden) return id;
+  }
+  patches_.choose_stand_in(&id, 0);
+  return id;
 }
 
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {

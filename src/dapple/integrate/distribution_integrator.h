@@ -28,15 +28,14 @@ class DistributionIntegrator final : public Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
 
-  /// Bytes held beside the scene: patches and shading grids.
   std::vector<CacheState> caches() const override;
-  size_t bytes() const { return patches_.bytes() + grids_.bytes(); }
 
  private:
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;
   void shade_grids(DistributionWorkspace& w) const;
+  scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;
   void shade_samples(DistributionWorkspace& w) const;
   void look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const;

@@ -4,31 +4,60 @@
 namespace dapple::integrate {
 
 namespace {
-constexpr size_t node_bytes = 2 * sizeof(void*) + sizeof(scene::GridId) + sizeof(void*) + 16;  // of the map, about
-}
+// Of the map's node and bucket, the queue and the reference counts, about.
+constexpr size_t overhead = 4 * sizeof(void*) + sizeof(scene::GridId) + 2 * sizeof(GridStore::GridPtr) + 32;
+}  // namespace
 
 size_t ShadingGrid::bytes() const {
-  const size_t points = size_t(id.count());
-  return sizeof(ShadingGrid) + node_bytes + points * (sizeof(RGB) + (bsdf ? sizeof(shading::Bsdf) : 0));
+  return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) + (bsdf ? sizeof(shading::Bsdf) : 0));
 }
 
 GridStore::Claim GridStore::claim(const scene::GridId& id) {
   Shard& shard = shards_[id.hash() >> 58];
   static_assert(shard_count == 1 << (64 - 58));
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.grids.find(id); found != shard.grids.end()) return {found->second.get(), false};
-  if (bytes_ >= max_bytes_) return {nullptr, true};
-  auto grid = std::make_unique<ShadingGrid>(id);
-  grid->kept = true;
-  ShadingGrid* const p = grid.get();
-  shard.grids.emplace(id, std::move(grid));
-  return {p, true};
+  if (const auto found = shard.grids.find(id); found != shard.grids.end()) {
+    found->second->recent = true;
+    return {found->second, false};
+  }
+  make_room(shard);
+  auto grid = std::make_shared<ShadingGrid>(id);
+  shard.queue.push_back(grid);
+  shard.grids.emplace(id, grid);
+  return {std::move(grid), true};
+}
+
+// Those that are being shaded are not counted yet, nor dropped.
+void GridStore::make_room(Shard& shard) {
+  for (size_t looked_at = 2 * shard.queue.size(); shard.bytes > max_bytes_ / shard_count && looked_at > 0; --looked_at) {
+    GridPtr oldest = std::move(shard.queue.front());
+    shard.queue.pop_front();
+    if (oldest->recent || !oldest->ready) {
+      oldest->recent = false;
+      shard.queue.push_back(std::move(oldest));
+      continue;
+    }
+    shard.bytes -= oldest->bytes();
+    bytes_ -= oldest->bytes();
+    ++evictions_;
+    shard.grids.erase(oldest->id);
+  }
 }
 
 void GridStore::publish(ShadingGrid& grid) {
-  if (grid.kept) bytes_ += grid.bytes();
-  grid.ready.store(true, std::memory_order_release);
+  Shard& shard = shards_[grid.id.hash() >> 58];
+  {
+    const std::lock_guard lock(shard.mutex);
+    shard.bytes += grid.bytes();
+    const size_t bytes = bytes_ += grid.bytes();
+    size_t peak = peak_bytes_;
+    while (peak < bytes && !peak_bytes_.compare_exchange_weak(peak, bytes)) {
+    }
+    grid.ready.store(true, std::memory_order_release);
+  }
   grid.ready.notify_all();
 }
+
+CacheState GridStore::state() const { return {"grids", {}, evictions_, bytes_, peak_bytes_, max_bytes_}; }
 
 }  // namespace dapple::integrate

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <unordered_map>
 
+#include "dapple/integrate/integrator.h"
 #include "dapple/scene/patch_table.h"
 #include "dapple/shading/bsdf.h"
 
@@ -19,27 +21,31 @@ struct ShadingGrid {
   std::unique_ptr<RGB[]> diffuse;          ///< radiance by diffuse lobes
   std::unique_ptr<shading::Bsdf[]> bsdf;   ///< null where the material scatters the same everywhere
   std::atomic<bool> ready{false};
-  bool kept = false;  ///< belongs to the store
+  bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
 
   size_t bytes() const;
 };
 
-/// Grids by name, shared by all threads, up to a number of bytes. What a grid holds is a pure function of its name, so it does not
-/// matter which thread shades it, or whether it is kept.
+/// Grids by name, shared by all threads, in a number of bytes; beyond it those that were not claimed of late are dropped, first in first
+/// out. What a grid holds is a pure function of its name, so it does not matter which thread shades it, or how often.
 class GridStore {
  public:
+  using GridPtr = std::shared_ptr<ShadingGrid>;
+
   explicit GridStore(size_t max_bytes) : max_bytes_(max_bytes) {}
 
   struct Claim {
-    ShadingGrid* grid;  ///< null: the store is full and does not hold it
-    bool mine;          ///< the caller must shade it and then call publish()
+    GridPtr grid;
+    bool mine;  ///< the caller must shade it and then call publish()
   };
   Claim claim(const scene::GridId& id);
   void publish(ShadingGrid& grid);
-  /// Returns when the grid, claimed by another thread, is ready. That thread waits for nobody in the meantime.
+  /// Returns when the grid, claimed by another thread, is ready. That thread may wait for entries of the radiosity cache in the meantime,
+  /// but not for grids: it waits for those when it has published its own.
   static void wait(const ShadingGrid& grid) { grid.ready.wait(false, std::memory_order_acquire); }
 
-  size_t bytes() const { return bytes_; }
+  /// Without counts.
+  CacheState state() const;
 
  private:
   static constexpr size_t shard_count = 64;
@@ -48,11 +54,15 @@ class GridStore {
   };
   struct Shard {
     std::mutex mutex;
-    std::unordered_map<scene::GridId, std::unique_ptr<ShadingGrid>, Hash> grids;
+    std::unordered_map<scene::GridId, GridPtr, Hash> grids;
+    std::deque<GridPtr> queue;
+    size_t bytes = 0;
   };
+  void make_room(Shard& shard);
 
   const size_t max_bytes_;
-  std::atomic<size_t> bytes_{0};
+  std::atomic<size_t> bytes_{0}, peak_bytes_{0};
+  std::atomic<uint64_t> evictions_{0};
   Shard shards_[shard_count];
 };
 

@@ -3,7 +3,6 @@
 
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/numeric/sobol.h"
 #include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
@@ -17,7 +16,6 @@ using trace::no_id;
 namespace {
 
 enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks };
-enum Dimension : uint32_t { dim_pair, dim_single };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
@@ -141,9 +139,8 @@ void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& 
 
 // Draws a point on a light for each job, and traces the shadow rays.
 void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const {
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
+  w.draw_samples(w.job_count);
   const bool choose = int(scene_.lights.size()) > lights_apart;
-  if (choose) sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
   w.shadow_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -202,8 +199,7 @@ void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
 void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   const int rays = diffuse_rays(place);
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
-  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  w.draw_samples(w.job_count);
   b.ray_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -228,20 +224,19 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
   const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
+  std::fill_n(b.ray_L, b.ray_count, RGB());
   if (cache_) add_radiosity(place, {place.level + 1, {place.depth.diffuse + 1, 0}, Arrival::diffuse, 1}, w);
   shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i); }, w);
-  const PointBatch& found = w.level(below.level);
-  for (int c = 0; c < found.count; ++c) {
-    const int i = found.parent[c];
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * found.Ci[c];
-  }
+  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
+  for (int i = 0; i < b.ray_count; ++i)
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
   w.job_count = 0;
 }
 
-// Shades what those rays of the batch hit for which wanted(i).
+// Shades what those rays of the batch hit for which wanted(i), and adds it to their ray_L.
 template <class Wanted>
 void HitShader::shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const {
-  const PointBatch& b = w.level(place.level);
+  PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
   found.count = 0;
   for (int i = 0; i < b.ray_count; ++i) {
@@ -259,6 +254,7 @@ void HitShader::shade_hits(const Place& place, const Place& below, const Wanted&
     found.key[c] = hash(b.key[k], b.rays.key[i]);
   }
   if (found.count > 0) shade(below, w);
+  for (int c = 0; c < found.count; ++c) b.ray_L[found.parent[c]] += found.Ci[c];
 }
 
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
@@ -287,8 +283,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  sample_2d(w.seed, w.index, dim_pair, w.job_count, w.u0, w.u1);
-  sample_1d(w.seed, w.index, dim_single, w.job_count, w.u2);
+  w.draw_samples(w.job_count);
   b.ray_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
@@ -313,24 +308,16 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   trace_rays(b, w);
-  add_lights_hit(b, place, w);
-  w.job_count = 0;
-
+  add_lights_hit(b, place);
   const Depth d = place.depth;
-  const auto add = [&](const Place& below, auto wanted) {
-    shade_hits(place, below, wanted, w);
-    const PointBatch& found = w.level(below.level);
-    for (int c = 0; c < found.count; ++c) {
-      const int i = found.parent[c];
-      b.specular[b.ray_point[i]] += b.ray_weight[i] * found.Ci[c];
-    }
-  };
   if (d.specular < settings_.specular_depth)
-    add({place.level + 1, {d.diffuse, d.specular + 1}, Arrival::view, place.share},
-        [&b](int i) { return b.ray_lobe[i] != Lobe::diffuse; });
+    shade_hits(place, {place.level + 1, {d.diffuse, d.specular + 1}, Arrival::view, place.share},
+               [&b](int i) { return b.ray_lobe[i] != Lobe::diffuse; }, w);
   if (d.diffuse < settings_.bounces)
-    add({place.level + 1, {d.diffuse + 1, d.specular}, Arrival::diffuse, place.share},
-        [&b](int i) { return b.ray_lobe[i] == Lobe::diffuse; });
+    shade_hits(place, {place.level + 1, {d.diffuse + 1, d.specular}, Arrival::diffuse, place.share},
+               [&b](int i) { return b.ray_lobe[i] == Lobe::diffuse; }, w);
+  for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+  w.job_count = 0;
 }
 
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
@@ -342,15 +329,16 @@ float HitShader::light_density(const shading::LightReceiver& to, uint32_t index,
 }
 
 // Light sources that specular rays meet.
-void HitShader::add_lights_hit(PointBatch& b, const Place& place, ShadingWorkspace& w) const {
+void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
   const int rays = shadow_rays(place);
   for (int i = 0; i < b.ray_count; ++i) {
     const int k = b.ray_point[i];
+    b.ray_L[i] = RGB();
     const V3f d = b.rays.direction(i);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
       const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(receiver(b, k), light, d, s, rays)) : 1;
-      b.specular[k] += b.ray_weight[i] * Le * weight;
+      b.ray_L[i] += Le * weight;
     };
     if (b.hits.geometry[i] == no_id) {
       for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment(d, 0), {});
@@ -372,8 +360,7 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
       w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
       w.index[f] = uint32_t(i);
     }
-    sample_2d(w.seed, w.index, dim_pair, flights.count, w.u0, w.u1);
-    sample_1d(w.seed, w.index, dim_single, flights.count, w.u2);
+    w.draw_samples(flights.count);
     w.shadow_count = 0;
     for (int f = 0; f < flights.count; ++f) {
       const int r = flights.ray[f];

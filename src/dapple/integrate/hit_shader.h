@@ -19,7 +19,7 @@ class HitShader {
     int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
     int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
-    float cache_footprint = 0.5f;  ///< scale of the footprint that chooses the cache's resolution
+    float cache_width = 0.5f;  ///< scale of the footprint that chooses the cache's resolution
     uint64_t seed = 0;
   };
   static constexpr int lights_apart = 6;
@@ -80,7 +80,7 @@ class HitShader {
 
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
-  void add_lights_hit(PointBatch& b, const Place& place, ShadingWorkspace& w) const;
+  void add_lights_hit(PointBatch& b, const Place& place) const;
   template <class Wanted>
   void shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;

@@ -75,7 +75,7 @@ class Integrator {
     virtual ~Workspace() = default;
     RayCounts rays;
     StageCounts stages;
-    CacheCounts radiosity[resolution_count];
+    std::vector<CacheCounts> caches;  ///< in the order of Integrator::caches()
   };
 
   virtual ~Integrator() = default;

@@ -23,6 +23,8 @@ class MaterialTable {
   /// Some surface of the scene is not there, or light is weakened on its way.
   bool shadows_pass() const { return shadows_pass_; }
 
+  /// Prelighting chooses at random.
+  bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
   /// What a diffuse ray sees of it is diffuse.
   bool is_diffuse_to_rays(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_diffuse_to_rays(); }
   /// Prelighting reads the points: it differs from place to place.

@@ -8,6 +8,7 @@
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
 
@@ -40,6 +41,7 @@ struct PointBatch {
   int ray_count = 0;
   int ray_point[capacity];
   RGB ray_weight[capacity];
+  RGB ray_L[capacity];  ///< what arrives along the ray
   uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
@@ -83,6 +85,7 @@ struct ShadingWorkspace {
   RayCounts rays;
   StageCounts stages;
   CacheCounts caches[resolution_count];
+  double fill_seconds = 0;  ///< of all fills so far
 
   // Rays about to be drawn, and their random numbers.
   int job_count = 0;
@@ -102,6 +105,12 @@ struct ShadingWorkspace {
   int32_t shadow_medium[capacity];
 
   RGB passed[capacity];
+
+  /// Three random numbers for each of the first n seeds and indices: a pair, and one by itself.
+  void draw_samples(int n) {
+    sample_2d(seed, index, 0, n, u0, u1);
+    sample_1d(seed, index, 1, n, u2);
+  }
 
   PointBatch& level(int depth) {
     while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());

@@ -28,7 +28,7 @@ void RadiosityCache::find(Entry& e, CacheCounts* counts) {
   if (e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending)
     ++c.hits;
   else
-    ++c.fills;
+    ++c.fills, std::memset(e.words, 0, sizeof e.words);  // points outside the patch are not computed
 }
 
 void RadiosityCache::Entry::set(int point, const RGB& value) {

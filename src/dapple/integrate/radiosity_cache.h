@@ -37,6 +37,11 @@ class RadiosityCache {
 
   /// Fills entry.found, and entry.words where it is ready. The resolution's counters go up.
   void find(Entry& entry, CacheCounts* counts);
+  /// An entry that was pending turned out to be gone: the look-up was no hit.
+  static void count_lost(const Entry& entry, CacheCounts* counts) {
+    CacheCounts& c = counts[size_t(resolution(entry.grid))];
+    --c.hits, ++c.fills;
+  }
   void publish(const Entry& entry) { area(entry).publish(entry.slot, entry.words); }
   void abandon(const Entry& entry) { area(entry).abandon(entry.slot); }
   bool wait(Entry& entry) { return area(entry).wait(entry.key, entry.slot, entry.words); }

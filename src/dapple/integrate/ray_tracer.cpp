@@ -12,7 +12,7 @@ constexpr int max_segments = 4096;  // ends a ray caught between surfaces that a
 
 // Of the segment of ray i up to its hit.
 RGB RayTracer::transmittance(const Scratch& s, int i, uint64_t key) const {
-  if (s.medium[i] == scene::vacuum) return RGB(1);
+  if (!media_ || s.medium[i] == scene::vacuum) return RGB(1);
   const float t = s.hits.geometry[i] == trace::no_id ? s.rays.t_max[i] : s.hits.t[i];
   const Ray ray{s.rays.origin(i), s.rays.direction(i), infinity, s.rays.time[i]};
   return scene_.media[size_t(s.medium[i])]->transmittance(ray, t, key);

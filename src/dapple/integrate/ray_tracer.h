@@ -27,8 +27,9 @@ class RayTracer {
     RGB emitted[capacity];  ///< by ray
   };
 
-  /// Both must outlive this object.
-  RayTracer(const scene::Scene& scene, const MaterialTable& materials) : scene_(scene), materials_(materials) {}
+  /// Both must outlive this object. Without `media` these are not there.
+  RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true)
+      : scene_(scene), materials_(materials), media_(media) {}
 
   /// Shadow rays: writes visible[i], the fraction of light that passes ray i, which starts in medium[i]; zero where
   /// something is in the way.
@@ -49,6 +50,7 @@ class RayTracer {
 
   const scene::Scene& scene_;
   const MaterialTable& materials_;
+  const bool media_;
 };
 
 }  // namespace dapple::integrate

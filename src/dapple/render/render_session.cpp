@@ -100,9 +100,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   for (const auto& w : pool.idle()) {
     result.rays += w->rays;
     result.stages += w->stages;
-    for (integrate::CacheState& cache : result.caches)
-      for (int r = 0; r < integrate::resolution_count; ++r)
-        if (cache.name == "radiosity." + std::string(integrate::resolution_names[size_t(r)])) cache.counts += w->radiosity[r];
+    for (size_t c = 0; c < result.caches.size(); ++c) result.caches[c].counts += w->caches[c];
   }
   result.seconds = timer.seconds();
   return result;

@@ -86,4 +86,9 @@ CameraRay Camera::generate(const V2f& film, const V2f& lens, float time) const {
   return r;
 }
 
+V3f Camera::to_eye(const V3f& p) const {
+  if (settings_.projection != Projection::orthographic) return position() - p;
+  return world_start_.vector(V3f(0, 0, -1e6f));
+}
+
 }  // namespace dapple::scene

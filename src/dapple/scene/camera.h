@@ -39,6 +39,8 @@ class Camera {
   const Settings& settings() const { return settings_; }
   /// World position of the camera at shutter open.
   V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
+  /// From p to the camera at shutter open; to a far point on the way of orthographic cameras.
+  V3f to_eye(const V3f& p) const;
   /// World to camera space, in units of which depth is z.
   const Transform& world_to_camera() const { return camera_start_; }
 

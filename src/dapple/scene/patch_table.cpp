@@ -43,6 +43,16 @@ std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map
   return boxes;
 }
 
+std::vector<Box3f> patch_boxes(const geom::GridMesh& mesh) {
+  std::vector<Box3f> boxes(mesh.grids.size());
+  for (size_t g = 0; g < boxes.size(); ++g) {
+    const geom::GridMesh::Grid& grid = mesh.grids[g];
+    for (size_t y = 0; y < grid.rows; ++y)
+      for (size_t x = 0; x < grid.columns; ++x) boxes[g].extendBy(mesh.P[grid.first + y * grid.stride + x]);
+  }
+  return boxes;
+}
+
 }  // namespace
 
 uint64_t GridId::hash() const {
@@ -51,12 +61,14 @@ uint64_t GridId::hash() const {
 
 PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
   parallel_for(geometries_.size(), [&](size_t g) {
-    const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)));
-    if (!mesh) return;
-    auto map = std::make_unique<geom::PatchMap>(**mesh);
-    if (map->patch_count() > cluster_above)
-      geometries_[g].clusters = std::make_unique<geom::PatchClusters>(patch_boxes(**mesh, *map));
-    geometries_[g].map = std::move(map);
+    std::vector<Box3f> boxes;
+    if (const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)))) {
+      geometries_[g].map = std::make_unique<geom::PatchMap>(**mesh);
+      if (geometries_[g].map->patch_count() > cluster_above) boxes = patch_boxes(**mesh, *geometries_[g].map);
+    } else if (const auto* grids = std::get_if<trace::GridsPtr>(&scene.shape(uint32_t(g)))) {
+      if ((*grids)->grids.size() > cluster_above) boxes = patch_boxes(**grids);
+    }
+    if (!boxes.empty()) geometries_[g].clusters = std::make_unique<geom::PatchClusters>(boxes);
   });
 }
 
@@ -88,7 +100,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   const GeometryPatches& patches = geometries_[g];
   const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
                                  : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
-  out->grid.patch = point.patch;
+  out->grid.patch = out->patch = point.patch;
   Extent& e = *memory;
   if (std::holds_alternative<trace::QuadricPtr>(scene_.shape(g)))
     e = {hits.instance[i], trace::no_id, 0, p.dPdu, p.dPdv};
@@ -98,7 +110,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
   if (std::max(s_length, t_length) <= small_patch * width) {
     if (!patches.clusters) return true;
-    // Groups are measured in the mesh's own space; an instance scales them as it scaled this patch.
+    // Groups are measured in the mesh's own space.
     const float scale = scene_.instance_scale(hits.instance[i]);
     for (int k = 1; k <= patches.clusters->levels(); ++k) {
       const uint32_t group = patches.clusters->group(point.patch, k);
@@ -119,6 +131,20 @@ float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t se
   const geom::CurveSet::ControlPoint* c = &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
   const float length = dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
   return length * scene_.instance_scale(instance);
+}
+
+geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) const {
+  group->tile_u = choice;
+  trace::HitBatch point;
+  shading_point(*group, 0, 0, V3f(0, 0, 0), &point, 0);
+  return scene_.surface(point, 0, shading_time);
+}
+
+void PatchTable::turn_group(const V3f& d, uint32_t patch, GridId* group) const {
+  for (uint32_t choice = 0; choice < stand_ins; ++choice)
+    if ((dot(choose_stand_in(group, choice).Ng, d) > 0) == bool(group->behind)) return;
+  group->patch = patch;
+  group->cluster_level = 0, group->tile_u = 0;
 }
 
 // A strip of cells along the curve, while it is no wider than two.
@@ -168,7 +194,12 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
     sum += n.weight[c];
     if (n.weight[c] > largest) largest = n.weight[c], n.nearest = n.index[c];
   }
-  for (float& w : n.weight) w = sum > 0 ? w / sum : 0.25f;
+  if (!(sum > 0)) {  // rounding at the diagonal of a half: the cell that holds the place
+    n.nearest = id.index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1));
+    for (int c = 0; c < 4; ++c) n.index[c] = n.nearest, n.weight[c] = 0.25f;
+    return n;
+  }
+  for (float& w : n.weight) w /= sum;
   return n;
 }
 
@@ -185,9 +216,10 @@ void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye,
   const GeometryPatches& patches = geometries_[grid.geometry];
   hits->instance[lane] = grid.instance;
   hits->geometry[lane] = grid.geometry;
-  const uint32_t patch = grid.cluster_level > 0 ? patches.clusters->representative(grid.patch, grid.cluster_level) : grid.patch;
+  const bool group = grid.cluster_level > 0;
+  const uint32_t patch = group ? patches.clusters->representative(grid.patch, grid.cluster_level, grid.tile_u) : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
-  const float i0 = float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
+  const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
   if (!patches.map) {
     const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));

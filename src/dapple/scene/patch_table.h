@@ -16,7 +16,7 @@ namespace dapple::scene {
 struct GridId {
   uint32_t instance = trace::no_id, geometry = 0;
   uint32_t patch = 0;  ///< or the group, where cluster_level > 0
-  uint32_t tile_u = 0, tile_v = 0;
+  uint32_t tile_u = 0, tile_v = 0;  ///< of a group, tile_u says which of its patches stands for it
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
 
@@ -32,6 +32,7 @@ struct GridId {
 /// A place on a tile, in cells from its first corner.
 struct GridPoint {
   GridId grid;
+  uint32_t patch = 0;  ///< that was hit, though a group may serve it
   float x = 0, y = 0;
 };
 
@@ -52,6 +53,14 @@ class PatchTable {
   /// curves that are wider than a pixel: these are shaded at the hit.
   bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float width, Extent* memory,
             GridPoint* out) const;
+
+  /// Patches that may stand for a group.
+  static constexpr uint32_t stand_ins = 8;
+  /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
+  geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
+  /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
+  /// of `patch`, which was hit.
+  void turn_group(const V3f& d, uint32_t patch, GridId* group) const;
 
   /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
   void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;

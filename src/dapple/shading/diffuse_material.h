@@ -9,7 +9,7 @@ namespace dapple::shading {
 class DiffuseMaterial final : public SurfaceMaterial {
  public:
   DiffuseMaterial(Input<RGB> reflectance, SurfaceDetail detail);
-  bool is_diffuse_to_rays() const override { return true; }
+  bool is_diffuse() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;
@@ -21,7 +21,7 @@ class DiffuseMaterial final : public SurfaceMaterial {
 class DiffuseTransmissionMaterial final : public SurfaceMaterial {
  public:
   DiffuseTransmissionMaterial(Input<RGB> reflectance, Input<RGB> transmittance, float scale, SurfaceDetail detail);
-  bool is_diffuse_to_rays() const override { return true; }
+  bool is_diffuse() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

@@ -29,7 +29,7 @@ bool is_orthonormal(const Frame& f) {
          near(dot(f.n, f.t), 0) && near(dot(f.s, f.t), 0);
 }
 
-bool is_diffuse(const Bsdf& b) {
+bool scatters_diffusely(const Bsdf& b) {
   return b.is_diffuse() || (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
 }
 
@@ -153,7 +153,7 @@ void GuardedMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const 
   int bad = 0;
   for (int i = 0; i < points.count; ++i) {
     bool wrong = repair(&out[i], points, i);
-    if (diffuse_to_rays_ && !is_diffuse(out[i])) {
+    if (diffuse_to_rays_ && !scatters_diffusely(out[i])) {
       const Frame frame = out[i].frame;
       out[i] = Bsdf::make_diffuse(clamp(out[i].albedo(), 0, 1));
       out[i].frame = frame;

@@ -31,9 +31,13 @@ class Material {
   virtual bool needs_differentials() const = 0;
   /// The Bsdf, its frame apart, where it is the same at every point (lets integrators skip the batch).
   virtual std::optional<Bsdf> constant() const { return std::nullopt; }
+  /// True if every Bsdf of prelighting is diffuse.
+  virtual bool is_diffuse() const { return false; }
+  /// True if prelighting chooses at random: more samples of a point see more than one Bsdf.
+  virtual bool is_random() const { return false; }
   /// True if every Bsdf of prelighting is diffuse, or a coat over a diffuse base: then all that a diffuse ray sees of the surface is
   /// view-independent, and can be cached.
-  virtual bool is_diffuse_to_rays() const { return false; }
+  virtual bool is_diffuse_to_rays() const { return is_diffuse(); }
   /// True if the surface only separates media.
   virtual bool is_interface() const { return false; }
 };

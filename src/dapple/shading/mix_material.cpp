@@ -9,6 +9,10 @@
 
 namespace dapple::shading {
 
+namespace {
+constexpr float like_normals = 0.99999f;  // cosine: bump maps that differ are not blended
+}
+
 MixMaterial::MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt)
     : first_(std::move(first)), second_(std::move(second)), amount_(std::move(amount)), salt_(salt) {}
 
@@ -17,6 +21,7 @@ bool MixMaterial::needs_differentials() const {
 }
 
 void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+  if (is_diffuse()) return blend(points, out);
   const InputValues<float> amount(amount_, points);
   int lanes[ShadingPoints::capacity];  // the first's from the front, the second's from the back
   int firsts = 0, seconds = 0;
@@ -40,6 +45,26 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
   };
   shade(*first_, {lanes, static_cast<size_t>(firsts)});
   shade(*second_, {lanes + firsts, static_cast<size_t>(seconds)});
+}
+
+void MixMaterial::blend(const ShadingPoints& points, Bsdf* out) const {
+  const InputValues<float> amount(amount_, points);
+  alignas(Bsdf) std::byte storage[sizeof(Bsdf) * ShadingPoints::capacity];
+  Bsdf* const second = reinterpret_cast<Bsdf*>(storage);
+  first_->prelighting(points, out);
+  second_->prelighting(points, second);
+  for (int i = 0; i < points.count; ++i) {
+    const float t = amount[i] > 0 ? std::min(amount[i], 1.0f) : 0.0f;
+    if (dot(out[i].frame.n, second[i].frame.n) < like_normals) {
+      if (to_unit_float(hash(points.key[i], salt_)) < t) out[i] = second[i];
+      continue;
+    }
+    const Frame frame = out[i].frame;
+    const RGB transmittance = lerp(t, out[i].transmittance, second[i].transmittance);
+    const RGB reflectance = lerp(t, out[i].reflectance, second[i].reflectance);
+    out[i] = transmittance.is_black() ? Bsdf::make_diffuse(reflectance) : Bsdf::make_diffuse_transmission(reflectance, transmittance);
+    out[i].frame = frame;
+  }
 }
 
 void InterfaceMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {

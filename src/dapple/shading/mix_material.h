@@ -6,18 +6,22 @@
 
 namespace dapple::shading {
 
-/// One of two materials at each point, at random: the second with probability `amount` (clamped to [0, 1]; NaN is 0).
-/// The choice is a hash of the point's key and of `salt`, which must differ between mixes that nest.
+/// A share `amount` (clamped to [0, 1]; NaN is 0) of the second material. Where both are diffuse and their frames agree, reflectances are
+/// blended; else one of the two at each point, at random: a hash of the point's key and of `salt`, which must differ between mixes that
+/// nest.
 class MixMaterial final : public Material {
  public:
   MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);
 
   void prelighting(const ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override;
-  bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
+  bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
+  bool is_random() const override { return !is_diffuse(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
 
  private:
+  void blend(const ShadingPoints& points, Bsdf* out) const;
+
   MaterialPtr first_, second_;
   Input<float> amount_;
   uint64_t salt_;

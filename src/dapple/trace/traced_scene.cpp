@@ -425,7 +425,7 @@ float TracedScene::instance_scale(uint32_t instance) const {
   if (instance == no_id) return 1;
   const auto& m = instances_[instance].m;
   const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
-  return std::cbrt(std::abs(dot(c0, cross(c1, c2))));
+  return std::sqrt(std::max({length2(c0), length2(c1), length2(c2)}));
 }
 
 Box3f TracedScene::bounds() const {

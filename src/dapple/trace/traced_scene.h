@@ -63,7 +63,7 @@ class TracedScene {
 
   /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
   void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
-  /// Mean scale of an instance's transform at shutter open, by volume; 1 for no_id.
+  /// Largest scale along an axis of an instance's transform at shutter open; 1 for no_id.
   float instance_scale(uint32_t instance) const;
 
   size_t geometry_count() const { return geometries_.size(); }
