@@ -7,7 +7,7 @@ Writes OUT/radiosity_TABLE.md and .json for each of the tables named, or all:
   shaders   the same box with networks of 200 patterns as reflectances, and what 64 camera samples cost against 4
   lights    2, 20 and 100 small lamps
   memory    many displaced objects and caches of 0 to 256 MB
-  error     differences from path tracing against time, for values of --cache-error and for path tracing itself
+  error     differences from path tracing against time, for values of --cache-width and for path tracing itself
 """
 import argparse
 import json
@@ -247,7 +247,7 @@ def error(bench):
         result.append({"name": name, "stats": s, "difference": d})
 
     for e in size.errors:
-        row(f"cache-error {e}", 16, "--cache-error", e, rays=(shadow, diffuse))
+        row(f"cache-width {e}", 16, "--cache-width", e, rays=(shadow, diffuse))
     row("without the cache", 16, rays=(shadow, diffuse), cache=False)
     for n in size.path_samples:
         row(f"path, {n} samples", n, integrator="path")
