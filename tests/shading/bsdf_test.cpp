@@ -151,7 +151,8 @@ RC_GTEST_PROP(Bsdf, IsReciprocal, ()) {
     back.add(b.eval(wi, wo, hash(i, 2)).g / sqr(eta(wi)));
   }
   const double sigma = std::sqrt(forth.variance_of_mean() + back.variance_of_mean());
-  RC_ASSERT(std::abs(forth.mean() - back.mean()) <= 1e-4 + 2e-3 * forth.mean() + 5 * sigma);
+  // Rare long walks: sigma itself is an estimate, low where none of them was drawn.
+  RC_ASSERT(std::abs(forth.mean() - back.mean()) <= 1e-4 + 2e-3 * forth.mean() + 8 * sigma);
 }
 
 RC_GTEST_PROP(Bsdf, ScattersNothingOnTheWrongSide, ()) {
