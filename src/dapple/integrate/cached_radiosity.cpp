@@ -45,12 +45,12 @@ void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const 
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.count = 0;
-  scene::PatchTable::Extent memory;
+  scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
     b.uncached[i] = false;
     if (b.ray_weight[i].is_black() || !ends_in_cache(b, i)) continue;
     const int k = b.ray_point[i];
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
+    const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     const float width = (b.width[k] + b.ray_cone[i] * b.distance[i]) * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
     // The points of curves face the camera: that is no side for other rays.

@@ -118,7 +118,7 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
 void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
   const float rate = std::sqrt(settings_.shading_rate);
-  scene::PatchTable::Extent memory;
+  scene::PatchTable::Extents memory;
   for (int p = 0; p < w.camera.count; ++p) {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
@@ -127,7 +127,10 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
-    w.surface[p] = scene_.traced.surface(w.hits, p, r.ray.time);
+    const bool tangents = shader_.materials().needs_tangents(w.hits.geometry[p]) ||
+                          scene_.emitter_index(w.hits.geometry[p], w.hits.primitive[p]) != no_id;
+    w.surface[p] = tangents ? scene_.traced.surface(w.hits, p, r.ray.time)
+                            : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
     w.L[p] = w.passed[p] * shader_.emission(w.hits, p, w.surface[p], d);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.

@@ -88,7 +88,7 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
   return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extent* memory,
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extents* memory,
                       GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
   *out = {};
@@ -101,10 +101,10 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
                                  : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
   out->grid.patch = out->patch = point.patch;
-  Extent& e = *memory;
-  if (std::holds_alternative<trace::QuadricPtr>(scene_.shape(g)))
-    e = {hits.instance[i], trace::no_id, 0, p.dPdu, p.dPdv};
-  else if (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch)
+  const bool quadric = std::holds_alternative<trace::QuadricPtr>(scene_.shape(g));
+  Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
+  Extent& e = quadric ? of_point : memory->of(hits.instance[i], g, point.patch);
+  if (!quadric && (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch))
     e = extent(hits.instance[i], g, point.patch);
   const float s_length = across(e.s, d), t_length = across(e.t, d);
   const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);

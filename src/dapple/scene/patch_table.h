@@ -43,15 +43,25 @@ class PatchTable {
  public:
   explicit PatchTable(const trace::TracedScene& scene);
 
-  /// The size of the patch that was asked for last, for callers that meet the same one many times.
   struct Extent {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
     V3f s{0, 0, 0}, t{0, 0, 0};  ///< change of P across the patch, world
   };
+  /// The sizes of patches that were asked for lately, for callers that meet the same ones many times.
+  class Extents {
+   public:
+    Extent& of(uint32_t instance, uint32_t geometry, uint32_t patch) {
+      return entries_[(instance * 7 + geometry * 5 + patch) % entry_count];
+    }
+
+   private:
+    static constexpr uint32_t entry_count = 64;
+    Extent entries_[entry_count];
+  };
 
   /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d. False where a surface has no lattice, as
   /// curves that are wider than a pixel: these are shaded at the hit.
-  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float width, Extent* memory,
+  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float width, Extents* memory,
             GridPoint* out) const;
 
   /// Patches that may stand for a group.
