@@ -148,16 +148,4 @@ void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& 
   f.count = 0;
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float size, uint64_t key, PointBatch& b, int k) const {
-  patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
-  b.geometry[k] = id.geometry;
-  b.surface[k] = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
-  b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
-  b.time[k] = scene::PatchTable::shading_time;
-  b.width[k] = size;
-  b.spread[k] = 0;
-  b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
-  b.key[k] = hash(settings_.seed, key, id.index(i, j));
-}
-
 }  // namespace dapple::integrate
