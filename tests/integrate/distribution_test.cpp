@@ -235,6 +235,18 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
   compare(mesh, .02f, "sheet");
 }
 
+// The recursion is as deep as bounces and specular depth say: they are bounded.
+TEST(DistributionDepth, IsBounded) {
+  const auto with = [](const std::string& parameter) { return build_text("Integrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
+  EXPECT_THROW(with("\"integer bounces\" 33"), InputError);
+  EXPECT_THROW(with("\"integer speculardepth\" 33"), InputError);
+  const auto built = with("\"integer bounces\" 32");
+  EXPECT_NO_THROW(build::make_integrator(*built.scene, built.request, 1, 0));
+  build::IntegratorRequest deep;
+  deep.bounces = 33;
+  EXPECT_THROW(build::make_integrator(*built.scene, deep.over(built.request), 1, 0), UsageError);
+}
+
 // Mixed materials by random choice are resolved by samples, and by blending where both are diffuse.
 TEST(DistributionMix, IsTheMean) {
   const std::string scene = film(8) + R"(LookAt 0 0 1  0 0 0  0 1 0

@@ -115,6 +115,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.bounces = optional_int(e, "bounces", 0);
   if (r.bounces) r.max_depth.reset();
   r.specular_depth = optional_int(e, "speculardepth", 0);
+  if (r.type == "distribution" && std::max(r.bounces.value_or(0), r.specular_depth.value_or(0)) > max_depth_followed)
+    throw InputError(e.loc, "\"bounces\" and \"speculardepth\" of distribution ray tracing go to " + std::to_string(max_depth_followed));
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.shading_rate = optional_positive(e, "shadingrate");
