@@ -237,7 +237,7 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 
 // The recursion is as deep as bounces and specular depth say: they are bounded.
 TEST(DistributionDepth, IsBounded) {
-  const auto with = [](const std::string& parameter) { return build_text("Integrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
+  const auto with = [](const std::string& parameter) { return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
   EXPECT_THROW(with("\"integer bounces\" 33"), InputError);
   EXPECT_THROW(with("\"integer speculardepth\" 33"), InputError);
   const auto built = with("\"integer bounces\" 32");
