@@ -75,18 +75,18 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
   c.entry_count = 0;
   ClaimGuard guard(*cache_, c);
   for (int n = 0; n < c.count; ++n) {
-    const int ray = c.order[n];
-    if (n == 0 || c.key[ray] != c.entry[c.entry_count - 1].key) {
+    const int look_up = c.order[n];
+    if (n == 0 || c.key[look_up] != c.entry[c.entry_count - 1].key) {
       RadiosityCache::Entry& e = c.entry[c.entry_count++];
-      e.grid = c.point[ray].grid;
-      e.key = c.key[ray];
+      e.grid = c.point[look_up].grid;
+      e.key = c.key[look_up];
       e.needed = 0;
       cache_->find(e, w.caches);
     }
-    c.entry_of[ray] = c.entry_count - 1;
-    c.near[ray] = patches_->neighbours(c.point[ray]);
+    c.entry_of[look_up] = c.entry_count - 1;
+    c.near[look_up] = patches_->neighbours(c.point[look_up]);
     for (int i = 0; i < 4; ++i)
-      if (c.near[ray].weight[i] > 0) c.entry[c.entry_count - 1].needed |= 1u << c.near[ray].index[i];
+      if (c.near[look_up].weight[i] > 0) c.entry[c.entry_count - 1].needed |= 1u << c.near[look_up].index[i];
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
   guard.publish();
