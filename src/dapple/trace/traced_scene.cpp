@@ -15,7 +15,7 @@ namespace dapple::trace {
 
 namespace {
 
-constexpr int packet = 16;
+constexpr int max_lanes = 16;  // of a callback
 
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
@@ -27,6 +27,10 @@ template <class T>
 void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data, size_t stride,
            size_t count) {
   rtcSetSharedGeometryBuffer(g, type, slot, format, data.data(), 0, stride, count);
+}
+
+RTCRay embree_ray(const RayBatch& r, int i) {
+  return {r.ox[i], r.oy[i], r.oz[i], 0, r.dx[i], r.dy[i], r.dz[i], r.time[i], r.t_max[i], ~0u, r.key[i], 0};
 }
 
 }  // namespace
@@ -43,8 +47,8 @@ struct TracedScene::MemoryUse {
 struct TracedScene::Callbacks {
   static void filter(const RTCFilterFunctionNArguments* a) {
     const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
-    uint32_t primitive[packet]{}, lane[packet]{}, instance[packet]{}, key[packet]{};
-    float u[packet]{}, v[packet]{}, time[packet]{}, alpha[packet]{};
+    uint32_t primitive[max_lanes]{}, lane[max_lanes]{}, instance[max_lanes]{}, key[max_lanes]{};
+    float u[max_lanes]{}, v[max_lanes]{}, time[max_lanes]{}, alpha[max_lanes]{};
     int n = 0;
     for (unsigned i = 0; i < a->N; ++i) {
       if (!a->valid[i]) continue;
@@ -266,43 +270,31 @@ bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primit
   return to_unit_float(hash(key, g.index, instance, primitive)) < alpha;
 }
 
+// One ray at a time: as fast as packets of 16 for camera rays, faster for the others (bench/path_rays), and what a ray meets
+// cannot depend on its neighbours.
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  for (int first = 0; first < n; first += packet) {
-    alignas(64) int valid[packet];
-    alignas(64) RTCRayHit16 q;
-    const int count = std::min(packet, n - first);
-    const auto load = [&](auto* to, const auto* from) { std::memcpy(to, from + first, packet * sizeof(*from)); };
-    load(q.ray.org_x, r.ox), load(q.ray.org_y, r.oy), load(q.ray.org_z, r.oz);
-    load(q.ray.dir_x, r.dx), load(q.ray.dir_y, r.dy), load(q.ray.dir_z, r.dz);
-    load(q.ray.tfar, r.t_max), load(q.ray.time, r.time), load(q.ray.id, r.key);
-    for (int i = 0; i < packet; ++i) {
-      valid[i] = i < count ? -1 : 0;
-      q.ray.tnear[i] = 0;
-      q.ray.mask[i] = ~0u;
-      q.ray.flags[i] = 0;
-      q.hit.geomID[i] = q.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    rtcIntersect16(valid, top_.scene, &context, &q);
-    const auto store = [&](auto* to, const auto* from) { std::memcpy(to + first, from, packet * sizeof(*to)); };
-    store(h->t, q.ray.tfar), store(h->u, q.hit.u), store(h->v, q.hit.v);
-    store(h->nx, q.hit.Ng_x), store(h->ny, q.hit.Ng_y), store(h->nz, q.hit.Ng_z);
-    store(h->primitive, q.hit.primID);
-    for (int i = 0; i < count; ++i) {
-      uint32_t geometry = q.hit.geomID[i], instance = q.hit.instID[0][i];
-      if (geometry != RTC_INVALID_GEOMETRY_ID) {
-        if (instance != RTC_INVALID_GEOMETRY_ID) {
-          instance -= first_instance_;
-          geometry = objects_[instances_[instance].object].geometries[geometry];
-        } else {
-          geometry = top_.geometries[geometry];
-        }
+  for (int i = 0; i < n; ++i) {
+    RTCRayHit q;
+    q.ray = embree_ray(r, i);
+    q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(top_.scene, &context, &q);
+    h->t[i] = q.ray.tfar, h->u[i] = q.hit.u, h->v[i] = q.hit.v;
+    h->nx[i] = q.hit.Ng_x, h->ny[i] = q.hit.Ng_y, h->nz[i] = q.hit.Ng_z;
+    h->primitive[i] = q.hit.primID;
+    uint32_t geometry = q.hit.geomID, instance = q.hit.instID[0];
+    if (geometry != RTC_INVALID_GEOMETRY_ID) {
+      if (instance != RTC_INVALID_GEOMETRY_ID) {
+        instance -= first_instance_;
+        geometry = objects_[instances_[instance].object].geometries[geometry];
+      } else {
+        geometry = top_.geometries[geometry];
       }
-      h->geometry[first + i] = geometry;
-      h->instance[first + i] = instance;
     }
+    h->geometry[i] = geometry;
+    h->instance[i] = instance;
   }
 }
 
@@ -310,22 +302,10 @@ void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
   if (recorder_) recorder_->record(r, n, true);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  for (int first = 0; first < n; first += packet) {
-    alignas(64) int valid[packet];
-    alignas(64) RTCRay16 q;
-    const int count = std::min(packet, n - first);
-    const auto load = [&](auto* to, const auto* from) { std::memcpy(to, from + first, packet * sizeof(*from)); };
-    load(q.org_x, r.ox), load(q.org_y, r.oy), load(q.org_z, r.oz);
-    load(q.dir_x, r.dx), load(q.dir_y, r.dy), load(q.dir_z, r.dz);
-    load(q.tfar, r.t_max), load(q.time, r.time), load(q.id, r.key);
-    for (int i = 0; i < packet; ++i) {
-      valid[i] = i < count ? -1 : 0;
-      q.tnear[i] = 0;
-      q.mask[i] = ~0u;
-      q.flags[i] = 0;
-    }
-    rtcOccluded16(valid, top_.scene, &context, &q);
-    for (int i = 0; i < count; ++i) hit[first + i] = q.tfar[i] < 0;
+  for (int i = 0; i < n; ++i) {
+    RTCRay q = embree_ray(r, i);
+    rtcOccluded1(top_.scene, &context, &q);
+    hit[i] = q.tfar < 0;
   }
 }
 
