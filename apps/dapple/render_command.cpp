@@ -257,7 +257,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.5]")
+  app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);

@@ -76,6 +76,39 @@ TEST(RadiosityCache, AgreesWithThePathTracerInARoomThatBreaksCaches) {
   expect_near(render_built(built, 16, settings(2, true)).mean(), expected, 0.02f, "room");
 }
 
+// Two rooms, one lit, parted by a wall 1 mm thick, whose floor, ceiling, front and back are one quad each for both. `x`: of the camera.
+std::string two_rooms(int x) {
+  const std::string eye = std::to_string(x);
+  return R"(Film "rgb" "integer xresolution" 40 "integer yresolution" 30
+PixelFilter "box"
+LookAt )" + eye + " 1.2 1.9  " + eye + R"( 1 0  0 1 0
+Camera "perspective" "float fov" 70
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 40 40 40 ]
+  Shape "bilinearmesh" "point3 P" [ -1.3 1.98 -.3  -.7 1.98 -.3  -1.3 1.98 .3  -.7 1.98 .3 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
+Shape "bilinearmesh" "point3 P" [ -2 0 2  2 0 2  -2 0 -2  2 0 -2 ]
+Shape "bilinearmesh" "point3 P" [ -2 2 -2  2 2 -2  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 0 -2  2 0 -2  -2 2 -2  2 2 -2 ]
+Shape "bilinearmesh" "point3 P" [ 2 0 2  -2 0 2  2 2 2  -2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 0 2  -2 0 -2  -2 2 2  -2 2 -2 ]
+Shape "bilinearmesh" "point3 P" [ 2 0 -2  2 0 2  2 2 -2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -.0005 0 2  -.0005 0 -2  -.0005 2 2  -.0005 2 -2 ]
+Shape "bilinearmesh" "point3 P" [ .0005 0 -2  .0005 0 2  .0005 2 -2  .0005 2 2 ]
+)";
+}
+
+TEST(RadiosityCache, DoesNotLeakThroughAWall) {
+  auto s = settings(2, true);
+  s.shading.diffuse_rays = RayList{16, 4};  // wide cells
+  const auto lit = build_text(two_rooms(-1)), dark = build_text(two_rooms(1));
+  const RGB expected = render_built(lit, 256, test::bounces(2, 8)).mean(), there = render_built(lit, 8, s).mean();
+  expect_near(there, expected, 0.02f, "lit room");
+  EXPECT_LT(render_built(dark, 8, s).mean().luminance(), 1e-4f * there.luminance());
+}
+
 // Its error is that of its resolution: it goes with the cells.
 TEST(RadiosityCache, ErrorFallsWithTheKnob) {
   const auto built = build_text(room);

@@ -142,7 +142,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.color_bleeding = false;
   r.radiosity_cache = true;
   r.cache_mb = 100.0f;
-  r.cache_width = 0.5f;
+  r.cache_width = 0.35f;
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};

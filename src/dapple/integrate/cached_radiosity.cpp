@@ -51,7 +51,7 @@ void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const 
     if (b.ray_weight[i].is_black() || !ends_in_cache(b, i)) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    const float width = (b.width[k] + b.ray_cone[i] * b.distance[i]) * settings_.cache_width;
+    const float width = b.width[k] + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
     // The points of curves face the camera: that is no side for other rays.
     const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(b.hits.geometry[i]));
@@ -100,6 +100,10 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
+    if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) {
+      b.uncached[i] = true;
+      continue;
+    }
     RGB L;
     for (int j = 0; j < 4; ++j)
       if (c.near[n].weight[j] > 0) L += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
@@ -114,6 +118,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
   int points[resolution_count] = {}, all = 0;
+  link_tiles(c, w, wanted);
   f.count = 0;
   for (int e = 0; e < c.entry_count; ++e) {
     const RadiosityCache::Entry& entry = c.entry[e];
@@ -138,6 +143,19 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   const double seconds = timer.seconds() - (w.fill_seconds - deeper);
   w.fill_seconds += seconds;
   for (int r = 0; r < resolution_count; ++r) w.caches[r].fill_seconds += seconds * points[r] / all;
+}
+
+template <class Wanted>
+void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+  TileLinks links[CacheBatch::capacity];
+  w.linking.job_count = 0;
+  for (int e = 0; e < c.entry_count; ++e)
+    if (wanted(c.entry[e])) w.linking.jobs[w.linking.job_count++] = {c.entry[e].grid, &links[e]};
+  const Timer timer;
+  w.rays.shadow += linker_.link(w.linking);
+  w.stages.tracing_seconds += timer.seconds();
+  for (int e = 0; e < c.entry_count; ++e)
+    if (wanted(c.entry[e])) c.entry[e].set_links(links[e]);
 }
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {

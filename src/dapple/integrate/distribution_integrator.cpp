@@ -292,7 +292,7 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   const GridId& id = at.grid;
   scene::GridFeatures& f = w.features[p].grid;
   f.patch = id.patch;
-  f.point = uint32_t(id.index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1)));
+  f.point = uint32_t(at.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
   f.shading_rate = sqr(patches_.cell_size(id) / w.width[p]);
 }

@@ -38,7 +38,7 @@ void flatten_layers(Bsdf* b) {
 }  // namespace
 
 HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache)
-    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_) {
+    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_), linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 

@@ -19,7 +19,7 @@ class HitShader {
     int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
     int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
-    float cache_width = 0.5f;  ///< scale of the footprint that chooses the cache's resolution
+    float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
     uint64_t seed = 0;
   };
   static constexpr int lights_apart = 6;
@@ -90,6 +90,8 @@ class HitShader {
   void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
   template <class Wanted>
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
+  template <class Wanted>
+  void link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;
@@ -98,6 +100,7 @@ class HitShader {
   const Settings settings_;
   const MaterialTable materials_;
   const RayTracer tracer_;
+  const TileLinker linker_;
   std::vector<uint8_t> light_is_delta_;
 };
 

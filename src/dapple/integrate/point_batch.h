@@ -81,6 +81,7 @@ struct ShadingWorkspace {
 
   MaterialTable::Scratch prelighting;
   RayTracer::Scratch tracing;
+  TileLinker::Scratch linking;
   shading::ShadingPoints points;  ///< for stages that shaders have of their own
   RayCounts rays;
   StageCounts stages;

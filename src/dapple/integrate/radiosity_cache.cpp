@@ -9,7 +9,8 @@ namespace dapple::integrate {
 
 namespace {
 constexpr int coarse_level = 2, medium_level = 6;  // log2 of the points of a patch, at most
-constexpr int words_of(int points) { return points * 3 / 2; }
+// Links first, then points.
+constexpr int words_of(int points) { return TileLinks::words + points * 3 / 2; }
 static_assert(words_of(RadiosityCache::max_points) <= gi::TileCache::max_words);
 }  // namespace
 
@@ -33,12 +34,16 @@ void RadiosityCache::find(Entry& e, CacheCounts* counts) {
 
 void RadiosityCache::Entry::set(int point, const RGB& value) {
   const uint16_t packed[3] = {gi::pack(value.r), gi::pack(value.g), gi::pack(value.b)};
-  std::memcpy(reinterpret_cast<std::byte*>(words) + point * 6, packed, 6);
+  std::memcpy(reinterpret_cast<std::byte*>(words + TileLinks::words) + point * 6, packed, 6);
 }
+
+void RadiosityCache::Entry::set_links(const TileLinks& links) { words[0] = links.divided, words[1] = links.cut; }
+
+TileLinks RadiosityCache::Entry::links() const { return {words[0], words[1]}; }
 
 RGB RadiosityCache::Entry::get(int point) const {
   uint16_t packed[3];
-  std::memcpy(packed, reinterpret_cast<const std::byte*>(words) + point * 6, 6);
+  std::memcpy(packed, reinterpret_cast<const std::byte*>(words + TileLinks::words) + point * 6, 6);
   return {gi::unpack(packed[0]), gi::unpack(packed[1]), gi::unpack(packed[2])};
 }
 

@@ -3,6 +3,7 @@
 
 #include "dapple/gi/tile_cache.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/tile_links.h"
 #include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
@@ -11,6 +12,7 @@ namespace dapple::integrate {
 /// drive out the coarse ones that most rays read (multiresolution radiosity caching, methods page section 2). Coarse: the whole patch, or a
 /// group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
 ///
+/// An entry also says which of its points belong together (TileLinks).
 /// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h).
 class RadiosityCache {
  public:
@@ -28,6 +30,8 @@ class RadiosityCache {
 
     void set(int point, const RGB& value);
     RGB get(int point) const;
+    void set_links(const TileLinks& links);
+    TileLinks links() const;
   };
 
   explicit RadiosityCache(size_t bytes);

@@ -73,10 +73,10 @@ PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometr
 }
 
 V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const {
-  const auto& map = geometries_[geometry].map;
-  const auto f = map ? map->face_point(patch, s, t) : geom::PatchMap::FacePoint{patch, s, t};
+  GridId grid;
+  grid.instance = instance, grid.geometry = geometry;
   trace::HitBatch hit;
-  hit.instance[0] = instance, hit.geometry[0] = geometry, hit.primitive[0] = f.face, hit.u[0] = f.u, hit.v[0] = f.v;
+  set_hit(grid, patch, s, t, &hit, 0);
   return scene_.surface(hit, 0, shading_time).P;
 }
 
@@ -195,7 +195,7 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
     if (n.weight[c] > largest) largest = n.weight[c], n.nearest = n.index[c];
   }
   if (!(sum > 0)) {  // rounding at the diagonal of a half: the cell that holds the place
-    n.nearest = id.index(std::min(int(at.x), id.width() - 1), std::min(int(at.y), id.height() - 1));
+    n.nearest = at.cell();
     for (int c = 0; c < 4; ++c) n.index[c] = n.nearest, n.weight[c] = 0.25f;
     return n;
   }
@@ -214,28 +214,47 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
 
 void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const {
   const GeometryPatches& patches = geometries_[grid.geometry];
-  hits->instance[lane] = grid.instance;
-  hits->geometry[lane] = grid.geometry;
   const bool group = grid.cluster_level > 0;
   const uint32_t patch = group ? patches.clusters->representative(grid.patch, grid.cluster_level, grid.tile_u) : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
-  if (!patches.map) {
-    const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
-    hits->primitive[lane] = patch, hits->u[lane] = s, hits->v[lane] = curve ? 0 : t;
-    if (curve) scene_.face_curve(hits, lane, eye, shading_time);
+  if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry))) {
+    set_hit(grid, patch, s, 0, hits, lane);
+    scene_.face_curve(hits, lane, eye, shading_time);
     return;
   }
   // The cell's centroid within a half patch: corners that are cut off move to the diagonal.
-  if (patches.map->is_half(patch) && t * nv + 0.5f > (s * nu - 0.5f) / nu * nv) {
+  if (patches.map && patches.map->is_half(patch) && t * nv + 0.5f > (s * nu - 0.5f) / nu * nv) {
     const float s0 = i0 / nu, s1 = (i0 + 1) / nu, t0 = j0 / nv, t1 = std::min((j0 + 1) / nv, s1);
     s = (std::max(s0, t0) + s1 + s1) / 3;
     t = (t0 + t0 + t1) / 3;
     t = std::min(t, s);
   }
-  const auto f = patches.map->face_point(patch, s, t);
+  set_hit(grid, patch, s, t, hits, lane);
+}
+
+void PatchTable::set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const {
+  const auto& map = geometries_[grid.geometry].map;
+  const auto f = map ? map->face_point(patch, s, t) : geom::PatchMap::FacePoint{patch, s, t};
+  hits->instance[lane] = grid.instance, hits->geometry[lane] = grid.geometry;
   hits->primitive[lane] = f.face, hits->u[lane] = f.u, hits->v[lane] = f.v;
+}
+
+void PatchTable::place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const {
+  const float s = (float(grid.tile_u * GridId::tile) + x) / float(1u << grid.u_level);
+  float t = (float(grid.tile_v * GridId::tile) + y) / float(1u << grid.v_level);
+  const auto& map = geometries_[grid.geometry].map;
+  if (map && map->is_half(grid.patch)) t = std::min(t, s);
+  set_hit(grid, grid.patch, s, t, hits, lane);
+}
+
+GridId PatchTable::patch_of(const trace::HitBatch& hits, int i) const {
+  const auto& map = geometries_[hits.geometry[i]].map;
+  GridId id;
+  id.instance = hits.instance[i], id.geometry = hits.geometry[i];
+  id.patch = map ? map->patch_point(hits.primitive[i], hits.u[i], hits.v[i]).patch : hits.primitive[i];
+  return id;
 }
 
 size_t PatchTable::bytes() const {

@@ -34,6 +34,8 @@ struct GridPoint {
   GridId grid;
   uint32_t patch = 0;  ///< that was hit, though a group may serve it
   float x = 0, y = 0;
+
+  int cell() const { return grid.index(std::min(int(x), grid.width() - 1), std::min(int(y), grid.height() - 1)); }
 };
 
 /// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it, and
@@ -74,6 +76,10 @@ class PatchTable {
 
   /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
   void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
+  /// The same of any place on a tile of a patch that is not a curve, in cells from its first corner.
+  void place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const;
+  /// The patch of a hit, as a tile of one cell.
+  GridId patch_of(const trace::HitBatch& hits, int i) const;
   /// Moving things are diced and shaded where they are then.
   static constexpr float shading_time = 0.5f;
   /// The shading points around a place on a tile, by their number in it, and how much each counts: bilinear within the tile, the nearest
@@ -98,6 +104,7 @@ class PatchTable {
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
   bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
   float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/integrate/material_table.h"
+#include "dapple/scene/patch_table.h"
+
+namespace dapple::integrate {
+
+/// Which shading points of a tile belong together. Where other geometry stands on a surface (a wall on a floor that runs on under it), the
+/// light on either side has nothing to do with that on the other, and interpolation between them would leak
+/// (methods page section 2.1, the connectivity mask).
+struct TileLinks {
+  static constexpr int words = 2;
+  static constexpr int side = scene::GridId::tile;
+
+  uint32_t divided = 0;  ///< by cell: something stands in it, so its shading point says nothing about all of it
+  uint32_t cut = 0;      ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
+
+  static constexpr int bit(int i, int j) { return j * side + i; }
+  bool is_divided(int i, int j) const { return divided >> bit(i, j) & 1; }
+  bool is_cut_in_u(int i, int j) const { return cut >> bit(i, j) & 1; }
+  bool is_cut_in_v(int i, int j) const { return cut >> (side * side + bit(i, j)) & 1; }
+
+  /// Takes the points out of `near` that do not belong to that of the cell at `at`. False if nothing on the tile serves that place.
+  bool restrict_to(const scene::GridPoint& at, scene::PatchTable::Neighbours* near) const;
+};
+
+/// Finds links by rays just above the surface: lines across the whole tile first, and the ways between its points only where something
+/// stands in a line. What is smaller than a cell parts nothing, and a surface does not part itself. A pure function of the tile.
+class TileLinker {
+ public:
+  TileLinker(const scene::Scene& scene, const MaterialTable& materials, const scene::PatchTable* patches)
+      : scene_(scene), materials_(materials), patches_(patches) {}
+
+  struct Job {
+    scene::GridId grid;
+    TileLinks* links;
+  };
+  struct Scratch {
+    static constexpr int capacity = trace::RayBatch::capacity;
+    int job_count = 0;
+    Job jobs[capacity];
+
+    // Ways across or along tiles that are to be traced.
+    int count = 0;
+    TileLinks* links[capacity];
+    TileLinks if_blocked[capacity];
+    scene::GridId grid[capacity];
+    float cell_size[capacity];
+    trace::RayBatch rays;
+    trace::HitBatch hits;
+  };
+
+  /// Writes the links of all jobs. Returns the number of rays it took.
+  uint64_t link(Scratch& s) const;
+
+ private:
+  void add_lines(const Job& job, Scratch& s, uint64_t* rays) const;
+  void add_ways(const Job& job, Scratch& s, uint64_t* rays) const;
+  void add(const Job& job, const V2f& from, const V2f& to, float cell_size, const TileLinks& if_blocked, Scratch& s, uint64_t* rays) const;
+  void trace(Scratch& s, uint64_t* rays) const;
+  bool blocks(const Scratch& s, int ray) const;
+
+  const scene::Scene& scene_;
+  const MaterialTable& materials_;
+  const scene::PatchTable* const patches_;
+};
+
+}  // namespace dapple::integrate
