@@ -132,6 +132,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
         if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
         const int k = f.count++;
         set_shading_point(id, i, j, size, entry.key, f, k);
+        spread_origins(id, i, j, f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;
@@ -151,9 +152,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wan
   w.linking.job_count = 0;
   for (int e = 0; e < c.entry_count; ++e)
     if (wanted(c.entry[e])) w.linking.jobs[w.linking.job_count++] = {c.entry[e].grid, &links[e]};
-  const Timer timer;
-  w.rays.shadow += linker_.link(w.linking);
-  w.stages.tracing_seconds += timer.seconds();
+  link(true, w);
   for (int e = 0; e < c.entry_count; ++e)
     if (wanted(c.entry[e])) c.entry[e].set_links(links[e]);
 }
@@ -161,7 +160,9 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wan
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   prelight(f, Arrival::diffuse, w);
+  f.whole_cells = true;
   light_diffuse(below, w);
+  f.whole_cells = false;
   for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse[k]);
   f.count = 0;
 }

@@ -173,11 +173,19 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     throw;
   }
   publish();
-  for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
+  for (int i = 0; i < n; ++i) {
+    const int p = w.order[i];
+    GridStore::wait(*w.grid[p]);
+    scene::PatchTable::Neighbours near = patches_.neighbours(w.point[p]);
+    if (!w.grid[p]->links.restrict_to(w.point[p], &near)) w.source[p] = Source::hit;
+  }
 }
 
 // Gathers the points of the grids into full batches.
 void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
+  w.shading.linking.job_count = 0;
+  for (const auto& grid : w.to_shade) w.shading.linking.jobs[w.shading.linking.job_count++] = {grid->id, &grid->links};
+  shader_.link(false, w.shading);
   PointBatch& b = w.shading.level(sample_level);
   b.count = 0;
   for (const auto& grid : w.to_shade) {
@@ -231,7 +239,8 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
 
 // Writes point k: what the shading points around `at` have.
 void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
-  const auto near = patches_.neighbours(at);
+  auto near = patches_.neighbours(at);
+  grid.links.restrict_to(at, &near);
   b.diffuse[k] = RGB();
   for (int c = 0; c < 4; ++c)
     if (near.weight[c] > 0) b.diffuse[k] += grid.diffuse[size_t(near.index[c])] * near.weight[c];

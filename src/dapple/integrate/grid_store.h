@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/tile_links.h"
 #include "dapple/scene/patch_table.h"
 #include "dapple/shading/bsdf.h"
 
@@ -19,6 +20,7 @@ struct ShadingGrid {
 
   scene::GridId id;
   std::unique_ptr<RGB[]> diffuse;          ///< radiance by diffuse lobes
+  TileLinks links;
   std::unique_ptr<shading::Bsdf[]> bsdf;   ///< null where the material scatters the same everywhere
   std::atomic<bool> ready{false};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard

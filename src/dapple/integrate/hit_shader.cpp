@@ -15,7 +15,7 @@ using trace::no_id;
 
 namespace {
 
-enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks };
+enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
@@ -70,6 +70,30 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float s
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
 }
 
+void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch& b, int k) const {
+  const geom::SurfacePoint& middle = b.surface[k];
+  for (int o = 0; o < PointBatch::origins; ++o) {
+    RayOrigin& to = b.origin[k * PointBatch::origins + o];
+    to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
+    if (id.cluster_level > 0) continue;
+    const uint64_t random = hash(b.key[k], for_origins, o);
+    const float x = float(i) + 0.5f * (float(o & 1) + to_unit_float(random));
+    const float y = float(j) + 0.5f * (float(o >> 1) + to_unit_float(random << 24));
+    trace::HitBatch& at = b.hits;
+    patches_->place_on_tile(id, x, y, &at, k);
+    const geom::SurfacePoint s = scene_.traced.surface(at, k, scene::PatchTable::shading_time);
+    // Half a patch, or the seam of a sphere: what is on its other side does not count.
+    if (dot(s.Ng, middle.Ng) > 0) to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+  }
+}
+
+void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
+  w.linking.single_cells = single_cells;
+  const Timer timer;
+  w.rays.link += linker_.link(w.linking);
+  w.stages.tracing_seconds += timer.seconds();
+}
+
 int HitShader::shadow_rays(const Place& p) const {
   return (settings_.shadow_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
 }
@@ -78,9 +102,8 @@ int HitShader::diffuse_rays(const Place& p) const {
   return (settings_.diffuse_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
 }
 
-shading::LightReceiver HitShader::receiver(const PointBatch& b, int k) const {
-  const Bsdf& bsdf = b.bsdf[k];
-  return {b.surface[k].P, face_forward(bsdf.frame.n, b.wo[k]), b.time[k], bsdf.has_transmission()};
+shading::LightReceiver HitShader::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
+  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
 }
 
 RGB HitShader::environment(const V3f& d) const {
@@ -142,7 +165,7 @@ void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& 
       continue;
     }
     for (int light = 0; light < lights; ++light) {
-      const int n = light_is_delta_[size_t(light)] ? 1 : rays;
+      const int n = light_is_delta_[size_t(light)] ? (b.whole_cells ? std::min(rays, PointBatch::origins) : 1) : rays;
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }
@@ -157,13 +180,15 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
     const Bsdf& bsdf = b.bsdf[k];
-    const shading::LightReceiver to = receiver(b, k);
+    const RayOrigin from = b.origin_of(k, int(w.index[j]));
+    const V3f n = from.normal(bsdf.frame.n);
+    const shading::LightReceiver to = receiver(b, k, from.P, n);
     shading::LightSampler::Selection chosen{w.job_light[j], 1};
     if (choose) chosen = scene_.light_sampler->select(to, w.u2[j]);
     if (chosen.light < 0) continue;
     shading::LightSample light;
     if (!scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[j], w.u1[j]), &light)) continue;
-    const float cosine = dot(light.wi, bsdf.frame.n), pdf = light.pdf * chosen.probability;
+    const float cosine = dot(light.wi, n), pdf = light.pdf * chosen.probability;
     RGB L = light.radiance * (w.job_weight[j] * std::abs(cosine) / pdf);
     ShadowTarget target = to_specular;
     if (bsdf.is_diffuse()) {
@@ -175,12 +200,12 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
       if (!light.delta) L *= power_heuristic(pdf / w.job_weight[j], bsdf_pdf * float(w.counts[k]));
     }
     if (L.is_black() || !L.is_finite()) continue;
-    const V3f origin = offset_origin(b.surface[k], light.wi);
+    const V3f origin = offset_origin(from, light.wi);
     const ShadowRay ray(to.p, light, origin);
     if (!(ray.distance > 0)) continue;
     const int s = w.shadow_count++;
     w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
-    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, b.surface[k].Ng, b.medium[k]);
+    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
     w.shadow_point[s] = k;
     w.shadow_target[s] = target;
     w.shadow_light[s] = L;
@@ -223,15 +248,16 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     const float cosine = local.z;
     if (cosine <= 0) continue;
     if ((dot(b.wo[k], bsdf.frame.n) < 0) != behind) local.z = -local.z;
-    const V3f d = bsdf.frame.to_world(local);
+    const RayOrigin from = b.origin_of(k, int(w.index[j]));
+    const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = b.ray_count++;
-    b.rays.set(i, offset_origin(b.surface[k], d), d, infinity, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
+    b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
     b.ray_point[i] = k;
     b.ray_behind[i] = behind;
     b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
     b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
     b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
-    b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, b.surface[k].Ng, b.medium[k]);
+    b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   }
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
@@ -347,9 +373,10 @@ void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
     const int k = b.ray_point[i];
     b.ray_L[i] = RGB();
     const V3f d = b.rays.direction(i);
+    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
-      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(receiver(b, k), light, d, s, rays)) : 1;
+      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(to, light, d, s, rays)) : 1;
       b.ray_L[i] += Le * weight;
     };
     if (b.hits.geometry[i] == no_id) {

@@ -49,6 +49,12 @@ class HitShader {
   /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `size`: PatchTable::cell_size. `key`: of the tile's random numbers.
   void set_shading_point(const scene::GridId& grid, int i, int j, float size, uint64_t key, PointBatch& b, int k) const;
 
+  /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
+  void spread_origins(const scene::GridId& grid, int i, int j, PointBatch& b, int k) const;
+
+  /// Finds the links of the tiles that are w.linking.jobs, those of tiles of one cell only if asked to.
+  void link(bool single_cells, ShadingWorkspace& w) const;
+
   // shade() in steps, for callers that keep what a step gives.
   void prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse.
@@ -70,7 +76,7 @@ class HitShader {
  private:
   int shadow_rays(const Place& place) const;
   int diffuse_rays(const Place& place) const;
-  shading::LightReceiver receiver(const PointBatch& b, int k) const;
+  shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
   float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
 
   template <class Wanted>

@@ -12,14 +12,14 @@
 
 namespace dapple::integrate {
 
-/// Rays of each kind an integrator traced.
+/// Rays of each kind an integrator traced. `link`: between shading points, to see which belong together.
 struct RayCounts {
-  uint64_t camera = 0, shadow = 0, diffuse = 0, specular = 0, subsurface = 0;
+  uint64_t camera = 0, shadow = 0, diffuse = 0, specular = 0, subsurface = 0, link = 0;
   RayCounts& operator+=(const RayCounts& o) {
-    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface;
+    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface, link += o.link;
     return *this;
   }
-  uint64_t total() const { return camera + shadow + diffuse + specular + subsurface; }
+  uint64_t total() const { return camera + shadow + diffuse + specular + subsurface + link; }
 };
 
 /// Points at which each stage of the shaders ran.

@@ -7,6 +7,7 @@
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
+#include "dapple/integrate/ray_origin.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/numeric/sobol.h"
 
@@ -30,6 +31,10 @@ struct PointBatch {
   float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
   uint64_t key[capacity];   ///< of all random numbers of the point
+  /// Where the rays of points start that stand for their whole cells; those of other points start at `surface`.
+  static constexpr int origins = 4;
+  bool whole_cells = false;
+  RayOrigin origin[capacity * origins];
   int parent[capacity];     ///< ray of the batch above that found the point
 
   shading::Bsdf bsdf[capacity];
@@ -54,6 +59,11 @@ struct PointBatch {
   shading::Lobe ray_lobe[capacity];
 
   void move_point(int to, int from);
+  /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
+  RayOrigin origin_of(int k, int i) const {
+    if (whole_cells) return origin[k * origins + (i + i / origins) % origins];
+    return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error};
+  }
 };
 
 /// Look-ups of a batch's diffuse rays in the radiosity cache.

@@ -6,10 +6,21 @@
 
 namespace dapple::integrate {
 
-/// Where a ray along `direction` starts, so that it does not meet the surface it leaves.
-inline V3f offset_origin(const geom::SurfacePoint& s, const V3f& direction) {
+/// Where a ray along `direction` starts, so that it does not meet the surface it leaves: a geom::SurfacePoint, or a RayOrigin.
+template <class Place>
+V3f offset_origin(const Place& s, const V3f& direction) {
   return s.P + s.Ng * (dot(direction, s.Ng) < 0 ? -s.error : s.error);
 }
+
+/// A place on the cell of a shading point from which some of its rays start.
+struct RayOrigin {
+  V3f P, Ng;
+  V3f turn;  ///< what the normal there differs by
+  float error;
+
+  /// The normal there, where that of the shading point, bumps included, is n.
+  V3f normal(const V3f& n) const { return turn == V3f(0, 0, 0) ? n : normalize(n + turn); }
+};
 
 /// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and short of the light
 /// by a little so that it does not shadow itself.

@@ -44,9 +44,8 @@ uint64_t TileLinker::link(Scratch& s) const {
   s.count = 0;
   for (int i = 0; i < s.job_count; ++i) {
     *s.jobs[i].links = {};
-    // A whole patch in one cell, or a group of patches, as leaves: nothing is interpolated.
     const GridId& id = s.jobs[i].grid;
-    if (id.cluster_level > 0 || id.u_level + id.v_level == 0) continue;
+    if (id.cluster_level > 0 || (id.count() == 1 && !s.single_cells)) continue;
     if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) continue;
     add_lines(s.jobs[i], s, &rays);
   }

@@ -40,6 +40,7 @@ class TileLinker {
     static constexpr int capacity = trace::RayBatch::capacity;
     int job_count = 0;
     Job jobs[capacity];
+    bool single_cells = false;  ///< also tiles of one cell, whose point stands for all of it
 
     // Ways across or along tiles that are to be traced.
     int count = 0;

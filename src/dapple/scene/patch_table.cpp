@@ -242,10 +242,12 @@ void PatchTable::set_hit(const GridId& grid, uint32_t patch, float s, float t, t
 }
 
 void PatchTable::place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const {
+  const bool half = geometries_[grid.geometry].map && geometries_[grid.geometry].map->is_half(grid.patch);
+  // Beyond the diagonal: what a cell lacks there, its other half has twice.
+  if (half && grid.u_level == grid.v_level && grid.tile_u == grid.tile_v && int(x) == int(y) && y > x) std::swap(x, y);
   const float s = (float(grid.tile_u * GridId::tile) + x) / float(1u << grid.u_level);
   float t = (float(grid.tile_v * GridId::tile) + y) / float(1u << grid.v_level);
-  const auto& map = geometries_[grid.geometry].map;
-  if (map && map->is_half(grid.patch)) t = std::min(t, s);
+  if (half) t = std::min(t, s);
   set_hit(grid, grid.patch, s, t, hits, lane);
 }
 
