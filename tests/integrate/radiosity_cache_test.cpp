@@ -128,13 +128,16 @@ TEST(RadiosityCache, SavesShading) {
   const auto built = build_text(room);
   const auto with = render_built(built, 4, settings(2, true)), without = render_built(built, 4, settings(2, false));
   EXPECT_LT(10 * with.result.stages[shading::Stage::prelighting], without.result.stages[shading::Stage::prelighting]);
-  ASSERT_EQ(with.result.caches.size(), 4u);
+  ASSERT_EQ(with.result.caches.size(), 6u);
+  uint64_t by_resolution = 0, by_depth = 0;
   for (const integrate::CacheState& c : with.result.caches) {
     if (c.name == "grids") continue;
     EXPECT_EQ(c.counts.lookups, c.counts.hits + c.counts.fills) << c.name;
     EXPECT_GT(c.counts.hits, c.counts.fills) << c.name;
     EXPECT_LE(c.bytes, c.capacity_bytes);
+    (c.has_memory ? by_resolution : by_depth) += c.counts.lookups;
   }
+  EXPECT_EQ(by_resolution, by_depth);
 }
 
 TEST(RadiosityCache, OfAnyMemoryAndThreadsGivesTheSameImage) {

@@ -81,7 +81,8 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
       e.grid = c.point[look_up].grid;
       e.key = c.key[look_up];
       e.needed = 0;
-      cache_->find(e, w.caches);
+      e.diffuse_depth = below.depth.diffuse;
+      cache_->find(e, &w.caches);
     }
     c.entry_of[look_up] = c.entry_count - 1;
     c.near[look_up] = patches_->neighbours(c.point[look_up]);
@@ -94,7 +95,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
   for (int e = 0; e < c.entry_count; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
     entry.lost = entry.found == TileCache::Found::pending && !cache_->wait(entry);
-    if (entry.lost) cache_->count_lost(entry, w.caches), entry.found = TileCache::Found::refused;
+    if (entry.lost) RadiosityCache::count_lost(entry, &w.caches), entry.found = TileCache::Found::refused;
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
 
@@ -143,7 +144,8 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   if (all == 0) return;
   const double seconds = timer.seconds() - (w.fill_seconds - deeper);
   w.fill_seconds += seconds;
-  for (int r = 0; r < resolution_count; ++r) w.caches[r].fill_seconds += seconds * points[r] / all;
+  for (int r = 0; r < resolution_count; ++r) w.caches.by_resolution[r].fill_seconds += seconds * points[r] / all;
+  w.caches.by_depth[size_t(below.depth.diffuse - 1)].fill_seconds += seconds;
 }
 
 template <class Wanted>

@@ -67,12 +67,14 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
     const size_t bytes = area.bytes_in_use();
     states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
   }
+  for (int d = 1; d <= settings_.shading.bounces; ++d) states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
   return states;
 }
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
   auto w = std::make_unique<DistributionWorkspace>();
-  w->caches.resize(1 + resolution_count);
+  w->caches.resize(caches().size());
+  w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
   return w;
 }
 
@@ -81,7 +83,8 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.wants_features = film.settings().features;
   w.shading.rays = {};
   w.shading.stages = {};
-  std::fill_n(w.shading.caches, resolution_count, CacheCounts());
+  std::fill_n(w.shading.caches.by_resolution, resolution_count, CacheCounts());
+  std::fill(w.shading.caches.by_depth.begin(), w.shading.caches.by_depth.end(), CacheCounts());
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
@@ -96,7 +99,10 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
-  for (int r = 0; r < resolution_count; ++r) w.caches[size_t(1 + r)] += w.shading.caches[r];
+  if (!radiosity_) return;
+  CacheCounts* to = &w.caches[1];
+  for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
+  for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {

@@ -54,11 +54,12 @@ struct CacheCounts {
   }
 };
 
-/// What a cache at one resolution holds.
+/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own.
 struct CacheState {
-  std::string name;  ///< "radiosity.fine"
-  CacheCounts counts;
+  std::string name;  ///< "radiosity.fine", "radiosity.depth1"
+  CacheCounts counts{};
   uint64_t evictions = 0, bytes = 0, peak_bytes = 0, capacity_bytes = 0;
+  bool has_memory = true;
 };
 
 /// A tile's worth of work: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.

@@ -95,7 +95,7 @@ struct ShadingWorkspace {
   shading::ShadingPoints points;  ///< for stages that shaders have of their own
   RayCounts rays;
   StageCounts stages;
-  CacheCounts caches[resolution_count];
+  RadiosityCache::Counts caches;
   double fill_seconds = 0;  ///< of all fills so far
 
   // Rays about to be drawn, and their random numbers.

@@ -22,14 +22,11 @@ Resolution RadiosityCache::resolution(const scene::GridId& grid) {
   return level <= coarse_level ? Resolution::coarse : level <= medium_level ? Resolution::medium : Resolution::fine;
 }
 
-void RadiosityCache::find(Entry& e, CacheCounts* counts) {
-  CacheCounts& c = counts[size_t(resolution(e.grid))];
+void RadiosityCache::find(Entry& e, Counts* counts) {
   e.found = area(e).find(e.key, e.words, &e.slot);
-  ++c.lookups;
-  if (e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending)
-    ++c.hits;
-  else
-    ++c.fills, std::memset(e.words, 0, sizeof e.words);  // points outside the patch are not computed
+  const bool hit = e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending;
+  counts->add(e, {1, hit, !hit, 0});
+  if (!hit) std::memset(e.words, 0, sizeof e.words);  // points outside the patch are not computed
 }
 
 void RadiosityCache::Entry::set(int point, const RGB& value) {

@@ -22,6 +22,7 @@ class RadiosityCache {
   struct Entry {
     scene::GridId grid;
     uint64_t key = 0;
+    int diffuse_depth = 1;  ///< bounces between the camera and it
     uint32_t needed = 0;  ///< bit set of the points that the look-up wants
     gi::TileCache::Found found = gi::TileCache::Found::refused;
     gi::TileCache::Slot slot;
@@ -39,13 +40,21 @@ class RadiosityCache {
   static Resolution resolution(const scene::GridId& grid);
   static uint64_t key(const scene::GridId& grid, int diffuse_depth) { return hash(grid.hash(), diffuse_depth); }
 
-  /// Fills entry.found, and entry.words where it is ready. The resolution's counters go up.
-  void find(Entry& entry, CacheCounts* counts);
+  /// What became of look-ups.
+  struct Counts {
+    CacheCounts by_resolution[resolution_count];
+    std::vector<CacheCounts> by_depth;  ///< of diffuse bounces: 1, 2, ...
+
+    void add(const Entry& entry, const CacheCounts& c) {
+      by_resolution[size_t(resolution(entry.grid))] += c;
+      by_depth[size_t(entry.diffuse_depth - 1)] += c;
+    }
+  };
+
+  /// Fills entry.found, and entry.words where it is ready.
+  void find(Entry& entry, Counts* counts);
   /// An entry that was pending turned out to be gone: the look-up was no hit.
-  static void count_lost(const Entry& entry, CacheCounts* counts) {
-    CacheCounts& c = counts[size_t(resolution(entry.grid))];
-    --c.hits, ++c.fills;
-  }
+  static void count_lost(const Entry& entry, Counts* counts) { counts->add(entry, {0, ~uint64_t(0), 1, 0}); }
   void publish(const Entry& entry) { area(entry).publish(entry.slot, entry.words); }
   void abandon(const Entry& entry) { area(entry).abandon(entry.slot); }
   bool wait(Entry& entry) { return area(entry).wait(entry.key, entry.slot, entry.words); }

@@ -54,10 +54,13 @@ std::string RunReport::to_json() const {
   j["shading_batches"] = session.stages.batches;
   j["shading_seconds"] = session.stages.shading_seconds;
   if (session.stages.tracing_seconds > 0) j["tracing_seconds"] = session.stages.tracing_seconds;
-  for (const integrate::CacheState& c : session.caches)
-    j["cache"][c.name] = {{"lookups", c.counts.lookups}, {"hits", c.counts.hits}, {"fills", c.counts.fills}, {"evictions", c.evictions},
-                          {"bytes", c.bytes}, {"peak_bytes", c.peak_bytes}, {"capacity_bytes", c.capacity_bytes},
-                          {"fill_seconds", c.counts.fill_seconds}};
+  for (const integrate::CacheState& c : session.caches) {
+    auto& to = j["cache"][c.name] = {{"lookups", c.counts.lookups}, {"hits", c.counts.hits}, {"fills", c.counts.fills},
+                                     {"fill_seconds", c.counts.fill_seconds}};
+    if (c.counts.fills > 0) to["mean_reuse"] = double(c.counts.lookups) / double(c.counts.fills);
+    if (!c.has_memory) continue;
+    to["evictions"] = c.evictions, to["bytes"] = c.bytes, to["peak_bytes"] = c.peak_bytes, to["capacity_bytes"] = c.capacity_bytes;
+  }
   j["dropped_samples"] = dropped_samples;
   j["warnings"] = warnings;
   if (session.relative_error > 0 && std::isfinite(session.relative_error)) j["relative_error"] = session.relative_error;
