@@ -58,6 +58,7 @@ class PenumbraRun {
     if (o_.quiet) set_log_level(1);
     settings_.planes = o_.planes == "merged" ? forest::Planes::merged : forest::Planes::independent;
     settings_.sky_cell = o_.sky_cell;
+    settings_.transforms = &transforms_;
     const std::optional<forest::SkyDome> sky_file = read_sky_file(o_);
     read_masks(places[0]);
     for (size_t i = 0; i < places.size(); ++i) {
@@ -166,6 +167,8 @@ class PenumbraRun {
     j["mask"] = {{"width", mask.transmittance.width}, {"height", mask.transmittance.height}, {"pitch_m", mask.pitch}, {"periodic", mask.periodic}};
     for (const forest::CanopyPlane& plane : planes_)
       j["mask"]["sheets"].push_back({{"height_m", plane.height}, {"mean_transmittance", {plane.mask.mean(0), plane.mask.mean(1), plane.mask.mean(2)}}});
+    for (const forest::TransformCount& t : transforms_)
+      j["transforms"].push_back({{"width", t.nx}, {"height", t.ny}, {"forward", t.forward}, {"inverse", t.inverse}});
     j["frames"] = frames_;
     return j.dump(2) + "\n";
   }
@@ -173,6 +176,7 @@ class PenumbraRun {
   const PenumbraOptions& o_;
   const std::string command_line_;
   const Timer wall_;
+  std::vector<forest::TransformCount> transforms_;
   forest::PenumbraSettings settings_;
   std::optional<build::BuiltScene> scene_;
   std::vector<forest::CanopyPlane> planes_;

@@ -66,7 +66,7 @@ Places rows_wanted(const Axis& axis, int width, const Window& out) {
 
 }  // namespace
 
-Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const Window& out, size_t max_bytes) {
+Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const Window& out, const PenumbraSettings& settings) {
   const int channels = std::max(f.channels, light.weight.channels);
   Raster result(out.width, out.height, channels);
   if (light.weight.values.empty()) return result;
@@ -74,10 +74,11 @@ Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const
   const LightRaster& w = periodic ? fold : light;
   const Axis ax(f.width, periodic, w.window.x0, w.window.width, out.x0, out.width);
   const Axis ay(f.height, periodic, w.window.y0, w.window.height, out.y0, out.height);
-  if (const double bytes = 3.0 * 16 * (ax.size / 2 + 1) * double(ay.size); bytes > double(max_bytes))
+  if (const double bytes = 3.0 * 16 * (ax.size / 2 + 1) * double(ay.size); bytes > double(settings.max_bytes))
     throw MemoryError("the Fourier transforms of a mask of " + std::to_string(f.width) + " x " + std::to_string(f.height) + " pixels need " +
-                      std::to_string(int(bytes / (1 << 20))) + " MiB, more than the " + std::to_string(max_bytes >> 20) + " MiB allowed");
+                      std::to_string(int(bytes / (1 << 20))) + " MiB, more than the " + std::to_string(settings.max_bytes >> 20) + " MiB allowed");
 
+  if (settings.transforms) settings.transforms->push_back({ax.size, ay.size, f.channels + w.weight.channels, channels});
   const RealFft2 fft(ax.size, ay.size);
   const auto transformed = [&fft](const Raster& r, int channel, int width, int height) {
     return fft.forward([&](int y, std::span<double> row) {

@@ -105,11 +105,11 @@ RGB beyond(const RGB& whole, const LightRaster& raster) {
 
 /// One light through one mask: `make` gives its raster within a window of cells of `factor` pixels, `open` is its whole irradiance.
 template <class Make>
-Raster through(const CanopyMask& mask, int factor, const RGB& open, const Window& reach, size_t max_bytes, const Make& make) {
+Raster through(const CanopyMask& mask, int factor, const RGB& open, const Window& reach, const PenumbraSettings& settings, const Make& make) {
   const Raster blocked = averaged(opacity(mask.transmittance), factor);
   const LightRaster light = make(reach);
   const Window out = factor == 1 ? Window{0, 0, blocked.width, blocked.height} : Window{-1, -1, blocked.width + 2, blocked.height + 2};
-  Raster c = correlate(blocked, light, mask.periodic, out, max_bytes);
+  Raster c = correlate(blocked, light, mask.periodic, out, settings);
   if (factor > 1) c = interpolated(c, factor, mask.transmittance.width, mask.transmittance.height);
 
   const RGB far = mask.periodic ? beyond(open, light) : RGB();
@@ -144,7 +144,7 @@ Raster sky_through(const CanopyMask& mask, double height, const SkyDome& sky, co
     const int n = int(std::ceil(far / (pitch * stride)));
     reach = {-n, -n, 2 * n + 1, 2 * n + 1};
   }
-  return through(mask, f, open, reach, settings.max_bytes, [&](const Window& window) {
+  return through(mask, f, open, reach, settings, [&](const Window& window) {
     LightRaster light = sky_raster(density, sky.detail(), grey, pitch / height * stride, window);
     light.stride = stride;
     return light;
@@ -180,12 +180,12 @@ Raster sun_irradiance(const CanopyMask& mask, double height, const SunDisc& sun,
   check_height(height);
   const double cell = mask.pitch / height;
   if (!mask.periodic)
-    return through(mask, 1, sun.irradiance_horizontal(), all_of(mask.transmittance), settings.max_bytes,
+    return through(mask, 1, sun.irradiance_horizontal(), all_of(mask.transmittance), settings,
                    [&](const Window& window) { return sun_raster(sun, cell, window); });
   // A low sun over small pixels: thousands of cells across are enough, wherever they come to lie on the mask.
   const Window fine = sun_window(sun, cell);
   const int stride = odd(std::max(fine.width, fine.height) / 2048.0);
-  return through(mask, 1, sun.irradiance_horizontal(), sun_window(sun, cell * stride), settings.max_bytes, [&](const Window& window) {
+  return through(mask, 1, sun.irradiance_horizontal(), sun_window(sun, cell * stride), settings, [&](const Window& window) {
     LightRaster light = sun_raster(sun, cell * stride, window);
     light.stride = stride;
     return light;

@@ -21,12 +21,18 @@ enum class Planes {
   merged        ///< one sheet of all transmittances multiplied, at the height weighted by their opacities
 };
 
+/// Fourier transforms done for one correlation: of rasters of nx by ny numbers.
+struct TransformCount {
+  int nx = 0, ny = 0, forward = 0, inverse = 0;
+};
+
 struct PenumbraSettings {
   Planes planes = Planes::independent;
   /// Cells of the sky's raster, at most this part of the height (and half the sky's detail): the mask is averaged to them and their
   /// irradiance interpolated, with an error of some 1e-4 of the open irradiance at 1/64. 0: cells of the mask.
   double sky_cell = 1.0 / 64;
   size_t max_bytes = size_t{8} << 30;  ///< of spectra; MemoryError above
+  std::vector<TransformCount>* transforms = nullptr;  ///< if set, what was done is added
 };
 
 /// Irradiance of the ground under sheets of leaves by the correlation of sun and sky with them (Max 1991; illumination under trees, 3.2):
@@ -57,6 +63,6 @@ class OrientedSkylight {
 RGB oriented_sunlight(const RGB& horizontal, const SunDisc& sun, const V3f& n);
 
 /// c(g) = sum over x of f(x) w(x - g) for g in `out`, channel by channel; f is zero outside, or repeats. By Fourier transforms.
-Raster correlate(const Raster& f, const LightRaster& w, bool periodic, const Window& out, size_t max_bytes);
+Raster correlate(const Raster& f, const LightRaster& w, bool periodic, const Window& out, const PenumbraSettings& settings);
 
 }  // namespace dapple::forest
