@@ -115,16 +115,16 @@ TEST_P(CanopyLights, GiveTheIrradianceOfThePenumbra) {
   integrate::PathIntegrator::Settings path = test::bounces(0);
   expect_alike(irradiance(test::render_built(built, 256, path).film), reference, 0.005, 0.025, "path");
   integrate::DistributionIntegrator::Settings distribution;
-  distribution.shading.diffuse_bounces = 0;
+  distribution.shading.bounces = 0;
   distribution.shading.shadow_rays = integrate::RayList({64});
-  distribution.shading_rate = 1;
+  distribution.shading_rate = 1.0f / 64;  // leaves are two pixels wide and their edges sharp
   expect_alike(irradiance(test::render_built(built, 4, distribution).film), reference, 0.01, 0.03, "distribution");
 }
 
 INSTANTIATE_TEST_SUITE_P(Lights, CanopyLights,
                          testing::Values(Case{"Sun", "", true, false, false}, Case{"Sky", "", false, true, false}, Case{"Both", "", true, true, false},
                                          Case{"Periodic", "", true, true, true}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& chosen) { return chosen.param.name; });
 
 using CutSheets = CanopyLights;
 
@@ -139,7 +139,7 @@ TEST_P(CutSheets, GiveTheIrradianceOfThePenumbra) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lights, CutSheets, testing::Values(Case{"Sun", "", true, false, false}, Case{"Both", "", true, true, false}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& chosen) { return chosen.param.name; });
 
 // Rationale: rays that find the light by chance. Expectation: a mirror shows the sheet; above it the open sky; samples agree with environment_at and pdf.
 TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
@@ -149,7 +149,7 @@ TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
   const SunDisc sun(0.5, 1, RGB(100));
   const Transform t = Transform::translate({5, 6, 7}) * Transform::rotate(30, {1, 2, 3}) * Transform::scale({2, 2, 2});
   const CanopyLight light(CanopyLight::Sheet{mask, 2}, sun, SkyDome::preetham(sun.direction(), 3).with_irradiance(50), t);
-  int drawn = 0;
+  int drawn = 0, agree = 0;
   for (uint32_t i = 0; i < 4000; ++i) {
     KeyedRng rng(i);
     const shading::LightReceiver to{t.point({rng.next() * 4 - 2, rng.next() * 4 - 2, rng.next()}), V3f(0, 0, 1)};
@@ -158,9 +158,10 @@ TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
     ++drawn;
     EXPECT_NEAR(light.pdf(to, s.wi, {}, {}), s.pdf, 2e-2f * s.pdf);
     const RGB seen = light.environment_at(to.p, s.wi, 0);
-    if (!seen.is_black()) EXPECT_NEAR(seen.g, s.radiance.g, 2e-2f * s.radiance.g);  // but for directions at the edge of a pixel or the sun
+    agree += std::abs(seen.g - s.radiance.g) <= 2e-2f * s.radiance.g;
   }
   EXPECT_GT(drawn, 1000);
+  EXPECT_GT(agree, 0.99 * drawn) << "all but directions at the edge of a pixel or the sun";
   const V3f up = normalize(t.vector({0, 0, 1}));
   EXPECT_TRUE(light.environment_at(t.point({0, 0, 0}), -up, 0).is_black()) << "below the horizon";
   EXPECT_FALSE(light.environment_at(t.point({0, 0, 2.1f}), up, 0).is_black()) << "above the sheet";
