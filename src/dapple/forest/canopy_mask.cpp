@@ -53,10 +53,15 @@ RGB CanopyMask::at(double x, double y) const {
   return transmittance.rgb(int(i), int(j));
 }
 
-CanopyMask product(const CanopyMask& a, const CanopyMask& b) {
+void check_same_grid(const CanopyMask& a, const CanopyMask& b) {
   const Raster &p = a.transmittance, &q = b.transmittance;
   if (p.width != q.width || p.height != q.height || a.pitch != b.pitch || a.periodic != b.periodic)
     throw std::invalid_argument("masks of several sheets must have the same size, pixels and borders");
+}
+
+CanopyMask product(const CanopyMask& a, const CanopyMask& b) {
+  check_same_grid(a, b);
+  const Raster &p = a.transmittance, &q = b.transmittance;
   CanopyMask out = p.channels >= q.channels ? a : b;
   Raster& r = out.transmittance;
   for (int c = 0; c < r.channels; ++c)

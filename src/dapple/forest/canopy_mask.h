@@ -43,6 +43,8 @@ struct CanopyMask {
   double mean(int channel) const { return transmittance.mean(transmittance.channels == 1 ? 0 : channel); }
 };
 
+/// std::invalid_argument unless both have the same size, pixels and borders.
+void check_same_grid(const CanopyMask& a, const CanopyMask& b);
 /// Sheets of equal size and pixels as one: products of transmittances.
 CanopyMask product(const CanopyMask& a, const CanopyMask& b);
 

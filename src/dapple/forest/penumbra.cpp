@@ -31,7 +31,9 @@ void check_height(double height) {
 
 Raster opacity(const Raster& transmittance) {
   Raster out = transmittance;
-  for (float& v : out.values) v = 1 - v;
+  parallel_ranges(out.values.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) out.values[i] = 1 - out.values[i];
+  });
   return out;
 }
 
@@ -116,11 +118,13 @@ Raster through(const CanopyMask& mask, int factor, const RGB& open, const Window
   const bool coloured = open.r != open.g || open.g != open.b;
   Raster result(c.width, c.height, coloured ? 3 : c.channels);
   for (int channel = 0; channel < result.channels; ++channel) {
-    const double whole = double(open[channel]) - double(far[channel]) * (1 - mask.mean(channel));
-    for (int y = 0; y < c.height; ++y)
-      for (int x = 0; x < c.width; ++x)
-        // What is left of zero after rounding is no darkness below zero.
-        result.row(channel, y)[x] = float(std::max(whole - double(c.at(channel, x, y)), 0.0));
+    const double whole = double(open[channel]) - (mask.periodic ? double(far[channel]) * (1 - mask.mean(channel)) : 0);
+    parallel_for(size_t(c.height), [&](size_t y) {
+      const float* const from = c.row(c.channels == 1 ? 0 : channel, int(y));
+      float* const to = result.row(channel, int(y));
+      // What is left of zero after rounding is no darkness below zero.
+      for (int x = 0; x < c.width; ++x) to[x] = float(std::max(whole - double(from[x]), 0.0));
+    });
   }
   return result;
 }
@@ -203,7 +207,7 @@ Raster ground_irradiance(std::span<const CanopyPlane> planes, const std::optiona
   if (planes.empty()) throw std::invalid_argument("no sheet of leaves");
   for (const CanopyPlane& plane : planes) {
     check_height(plane.height);
-    product(planes[0].mask, plane.mask);  // throws for different sizes
+    check_same_grid(planes[0].mask, plane.mask);
   }
   std::optional<CanopyPlane> one;
   if (planes.size() > 1 && settings.planes == Planes::merged) planes = std::span(&one.emplace(merged(planes)), 1);
@@ -213,12 +217,14 @@ Raster ground_irradiance(std::span<const CanopyPlane> planes, const std::optiona
   const auto add = [&](const RGB& open, const auto& part_of) {
     std::vector<Raster> parts;
     for (const CanopyPlane& plane : planes) parts.push_back(part_of(plane));
-    for (int y = 0; y < shape.height; ++y)
+    parallel_for(size_t(shape.height), [&](size_t row) {
+      const int y = int(row);
       for (int x = 0; x < shape.width; ++x) {
         RGB e = parts[0].rgb(x, y);
         for (size_t k = 1; k < parts.size(); ++k) e *= ratio(parts[k].rgb(x, y), open);
         for (int c = 0; c < 3; ++c) total.row(c, y)[x] += e[c];
       }
+    });
   };
   if (sun) add(sun->irradiance_horizontal(), [&](const CanopyPlane& p) { return sun_irradiance(p.mask, p.height, *sun, settings); });
   if (sky) add(sky->irradiance(), [&](const CanopyPlane& p) { return sky_irradiance(p.mask, p.height, *sky, settings); });
