@@ -14,6 +14,7 @@ using Command = std::function<int()>;
 Command add_render(CLI::App& app, const std::string& command_line);
 Command add_info(CLI::App& app);
 Command add_canopy(CLI::App& app);
+Command add_penumbra(CLI::App& app, const std::string& command_line);
 Command add_plugin_info(CLI::App& app);
 
 }  // namespace dapple::app

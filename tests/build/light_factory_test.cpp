@@ -177,6 +177,33 @@ TEST_F(LightFactory, Decay) {
   expect_error(R"(LightSource "spot" "texture I" "absent")", "\"absent\" is not defined");
 }
 
+// Sun and sky: power on a disk across the zenith's direction; what is looked up is the sky's radiance, and below the mask the mask's share of it.
+TEST_F(LightFactory, SkyAndCanopy) {
+  write_grey("half.exr", 2, 2, 0.5f);
+  const auto sky = light(R"(LightSource "sky" "float skyirradiance" 6.2831853 "string skymodel" "uniform")");
+  EXPECT_TRUE(sky->is_infinite());
+  EXPECT_NEAR(sky->environment_at({0, 0, 0}, {0, 0, 1}, 0).g, 2, 1e-4);
+  EXPECT_TRUE(sky->environment_at({0, 0, 0}, {0, 0, -1}, 0).is_black());
+  EXPECT_NEAR(sky->power(1), pi * 2 * 2 * pi, 1e-2);
+  const auto canopy = light(R"(LightSource "canopy" "string mask" "half.exr" "float maskwidth" 4 "float height" 3 "rgb skyirradiance" [ 3.1415927 0 0 ] "bool periodic" true)");
+  EXPECT_NEAR(canopy->environment_at({0, 0, 0}, {0, 0, 1}, 0).r, 0.5f, 1e-4);
+  EXPECT_NEAR(canopy->environment_at({0, 0, 4}, {0, 0, 1}, 0).r, 1, 1e-4);
+  const auto sun = light(R"(LightSource "sky" "float sunirradiance" 10 "float sunzenith" 30)");
+  EXPECT_GT(sampled(*sun, {0, 0, 0}).radiance.g, 10 / (pi * sqr(radians(0.2665f))));
+  EXPECT_TRUE(diagnostics_.messages().empty()) << diagnostics_.messages().front();
+
+  const std::string half = R"(LightSource "canopy" "string mask" "half.exr" "float skyirradiance" 1 )";
+  expect_error(R"(LightSource "canopy" "float skyirradiance" 1)", "needs a mask");
+  expect_error(half, "\"maskwidth\" is -1, expected the width");
+  expect_error(half + R"("float maskwidth" 1 "float height" 0)", "\"height\" is 0, expected the height of the mask above the ground");
+  expect_error(half + R"("float maskwidth" 1 "float height" 1 "float sunzenith" 90)", "\"sunzenith\" is 90");
+  expect_error("Scale 1 1 2 " + half + R"("float maskwidth" 1 "float height" 1)", "scale all axes alike");
+  expect_error(R"(LightSource "sky" "float sunirradiance" -1)", "from 0 upwards");
+  expect_error(R"(LightSource "sky" "float skyirradiance" 1 "string skymodel" "preetham" "float turbidity" 1)", "1.9 to 10");
+  write_grey("two.exr", 2, 2, 2);
+  expect_error(R"(LightSource "canopy" "string mask" "two.exr" "float skyirradiance" 1 "float maskwidth" 1 "float height" 1)", "from 0 to 1");
+}
+
 TEST_F(LightFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(LightSource "lamp")", "expected one of: point, spot, goniometric, projection, distant, infinite");
   expect_error(R"(LightSource "point" "rgb I" [ -1 0 0 ])", "");

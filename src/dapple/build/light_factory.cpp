@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dapple/build/canopy_light_factory.h"
 #include "dapple/build/spectrum_params.h"
 #include "dapple/image/environment.h"
 #include "dapple/shading/distant_light.h"
@@ -285,8 +286,8 @@ AreaLightParams area_light_params(const Entity& e, const std::vector<std::option
 }  // namespace
 
 std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& context, const TextureLibrary& textures) {
-  static const std::vector<std::string_view> types = {"point",      "spot",    "goniometric",
-                                                      "projection", "distant", "infinite"};
+  static const std::vector<std::string_view> types = {"point",   "spot",     "goniometric", "projection",
+                                                      "distant", "infinite", "canopy",      "sky"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(types));
   const Transform t = light_to_world(e, context);
@@ -307,8 +308,11 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
     case 4:
       light = make_distant(e, t, context);
       break;
-    default:
+    case 5:
       light = make_infinite(e, t, context, textures);
+      break;
+    default:
+      light = make_canopy_light(e, t, context, textures);
   }
   e.params.report_unused("LightSource \"" + e.type + "\"", context.diagnostics);
   return light->power(1) > 0 ? std::move(light) : nullptr;

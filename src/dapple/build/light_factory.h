@@ -16,7 +16,7 @@ namespace dapple::build {
 // Lights from their directives, with pbrt-v4's parameters and units (docs/guide/lights.md). Unknown types, missing
 // files and emission that is negative or not finite throw InputError; unused parameters are reported.
 
-/// A LightSource. Null if it emits nothing.
+/// A LightSource, here also those of the forest (canopy_light_factory.h). Null if it emits nothing.
 std::unique_ptr<shading::Light> make_light(const scenefile::LightEntity& entity, const BuildContext& context,
                                            const TextureLibrary& textures);
 

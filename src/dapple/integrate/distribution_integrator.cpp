@@ -129,7 +129,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
     if (w.hits.geometry[p] == no_id) {
-      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.environment(d);
+      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.environment(w.camera_rays.origin(p), d);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];

@@ -106,9 +106,9 @@ shading::LightReceiver HitShader::receiver(const PointBatch& b, int k, const V3f
   return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
 }
 
-RGB HitShader::environment(const V3f& d) const {
+RGB HitShader::environment(const V3f& o, const V3f& d) const {
   RGB L;
-  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment(d, 0);
+  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment_at(o, d, 0);
   return L;
 }
 
@@ -380,7 +380,7 @@ void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
       b.ray_L[i] += Le * weight;
     };
     if (b.hits.geometry[i] == no_id) {
-      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment(d, 0), {});
+      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(b.rays.origin(i), d, 0), {});
       continue;
     }
     const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);

@@ -69,8 +69,8 @@ class HitShader {
   void light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
                      ShadingWorkspace& w) const;
 
-  /// Radiance that arrives along direction -d from lights at infinity, and from an emitter that was hit.
-  RGB environment(const V3f& d) const;
+  /// Radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
+  RGB environment(const V3f& o, const V3f& d) const;
   RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
 
  private:

@@ -103,7 +103,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
     const V3f d = w.now->batch.direction(i);
     if (w.medium[p] != scene::vacuum && !fly(i, w)) continue;
     if (w.hit.geometry[i] == no_id) {
-      add_environment(p, d, w);
+      add_environment(p, w.now->batch.origin(i), d, w);
       continue;
     }
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
@@ -135,10 +135,10 @@ bool PathIntegrator::fly(int i, PathWorkspace& w) const {
   return false;
 }
 
-void PathIntegrator::add_environment(int p, const V3f& d, PathWorkspace& w) const {
+void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWorkspace& w) const {
   for (const uint32_t index : scene_.infinite_lights) {
     const shading::Light& light = *scene_.lights[index];
-    const RGB Le = light.environment(d, 0);  // unfiltered, as light samples are
+    const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
     if (Le.is_black()) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {

@@ -32,7 +32,7 @@ class PathIntegrator final : public Integrator {
   void start_paths(PathWorkspace& w) const;
   void trace_paths(PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
-  void add_environment(int path, const V3f& d, PathWorkspace& w) const;
+  void add_environment(int path, const V3f& o, const V3f& d, PathWorkspace& w) const;
   void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
   void prelight(PathWorkspace& w) const;
   void describe_first_surfaces(PathWorkspace& w) const;

@@ -11,4 +11,8 @@ RGB Light::environment(const V3f&, float) const {
   return {};
 }
 
+RGB Light::environment_at(const V3f&, const V3f& wi, float dwi) const {
+  return environment(wi, dwi);
+}
+
 }  // namespace dapple::shading

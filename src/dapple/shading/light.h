@@ -54,10 +54,12 @@ class Light {
   /// Lights at infinity: radiance arriving along -wi from direction wi (unit, towards the light). dwi: width of the
   /// footprint in radians.
   virtual RGB environment(const V3f& wi, float dwi) const;
+  /// The same as seen from a point p, for those that look different from place to place.
+  virtual RGB environment_at(const V3f& p, const V3f& wi, float dwi) const;
 
   /// Cannot be hit by a scattered ray: sample() is the only way to its light.
   virtual bool is_delta() const { return false; }
-  /// Has no place: bounds() is nullopt, and environment() answers rays that leave the scene.
+  /// Has no place: bounds() is nullopt, and environment_at() answers rays that leave the scene.
   virtual bool is_infinite() const { return false; }
   /// nullopt for infinite lights.
   virtual std::optional<LightBounds> bounds() const = 0;

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_mask.h"
+
+#include <cmath>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+
+namespace dapple::app {
+
+forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& v, bool periodic) {
+  forest::CanopyMask mask{forest::Raster(v.width, v.height, 1), v.pitch, periodic};
+  const Box3f bounds = scene.traced.bounds();
+  const double bottom = v.ground + v.clearance, top = bounds.isEmpty() ? bottom : double(bounds.max.z) + 1e-3;
+  if (!(top > bottom)) {
+    std::fill(mask.transmittance.values.begin(), mask.transmittance.values.end(), 1.0f);
+    return mask;
+  }
+  const int side = int(std::ceil(std::sqrt(double(v.samples))));
+  const V3d& d = v.direction;
+  const float reach = float((top - bottom) / d.z);
+  parallel_for(size_t(v.height), [&](size_t row) {
+    trace::RayBatch rays;
+    uint8_t hit[trace::RayBatch::capacity];
+    int pixel[trace::RayBatch::capacity];
+    std::vector<int> blocked(size_t(v.width), 0);
+    int n = 0;
+    const auto flush = [&] {
+      scene.traced.occluded(rays, n, hit);
+      for (int i = 0; i < n; ++i) blocked[size_t(pixel[i])] += hit[i];
+      n = 0;
+    };
+    for (int x = 0; x < v.width; ++x)
+      for (int s = 0; s < side * side; ++s) {
+        KeyedRng rng(hash(uint64_t(x), uint64_t(row), uint64_t(s), uint64_t{0x6d61736b}));
+        const double i = x + (s % side + double(rng.next())) / side, j = double(row) + (s / side + double(rng.next())) / side;
+        const double back = (bottom - v.plane) / d.z;
+        const V3d p(v.centre_x + (i - 0.5 * v.width) * v.pitch + back * d.x, v.centre_y + (0.5 * v.height - j) * v.pitch + back * d.y, bottom);
+        rays.set(n, V3f(float(p.x), float(p.y), float(p.z)), V3f(float(d.x), float(d.y), float(d.z)), reach, 0, uint32_t(rng.next_bits()));
+        pixel[n++] = x;
+        if (n == trace::RayBatch::capacity) flush();
+      }
+    if (n > 0) flush();
+    for (int x = 0; x < v.width; ++x) mask.transmittance.row(0, int(row))[x] = 1 - float(blocked[size_t(x)]) / float(side * side);
+  });
+  return mask;
+}
+
+}  // namespace dapple::app
