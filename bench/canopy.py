@@ -32,7 +32,7 @@ def bench(context):
     times = measure(context)
     medians = {key: common.median(values) for key, values in times.items()}
     rows = ["| benchmark | argument | ms, median | spread | cdisort, ms (elsewhere) |", "|---|---|---|---|---|"]
-    for (name, argument), value in medians.items():
+    for (name, argument), value in sorted(medians.items()):
         if name.startswith("cost_of_"):
             continue
         peer = CDISORT_MS.get(name, {}).get(argument)
