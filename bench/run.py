@@ -10,12 +10,13 @@ import json
 import sys
 
 import against_cycles
+import canopy
 import common
 import path_rays
 import radiosity
 import scene_load
 
-BENCHMARKS = {"against_cycles": against_cycles, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load}
+BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load}
 
 
 def main():

@@ -14,6 +14,7 @@ build_packages=(
   libcli11-dev        # command line
   zlib1g-dev          # .pbrt.gz, .ply.gz
 )
+python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)  # import dapple.canopy; left out where they are absent
 test_packages=(libgtest-dev librapidcheck-dev)
 bench_packages=(python3 libbenchmark-dev)
 fuzz_packages=(clang libclang-rt-14-dev)
@@ -48,7 +49,7 @@ install_packages() {
 }
 
 if [ "${BASH_SOURCE[0]}" = "$0" ]; then
-  for list in build test bench fuzz format peer; do
+  for list in build python test bench fuzz format peer; do
     declare -n packages="${list}_packages"
     echo "$list: ${packages[*]}"
   done

@@ -58,13 +58,22 @@ Command add_canopy(CLI::App& app) {
   app.require_subcommand(1);
   auto* command = app.add_subcommand("solve", "Solve the transfer of light through leaf layers given in a JSON file");
   command->option_defaults()->always_capture_default();
-  command->add_option("FILE", o->input, "Canopy, ground, sun, sky and views (docs/guide/canopy.md)")->required();
+  command->add_option("FILE", o->input, "Canopy, ground, sun, sky and views (docs/guide/canopy.md); - is standard input")->required();
   command->add_option("-o,--output", o->output, "Result as JSON; without it, on standard output");
   command->add_option("--csv", o->csv, "The same numbers as one table");
   command->add_option("--exr", o->exr, "Radiance from all directions, one layer a height");
   command->add_option("--plot", o->plot, "SVG of profiles, principal plane and polar reflectance");
   command->add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024));
-  return [o] { return solve(*o); };
+  auto* reflect = app.add_subcommand("reflect", "Reflectance factors of a three-dimensional scene by path tracing");
+  auto* measure = app.add_subcommand("measure", "Leaf area by height, inclination and material of a scene, as a file for solve");
+  const std::vector<std::pair<CLI::App*, Command>> commands{{command, [o] { return solve(*o); }},
+                                                            {reflect, add_canopy_reflect(*reflect)},
+                                                            {measure, add_canopy_measure(*measure)}};
+  return [commands] {
+    for (const auto& [sub, run] : commands)
+      if (sub->parsed()) return run();
+    return static_cast<int>(ExitCode::usage);
+  };
 }
 
 }  // namespace dapple::app

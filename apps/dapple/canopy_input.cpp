@@ -110,7 +110,7 @@ class Value {
 };
 
 std::string read_whole(const std::string& path, const FileLoc& loc) {
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in(path == "-" ? "/dev/stdin" : path, std::ios::binary);
   std::string text;
   if (in) {
     text.resize(max_file_bytes + 1);
@@ -242,7 +242,7 @@ CanopyInput read_canopy_input(const std::string& path) {
   const json document = parse(read_whole(path, loc), loc);
   const Value root(document, "", loc);
   if (!document.is_object()) throw InputError(loc, "expected an object with layers, ground, and sun or sky");
-  root.keys({"layers", "ground", "sun", "sky", "view", "quadrature", "wavelengths_nm", "hot_spot"});
+  root.keys({"layers", "ground", "sun", "sky", "view", "quadrature", "wavelengths_nm", "hot_spot", "measured"});
   CanopyInput in;
   in.path = path;
   const Value layers = root.at("layers");

@@ -12,7 +12,7 @@ namespace dapple::app {
 namespace {
 
 constexpr double pi_d = std::numbers::pi;
-constexpr double panel_width = 400, panel_height = 380, margin_left = 62, margin_top = 44, plot_width = 310,
+constexpr double panel_width = 400, panel_height = 410, margin_left = 62, margin_top = 44, plot_width = 310,
                  plot_height = 270;
 
 template <class... A>
@@ -91,10 +91,9 @@ class Panel {
     for (const auto& p : points) svg_ += text_of("%.2f,%.2f ", x(p[0]), y(p[1]));
     svg_ += "\"/>\n";
   }
-  void legend(int row, const std::string& label, const char* colour, const char* dash) {
-    const double yy = top_ + 12 + 15 * row, xx = left_ + 8;
-    svg_ += text_of("<rect x=\"%.1f\" y=\"%.1f\" width=\"122\" height=\"15\" fill=\"#fff\" fill-opacity=\".8\"/>",
-                    xx - 4, yy - 8);
+  /// Entries stand below the axes, three to a row, where no curve is.
+  void legend(int entry, const std::string& label, const char* colour, const char* dash) {
+    const double yy = y(0) + 54 + 16 * (entry / 3), xx = left_ - 30 + entry % 3 * 120.0;
     svg_ += text_of(
         "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2\" "
         "stroke-dasharray=\"%s\"/>",
@@ -144,7 +143,7 @@ void draw_profile(std::string& svg, double x0, const CanopyInput& in, const Cano
   panel.axes(h, v, "irradiance (W m⁻²)", "height (m)");
   const std::vector<double>* kinds[] = {&s.down_direct, &s.down_diffuse, &s.up};
   const char* dashes[] = {"", "7 3", "2 3"};
-  int colour = 0, row = 0;
+  int colour = 0, entry = 0;
   for (int w : drawn(in.wavelengths)) {
     for (int k = 0; k < 3; ++k) {
       std::vector<std::array<double, 2>> points;
@@ -152,11 +151,11 @@ void draw_profile(std::string& svg, double x0, const CanopyInput& in, const Cano
         points.push_back({h.at((*kinds[k])[l * all + w]), v.at(s.heights_m[l])});
       panel.line(points, colours[colour], dashes[k]);
     }
-    if (all > 1) panel.legend(row++, in.wavelength_name(w), colours[colour], "");
+    if (all > 1) panel.legend(entry++, in.wavelength_name(w), colours[colour], "");
     ++colour;
   }
   const char* names[] = {"down, direct", "down, diffuse", "up"};
-  for (int k = 0; k < 3; ++k) panel.legend(row++, names[k], all > 1 ? "#333" : colours[0], dashes[k]);
+  for (int k = 0; k < 3; ++k) panel.legend(entry++, names[k], all > 1 ? "#333" : colours[0], dashes[k]);
 }
 
 void draw_principal_plane(std::string& svg, double x0, const CanopyInput& in, const CanopySolution& s) {
@@ -169,7 +168,7 @@ void draw_principal_plane(std::string& svg, double x0, const CanopyInput& in, co
   v.high *= 1.15;
   const Range h{-90, 90};
   panel.axes(h, v, "view zenith (degrees; negative: the sun's side)", "reflectance factor", 30);
-  int colour = 0, row = 0;
+  int colour = 0, entry = 0;
   for (int w : drawn(in.wavelengths)) {
     std::vector<std::array<double, 2>> points;
     for (int k = 0; k < s.principal_angles; ++k) {
@@ -177,7 +176,7 @@ void draw_principal_plane(std::string& svg, double x0, const CanopyInput& in, co
       if (std::isfinite(value)) points.push_back({h.at(-85 + 170.0 * k / (s.principal_angles - 1)), v.at(value)});
     }
     panel.line(points, colours[colour], "");
-    panel.legend(row++, in.wavelength_name(w), colours[colour++], "");
+    panel.legend(entry++, in.wavelength_name(w), colours[colour++], "");
   }
   if (in.sun) {
     const double at = panel.x(h.at(-in.sun->zenith_deg));

@@ -26,7 +26,7 @@ std::string count_types(const Items& items) {
 }
 
 struct Primitives {
-  size_t triangles = 0, quads = 0, quadrics = 0, curve_segments = 0, patches = 0, micropolygons = 0;
+  size_t triangles = 0, quads = 0, quadrics = 0, curve_segments = 0, disks = 0, patches = 0, micropolygons = 0;
 };
 
 Primitives count_primitives(const trace::TracedScene& traced) {
@@ -37,6 +37,8 @@ Primitives count_primitives(const trace::TracedScene& traced) {
       ((*mesh)->corners == 3 ? n.triangles : n.quads) += (*mesh)->face_count();
     else if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape))
       n.curve_segments += (*curves)->segment_count();
+    else if (const auto* disks = std::get_if<trace::DisksPtr>(&shape))
+      n.disks += (*disks)->disks.size();
     else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape))
       n.patches += (*grids)->grids.size(), n.micropolygons += (*grids)->micropolygon_count();
     else
@@ -75,6 +77,7 @@ int show(const InfoOptions& o) {
   line("shapes", count_types(shapes));
   line("primitives", std::to_string(n.triangles) + " triangles, " + std::to_string(n.quads) + " quads, " +
                          std::to_string(n.quadrics) + " quadrics, " + std::to_string(n.curve_segments) + " curve segments, " +
+                         (n.disks ? std::to_string(n.disks) + " disks, " : "") +
                          std::to_string(n.patches) + " diced patches of " + std::to_string(n.micropolygons) + " micropolygons");
   line("objects", std::to_string(description.objects.size()) + " definitions, " +
                       std::to_string(scene.traced.instance_count()) + " instances");

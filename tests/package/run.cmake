@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -DBUILD=<Dapple's build> -DSOURCE=<this folder> -DSCENE=<cornell.pbrt> -DWORK=<scratch> -P run.cmake
-# Installs Dapple into an empty prefix, then configures, builds and runs the project in this folder against it.
+# cmake -DBUILD=<Dapple's build> -DSOURCE=<this folder> -DSCENE=<cornell.pbrt> -DWORK=<scratch> [-DPYTHON=<interpreter>] -P run.cmake
+# Installs Dapple into an empty prefix, then configures, builds and runs the project in this folder against it, and imports the Python
+# package where it was built.
 cmake_policy(VERSION 3.25)
 
 function(run)
@@ -34,4 +35,12 @@ if(NOT output MATCHES "mean green 0\\.(10[3-9]|11|12[0-6])")
   message(FATAL_ERROR "The consumer's picture is wrong:\n${output}")
 endif()
 message("${output}")
+file(GLOB python_folder ${WORK}/prefix/lib/python3*/dist-packages)
+if(PYTHON)
+  run(${CMAKE_COMMAND} -E env PYTHONPATH=${python_folder} ${PYTHON} -c
+    "from dapple import canopy, plot; print(canopy.__file__, canopy.LeafAngles('spherical').projection(0.3))")
+  if(NOT output MATCHES "prefix/lib/python3.*canopy.* 0\\.5")
+    message(FATAL_ERROR "The Python package printed:\n${output}")
+  endif()
+endif()
 file(REMOVE_RECURSE ${WORK})

@@ -13,6 +13,7 @@
 namespace dapple {
 inline namespace base {
 
+using Imath::Box2f;
 using Imath::Box2i;
 using Imath::Box3f;
 using Imath::M44d;

@@ -28,6 +28,7 @@ size_t bytes_of(const trace::Shape& shape) {
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) return (*mesh)->bytes();
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) return (*curves)->bytes();
   if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) return (*grids)->bytes();
+  if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) return (*disks)->bytes();
   return sizeof(geom::Quadric);
 }
 
@@ -42,8 +43,15 @@ uint64_t fingerprint_of(const trace::Shape& shape) {
   } else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) {
     const geom::GridMesh& m = **grids;
     add(m.P), add(m.P_end), add(m.N), add(m.uv), add(m.grids);
+  } else if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) {
+    add((*disks)->disks), add((*disks)->normals);
   }
   return h;
+}
+
+const char* name_of(const trace::Shape& shape) {
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return "curve";
+  return std::holds_alternative<trace::DisksPtr>(shape) ? "cloud of disks" : "diced surface";
 }
 
 bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
@@ -124,7 +132,7 @@ void GeometryBuilder::build() {
   for (const auto& instance : d.instances) {
     const TransformPair transform = instance.transform.expand();
     check_transform(transform, instance.loc);
-    scene_.traced.add_instance(objects_[size_t(instance.object)], AnimatedTransform(transform.start, transform.end));
+    place(objects_[size_t(instance.object)], transform, instance.loc);
   }
   seconds_ = timer.seconds();
 }
@@ -137,6 +145,10 @@ void GeometryBuilder::add(Job& job) {
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
+    if (repetition_) {
+      context_.diagnostics.unsupported(e.loc, "a moving shape in a repeated scene", "one that is not repeated");
+      object_boxes_.resize(object + 1);
+    }
     scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
   }
   for (const trace::Shape& shape : job.shapes) {
@@ -184,6 +196,9 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   scene::GeometryBinding binding;
   binding.material = e.material;
   binding.alpha = alpha;
+  // The test that cuts out has no place on a disk.
+  const bool cut_out = alpha && (!std::holds_alternative<trace::DisksPtr>(shape) || alpha->constant());
+  if (alpha && !cut_out) context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
   binding.inside_medium = medium_index(e.inside_medium);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
@@ -193,8 +208,32 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
     else
       add_lights(shape, job, alpha, &binding);
   }
-  scene_.traced.add(shape, alpha != nullptr, object);
   scene_.bindings.push_back(std::move(binding));
+  if (!repetition_) {
+    scene_.traced.add(shape, cut_out, object);
+    return;
+  }
+  const Box3f box = trace::bounds_of(shape);
+  const bool alone = object == no_id && !repetition_->needs_no_copies(shape, box);
+  const uint32_t owner = alone ? scene_.traced.add_object() : object;
+  scene_.traced.add(shape, cut_out, owner);
+  if (owner == no_id) return;
+  object_boxes_.resize(std::max(object_boxes_.size(), size_t(owner) + 1));
+  object_boxes_[owner].extendBy(box);
+  if (alone) place(owner, {}, e.loc);
+}
+
+// An instance, and in a repeated scene all its copies that reach into the cell.
+void GeometryBuilder::place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc) {
+  if (!repetition_) {
+    scene_.traced.add_instance(object, AnimatedTransform(transform.start, transform.end));
+    return;
+  }
+  if (transform.is_animated()) context_.diagnostics.unsupported(loc, "motion in a repeated scene", "where it is when the shutter opens");
+  if (object >= object_boxes_.size()) return;
+  repetition_->for_each_copy(object_boxes_[object], transform.start, loc, [&](const Transform& t) {
+    scene_.traced.add_instance(object, AnimatedTransform(t, t));
+  });
 }
 
 void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
@@ -210,7 +249,7 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, cons
     std::iota(emitter_of.begin(), emitter_of.end(), 0u);
   }
   if (emitters.empty()) {
-    context_.diagnostics.unsupported(e.loc, std::string("an area light on a ") + (std::holds_alternative<trace::CurvesPtr>(shape) ? "curve" : "diced surface"),
+    context_.diagnostics.unsupported(e.loc, std::string("an area light on a ") + name_of(shape),
                                      "a surface that does not shine");
     return;
   }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "dapple/build/dicing.h"
+#include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::build {
@@ -13,8 +15,10 @@ namespace dapple::build {
 /// Mesh files are read in parallel.
 class GeometryBuilder {
  public:
-  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, scene::Scene& scene)
-      : context_(context), textures_(textures), scene_(scene) {}
+  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, scene::Scene& scene, const std::optional<Box2f>& period = {})
+      : context_(context), textures_(textures), scene_(scene) {
+    if (period) repetition_.emplace(*period);
+  }
 
   void build();
   double shape_seconds() const { return seconds_; }
@@ -39,12 +43,15 @@ class GeometryBuilder {
   void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
   void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
+  void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   shading::FloatTexturePtr with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material);
   int32_t medium_index(const std::string& name) const;
 
   const BuildContext& context_;
   const TextureLibrary& textures_;
   scene::Scene& scene_;
+  std::optional<Repetition> repetition_;
+  std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;  ///< traced object of each definition
   float shading_rate_ = 1;
   std::shared_ptr<const geom::DicingView> camera_view_;

@@ -34,7 +34,8 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
-  GeometryBuilder geometry(context, textures, scene);
+  if (options.period) scene.traced.set_period(*options.period);
+  GeometryBuilder geometry(context, textures, scene, options.period);
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();

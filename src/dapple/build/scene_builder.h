@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "dapple/build/build_context.h"
@@ -24,6 +25,8 @@ struct BuildTimes {
 struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
+  /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in on its other side.
+  std::optional<Box2f> period;
 };
 
 /// A scene ready to render, with what its file asks for.

@@ -3,6 +3,7 @@
 
 #include "dapple/build/cage_factory.h"
 #include "dapple/build/curve_factory.h"
+#include "dapple/build/disk_factory.h"
 #include "dapple/build/shape_params.h"
 #include "dapple/geom/loop_subdivision.h"
 #include "dapple/scenefile/ply_reader.h"
@@ -265,8 +266,12 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
   if (e.type == "loopsubdiv") return loop_subdivision(context, e, to_target, dicing);
   if (e.type == "catmullclark") return diced(context, e, catmull_clark_cage(context, e), to_target, dicing);
   if (e.type == "curve") return {make_curve(e, to_target)};
+  if (e.type == "disks") {
+    if (const trace::DisksPtr disks = make_disks(context, e, to_target)) return {disks};
+    return {};
+  }
   throw InputError(e.loc, "shape \"" + e.type + "\" is unknown; " +
-                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "catmullclark", "curve"}));
+                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "catmullclark", "curve", "disks"}));
 }
 
 }  // namespace

@@ -27,6 +27,11 @@ class PathIntegrator final : public Integrator {
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
+  void trace_camera_rays(PathWorkspace& w) const {
+    start_paths(w);
+    trace_paths(w);
+  }
 
  private:
   void start_paths(PathWorkspace& w) const;

@@ -8,6 +8,11 @@ namespace dapple::scene {
 
 namespace {
 
+/// One patch a primitive, measured where it is hit.
+bool is_round(const trace::Shape& shape) {
+  return std::holds_alternative<trace::QuadricPtr>(shape) || std::holds_alternative<trace::DisksPtr>(shape);
+}
+
 constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
 constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
 constexpr float small_patch = 2;      // micropolygons: a patch no longer than this is one point, else leaves would be many
@@ -101,7 +106,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
                                  : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
   out->grid.patch = out->patch = point.patch;
-  const bool quadric = std::holds_alternative<trace::QuadricPtr>(scene_.shape(g));
+  const bool quadric = is_round(scene_.shape(g));
   Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
   Extent& e = quadric ? of_point : memory->of(hits.instance[i], g, point.patch);
   if (!quadric && (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch))
@@ -169,7 +174,7 @@ float PatchTable::cell_size(const GridId& grid) const {
   const trace::Shape& shape = scene_.shape(grid.geometry);
   if (std::holds_alternative<trace::CurvesPtr>(shape)) return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
   Extent e;
-  if (std::holds_alternative<trace::QuadricPtr>(shape)) {
+  if (is_round(shape)) {
     trace::HitBatch hit;
     shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), &hit, 0);
     const geom::SurfacePoint p = scene_.surface(hit, 0, shading_time);

@@ -62,6 +62,8 @@ void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const f
       s = (*grids)->at(primitive[i], u[i], v[i], time[i]);
     else if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape))
       s = (*quadric)->at(u[i], v[i]);
+    else if (const auto* disks = std::get_if<trace::DisksPtr>(&shape))
+      s = (*disks)->at(primitive[i], u[i], v[i]);
     else
       s = std::get<trace::CurvesPtr>(shape)->at(primitive[i], u[i], v[i], V3f(0, 0, 1));
     set_point(s, -s.Ng, 0, time[i], 0, &points, i);

@@ -170,6 +170,12 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
           size_t(mesh.corners) * sizeof(uint32_t), mesh.face_count());
   } else if (const auto* grids = std::get_if<GridsPtr>(&owner.shape)) {
     g = make_grids(**grids);
+  } else if (const auto* disks = std::get_if<DisksPtr>(&owner.shape)) {
+    g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
+    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, (*disks)->disks, sizeof(geom::DiskCloud::Disk), (*disks)->disks.size());
+    // As positions of meshes, normals are read 16 bytes at a time.
+    void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), (*disks)->normals.size());
+    if (to) std::memcpy(to, (*disks)->normals.data(), (*disks)->normals.size() * sizeof(V3f));
   } else if (std::holds_alternative<QuadricPtr>(owner.shape)) {
     g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(g, 1);
@@ -206,6 +212,7 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
 uint32_t TracedScene::add(const Shape& shape, bool cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
   geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out}));
+  has_disks_ |= std::holds_alternative<DisksPtr>(shape);
   RTCGeometry g = make_geometry(*geometries_.back());
   Object& owner = object == no_id ? top_ : objects_[object];
   rtcAttachGeometryByID(owner.scene, g, unsigned(owner.geometries.size()));
@@ -261,6 +268,7 @@ void TracedScene::commit() {
   for (Object& object : objects_) build(object.scene);
   build(top_.scene);
   check(device_);
+  bounds_ = bounds();
   build_seconds_ = timer.seconds();
 }
 
@@ -274,6 +282,11 @@ bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primit
 // cannot depend on its neighbours.
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);
+  if (period_) return walk_intersect(r, n, h);
+  intersect_cell(r, n, h);
+}
+
+void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int i = 0; i < n; ++i) {
@@ -296,10 +309,44 @@ void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
     h->geometry[i] = geometry;
     h->instance[i] = instance;
   }
+  if (has_disks_) place_on_disks(r, n, h);
+}
+
+// Embree leaves u and v of disks to us.
+void TracedScene::place_on_disks(const RayBatch& r, int n, HitBatch* h) const {
+  for (int i = 0; i < n; ++i) {
+    if (h->geometry[i] == no_id) continue;
+    const auto* disks = std::get_if<DisksPtr>(&geometries_[h->geometry[i]]->shape);
+    if (!disks) continue;
+    V3f p = r.origin(i) + r.direction(i) * h->t[i];
+    if (h->instance[i] != no_id) p = object_point(instances_[h->instance[i]], p, r.time[i]);
+    const V2f uv = (*disks)->parameters(h->primitive[i], p);
+    h->u[i] = uv.x, h->v[i] = uv.y;
+  }
+}
+
+V3f TracedScene::object_point(const Instance& instance, const V3f& world, float time) const {
+  float m[3][4];
+  instance_transform(instance, time, m);
+  const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
+  const V3f k0 = cross(c1, c2), k1 = cross(c2, c0), k2 = cross(c0, c1), v = world - V3f(m[0][3], m[1][3], m[2][3]);
+  return V3f(dot(k0, v), dot(k1, v), dot(k2, v)) * (1 / dot(c0, k0));
+}
+
+V3f TracedScene::instance_point(uint32_t instance, const V3f& p) const {
+  const auto& m = instances_[instance].m;
+  V3f out;
+  for (int i = 0; i < 3; ++i) out[i] = m[i][0] * p.x + m[i][1] * p.y + m[i][2] * p.z + m[i][3];
+  return out;
 }
 
 void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
   if (recorder_) recorder_->record(r, n, true);
+  if (period_) return walk_occluded(r, n, hit);
+  occluded_cell(r, n, hit);
+}
+
+void TracedScene::occluded_cell(const RayBatch& r, int n, uint8_t* hit) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   for (int i = 0; i < n; ++i) {
@@ -329,6 +376,8 @@ geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) co
     s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], time);
   else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
     s = (*quadric)->at(h.u[i], h.v[i]);
+  else if (const auto* disks = std::get_if<DisksPtr>(&g.shape))
+    s = (*disks)->at(h.primitive[i], h.u[i], h.v[i]);
   else
     s = std::get<CurvesPtr>(g.shape)->at(h.primitive[i], h.u[i], h.v[i], V3f(h.nx[i], h.ny[i], h.nz[i]));
   return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time);
@@ -344,7 +393,7 @@ geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, c
   if (!mesh) return surface(h, i, rays.time[i]);
   const V3f n(h.nx[i], h.ny[i], h.nz[i]);
   const float n2 = length2(n);
-  if (!(*mesh)->N.empty() || h.instance[i] != no_id || !(n2 > 0) || !(n2 < infinity)) {
+  if (period_ || !(*mesh)->N.empty() || h.instance[i] != no_id || !(n2 > 0) || !(n2 < infinity)) {
     const auto s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
     return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i]);
   }
@@ -385,13 +434,7 @@ void TracedScene::face_curve(HitBatch* h, int i, const V3f& eye, float time) con
   const geom::CurveSet& curves = *std::get<CurvesPtr>(geometries_[h->geometry[i]]->shape);
   const geom::SurfacePoint s = curves.at(h->primitive[i], h->u[i], h->v[i], V3f(0, 0, 0));
   V3f e = eye;
-  if (h->instance[i] != no_id) {
-    float m[3][4];
-    instance_transform(instances_[h->instance[i]], time, m);
-    const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
-    const V3f k0 = cross(c1, c2), k1 = cross(c2, c0), k2 = cross(c0, c1), v = eye - V3f(m[0][3], m[1][3], m[2][3]);
-    e = V3f(dot(k0, v), dot(k1, v), dot(k2, v)) * (1 / dot(c0, k0));
-  }
+  if (h->instance[i] != no_id) e = object_point(instances_[h->instance[i]], eye, time);
   V3f n = e - s.P;
   n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
   if (curves.kind == geom::CurveKind::ribbon && !curves.normals.empty()) {

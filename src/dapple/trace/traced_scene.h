@@ -4,11 +4,13 @@
 #include <embree3/rtcore.h>
 
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include "dapple/base/animated_transform.h"
 #include "dapple/geom/curve_set.h"
+#include "dapple/geom/disk_cloud.h"
 #include "dapple/geom/grid_mesh.h"
 #include "dapple/geom/mesh.h"
 #include "dapple/geom/quadric.h"
@@ -21,7 +23,11 @@ using MeshPtr = std::shared_ptr<const geom::Mesh>;
 using QuadricPtr = std::shared_ptr<const geom::Quadric>;
 using CurvesPtr = std::shared_ptr<const geom::CurveSet>;
 using GridsPtr = std::shared_ptr<const geom::GridMesh>;
-using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr>;
+using DisksPtr = std::shared_ptr<const geom::DiskCloud>;
+using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr, DisksPtr>;
+
+/// World space, whatever moves at shutter open. Bezier curves: of their control points with radii.
+Box3f bounds_of(const Shape& shape);
 
 /// Sees every batch of rays before it is traced, from the threads that trace: for benchmarks, which replay them.
 class RayRecorder {
@@ -46,6 +52,10 @@ class TracedScene {
   uint32_t add(const Shape& shape, bool cut_out, uint32_t object = no_id);
   /// Places an object; motion is world from object space. Returns the instance's index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
+  /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again on its
+  /// other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what crosses a border is there on
+  /// both sides. Distances along rays count on; positions of hits may lie in any copy.
+  void set_period(const Box2f& cell) { period_ = cell; }
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
   void set_recorder(RayRecorder* recorder) { recorder_ = recorder; }  ///< null for none
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
@@ -68,6 +78,11 @@ class TracedScene {
 
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
+  /// The geometries of an object, or of the scene itself (no_id).
+  const std::vector<uint32_t>& geometries_in(uint32_t object) const { return object == no_id ? top_.geometries : objects_[object].geometries; }
+  /// The object that an instance places, and where: world from object space at shutter open.
+  uint32_t object_of(uint32_t instance) const { return instances_[instance].object; }
+  V3f instance_point(uint32_t instance, const V3f& p) const;
   const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }
   Box3f bounds() const;
   /// Bytes Embree holds now, beside the shapes themselves.
@@ -95,11 +110,17 @@ class TracedScene {
   struct Callbacks;
   struct MemoryUse;
 
+  void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
+  void occluded_cell(const RayBatch& rays, int n, uint8_t* hit) const;
+  void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
+  void walk_occluded(const RayBatch& rays, int n, uint8_t* hit) const;
+  void place_on_disks(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
   bool keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t ray_key) const;
   geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time) const;
   void instance_transform(const Instance& instance, float time, float m[3][4]) const;
+  V3f object_point(const Instance& instance, const V3f& world, float time) const;
 
   std::unique_ptr<MemoryUse> memory_;
   RTCDevice device_ = nullptr;
@@ -111,6 +132,9 @@ class TracedScene {
   const OpacityTest* opacity_test_ = nullptr;
   RayRecorder* recorder_ = nullptr;
   double build_seconds_ = 0;
+  std::optional<Box2f> period_;
+  Box3f bounds_;
+  bool has_disks_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };
 

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "canopy_scene.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "dapple/base/parallel.h"
+
+namespace dapple::app {
+
+namespace {
+
+std::string shown(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", x);
+  return text;
+}
+
+Box2f rectangle(const std::string& option, const std::string& text) {
+  const auto v = numbers_of(option, text, 4, "X0,X1,Y0,Y1 in metres");
+  for (const double x : v) check_range(option, x, -1e6, 1e6, " m");
+  if (!(float(v[1]) > float(v[0])) || !(float(v[3]) > float(v[2])))
+    throw UsageError(option + ": \"" + text + "\"; expected X0 below X1 and Y0 below Y1");
+  return {V2f(float(v[0]), float(v[2])), V2f(float(v[1]), float(v[3]))};
+}
+
+}  // namespace
+
+V3f SkyAngles::direction() const {
+  constexpr double degree = std::numbers::pi / 180;
+  const double s = std::sin(zenith_deg * degree);
+  return V3f(V3d(s * std::cos(azimuth_deg * degree), s * std::sin(azimuth_deg * degree), std::cos(zenith_deg * degree)));
+}
+
+SkyAngles angles_of(const std::string& option, const std::string& text) {
+  const auto v = numbers_of(option, text, 2, "ZENITH,AZIMUTH in degrees");
+  check_range(option + " zenith", v[0], 0, 89.9, " degrees");
+  check_range(option + " azimuth", v[1], -360, 360, " degrees");
+  return {v[0], v[1]};
+}
+
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected) {
+  std::vector<double> out;
+  for (const char* at = text.c_str(); out.size() < count; ++at) {
+    char* end = nullptr;
+    out.push_back(std::strtod(at, &end));
+    const bool last = out.size() == count;
+    if (end == at || *end != (last ? '\0' : ',') || !std::isfinite(out.back()))
+      throw UsageError(option + ": \"" + text + "\"; expected " + expected);
+    at = end;
+  }
+  return out;
+}
+
+void check_range(const std::string& option, double value, double low, double high, const std::string& units) {
+  if (!(value >= low && value <= high))
+    throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) + units);
+}
+
+void add_scene_options(CLI::App& command, CanopySceneOptions* o) {
+  command.option_defaults()->always_capture_default();
+  command.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz); z is up, metres")->required();
+  command.add_option("--period", o->period, "X0,X1,Y0,Y1: repeat this part of the scene without end");
+  command.add_option("--area", o->area, "X0,X1,Y0,Y1 of the plot; by default that of --period, or the whole scene's");
+  command.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
+  command.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
+  command.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024));
+}
+
+CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnostics) {
+  set_thread_count(o.threads);
+  CanopyScene scene;
+  if (!o.period.empty()) scene.period = rectangle("--period", o.period);
+  if (!o.area.empty()) scene.area = rectangle("--area", o.area);
+  scene.description = scenefile::read_pbrt(o.scene, diagnostics);
+  if (scene.description.camera.type.empty()) scene.description.camera.type = "perspective";  // none is needed
+  build::BuildOptions options;
+  options.keep_going = o.keep_going;
+  options.period = scene.period;
+  scene.built.emplace(build::build_scene(scene.description, options, diagnostics));
+  const Box3f box = scene.built->scene->traced.bounds();
+  if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");
+  if (!o.area.empty()) return scene;
+  scene.area = scene.period ? *scene.period : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
+  if (!(scene.area.max.x > scene.area.min.x) || !(scene.area.max.y > scene.area.min.y))
+    throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no extent along x or y; expected a plot, or --area");
+  return scene;
+}
+
+}  // namespace dapple::app

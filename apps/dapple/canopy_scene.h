@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dapple/build/scene_builder.h"
+
+namespace dapple::app {
+
+/// What `dapple canopy reflect` and `measure` share: a scene of which only a part counts. z is up, metres.
+struct CanopySceneOptions {
+  std::string scene, period, area;
+  bool strict = false, keep_going = false;
+  int threads = 0;
+};
+void add_scene_options(CLI::App& command, CanopySceneOptions* o);
+
+struct CanopyScene {
+  scenefile::SceneDescription description;
+  std::optional<build::BuiltScene> built;
+  std::optional<Box2f> period;
+  Box2f area;  ///< the plot
+};
+/// UsageError for options out of range, InputError for the scene.
+CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnostics);
+
+/// A place in the sky, or from which a plot is seen.
+struct SkyAngles {
+  double zenith_deg = 0, azimuth_deg = 0;
+  V3f direction() const;  ///< unit
+};
+/// "ZENITH,AZIMUTH" of an option: zenith 0 to 89.9, azimuth -360 to 360 degrees.
+SkyAngles angles_of(const std::string& option, const std::string& text);
+
+/// `count` numbers between commas. UsageError names the option, the text and `expected`.
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected);
+/// A number of an option. UsageError names it and its legal range.
+void check_range(const std::string& option, double value, double low, double high, const std::string& units);
+
+}  // namespace dapple::app
