@@ -12,6 +12,7 @@
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/shading/guarded_material.h"
+#include "dapple/shading/pattern_medium.h"
 #include "progress_bar.h"
 
 namespace dapple::app {
@@ -109,9 +110,10 @@ void warn_of_unused_stages(const scene::Scene& scene, Diagnostics& diagnostics) 
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
-// Says what went wrong in shaders that are not ours. True if the image is not what the scene asks for.
+// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene asks for.
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
-  const shading::ShaderFaults faults = shading::shader_faults(scene.materials);
+  shading::ShaderFaults faults = shading::shader_faults(scene.materials);
+  for (std::string& fault : shading::medium_faults(scene.media)) faults.warnings.push_back(std::move(fault));
   for (const std::string& error : faults.errors) o.keep_going ? log_warning(error) : log_error(error);
   for (const std::string& warning : faults.warnings) o.strict ? log_error(warning) : log_warning(warning);
   *warnings += faults.errors.size() + faults.warnings.size();

@@ -14,7 +14,8 @@ class MediumFactory : public testing::Test {
  protected:
   std::shared_ptr<const shading::Medium> medium(const std::string& directives) {
     description_ = scenefile::parse_pbrt("WorldBegin\n" + directives + "\n", "media.pbrt", "", diagnostics_);
-    return make_media({description_, diagnostics_, textures_}).at(0);
+    const BuildContext context{description_, diagnostics_, textures_};
+    return make_media(context, TextureLibrary(context)).at(0);
   }
   RGB depth(const std::string& directives, const Ray& ray, float t_max) {
     RGB mean;
@@ -79,7 +80,7 @@ TEST_F(MediumFactory, RgbGridAndItsPlace) {
 
 TEST_F(MediumFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(MakeNamedMedium "m" "string type" "soup")",
-               "expected one of: homogeneous, uniformgrid, rgbgrid, cloud, nanovdb");
+               "expected one of: homogeneous, uniformgrid, rgbgrid, pattern, cloud, nanovdb");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float g" 1)", "\"g\"");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float scale" -1)", "negative");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_s" [ -1 0 0 ])", "");
