@@ -18,7 +18,6 @@ struct SceneCase {
   std::vector<std::string> view;
   std::string bounces, path_samples, samples, shadow_rays, diffuse_rays;
   int block;
-  double above_median = 6;  ///< pixels brighter than this many medians are left out: lamps, windows and what is lit as by fireflies
 };
 
 void PrintTo(const SceneCase& s, std::ostream* out) {
@@ -39,10 +38,7 @@ TEST_P(DistributionScene, AgreesWithThePathTracer) {
   const Picture expected = render(scene, path, 1200);
   const Picture picture = render(scene, grids, 1200);
 
-  Mask mask(expected.width, expected.height);
-  mask.leave_out_above_median(expected, s.above_median);
-  mask.dilate(1);
-  const Comparison c = compare(picture, expected, mask, s.block);
+  const Comparison c = compare(picture, expected, Mask(expected.width, expected.height), s.block);
   EXPECT_LT(c.max_mean_error(), 0.03) << c.to_text();
   EXPECT_LT(c.block_rmse, 0.03) << c.to_text();
   std::printf("%s", c.to_text().c_str());
@@ -51,6 +47,20 @@ TEST_P(DistributionScene, AgreesWithThePathTracer) {
 std::string name_of(const testing::TestParamInfo<SceneCase>& info) {
   return info.param.name;
 }
+
+// Seen: means within .9, .1, .3, .6 %, blocks 1.4, .6, 1.1, 2.2 %. The classroom is its back wall, beside the patches of sun: what the sun
+// sends on from polished wood and steel is found by neither side in any time that a test has.
+INSTANTIATE_TEST_SUITE_P(
+    Quick, DistributionScene,
+    testing::Values(SceneCase{"displaced_figures", "scenes/subdivision/figures.pbrt", false,
+                              {"--resolution", "320x180", "--crop", "80,40,240,140"}, "2", "64", "4", "8,2", "16,2", 20},
+                    SceneCase{"tree", "scenes/forest/tree.pbrt", true,
+                              {"--resolution", "240x135", "--crop", "80,20,160,130"}, "2", "64", "16", "8,1", "8,1", 10},
+                    SceneCase{"staircase2", "scenes/staircase2/scene-v4.pbrt", true,
+                              {"--resolution", "160x160", "--crop", "40,0,140,40"}, "1", "256", "16", "8,2", "32,2", 20},
+                    SceneCase{"classroom", "scenes/classroom/scene-v4.pbrt", true,
+                              {"--resolution", "320x180", "--crop", "80,60,128,108"}, "1", "512", "16", "8,2", "64,2", 24}),
+    name_of);
 
 }  // namespace
 }  // namespace dapple::test

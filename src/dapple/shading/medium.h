@@ -57,6 +57,8 @@ class Medium {
     for (int i = 0; i < rays.count; ++i) out[i] = transmittance(rays.ray[i], rays.ray[i].t_max, rays.key[i]);
   }
 
+  virtual bool emits() const = 0;  ///< false: MediumSample::emitted is black for certain
+
   const HenyeyGreenstein& phase() const { return phase_; }
 
  private:

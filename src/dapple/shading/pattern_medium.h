@@ -35,6 +35,7 @@ class PatternMedium final : public Medium {
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   void sample_batch(const MediumRays& rays, MediumSample* out) const override;
   void transmittance_batch(const MediumRays& rays, RGB* out) const override;
+  bool emits() const override { return !content_.emission.constant() || !content_.emission.constant()->is_black(); }
 
   float majorant() const { return majorant_; }  ///< 1/m
   const std::string& name() const { return name_; }
