@@ -58,6 +58,7 @@ int show(const std::string& path) {
   std::string stages;
   for (size_t i = 0; i < shading::stage_count; ++i)
     if (table.stages.has(shading::Stage(i))) stages.append(stages.empty() ? "" : ", ").append(shading::stage_names[i]);
+  if (library.is_light()) stages = "emission, of a light";
   std::printf("stages         %s\n", stages.c_str());
   for (const ParamDecl& p : library.parameters())
     std::printf("parameter      %-16s %-18s default %-12s %s\n", p.name, type_of(p).c_str(), fallback_of(p).c_str(),

@@ -11,7 +11,8 @@
 #include "dapple/image/atomic_file.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
-#include "dapple/shading/guarded_material.h"
+#include "dapple/shading/guarded_light.h"
+#include "dapple/shading/pattern_medium.h"
 #include "progress_bar.h"
 
 namespace dapple::app {
@@ -109,9 +110,17 @@ void warn_of_unused_stages(const scene::Scene& scene, Diagnostics& diagnostics) 
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
-// Says what went wrong in shaders that are not ours. True if the image is not what the scene asks for.
+// Distribution ray tracing shows the glow of media to camera rays alone.
+void warn_of_glow(const scene::Scene& scene, Diagnostics& diagnostics) {
+  for (const auto& medium : scene.media)
+    if (medium->emits()) return diagnostics.unsupported({}, "what a glowing medium lights, with --integrator distribution", "unlit by it");
+}
+
+// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene asks for.
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
-  const shading::ShaderFaults faults = shading::shader_faults(scene.materials);
+  shading::ShaderFaults faults = shading::shader_faults(scene.materials);
+  shading::add_light_faults(scene.lights, &faults);
+  for (std::string& fault : shading::medium_faults(scene.media)) faults.warnings.push_back(std::move(fault));
   for (const std::string& error : faults.errors) o.keep_going ? log_warning(error) : log_error(error);
   for (const std::string& warning : faults.warnings) o.strict ? log_error(warning) : log_warning(warning);
   *warnings += faults.errors.size() + faults.warnings.size();
@@ -192,6 +201,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::StopRules rules;
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
   if (request.type == "path") warn_of_unused_stages(*built.scene, diagnostics);
+  if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
   warn_of_unused(o, request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);

@@ -14,7 +14,8 @@ class MediumFactory : public testing::Test {
  protected:
   std::shared_ptr<const shading::Medium> medium(const std::string& directives) {
     description_ = scenefile::parse_pbrt("WorldBegin\n" + directives + "\n", "media.pbrt", "", diagnostics_);
-    return make_media({description_, diagnostics_, textures_}).at(0);
+    const BuildContext context{description_, diagnostics_, textures_};
+    return make_media(context, TextureLibrary(context)).at(0);
   }
   RGB depth(const std::string& directives, const Ray& ray, float t_max) {
     RGB mean;
@@ -77,9 +78,25 @@ TEST_F(MediumFactory, RgbGridAndItsPlace) {
   EXPECT_NEAR(d.b, 0, 1e-3);
 }
 
+// Density x of the world over a box from 0 to 2: optical depths 2 sigma_t.
+TEST_F(MediumFactory, Pattern) {
+  const std::string ramp = R"(Texture "x" "float" "coordinate" "string which" "x" "string space" "world" )";
+  const RGB d = depth(ramp + R"(Scale 2 1 1 MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" 2
+  "rgb sigma_a" [ .1 .2 .3 ] "rgb sigma_s" [ 0 0 .1 ])", along, 10);
+  EXPECT_NEAR(d.r, 0.2, 0.01);
+  EXPECT_NEAR(d.g, 0.4, 0.01);
+  EXPECT_NEAR(d.b, 0.8, 0.02);
+  EXPECT_EQ(diagnostics_.count(), 0u);
+  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x")", "expected \"float maxdensity\"");
+  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" -1)", "negative");
+  expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "float density" -1)", "negative");
+  expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "y" "float maxdensity" 1)", "\"y\"");
+  expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "point3 p1" [ 1 0 1 ])", "no volume");
+}
+
 TEST_F(MediumFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(MakeNamedMedium "m" "string type" "soup")",
-               "expected one of: homogeneous, uniformgrid, rgbgrid, cloud, nanovdb");
+               "expected one of: homogeneous, uniformgrid, rgbgrid, pattern, cloud, nanovdb");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float g" 1)", "\"g\"");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float scale" -1)", "negative");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_s" [ -1 0 0 ])", "");

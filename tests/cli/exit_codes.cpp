@@ -56,6 +56,30 @@ TEST(ExitCode, UnwritableOutputIs4BeforeAnyWork) {
   EXPECT_NE(result.output.find("/no/such/folder"), std::string::npos) << result.output;
 }
 
+TEST(ExitCode, PatternsAboveTheirBoundAreNamed) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("fog.pbrt");
+  std::ofstream(scene) << R"(Camera "perspective"
+WorldBegin
+LightSource "infinite"
+Texture "x" "float" "coordinate" "string which" "x"
+MakeNamedMedium "fog" "string type" "pattern" "point3 p0" [ -5 -5 0 ] "point3 p1" [ 5 5 9 ] "texture density" "x" "float maxdensity" 1
+AttributeBegin
+  Material "interface"
+  MediumInterface "fog" ""
+  Translate 0 0 4
+  Shape "sphere" "float radius" 3
+AttributeEnd
+)";
+  for (const char* integrator : {"path", "distribution"}) {
+    const ProcessResult result = render_quickly({scene, "-o", folder.file("fog.png"), "--integrator", integrator});
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_NE(result.output.find("fog.pbrt:5:1: medium \"fog\": \"density\" was above its bound of 1 at "), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("\"density\" was negative or not finite at "), std::string::npos) << result.output;
+    EXPECT_EQ(render_quickly({scene, "-o", folder.file("fog.png"), "--integrator", integrator, "--strict"}).exit_code, 3);
+  }
+}
+
 TEST(Render, WritesExrAndPngOfOneRendering) {
   ScratchFolder folder;
   const ProcessResult result = render_quickly({cornell, "-o", folder.file("image.exr"), "-o", folder.file("image.png")});

@@ -2,32 +2,17 @@
 // Shader plug-ins as users meet them: the examples against closed forms, and plug-ins that are broken in every way.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 
-#include "tests/support/dapple_program.h"
+#include "tests/plugins/rendered.h"
 
 namespace dapple::test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 
-const std::string examples = EXAMPLES_DIR, modules = MODULES_DIR;
-
-// A camera straight above, which sees [-1, 1] squared.
-const std::string head = R"(
-LookAt 0 0 5  0 0 0  0 1 0
-Camera "orthographic" "float screenwindow" [ -1 1 -1 1 ]
-Film "rgb" "integer xresolution" 64 "integer yresolution" 64 "bool savefp16" false
-PixelFilter "box" "float xradius" .5 "float yradius" .5
-Sampler "zsobol" "integer pixelsamples" 16
-WorldBegin
-LightSource "infinite" "rgb L" [ 1 1 1 ]
-)";
-const std::string plane = "Shape \"bilinearmesh\" \"point3 P\" [ -2 -2 0  2 -2 0  -2 2 0  2 2 0 ]\n";
+const std::string head = view + "LightSource \"infinite\" \"rgb L\" [ 1 1 1 ]\n";
 
 std::string plugin(const std::string& file, const std::string& parameters) {
   return "Material \"plugin\" \"string filename\" \"" + file + "\" " + parameters + "\n";
@@ -36,30 +21,9 @@ std::string probe(const std::string& parameters) {
   return plugin(modules + "/libprobe.so", parameters);
 }
 
-struct Rendered {
-  ProcessResult run;
-  Picture picture;
-  double mean[3] = {};
-};
-
 Rendered render_world(const std::string& world, const std::vector<std::string>& options = {},
                       const std::string& integrator = "distribution") {
-  ScratchFolder folder;
-  std::ofstream(folder.file("scene.pbrt")) << head << world;
-  std::vector<std::string> arguments{
-      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "-q"};
-  arguments.insert(arguments.end(), options.begin(), options.end());
-  if (std::find(options.begin(), options.end(), "--bounces") == options.end())
-    arguments.insert(arguments.end(), {"--bounces", "0"});
-  Rendered r{run_dapple(arguments, 120), {}, {}};
-  if (std::filesystem::exists(folder.file("image.exr"))) r.picture = load_picture(folder.file("image.exr"));
-  for (size_t i = 0; i < r.picture.rgb.size(); ++i)
-    r.mean[i % 3] += r.picture.rgb[i] / (double(r.picture.rgb.size()) / 3);
-  return r;
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-  EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks: " << part;
+  return render_scene(head + world, options, integrator);
 }
 
 // Under a white sky a sphere of reflectance 0.6 has radiance 0.6, which of three tones becomes 2/3. Seen from afar, the
@@ -119,12 +83,12 @@ TEST(WetStone, DampnessDarkens) {
 }
 
 TEST(Examples, ScenesRender) {
-  for (const char* name : {"toon", "wet_stone"}) {
+  for (const char* name : {"toon", "wet_stone", "lights"}) {
     ScratchFolder folder;
     std::filesystem::create_directory(folder.path() / "build");
     std::filesystem::copy_file(source_path(std::string("examples/plugins/") + name + ".pbrt"),
                                folder.path() / "scene.pbrt");
-    for (const char* library : {"libtoon.so", "libwet_stone.so"})
+    for (const char* library : {"libtoon.so", "libwet_stone.so", "libbarn_doors.so", "libhoneycomb.so"})
       std::filesystem::copy_file(examples + "/" + library, folder.path() / "build" / library);
     const ProcessResult r =
         run_dapple({"render", folder.file("scene.pbrt"), "-o", folder.file("image.png"), "--resolution", "96x60",
@@ -187,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Broken{"folder", ".", "", "it is not a file"}, Broken{"text", "text.so", "", "not a shared object"},
                     Broken{"truncated", "truncated.so", "", "cut short"},
                     Broken{"no_entry", "libno_entry.so", "", "expected DAPPLE_SHADER_PLUGIN"},
-                    Broken{"version", "libother_version.so", "", "it has plug-in ABI version 7, expected 1"},
+                    Broken{"version", "libother_version.so", "", "it has plug-in ABI version 8, expected 2"},
                     Broken{"layout", "libother_layout.so", "", "layout"},
                     Broken{"factory", "libprobe.so", R"("string fault" "factory")", "the factory is closed"},
                     Broken{"undeclared", "libprobe.so", R"("string fault" "undeclared")",

@@ -10,6 +10,9 @@
 #include "dapple/shading/grid_medium.h"
 #include "dapple/shading/homogeneous_medium.h"
 #include "dapple/shading/measured_media.h"
+#include "dapple/shading/pattern_mapping.h"
+#include "dapple/shading/pattern_medium.h"
+#include "dapple/shading/pattern_program.h"
 #include "tests/support/chi_square.h"
 
 namespace dapple::shading {
@@ -230,6 +233,109 @@ TEST(GridMedium, SpikesAreBounded) {
   EXPECT_TRUE(medium.sample(across, infinity, RGB(1), 1).weight.is_finite());
 }
 
+/// The x of the world times `slope`, as a pattern.
+FloatTexturePtr ramp(float slope, float offset = 0) {
+  PatternGraph graph;
+  return make_texture(solid_mapping(graph, Transform()).p.x * slope + offset);
+}
+
+PatternMedium pattern_slab(FloatTexturePtr density, float bound, RGB sigma_a, RGB sigma_s, RGB emission = RGB(0),
+                           const Transform& place = Transform()) {
+  PatternMedium::Content content;
+  content.sigma_a = Input<RGB>(sigma_a);
+  content.sigma_s = Input<RGB>(sigma_s);
+  content.emission = Input<RGB>(emission);
+  content.density = Input<float>(std::move(density));
+  content.density_bound = bound;
+  return PatternMedium(std::move(content), place, {}, "slab");
+}
+
+// A density of 3 x over the unit box: optical depth (a + s) 3/2 x^2.
+TEST(PatternMedium, LinearRampHasAClosedForm) {
+  const RGB a(0.3f, 0, 1), s(0.5f, 2, 0.2f), Le(1, 2, 3);
+  for (const float bound : {3.0f, 5.0f}) {
+    const PatternMedium medium = pattern_slab(ramp(3), bound, a, s, Le);
+    const auto to = [&](double x) {
+      return [&, x](int c) {
+        const double t = std::exp(-(a[c] + s[c]) * 1.5 * x * x), lost = (1 - t) / (a[c] + s[c]);
+        return Expected{t, s[c] * lost, a[c] * Le[c] * lost};
+      };
+    };
+    expect_medium(medium, along, 5, to(1), RGB(1, 0.5f, 1));
+    expect_medium(medium, along, 1.5f, to(0.5), RGB(1));
+    EXPECT_EQ(medium.faults(PatternMedium::density).above, 0u);
+  }
+}
+
+TEST(PatternMedium, ConstantIsHomogeneousInItsBox) {
+  const RGB a(0.2f, 0, 1), s(1, 3, 0.1f), Le(2, 3, 4);
+  // The world's lengths count, however the box is stretched: 2 long here.
+  const Transform place = Transform::translate({1, -3, -3}) * Transform::scale({2, 6, 6});
+  const PatternMedium medium = pattern_slab(make_constant(1.5f), 0, a, s, Le, place);
+  const auto expected = [&](int c) {
+    const double t = std::exp(-(a[c] + s[c]) * 1.5 * 2);
+    return Expected{t, s[c] / (a[c] + s[c]) * (1 - t), a[c] / (a[c] + s[c]) * Le[c] * (1 - t)};
+  };
+  expect_medium(medium, along, 10, expected, RGB(1));
+  EXPECT_EQ(medium.transmittance(along, 1.9f, 1), RGB(1));  // ends before the box
+  EXPECT_EQ(medium.transmittance({.o = V3f(-1, 4, 0), .d = V3f(1, 0, 0)}, infinity, 1), RGB(1));
+}
+
+// Rays of a batch get what they get alone, bit for bit.
+TEST(PatternMedium, BatchesAreTheirRays) {
+  const PatternMedium medium = pattern_slab(ramp(3, 0.1f), 4, RGB(0.2f, 1, 0), RGB(2, 1, 3), RGB(1));
+  auto rays = std::make_unique<MediumRays>();
+  KeyedRng rng(8);
+  while (rays->count < MediumRays::capacity) {
+    const V3f d = square_to_sphere({rng.next(), rng.next()});
+    rays->add({.o = V3f(0.5f, 0.5f, 0.5f) - d * rng.next(), .d = d}, 4 * rng.next(), RGB(1, rng.next(), 2), rng.next_bits());
+  }
+  auto samples = std::make_unique<MediumSample[]>(MediumRays::capacity);
+  auto through = std::make_unique<RGB[]>(MediumRays::capacity);
+  medium.sample_batch(*rays, samples.get());
+  medium.transmittance_batch(*rays, through.get());
+  int scattered = 0;
+  for (size_t i = 0; i < MediumRays::capacity; ++i) {
+    const MediumSample s = medium.sample(rays->ray[i], rays->ray[i].t_max, rays->beta[i], rays->key[i]);
+    EXPECT_EQ(s.scattered, samples[i].scattered);
+    EXPECT_EQ(s.t, samples[i].t);
+    EXPECT_EQ(s.weight, samples[i].weight);
+    EXPECT_EQ(s.emitted, samples[i].emitted);
+    EXPECT_EQ(medium.transmittance(rays->ray[i], rays->ray[i].t_max, rays->key[i]), through[i]);
+    scattered += s.scattered;
+  }
+  EXPECT_GT(scattered, 50);
+}
+
+// Above its bound of 1 the ramp of 2 x is cut to it: depth 1/4 + 1/2. Below 0 it is nothing.
+TEST(PatternMedium, WhatBreaksItsBoundIsCutAndCounted) {
+  const PatternMedium above = pattern_slab(ramp(2), 1, RGB(0), RGB(1));
+  const double t = std::exp(-0.75);
+  expect_medium(above, along, 5, [&](int) { return Expected{t, 1 - t, 0}; }, RGB(1));
+  const auto faults = above.faults(PatternMedium::density);
+  EXPECT_GT(faults.above, 10000u);
+  EXPECT_GT(faults.largest, 1.99f);
+  EXPECT_LT(faults.largest, 2.001f);
+  EXPECT_EQ(faults.bad, 0u);
+
+  const PatternMedium below = pattern_slab(ramp(2, -1), 1, RGB(0), RGB(1));
+  const double half = std::exp(-0.25);
+  expect_medium(below, along, 5, [&](int) { return Expected{half, 1 - half, 0}; }, RGB(1));
+  EXPECT_GT(below.faults(PatternMedium::density).bad, 10000u);
+
+  struct NotANumber final : FloatTexture {
+    void evaluate(const ShadingPoints& points, float* out) const override { std::fill_n(out, points.count, std::nanf("")); }
+  };
+  const PatternMedium nan = pattern_slab(std::make_shared<NotANumber>(), 1, RGB(0), RGB(1));
+  for (uint64_t key = 0; key < 100; ++key) EXPECT_EQ(nan.transmittance(along, 5, key), RGB(1));
+  EXPECT_GT(nan.faults(PatternMedium::density).bad, 50u);  // 100 expected
+
+  // A bound that no pattern comes near takes a bounded time.
+  const PatternMedium far = pattern_slab(ramp(1e-20f), 1e30f, RGB(0), RGB(1));
+  EXPECT_EQ(far.transmittance(along, 5, 3), RGB(0));
+  EXPECT_EQ(far.exhausted(), 1u);
+}
+
 /// Random walks from the middle of a unit cube of a medium, lit by radiance 1 from everywhere, bring back what the
 /// medium does not absorb.
 void expect_furnace(const Medium& medium, double expected) {
@@ -264,6 +370,7 @@ TEST(Medium, FurnaceOfAlbedoOneKeepsAllLight) {
   for (size_t i = 0; i < density.size(); ++i) density[i] = to_unit_float(hash(i)) * 3;
   content.density = VoxelGrid<float>(density, 4, 4, 4);
   expect_furnace(GridMedium(content, Transform(), {-0.4f}), 1);
+  expect_furnace(pattern_slab(ramp(4, 0.5f), 5, RGB(0), RGB(1, 3, 2)), 1);
 }
 
 TEST(MeasuredMedia, PublishedValues) {

@@ -244,7 +244,8 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, cons
   auto emitters = make_joined_emitters(shape, &emitter_of);
   // A pattern over u, v lies on each triangle by itself, and power is that of each.
   const scenefile::Param* L = area_light.params.find("L");
-  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) || area_light.params.find("power")) {
+  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) || area_light.params.find("power") ||
+      area_light.params.find("shader")) {
     emitters = make_emitters(shape);
     std::iota(emitter_of.begin(), emitter_of.end(), 0u);
   }

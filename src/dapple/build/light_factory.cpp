@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dapple/build/canopy_light_factory.h"
+#include "dapple/build/plugin_factory.h"
 #include "dapple/build/spectrum_params.h"
 #include "dapple/image/environment.h"
 #include "dapple/shading/distant_light.h"
@@ -131,19 +132,21 @@ shading::Decay decay_of(const Entity& e) {
   return decay;
 }
 
-/// The light with its texture over directions and its decay, where the file gives them.
+/// The light with its texture over directions, its shader and its decay, where the file gives them.
 std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::PositionalLight> light, const shading::RgbTexturePtr& texture,
-                              const std::optional<shading::DirectionMap>& map) {
+                              const shading::DirectionMap& map, const BuildContext& context, const TextureLibrary& textures) {
   const shading::Decay decay = decay_of(e);
-  if (!texture && decay.is_inverse_square()) return light;
-  return std::make_unique<shading::ShapedLight>(std::move(light), decay, texture, texture ? map : std::nullopt);
+  shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e);
+  if (!texture && !shader && decay.is_inverse_square()) return light;
+  return std::make_unique<shading::ShapedLight>(std::move(light), decay, texture, map, std::move(shader));
 }
 
 std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
   const V3f from = e.params.get_point3("from", V3f(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
-  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t));
+  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t), context,
+                textures);
 }
 
 std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
@@ -166,7 +169,7 @@ std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const
   const V3f position = place(e, t, from), axis = direction(e, t, from, to);
   const float half = std::tan(std::min(end, radians(80)));
   return shaped(e, std::make_unique<shading::SpotLight>(position, axis, checked(e, I), end, start), texture,
-                shading::DirectionMap::plane(t, to - from, V2f(half, half)));
+                shading::DirectionMap::plane(t, to - from, V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -175,12 +178,12 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   place(e, t, V3f(0, 0, 0));
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
-    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), checked(e, I * photometric(e, "power", 4 * pi))), nullptr, {});
+    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), checked(e, I * photometric(e, "power", 4 * pi))), nullptr, shading::DirectionMap::sphere(t), context, textures);
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();
   return shaped(e, std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)), std::move(diagram)),
-                nullptr, {});
+                nullptr, shading::DirectionMap::sphere(t), context, textures);
 }
 
 std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -198,7 +201,7 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
     scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
   const float half = std::tan(radians(fov) / 2);
   return shaped(e, std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov), texture,
-                shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)));
+                shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
@@ -279,6 +282,12 @@ AreaLightParams area_light_params(const Entity& e, const std::vector<std::option
     out.emission.pattern = std::make_shared<const shading::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
   else if (image || masked)
     out.emission.pattern = std::make_shared<const shading::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
+  if (shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e)) {
+    auto pattern = out.emission.pattern ? std::make_shared<shading::EmissionPattern>(*out.emission.pattern)
+                                        : std::make_shared<shading::EmissionPattern>(nullptr, nullptr);
+    pattern->add_shader(std::move(shader), out.emission.radiance, emitters);
+    out.emission.pattern = std::move(pattern);
+  }
   e.params.report_unused("AreaLightSource \"diffuse\"", context.diagnostics);
   return out;
 }

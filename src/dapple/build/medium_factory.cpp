@@ -8,6 +8,7 @@
 #include "dapple/shading/grid_medium.h"
 #include "dapple/shading/homogeneous_medium.h"
 #include "dapple/shading/measured_media.h"
+#include "dapple/shading/pattern_medium.h"
 
 namespace dapple::build {
 namespace {
@@ -18,6 +19,7 @@ using scenefile::ParamType;
 using shading::GridMedium;
 using shading::HenyeyGreenstein;
 using shading::HomogeneousMedium;
+using shading::PatternMedium;
 using shading::VoxelGrid;
 using MediumPtr = std::shared_ptr<const shading::Medium>;
 
@@ -87,26 +89,33 @@ MediumPtr make_homogeneous(const MediumEntity& e, const BuildContext& context) {
   return std::make_shared<HomogeneousMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e));
 }
 
-/// Where a grid lies and how fine it is.
-struct Lattice {
-  int nx = 1, ny = 1, nz = 1;
+/// Where a medium in a box lies.
+struct Place {
   Box3f box;
   Transform medium_to_world;
 
-  Lattice(const MediumEntity& e, const BuildContext& context) {
-    nx = e.params.get_int("nx", 1), ny = e.params.get_int("ny", 1), nz = e.params.get_int("nz", 1);
-    if (nx < 1 || ny < 1 || nz < 1) throw InputError(e.loc, "\"nx\", \"ny\" and \"nz\" of a grid must be at least 1");
+  Place(const MediumEntity& e, const BuildContext& context) {
     const V3f a = e.params.get_point3("p0", V3f(0, 0, 0)), b = e.params.get_point3("p1", V3f(1, 1, 1));
     box.extendBy(a);
     box.extendBy(b);
     const V3f size = box.max - box.min;
     if (!(size.x > 0 && size.y > 0 && size.z > 0) || !is_finite(size))
-      throw InputError(place_of(e, "p1"), "the box of a grid from \"p0\" to \"p1\" has no volume");
+      throw InputError(place_of(e, "p1"), "the box of this medium from \"p0\" to \"p1\" has no volume");
     if (e.transform.is_animated())
       context.diagnostics.unsupported(e.loc, "a moving medium", "a medium where it is at shutter open");
     medium_to_world = e.transform.start;
     if (!medium_to_world.is_finite() || !medium_to_world.is_invertible())
       throw InputError(e.loc, "the transform of this medium cannot be inverted");
+  }
+};
+
+/// A grid, and how fine it is.
+struct Lattice : Place {
+  int nx = 1, ny = 1, nz = 1;
+
+  Lattice(const MediumEntity& e, const BuildContext& context) : Place(e, context) {
+    nx = e.params.get_int("nx", 1), ny = e.params.get_int("ny", 1), nz = e.params.get_int("nz", 1);
+    if (nx < 1 || ny < 1 || nz < 1) throw InputError(e.loc, "\"nx\", \"ny\" and \"nz\" of a grid must be at least 1");
   }
   bool holds(size_t count) const { return static_cast<double>(nx) * ny * nz == static_cast<double>(count); }
   std::string count() const { return "nx * ny * nz = " + std::to_string(static_cast<long long>(double(nx) * ny * nz)); }
@@ -177,10 +186,43 @@ MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
   return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
 }
 
+/// The bound of what varies, which must be there; an unused one of what does not is taken notice of.
+template <class T>
+float bound(const MediumEntity& e, const std::string& name, const shading::Input<T>& input) {
+  const std::string parameter = "max" + name;
+  if (input.constant()) return from_zero(e, parameter, 0);
+  if (!e.params.find(parameter))
+    throw InputError(place_of(e, name), "\"" + name + "\" of a pattern medium varies; expected \"float " + parameter +
+                                            "\", a value that it does not go beyond");
+  const float v = from_zero(e, parameter, 0);
+  if (!std::isfinite(v)) throw InputError(place_of(e, parameter), "\"" + parameter + "\" is not finite");
+  return v;
+}
+
+MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const TextureLibrary& textures) {
+  const Place place(e, context);
+  PatternMedium::Content content;
+  content.box = place.box;
+  content.sigma_a = shading::Input<RGB>(textures.unbounded_texture(e.params, "sigma_a", RGB(1)));
+  content.sigma_s = shading::Input<RGB>(textures.unbounded_texture(e.params, "sigma_s", RGB(1)));
+  content.density = shading::Input<float>(textures.float_texture(e.params, "density", 1));
+  const Param* Le = e.params.find("Le");
+  content.emission = Le && Le->type == ParamType::texture ? shading::Input<RGB>(textures.unbounded_texture(e.params, "Le", RGB(0)))
+                                                           : shading::Input<RGB>(emission(e, context));
+  content.sigma_a_bound = bound(e, "sigma_a", content.sigma_a);
+  content.sigma_s_bound = bound(e, "sigma_s", content.sigma_s);
+  content.density_bound = bound(e, "density", content.density);
+  if (const auto& d = content.density.constant(); d && !(*d >= 0)) from_zero(e, "density", 1);
+  auto medium = std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e),
+                                                e.loc.to_string() + ": medium \"" + e.name + "\"");
+  if (!std::isfinite(medium->majorant())) throw InputError(e.loc, "the extinction of this medium overflows; expected smaller bounds");
+  return medium;
+}
+
 }  // namespace
 
-MediumPtr make_medium(const MediumEntity& e, const BuildContext& context) {
-  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid", "cloud", "nanovdb"};
+MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const TextureLibrary& textures) {
+  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid", "pattern", "cloud", "nanovdb"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown medium \"" + e.type + "\"; " + one_of(types));
   MediumPtr medium;
@@ -194,6 +236,9 @@ MediumPtr make_medium(const MediumEntity& e, const BuildContext& context) {
     case 2:
       medium = make_rgb_grid(e, context);
       break;
+    case 3:
+      medium = make_pattern(e, context, textures);
+      break;
     default:
       context.diagnostics.unsupported(e.loc, "medium \"" + e.type + "\"", "empty space");
       return std::make_shared<HomogeneousMedium>(RGB(0), RGB(0), RGB(0), HenyeyGreenstein{});
@@ -202,9 +247,9 @@ MediumPtr make_medium(const MediumEntity& e, const BuildContext& context) {
   return medium;
 }
 
-std::vector<MediumPtr> make_media(const BuildContext& context) {
+std::vector<MediumPtr> make_media(const BuildContext& context, const TextureLibrary& textures) {
   std::vector<MediumPtr> media;
-  for (const MediumEntity& e : context.description.media) media.push_back(make_medium(e, context));
+  for (const MediumEntity& e : context.description.media) media.push_back(make_medium(e, context, textures));
   return media;
 }
 

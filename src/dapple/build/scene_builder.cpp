@@ -30,7 +30,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.filter = make_filter(context);
   const TextureLibrary textures(context);
   scene.materials = make_materials(context, textures);
-  scene.media = make_media(context);
+  scene.media = make_media(context, textures);
   if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 

@@ -98,10 +98,11 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
 void PathIntegrator::collect_hits(PathWorkspace& w) const {
   w.point_count = w.flight_count = 0;
+  if (scene_.has_media()) fly(w);
   for (int i = 0; i < w.now->count; ++i) {
     const int p = w.now->path[i];
     const V3f d = w.now->batch.direction(i);
-    if (w.medium[p] != scene::vacuum && !fly(i, w)) continue;
+    if (w.medium[p] != scene::vacuum && !arrive(i, w)) continue;
     if (w.hit.geometry[i] == no_id) {
       add_environment(p, w.now->batch.origin(i), d, w);
       continue;
@@ -120,18 +121,27 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
   }
 }
 
+// Draws how far the rays go through their media.
+void PathIntegrator::fly(PathWorkspace& w) const {
+  const trace::RayBatch& rays = w.now->batch;
+  const auto add = [&](int i, shading::MediumRays* out) {
+    const int p = w.now->path[i];
+    const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
+    out->add(ray, w.hit.geometry[i] == no_id ? infinity : w.hit.t[i], w.beta[p], w.vertex_key(p, 0));
+  };
+  w.shadow_scratch.media.sample(scene_, w.now->count, [&](int i) { return w.medium[w.now->path[i]]; }, add, w.flown);
+}
+
 // Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
-bool PathIntegrator::fly(int i, PathWorkspace& w) const {
+bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
   const trace::RayBatch& rays = w.now->batch;
-  const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
-  const float t_max = w.hit.geometry[i] == no_id ? infinity : w.hit.t[i];
-  const shading::MediumSample s = scene_.media[size_t(w.medium[p])]->sample(ray, t_max, w.beta[p], w.vertex_key(p, 0));
+  const shading::MediumSample& s = w.flown[i];
   w.L[p] += w.beta[p] * s.emitted;
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
-  if (!w.last[p]) w.flight[w.flight_count++] = {p, ray.o + ray.d * s.t, ray.d};
+  if (!w.last[p]) w.flight[w.flight_count++] = {p, rays.origin(i) + rays.direction(i) * s.t, rays.direction(i)};
   return false;
 }
 

@@ -42,7 +42,8 @@ class PathIntegrator final : public Integrator {
   void prelight(PathWorkspace& w) const;
   void describe_first_surfaces(PathWorkspace& w) const;
   void pass_through(int point, PathWorkspace& w) const;
-  bool fly(int ray, PathWorkspace& w) const;
+  void fly(PathWorkspace& w) const;
+  bool arrive(int ray, PathWorkspace& w) const;
   template <class Evaluate>
   void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
                const Evaluate& evaluate, PathWorkspace& w) const;

@@ -11,7 +11,7 @@
 
 namespace dapple::integrate {
 
-/// State of the paths of one block of pixels, and scratch for their steps. About 0.6 MB; nothing is allocated while paths are traced.
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.7 MB; nothing is allocated while paths are traced.
 struct PathWorkspace final : Integrator::Workspace {
   static constexpr int capacity = trace::RayBatch::capacity;
 
@@ -39,7 +39,8 @@ struct PathWorkspace final : Integrator::Workspace {
   Rays* next = &ray_buffers[1];
   trace::HitBatch hit;
 
-  // Scatterings in media in this step.
+  // Flights through media, by ray, and scatterings there, in this step.
+  shading::MediumSample flown[capacity];
   struct Flight {
     int path;
     V3f P, d;

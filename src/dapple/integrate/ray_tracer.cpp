@@ -2,7 +2,6 @@
 #include "dapple/integrate/ray_tracer.h"
 
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
 
@@ -10,20 +9,30 @@ namespace {
 constexpr int max_segments = 4096;  // ends a ray caught between surfaces that are not there
 }
 
-// Of the segment of ray i up to its hit.
-RGB RayTracer::transmittance(const Scratch& s, int i, uint64_t key) const {
-  if (!media_ || s.medium[i] == scene::vacuum) return RGB(1);
-  const float t = s.hits.geometry[i] == trace::no_id ? s.rays.t_max[i] : s.hits.t[i];
-  const Ray ray{s.rays.origin(i), s.rays.direction(i), infinity, s.rays.time[i]};
-  return scene_.media[size_t(s.medium[i])]->transmittance(ray, t, key);
+// s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque surfaces is left out.
+void RayTracer::transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const {
+  const auto medium = [&](int i) {
+    const bool stopped = s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.passes(s.hits.geometry[i]);
+    return media_ && !stopped ? s.medium[i] : scene::vacuum;
+  };
+  const auto add = [&](int i, shading::MediumRays* out) {
+    out->add(s.segment(i), s.length(i), RGB(1), hash(rays.key[s.ray[i]], segment));
+  };
+  s.media.transmittance(scene_, n, medium, add, s.transmittance);
+}
+
+// s.flight of the same segments.
+void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, Scratch& s) const {
+  const auto add = [&](int i, shading::MediumRays* out) {
+    out->add(s.segment(i), s.length(i), passed[s.ray[i]], hash(rays.key[s.ray[i]], segment, 2));
+  };
+  s.media.sample(scene_, n, [&](int i) { return s.medium[i]; }, add, s.flight);
 }
 
 // Takes ray i to its hit. False if it does not arrive.
-bool RayTracer::fly(const Scratch& s, int i, uint64_t key, RGB* passed, float* distance, Flights* flights) const {
+bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const {
   if (s.medium[i] == scene::vacuum) return true;
-  const float t = s.hits.geometry[i] == trace::no_id ? s.rays.t_max[i] : s.hits.t[i];
-  const Ray ray{s.rays.origin(i), s.rays.direction(i), infinity, s.rays.time[i]};
-  const shading::MediumSample flight = scene_.media[size_t(s.medium[i])]->sample(ray, t, *passed, key);
+  const shading::MediumSample& flight = s.flight[i];
   flights->emitted[s.ray[i]] += *passed * flight.emitted;
   *passed *= flight.weight;
   if (!flight.scattered && !passed->is_black()) return true;
@@ -31,7 +40,7 @@ bool RayTracer::fly(const Scratch& s, int i, uint64_t key, RGB* passed, float* d
   if (passed->is_black()) return false;
   const int f = flights->count++;
   flights->ray[f] = s.ray[i];
-  flights->P[f] = ray.o + ray.d * flight.t;
+  flights->P[f] = s.rays.origin(i) + s.rays.direction(i) * flight.t;
   flights->medium[f] = s.medium[i];
   return false;
 }
@@ -54,6 +63,7 @@ void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* mediu
 
 // From surface to surface.
 void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  s.opaque_stops = true;
   for (int i = 0; i < n; ++i) {
     s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
     s.medium[i] = medium[i];
@@ -62,6 +72,7 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
   }
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     scene_.traced.intersect(s.rays, n, &s.hits);
+    transmit(rays, n, segment, s);
     int kept = 0;
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
@@ -70,7 +81,7 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
         visible[r] = RGB();
         continue;
       }
-      visible[r] *= transmittance(s, i, hash(rays.key[r], segment));
+      visible[r] *= s.transmittance[i];
       if (hit && !visible[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }
     n = kept;
@@ -90,6 +101,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   }
   if (!materials_.shadows_pass()) return;
   s.hits = *hits;
+  s.opaque_stops = false;
   for (int i = 0; i < n; ++i) {
     s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
     s.medium[i] = medium[i];
@@ -98,13 +110,14 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   }
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     if (segment > 0) scene_.traced.intersect(s.rays, n, &s.hits);
+    flights ? fly(rays, n, segment, passed, s) : transmit(rays, n, segment, s);
     int kept = 0;
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
       const bool hit = s.hits.geometry[i] != trace::no_id;
       if (!flights) {
-        passed[r] *= transmittance(s, i, hash(rays.key[r], segment));
-      } else if (!fly(s, i, hash(rays.key[r], segment, 2), &passed[r], &distance[r], flights)) {
+        passed[r] *= s.transmittance[i];
+      } else if (!arrive(s, i, &passed[r], &distance[r], flights)) {
         hits->geometry[r] = trace::no_id;
         continue;
       }

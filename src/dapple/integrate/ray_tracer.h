@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dapple/integrate/material_table.h"
+#include "dapple/integrate/media_batch.h"
 
 namespace dapple::integrate {
 
@@ -16,6 +17,13 @@ class RayTracer {
     trace::HitBatch hits;
     int32_t medium[capacity];
     int ray[capacity];
+    MediaBatch media;
+    shading::MediumSample flight[capacity];
+    RGB transmittance[capacity];
+    bool opaque_stops = false;
+
+    Ray segment(int i) const { return {rays.origin(i), rays.direction(i), infinity, rays.time[i]}; }
+    float length(int i) const { return hits.geometry[i] == trace::no_id ? rays.t_max[i] : hits.t[i]; }
   };
 
   /// Where rays scattered in media, and what the media added on the way.
@@ -44,8 +52,9 @@ class RayTracer {
 
  private:
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
-  RGB transmittance(const Scratch& s, int i, uint64_t key) const;
-  bool fly(const Scratch& s, int i, uint64_t key, RGB* passed, float* distance, Flights* flights) const;
+  void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
+  void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, Scratch& s) const;
+  bool arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const;
   void go_on(int i, int to, uint64_t key, Scratch& s) const;
 
   const scene::Scene& scene_;

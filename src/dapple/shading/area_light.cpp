@@ -39,10 +39,11 @@ class AreaLight final : public Light {
 
   RGB emitted(const V3f& p, const V3f& n, const V2f& uv, const V3f& wo) const override {
     if (!two_sided_ && dot(n, wo) <= 0) return {};
-    return pattern_ ? radiance_ * pattern_->radiance(p, n, uv) : radiance_;
+    return pattern_ ? pattern_->emitted(radiance_, p, n, uv, wo) : radiance_;
   }
 
   bool is_delta() const override { return invisible_; }
+  const LightShader* shader() const override { return pattern_ ? pattern_->shader() : nullptr; }
 
   std::optional<LightBounds> bounds() const override {
     const geom::NormalCone cone = shape_.normal_cone();
@@ -59,7 +60,7 @@ class AreaLight final : public Light {
   float power(float) const override { return luminance() * pi * shape_.area() * (two_sided_ ? 2 : 1); }
 
  private:
-  float luminance() const { return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance() : 1); }
+  float luminance() const { return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance() * pattern_->shaded_share() : 1); }
 
   Shape shape_;
   RGB radiance_;

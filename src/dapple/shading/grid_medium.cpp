@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dapple/base/hash.h"
+#include "dapple/shading/null_collision.h"
 
 namespace dapple::shading {
 namespace {
@@ -162,24 +163,10 @@ MediumSample GridMedium::sample(const Ray& ray, float t_max, const RGB& beta, ui
   while (walk.next(rng)) {
     const float inverse = 1 / walk.majorant();
     const Point p = at(walk.position());
-    if (!p.emission.is_black()) out.emitted += out.weight * p.sigma_a * p.emission * inverse;
-    const RGB scatter = out.weight * p.sigma_s * inverse;
-    RGB null = RGB(1) - (p.sigma_a + p.sigma_s) * inverse;
-    for (int c = 0; c < 3; ++c) null[c] = std::max(null[c], 0.0f) * out.weight[c];
-    const float on_scatter = (scatter * beta).average(), on_null = (null * beta).average();
-    const float sum = on_scatter + on_null;
-    if (!(sum > 0)) {
-      out.weight = RGB(0);
-      break;
-    }
-    const float p_scatter = on_scatter / sum;
-    if (rng.next() < p_scatter) {
-      out.scattered = true;
-      out.t = walk.t();
-      out.weight = scatter * (1 / p_scatter);
-      return out;
-    }
-    out.weight = null * (1 / (1 - p_scatter));
+    const Collision collision = null_collision(p.sigma_a, p.sigma_s, p.emission, inverse, beta, rng, &out);
+    if (collision == Collision::none) continue;
+    out.t = collision == Collision::scattered ? walk.t() : t_max;
+    return out;
   }
   if (walk.exhausted()) out.weight = RGB(0);
   out.t = t_max;
@@ -192,13 +179,7 @@ RGB GridMedium::transmittance(const Ray& ray, float t_max, uint64_t key) const {
   Walk walk(*this, ray, t_max);
   while (walk.next(rng)) {
     const Point p = at(walk.position());
-    const RGB keep = RGB(1) - (p.sigma_a + p.sigma_s) * (1 / walk.majorant());
-    for (int c = 0; c < 3; ++c) out[c] *= std::max(keep[c], 0.0f);
-    // Russian roulette: what is left hardly matters.
-    if (const float most = out.max(); most < 0.05f) {
-      if (rng.next() >= most * 20) return RGB(0);
-      out *= 0.05f / most;
-    }
+    if (!pass_collision(p.sigma_a + p.sigma_s, 1 / walk.majorant(), rng, &out)) return RGB(0);
   }
   return walk.exhausted() ? RGB(0) : out;
 }

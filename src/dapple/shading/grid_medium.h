@@ -31,6 +31,7 @@ class GridMedium final : public Medium {
 
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
+  bool emits() const override { return !content_.emission.is_black(); }
 
  private:
   struct Point {

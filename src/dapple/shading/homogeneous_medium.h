@@ -15,6 +15,7 @@ class HomogeneousMedium final : public Medium {
 
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
+  bool emits() const override { return !source_.is_black(); }
 
   RGB sigma_s() const { return sigma_s_; }
   RGB sigma_t() const { return sigma_t_; }

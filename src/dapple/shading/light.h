@@ -8,6 +8,8 @@
 
 namespace dapple::shading {
 
+class LightShader;
+
 /// Light arriving at a point, drawn by Light::sample.
 struct LightSample {
   V3f wi{0, 0, 1};     ///< unit, towards the light
@@ -61,6 +63,8 @@ class Light {
   virtual bool is_delta() const { return false; }
   /// Has no place: bounds() is nullopt, and environment_at() answers rays that leave the scene.
   virtual bool is_infinite() const { return false; }
+  /// The program that says what it sends where; null without.
+  virtual const LightShader* shader() const { return nullptr; }
   /// nullopt for infinite lights.
   virtual std::optional<LightBounds> bounds() const = 0;
   /// Luminous power (luminance times m^2 sr); lights at infinity: what passes a disk of scene_radius (m) from all

@@ -4,6 +4,7 @@
 #include "dapple/base/ray.h"
 #include "dapple/base/rgb.h"
 #include "dapple/shading/phase_function.h"
+#include "dapple/shading/shading_points.h"
 
 namespace dapple::shading {
 
@@ -15,6 +16,22 @@ struct MediumSample {
   /// path's throughput is to be multiplied by.
   RGB weight{1};
   RGB emitted;  ///< estimate of the radiance the medium itself adds along [0, t_max], seen from the ray's origin
+};
+
+/// Rays through one medium, each from its origin to its own t_max.
+struct MediumRays {
+  static constexpr int capacity = ShadingPoints::capacity;
+  int count = 0;
+  Ray ray[capacity];  ///< with t_max; unit d
+  RGB beta[capacity];
+  uint64_t key[capacity];
+
+  void add(const Ray& r, float t_max, const RGB& throughput, uint64_t k) {
+    ray[count] = r;
+    ray[count].t_max = t_max;
+    beta[count] = throughput;
+    key[count++] = k;
+  }
 };
 
 /// A participating medium. Coefficients may differ by channel; scattering is after Henyey and Greenstein. Rays are in
@@ -31,6 +48,16 @@ class Medium {
   virtual MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const = 0;
   /// Fraction of light that gets along the ray to t_max, unbiased.
   virtual RGB transmittance(const Ray& ray, float t_max, uint64_t key) const = 0;
+
+  /// The same for a batch of rays: ray i gets what it would get alone. Media that are dear at a point do better here.
+  virtual void sample_batch(const MediumRays& rays, MediumSample* out) const {
+    for (int i = 0; i < rays.count; ++i) out[i] = sample(rays.ray[i], rays.ray[i].t_max, rays.beta[i], rays.key[i]);
+  }
+  virtual void transmittance_batch(const MediumRays& rays, RGB* out) const {
+    for (int i = 0; i < rays.count; ++i) out[i] = transmittance(rays.ray[i], rays.ray[i].t_max, rays.key[i]);
+  }
+
+  virtual bool emits() const = 0;  ///< false: MediumSample::emitted is black for certain
 
   const HenyeyGreenstein& phase() const { return phase_; }
 

@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "dapple/shading/input.h"
+#include "dapple/shading/light_shader.h"
 #include "dapple/shading/material.h"
 
 // What the author of a shader plug-in includes (docs/guide/shaders.md). A plug-in is one class and one line:
@@ -25,7 +26,8 @@
 //   DAPPLE_SHADER_PLUGIN(Toon, "toon")
 //
 // compiled to a shared object (CMake: dapple_add_plugin) and named by a scene: Material "plugin" "string filename"
-// "libtoon.so".
+// "libtoon.so". A light shader derives from dapple::shading::PluginLight, ends with DAPPLE_LIGHT_PLUGIN, and is named by
+// "string shader" of a light.
 //
 // The rule of binary compatibility: C++ types cross the border, so a plug-in works with the Dapple whose headers it was
 // compiled against, and a C++ library of the same layout (libstdc++). PluginTable carries a version and a hash of the
@@ -36,7 +38,7 @@
 namespace dapple::shading {
 
 /// To be raised whenever the meaning of what crosses the border changes; plugin_layout() sees other changes by itself.
-inline constexpr uint32_t plugin_abi_version = 1;
+inline constexpr uint32_t plugin_abi_version = 2;
 inline constexpr uint64_t plugin_magic = 0x6e69676c50706144;  // "DapPlgin"
 
 /// How a parameter is written in a scene: bool, integer, float, rgb (or spectrum), string, float or texture, rgb or
@@ -145,6 +147,10 @@ class PluginMaterial : public Material {
   bool needs_differentials() const override { return true; }
 };
 
+/// Base of light shaders. A derived class has emission, in public, which must be a pure function; parameters and a constructor as
+/// those of PluginMaterial.
+class PluginLight : public LightShader {};
+
 /// What the entry point returns. magic, abi_version and layout keep their places for ever: the rest is read only if
 /// these are right.
 struct PluginTable {
@@ -157,7 +163,8 @@ struct PluginTable {
   const ParamDecl* parameters;
   uint64_t parameter_count;
   StageSet stages;
-  Material* (*make)(const PluginParams&);  ///< by new
+  Material* (*make)(const PluginParams&);           ///< by new; null where this is a light shader
+  LightShader* (*make_light)(const PluginParams&);  ///< by new; null where this is a material
 };
 
 using PluginEntry = const PluginTable*();
@@ -168,6 +175,10 @@ struct MaterialTableEnd : Material {
   virtual void end() = 0;
 };
 struct TextureTableEnd : FloatTexture {
+  virtual void end() = 0;
+};
+
+struct LightTableEnd : LightShader {
   virtual void end() = 0;
 };
 
@@ -226,7 +237,12 @@ inline uint64_t plugin_layout() {
                            virtual_place(&MaterialTableEnd::end),
                            virtual_place(&FloatTexture::evaluate),
                            virtual_place(&FloatTexture::constant),
-                           virtual_place(&TextureTableEnd::end)})
+                           virtual_place(&TextureTableEnd::end),
+                           sizeof(LightPoints),
+                           offsetof(LightPoints, local),
+                           offsetof(LightPoints, v),
+                           virtual_place(&LightShader::emission),
+                           virtual_place(&LightTableEnd::end)})
     h = (h ^ v) * 0x100000001b3;
   return h;
 }
@@ -270,11 +286,21 @@ Material* make_plugin(const PluginParams& params) {
 }
 
 template <class T>
+LightShader* make_light_plugin(const PluginParams& params) {
+  return new T(params);
+}
+
+template <class T>
 PluginTable plugin_table(const char* name) {
-  static_assert(std::is_base_of_v<PluginMaterial, T>, "a plug-in derives from dapple::shading::PluginMaterial");
-  PluginTable t{
-      plugin_magic,       plugin_abi_version, plugin_instruction_sets(), plugin_layout(), __VERSION__, name, nullptr, 0,
-      plugin_stages<T>(), make_plugin<T>};
+  constexpr bool material = std::is_base_of_v<PluginMaterial, T>, light = std::is_base_of_v<PluginLight, T>;
+  static_assert(material != light, "a plug-in derives from dapple::shading::PluginMaterial or PluginLight");
+  PluginTable t{plugin_magic, plugin_abi_version, plugin_instruction_sets(), plugin_layout(), __VERSION__, name, nullptr, 0, {}, nullptr, nullptr};
+  if constexpr (material) {
+    t.stages = plugin_stages<T>();
+    t.make = make_plugin<T>;
+  } else {
+    t.make_light = make_light_plugin<T>;
+  }
   if constexpr (requires { T::parameters; }) {
     t.parameters = T::parameters;
     t.parameter_count = std::size(T::parameters);
@@ -290,3 +316,5 @@ PluginTable plugin_table(const char* name) {
     static const ::dapple::shading::PluginTable table = ::dapple::shading::plugin_table<Class>(name);              \
     return &table;                                                                                                 \
   }
+/// The same for a light shader.
+#define DAPPLE_LIGHT_PLUGIN(Class, name) DAPPLE_SHADER_PLUGIN(Class, name)

@@ -83,16 +83,28 @@ PluginLibrary::~PluginLibrary() {
   dlclose(handle_);
 }
 
-std::unique_ptr<const Material> PluginLibrary::make(std::span<const ParamValue> values, const FileLoc& loc) const {
+template <class T>
+std::unique_ptr<const T> PluginLibrary::make(T* (*function)(const PluginParams&), const char* what, std::span<const ParamValue> values,
+                                             const FileLoc& loc) const {
+  if (!function)
+    throw InputError(loc, "the shader plug-in \"" + path_ + "\" is for " + (is_light() ? "lights" : "materials") + "; expected one for a " + what);
   std::string why = "it made nothing";
   try {
-    if (Material* made = table_->make(PluginParams(parameters(), values))) return std::unique_ptr<const Material>(made);
+    if (T* made = function(PluginParams(parameters(), values))) return std::unique_ptr<const T>(made);
   } catch (const std::exception& e) {
     why = e.what();
   } catch (...) {
     why = "it threw what is not a std::exception";
   }
-  throw InputError(loc, "the shader plug-in \"" + path_ + "\" refuses this material: " + why);
+  throw InputError(loc, "the shader plug-in \"" + path_ + "\" refuses this " + what + ": " + why);
+}
+
+std::unique_ptr<const Material> PluginLibrary::make(std::span<const ParamValue> values, const FileLoc& loc) const {
+  return make(table_->make, "material", values, loc);
+}
+
+std::unique_ptr<const LightShader> PluginLibrary::make_light(std::span<const ParamValue> values, const FileLoc& loc) const {
+  return make(table_->make_light, "light", values, loc);
 }
 
 }  // namespace dapple::shading

@@ -24,11 +24,18 @@ class PluginLibrary {
   const PluginTable& table() const { return *table_; }
   std::span<const ParamDecl> parameters() const { return {table_->parameters, size_t(table_->parameter_count)}; }
 
-  /// A material of this code, which must not outlive it. values: one for each parameter. What the plug-in throws
-  /// becomes an InputError at `loc`.
+  bool is_light() const { return table_->make_light != nullptr; }
+
+  /// A material or light shader of this code, which must not outlive it. values: one for each parameter. What the plug-in throws
+  /// becomes an InputError at `loc`, as does the wrong kind of plug-in.
   std::unique_ptr<const Material> make(std::span<const ParamValue> values, const FileLoc& loc) const;
+  std::unique_ptr<const LightShader> make_light(std::span<const ParamValue> values, const FileLoc& loc) const;
 
  private:
+  template <class T>
+  std::unique_ptr<const T> make(T* (*function)(const PluginParams&), const char* what, std::span<const ParamValue> values,
+                                const FileLoc& loc) const;
+
   std::string path_;
   void* handle_ = nullptr;
   const PluginTable* table_ = nullptr;

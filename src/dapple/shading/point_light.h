@@ -17,6 +17,8 @@ class PositionalLight : public Light {
   /// W / sr along a unit direction of propagation in world space.
   virtual RGB intensity(const V3f& direction) const = 0;
 
+  const V3f& position() const { return position_; }
+
  protected:
   Box3f box() const { return Box3f(position_); }
 

@@ -38,6 +38,7 @@ bool DirectionMap::lookup(const V3f& direction, V3f* local, V2f* uv) const {
     *uv = V2f(longitude < 0 ? longitude + 1 : longitude, 1 - std::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi);
     return true;
   }
+  *uv = V2f(0, 0);
   if (!(d.z > 0)) return false;
   *uv = V2f((d.x / (d.z * half_.x) + 1) / 2, (d.y / (d.z * half_.y) + 1) / 2);
   return true;
@@ -57,33 +58,45 @@ V3f DirectionMap::direction(const V2f& uv, float* solid_angle) const {
 }
 
 ShapedLight::ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
-                         std::optional<DirectionMap> map)
-    : light_(std::move(light)), decay_(std::move(decay)), texture_(std::move(texture)), map_(std::move(map)) {
-  if (!texture_) return;
+                         std::optional<DirectionMap> map, LightShaderPtr shader)
+    : light_(std::move(light)), decay_(std::move(decay)), texture_(std::move(texture)), map_(std::move(map)), shader_(std::move(shader)) {
+  if (!texture_ && !shader_) return;
   constexpr int side = 64;
   double sum = 0, whole = 0;
   for (int i = 0; i < side * side; ++i) {
     float solid_angle;
     const V3f d = map_->direction(V2f((float(i % side) + 0.5f) / side, (float(i / side) + 0.5f) / side), &solid_angle);
-    const double weight = double(solid_angle) * light_->intensity(d).luminance();
-    whole += weight;
-    sum += weight * pattern(d).luminance();
+    whole += double(solid_angle) * light_->intensity(d).luminance();
+    sum += double(solid_angle) * intensity(d).luminance();
   }
   // What these directions miss may shine all the same.
-  const auto constant = texture_->constant();
-  if (whole > 0) mean_ = constant && constant->is_black() ? 0 : std::max(float(sum / whole), 1e-4f);
+  const bool black = texture_ && texture_->constant() && texture_->constant()->is_black();
+  if (whole > 0) mean_ = black ? 0 : std::max(float(sum / whole), 1e-4f);
 }
 
-RGB ShapedLight::pattern(const V3f& direction) const {
-  if (!texture_) return RGB(1);
+RGB ShapedLight::intensity(const V3f& direction) const {
+  RGB out = light_->intensity(direction);
+  if (out.is_black() || (!texture_ && !shader_)) return out;
   V3f local;
   V2f uv;
-  return map_->lookup(direction, &local, &uv) ? emission_at(*texture_, local, -local, uv) : RGB();
+  const bool pictured = map_->lookup(direction, &local, &uv);
+  if (texture_) out *= pictured ? emission_at(*texture_, local, -local, uv) : RGB();
+  if (!shader_ || out.is_black()) return out;
+  LightPoints points;
+  points.count = 1;
+  points.P.set(0, light_->position());
+  points.N.set(0, {0, 0, 0});
+  points.d.set(0, direction);
+  points.local.set(0, local);
+  points.u[0] = uv.x, points.v[0] = uv.y;
+  shader_->emission(points, &out);
+  return out;
 }
 
 bool ShapedLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const {
   if (!light_->sample(to, u, out)) return false;
-  out->radiance *= pattern(-out->wi) * decay_.factor(out->distance);
+  const float decay = decay_.factor(out->distance);
+  out->radiance = texture_ || shader_ ? intensity(-out->wi) * (decay / sqr(out->distance)) : out->radiance * decay;
   return !out->radiance.is_black() && out->radiance.is_finite();
 }
 

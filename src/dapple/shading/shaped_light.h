@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dapple/base/transform.h"
+#include "dapple/shading/light_shader.h"
 #include "dapple/shading/point_light.h"
 #include "dapple/shading/texture.h"
 
@@ -54,29 +55,31 @@ class DirectionMap {
   V2f half_;
 };
 
-/// A light at a point with a texture over its directions (a gobo), a decay of its own, or both. Textures see the
+/// A light at a point with a texture over its directions (a gobo), a program for them, a decay of its own, or several of these. Textures see the
 /// direction of propagation, in the axes of the map, as P.
 class ShapedLight final : public Light {
  public:
-  /// texture may be null; else there must be a map.
+  /// texture and shader may be null; else there must be a map.
   ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
-              std::optional<DirectionMap> map);
+              std::optional<DirectionMap> map, LightShaderPtr shader = nullptr);
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;
   float pdf(const LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }
   bool is_delta() const override { return true; }
+  const LightShader* shader() const override { return shader_.get(); }
   std::optional<LightBounds> bounds() const override;
   /// Of the decay by inverse square.
   float power(float scene_radius) const override { return light_->power(scene_radius) * mean_; }
 
  private:
-  RGB pattern(const V3f& direction) const;
+  RGB intensity(const V3f& direction) const;
 
   std::unique_ptr<const PositionalLight> light_;
   Decay decay_;
   RgbTexturePtr texture_;
   std::optional<DirectionMap> map_;
-  float mean_ = 1;  // of the texture's luminance, weighed by the light's
+  LightShaderPtr shader_;
+  float mean_ = 1;  // what texture and shader make of the light's luminance
 };
 
 }  // namespace dapple::shading
