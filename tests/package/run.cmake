@@ -38,7 +38,7 @@ message("${output}")
 file(GLOB python_folder ${WORK}/prefix/lib/python3*/dist-packages)
 if(PYTHON)
   run(${CMAKE_COMMAND} -E env PYTHONPATH=${python_folder} ${PYTHON} -c
-    "from dapple import canopy, plot; print(canopy.__file__, canopy.LeafAngles('spherical').projection(0.3))")
+    "print((c := __import__('dapple.canopy').canopy).__file__, round(c.LeafAngles('spherical').projection(0.3), 9), __import__('dapple.plot'))")
   if(NOT output MATCHES "prefix/lib/python3.*canopy.* 0\\.5")
     message(FATAL_ERROR "The Python package printed:\n${output}")
   endif()
