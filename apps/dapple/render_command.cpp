@@ -21,10 +21,10 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0;
+  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
 };
 
@@ -93,6 +93,8 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
+  if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
+  if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
   if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
@@ -137,6 +139,8 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
+  warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
+  warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
   warn(o.cache_mb >= 0, "--cache-mb", {"distribution"});
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
@@ -269,6 +273,10 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
+  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [the preset's]")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [0.4]")
+      ->check(CLI::Range(0.001, 10.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");

@@ -115,6 +115,24 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   expect_near(render_text(scene, 256, bounces(0)).mean(), .5f * inv_pi * pi * 3 * F, .01f, "rectangle");
 }
 
+// A light that shines to one side is dark on the other: rounding puts points of it before or behind its own plane, from where it fills half of
+// all directions.
+TEST(DirectLight, BackOfALightIsDark) {
+  for (const char* shape : {R"(Shape "bilinearmesh" "point3 P" [ -3.9 -1 1  -3.9 -1 3  -3.9 1 1  -3.9 1 3 ])",
+                            R"(Shape "trianglemesh" "point3 P" [ -3.9 -2 0  -3.9 0 5  -3.9 2 0 ])",
+                            R"(Rotate 90 0 1 0 Translate -2 0 -3.9 Scale 1 1 -1 Shape "disk" "float radius" 1)"}) {
+    const std::string scene = std::string(film) + R"(LookAt 0 0 2  -3.9 0 2  0 0 1
+Camera "perspective" "float fov" 14
+WorldBegin
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
+)" + shape + "\n";
+    EXPECT_EQ(render_text(scene, 64, bounces(2)).mean(), RGB()) << shape;
+    integrate::DistributionIntegrator::Settings distribution;
+    EXPECT_EQ(render_text(scene, 16, distribution).mean(), RGB()) << shape;
+  }
+}
+
 // Two infinite parallel planes, the lower of reflectance a, the upper emitting 1 and reflecting b: the radiance of the lower plane is
 // a (1 + b L): L = a / (1 - a b). Large planes stand in for infinite ones: the error is of order (distance / size)^2.
 TEST(Interreflection, ParallelPlanes) {

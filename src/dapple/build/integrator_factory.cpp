@@ -81,6 +81,8 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.diffuse_rays, other.diffuse_rays);
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.radiosity_cache, other.radiosity_cache);
+  fill(&r.irradiance_interpolation, other.irradiance_interpolation);
+  fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
   fill(&r.max_distance, other.max_distance);
@@ -123,6 +125,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
+  if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
+  r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
   r.preset = e.params.get_string("preset", "");
   if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
@@ -143,6 +147,8 @@ IntegratorRequest preset_request(const std::string& name) {
   r.radiosity_cache = true;
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
+  r.irradiance_interpolation = false;
+  r.irradiance_accuracy = 0.4f;
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};
@@ -152,6 +158,7 @@ IntegratorRequest preset_request(const std::string& name) {
     r.pixel_samples = 64;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
+    r.irradiance_interpolation = true;
   } else {
     r.pixel_samples = 16;
     r.shadow_rays = r.diffuse_rays = RayList{4};
@@ -200,6 +207,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading_rate = *r.shading_rate;
   s.radiosity_cache = *r.radiosity_cache;
   s.shading.cache_width = *r.cache_width;
+  s.irradiance_interpolation = *r.irradiance_interpolation;
+  s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }

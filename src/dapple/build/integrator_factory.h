@@ -22,8 +22,8 @@ struct IntegratorRequest {
   std::optional<int> bounces, specular_depth;
   std::optional<integrate::RayList> shadow_rays, diffuse_rays;
   std::optional<float> shading_rate;
-  std::optional<bool> radiosity_cache;
-  std::optional<float> cache_mb, cache_width;
+  std::optional<bool> radiosity_cache, irradiance_interpolation;
+  std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
 

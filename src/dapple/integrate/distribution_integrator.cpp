@@ -2,6 +2,7 @@
 #include "dapple/integrate/distribution_integrator.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/describe.h"
@@ -15,8 +16,13 @@ using shading::Bsdf;
 using trace::no_id;
 
 namespace {
-constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
+constexpr int sample_level = 0;         // of camera samples in the recursion, and of grids
+constexpr float irradiance_share = 0.15f;  // of the memory of caches
 enum class Source : uint8_t { nothing, grid, hit };
+
+IrradianceInterpolator::Settings interpolation_settings(const DistributionIntegrator::Settings& s) {
+  return {s.shading.diffuse_rays.at(0), s.irradiance_accuracy, s.shading.seed, size_t(double(s.cache_bytes) * irradiance_share)};
+}
 }  // namespace
 
 struct DistributionWorkspace final : Integrator::Workspace {
@@ -24,6 +30,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
 
   CameraBatch camera;
   ShadingWorkspace shading;
+  std::unique_ptr<IrradianceInterpolator::Workspace> interpolation;
   bool wants_features = false;
 
   // By camera sample.
@@ -53,13 +60,16 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(size_t(double(settings.cache_bytes) * (settings.irradiance_interpolation ? 1 - irradiance_share : 1))) : nullptr),
       shader_(scene, settings.shading, &patches_, radiosity_.get()),
+      interpolator_(settings.irradiance_interpolation && settings.shading.bounces > 0
+                        ? std::make_unique<IrradianceInterpolator>(shader_, patches_, interpolation_settings(settings)) : nullptr),
       grids_(settings.grid_bytes) {}
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
   states.push_back(grids_.state());
+  if (interpolator_) states.push_back(interpolator_->state());
   if (!radiosity_) return states;
   for (int r = 0; r < resolution_count; ++r) {
     const gi::TileCache& area = radiosity_->area(Resolution(r));
@@ -75,6 +85,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
   auto w = std::make_unique<DistributionWorkspace>();
   w->caches.resize(caches().size());
   w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
+  if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
   return w;
 }
 
@@ -99,8 +110,9 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
-  if (!radiosity_) return;
   CacheCounts* to = &w.caches[1];
+  if (interpolator_) *to++ += std::exchange(w.interpolation->counts, {});
+  if (!radiosity_) return;
   for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
   for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;
 }
@@ -203,6 +215,7 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
         const int k = b.count;
         shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
         w.target[k] = {grid.get(), id.index(i, j)};
+        if (interpolator_) w.interpolation->point[k] = {id, i, j};
         if (++b.count == PointBatch::capacity) shade_batch(w);
       }
   }
@@ -232,7 +245,9 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
   shader_.prelight(b, HitShader::Arrival::view, w.shading);
-  shader_.light_diffuse({sample_level, {}, HitShader::Arrival::view, 1}, w.shading);
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, 1};
+  if (interpolator_) interpolator_->interpolate(place, *w.interpolation, w.shading);
+  shader_.light_diffuse(place, w.shading);
   for (int k = 0; k < b.count; ++k) {
     ShadingGrid& grid = *w.target[k].grid;
     grid.diffuse[size_t(w.target[k].index)] = b.diffuse[k];

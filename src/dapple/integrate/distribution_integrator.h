@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dapple/integrate/grid_store.h"
-#include "dapple/integrate/hit_shader.h"
+#include "dapple/integrate/irradiance_interpolator.h"
 
 namespace dapple::integrate {
 
@@ -21,6 +21,8 @@ class DistributionIntegrator final : public Integrator {
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
+    bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
+    float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -47,6 +49,7 @@ class DistributionIntegrator final : public Integrator {
   const scene::PatchTable patches_;
   const std::unique_ptr<RadiosityCache> radiosity_;
   const HitShader shader_;
+  const std::unique_ptr<const IrradianceInterpolator> interpolator_;
   mutable GridStore grids_;
 };
 

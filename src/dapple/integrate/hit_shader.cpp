@@ -126,6 +126,10 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {
       if (!b.bsdf[k].is_diffuse() || !scatters(b.bsdf[k])) continue;
+      if (b.some_indirect_known && b.indirect_known[k]) {
+        b.irradiance[k] += b.indirect[k];
+        continue;
+      }
       for (int i = 0; i < rays; ++i) {
         w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
         w.index[w.job_count] = uint32_t(i);
@@ -136,6 +140,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     }
     if (w.job_count > 0) draw_diffuse_rays(place, w);
   }
+  b.some_indirect_known = false;
   for (int k = 0; k < b.count; ++k) {
     if (!b.bsdf[k].is_diffuse()) continue;
     b.diffuse[k] = shading::lambertian_radiance(b.bsdf[k], b.irradiance[k], b.irradiance_behind[k]);
@@ -251,24 +256,34 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     const RayOrigin from = b.origin_of(k, int(w.index[j]));
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = b.ray_count++;
-    b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
-    b.ray_point[i] = k;
+    set_diffuse_ray(b, i, k, from, d, cosine, rays, w.seed[j] + 0x9e3779b9u * w.index[j]);
     b.ray_behind[i] = behind;
     b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
-    b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
-    b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
-    b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   }
+  gather(place, w);
+  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
+  for (int i = 0; i < b.ray_count; ++i)
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+  w.job_count = 0;
+}
+
+void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const {
+  b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], key);
+  b.ray_point[i] = k;
+  b.ray_weight[i] = RGB(1);
+  b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
+  b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
+  b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
+}
+
+void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
   const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
   std::fill_n(b.ray_L, b.ray_count, RGB());
   if (cache_) add_radiosity(place, {place.level + 1, {place.depth.diffuse + 1, 0}, Arrival::diffuse, 1}, w);
   shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i); }, w);
-  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
-  for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
-  w.job_count = 0;
 }
 
 // Shades what those rays of the batch hit for which wanted(i), and adds it to their ray_L.

@@ -57,8 +57,14 @@ class HitShader {
 
   // shade() in steps, for callers that keep what a step gives.
   void prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
-  /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse.
+  /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse. Sends no diffuse
+  /// rays from points of b.indirect_known.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
+  /// Ray i of the batch, of weight one: along d, one of `rays` from point k, at an angle of this cosine with the normal.
+  void set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const;
+  /// Traces the diffuse rays of the batch: b.hits, b.distance, and b.ray_L of what they meet, from the cache if there is one. Weights lose
+  /// what is lost on the way.
+  void gather(const Place& place, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   void light_specular(const Place& place, ShadingWorkspace& w) const;
   /// specularlighting and postlighting, for viewers: b.Ci.

@@ -39,6 +39,9 @@ struct PointBatch {
 
   shading::Bsdf bsdf[capacity];
   RGB irradiance[capacity], irradiance_behind[capacity];
+  /// Indirect irradiance that need not be found by rays.
+  bool some_indirect_known = false, indirect_known[capacity];
+  RGB indirect[capacity];
   RGB diffuse[capacity], specular[capacity];
   RGB Ci[capacity];
 

@@ -23,13 +23,19 @@ struct RayOrigin {
 };
 
 /// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and short of the light
-/// by a little so that it does not shadow itself.
+/// by a little so that it does not shadow itself. A light in the receiver's own plane sends nothing: rounding alone says on which side of
+/// the other each is, as for the back of a light that shines on one side.
 struct ShadowRay {
   V3f d;
   float distance;  ///< 0: none
 
   ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin) : d(light.wi), distance(light.distance) {
     if (std::isinf(light.distance)) return;
+    const V3f offset = origin - p;
+    if (std::abs(dot(light.wi, offset)) * light.distance < 4 * length2(offset)) {
+      distance = 0;
+      return;
+    }
     const V3f to_light = p + light.wi * light.distance - origin;
     const float length = dapple::length(to_light);
     if (length > 0) d = to_light * (1 / length);

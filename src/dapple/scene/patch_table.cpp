@@ -208,6 +208,10 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
   return n;
 }
 
+bool PatchTable::has_lattice(const GridId& grid) const {
+  return grid.cluster_level == 0 && !std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
+}
+
 bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   const auto& map = geometries_[grid.geometry].map;
   if (!map || grid.cluster_level > 0 || !map->is_half(grid.patch)) return false;

@@ -90,6 +90,8 @@ class PatchTable {
     int nearest;
   };
   Neighbours neighbours(const GridPoint& at) const;
+  /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
+  bool has_lattice(const GridId& grid) const;
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 

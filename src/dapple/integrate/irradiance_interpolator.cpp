@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/irradiance_interpolator.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dapple::integrate {
+
+using gi::TileCache;
+using scene::GridId;
+using Node = IrradianceInterpolator::Workspace::Node;
+
+namespace {
+
+constexpr float least_cosine = 0.8f;  // of a turn of the normal that records reach
+// What hemispheres may differ by, of their mean, at accuracy 1.
+constexpr float tolerance = 0.25f;
+// Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where hemispheres are sparse there is
+// nothing near that would need finer cells.
+constexpr float ray_width = 0.25f;
+
+// What is kept of a node.
+struct Kept {
+  gi::IrradianceRecord record;
+  V3f P, n;
+};
+constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t);
+static_assert(sizeof(Kept) % sizeof(uint32_t) == 0 && kept_words <= TileCache::max_words);
+
+void unpack(const uint32_t* words, Node* node) {
+  Kept kept;
+  std::memcpy(static_cast<void*>(&kept), words, sizeof kept);
+  node->record = kept.record, node->P = kept.P, node->n = kept.n;
+}
+
+void pack(const Node& node, uint32_t* words) {
+  const Kept kept{node.record, node.P, node.n};
+  std::memcpy(words, &kept, sizeof kept);
+}
+
+bool is_mine(const Node& n) { return n.found == TileCache::Found::mine; }
+
+}  // namespace
+
+IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings)
+    : shader_(shader), patches_(patches), settings_(settings), strata_(settings.rays), cache_(settings.bytes, kept_words) {}
+
+IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
+  const int group = std::max(1, capacity / of.strata_.count());
+  L.resize(size_t(group * of.strata_.count()));
+  distance.resize(L.size());
+}
+
+CacheState IrradianceInterpolator::state() const {
+  return {"irradiance", {}, cache_.evictions(), cache_.bytes_in_use(), cache_.bytes_in_use(), cache_.bytes()};
+}
+
+void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {
+  PointBatch& b = s.level(place.level);
+  b.some_indirect_known = true;
+  int waiting[PointBatch::capacity], waiting_count = 0, next_step[PointBatch::capacity];
+  for (int k = 0; k < b.count; ++k) {
+    b.indirect_known[k] = false;
+    const shading::Bsdf& bsdf = b.bsdf[k];
+    if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() && patches_.has_lattice(w.point[k].grid)) 
+      waiting[waiting_count++] = k, next_step[k] = max_step;
+  }
+  for (int step = max_step; step > 0 && waiting_count > 0; --step) {
+    w.pending_count = w.order_count = 0;
+    for (int n = 0; n < waiting_count; ++n) {
+      const int k = waiting[n];
+      if (next_step[k] >= step && choose_nodes(w.point[k], step, w.pending_count, w)) w.pending[w.pending_count++] = k;
+    }
+    if (w.pending_count == 0) continue;
+    find_nodes(w);
+    compute(place, w, s, [](const Node& n) { return is_mine(n) || n.found == TileCache::Found::refused; });
+    // Whoever computes a hemisphere waits for the radiosity cache, never for hemispheres: no ring.
+    for (int n = 0; n < w.node_count; ++n) {
+      Node& node = w.node[n];
+      uint32_t words[TileCache::max_words];
+      if (node.found != TileCache::Found::pending) continue;
+      if (cache_.wait(node.key, node.slot, words)) {
+        unpack(words, &node);
+        node.found = TileCache::Found::ready;
+      }
+    }
+    compute(place, w, s, [](const Node& n) { return n.found == TileCache::Found::pending; });
+    for (int n = 0; n < w.pending_count; ++n) {
+      const int k = w.pending[n];
+      const V3f& normal = b.bsdf[k].frame.n;
+      const int finer = blend(n, b.surface[k].P, dot(b.wo[k], normal) < 0 ? -normal : normal, w, &b.indirect[k]);
+      b.indirect_known[k] = finer == 0;
+      next_step[k] = step - finer;
+    }
+    waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
+  }
+}
+
+// The nodes around a point on the lattice that is 2^step times as wide. False where there is none.
+bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Workspace& w) const {
+  GridId id = p.grid;
+  if (step > std::max(id.u_level, id.v_level)) return false;
+  const float s = (float(id.tile_u * GridId::tile + uint32_t(p.i)) + 0.5f) / float(1u << id.u_level);
+  const float t = (float(id.tile_v * GridId::tile + uint32_t(p.j)) + 0.5f) / float(1u << id.v_level);
+  id.u_level = uint8_t(std::max(0, id.u_level - step)), id.v_level = uint8_t(std::max(0, id.v_level - step));
+  const int columns = 1 << id.u_level, rows = 1 << id.v_level;
+  const float x = std::clamp(s * float(columns) - 0.5f, 0.0f, float(columns - 1)), y = std::clamp(t * float(rows) - 0.5f, 0.0f, float(rows - 1));
+  const float fx = x - std::floor(x), fy = y - std::floor(y);
+  bool any = false;
+  for (int c = 0; c < w.corners; ++c) {
+    const uint32_t i = uint32_t(std::min(int(x) + (c & 1), columns - 1)), j = uint32_t(std::min(int(y) + (c >> 1), rows - 1));
+    id.tile_u = i / GridId::tile, id.tile_v = j / GridId::tile;
+    const Point at{id, int(i % GridId::tile), int(j % GridId::tile)};
+    float& weight = w.weight[n][c];
+    weight = ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
+    if (patches_.is_outside(id, at.i, at.j)) weight = 0;
+    if (!(weight > 0)) continue;
+    const int index = n * w.corners + c;
+    w.wanted[index] = {at, hash(id.hash(), id.index(at.i, at.j), 0x9e37u)};
+    w.order[w.order_count++] = index;
+    any = true;
+  }
+  return any;
+}
+
+// Looks up each node once.
+void IrradianceInterpolator::find_nodes(Workspace& w) const {
+  std::sort(w.order, w.order + w.order_count, [&w](int a, int b) { return w.wanted[a].key != w.wanted[b].key ? w.wanted[a].key < w.wanted[b].key : a < b; });
+  w.node_count = 0;
+  for (int n = 0; n < w.order_count; ++n) {
+    const auto& wanted = w.wanted[w.order[n]];
+    if (n == 0 || wanted.key != w.node[w.node_count - 1].key) {
+      Node& node = w.node[w.node_count++];
+      node.at = wanted.at, node.key = wanted.key;
+      uint32_t words[TileCache::max_words];
+      node.found = cache_.find(node.key, words, &node.slot);
+      const bool ready = node.found == TileCache::Found::ready;
+      if (ready) unpack(words, &node);
+      const bool hit = ready || node.found == TileCache::Found::pending;
+      w.counts += {1, hit, !hit, 0};
+    }
+    w.node_of[w.order[n]] = w.node_count - 1;
+  }
+}
+
+template <class Wanted>
+void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const {
+  const Timer timer;
+  // Whatever happens, other threads must not wait for ever.
+  struct Guard {
+    TileCache& cache;
+    Workspace& w;
+    ~Guard() {
+      for (int n = 0; n < w.node_count; ++n)
+        if (is_mine(w.node[n])) cache.abandon(w.node[n].slot);
+    }
+  } guard{cache_, w};
+  const int group = int(w.L.size()) / strata_.count();
+  Node* nodes[PointBatch::capacity];
+  int count = 0;
+  for (int n = 0; n < w.node_count; ++n) {
+    if (!wanted(w.node[n])) continue;
+    nodes[count++] = &w.node[n];
+    if (count == group) shoot(place, nodes, count, w, s), count = 0;
+  }
+  if (count > 0) shoot(place, nodes, count, w, s);
+  for (int n = 0; n < w.node_count; ++n) {
+    Node& node = w.node[n];
+    if (!is_mine(node)) continue;
+    uint32_t words[TileCache::max_words];
+    pack(node, words);
+    cache_.publish(node.slot, words);
+    node.found = TileCache::Found::ready;
+  }
+  w.counts.fill_seconds += timer.seconds();
+}
+
+// Computes up to as many hemispheres as there is room for.
+void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
+  const HitShader::Place here{place.level + 1, place.depth, place.arrival, 1};
+  PointBatch& b = s.level(here.level);
+  const int strata = strata_.count(), all = count * strata;
+  for (int k = 0; k < count; ++k) {
+    const Point& at = nodes[k]->at;
+    shader_.set_shading_point(at.grid, at.i, at.j, patches_.cell_size(at.grid) * ray_width, nodes[k]->key, b, k);
+    nodes[k]->P = b.surface[k].P;
+    nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
+  }
+  b.count = count;
+  for (int first = 0; first < all; first += PointBatch::capacity) {
+    b.ray_count = 0;
+    const int n = std::min(PointBatch::capacity, all - first);
+    for (int i = first; i < first + n; ++i) {
+      const int k = i / strata, stratum = i % strata;
+      const uint64_t random = hash(b.key[k], stratum);
+      const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
+      shader_.set_diffuse_ray(b, b.ray_count++, k, b.origin_of(k, 0), Frame(nodes[k]->n).to_world(local), local.z, strata, uint32_t(random >> 8));
+    }
+    shader_.gather(here, s);
+    for (int i = 0; i < n; ++i) {
+      w.L[size_t(first + i)] = b.ray_weight[i] * b.ray_L[i];
+      w.distance[size_t(first + i)] = b.distance[i];
+    }
+  }
+  for (int k = 0; k < count; ++k) nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[size_t(k * strata)], &w.distance[size_t(k * strata)]);
+}
+
+// What the nodes say of a point at P with normal n: 0, or if they are too far away, or do not agree, how many steps finer they should be.
+int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const Workspace& w, RGB* E) const {
+  RGB value[Workspace::corners], sum;
+  float all = 0, reach = 0, difference = 0;
+  for (int c = 0; c < w.corners; ++c) {
+    const float weight = w.weight[n][c];
+    if (!(weight > 0)) continue;
+    const Node& node = w.node[w.node_of[n * w.corners + c]];
+    const Frame frame(node.n);
+    const V3f way = frame.to_local(P - node.P), turned = frame.to_local(normal);
+    if (!(turned.z >= least_cosine)) return 1;
+    value[c] = node.record.at(way.x, way.y, turned);
+    sum += value[c] * weight;
+    reach += weight * length(way) / node.record.distance;
+    all += weight;
+  }
+  if (!(reach <= settings_.accuracy * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
+  sum *= 1 / all;
+  for (int c = 0; c < w.corners; ++c) {
+    if (!(w.weight[n][c] > 0)) continue;
+    const RGB off = value[c] - sum;
+    difference += w.weight[n][c] * std::max({std::abs(off.r), std::abs(off.g), std::abs(off.b)});
+  }
+  if (!(difference <= tolerance * settings_.accuracy * sum.max() * all)) return 1;
+  *E = sum;
+  return 0;
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/gi/hemisphere.h"
+#include "dapple/integrate/hit_shader.h"
+
+namespace dapple::integrate {
+
+/// Indirect irradiance of visible shading points from few hemispheres (irradiance interpolation: Ward and Heckbert 1992, Tabellion and
+/// Lamorlette 2004). Hemispheres stand on the shading points of the patch at coarser dicing rates, and are refined where
+/// they do not agree or where something is near: so which there are is a function of the patch and its rate alone, not of the order
+/// of rendering. Each is kept in a cache under its name.
+///
+/// Points are interpolated that reflect diffusely and transmit nothing, on patches with a lattice. Their own normals, bumps included, count.
+class IrradianceInterpolator {
+ public:
+  struct Settings {
+    int rays = 256;         ///< a hemisphere
+    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean); a quarter of it
+    /// is what they may differ by there, of their mean. Smaller is better and slower.
+    float accuracy = 0.4f;
+    uint64_t seed = 0;
+    size_t bytes = size_t(16) << 20;  ///< of the cache
+  };
+  static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
+
+  IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings);
+
+  /// A visible shading point of the batch: cell (i, j) of a tile.
+  struct Point {
+    scene::GridId grid;
+    int i, j;
+  };
+  struct Workspace {
+    explicit Workspace(const IrradianceInterpolator& of);
+
+    static constexpr int capacity = PointBatch::capacity, corners = 4;
+    Point point[capacity];
+    CacheCounts counts;
+
+    struct Node {
+      Point at;
+      uint64_t key;
+      gi::TileCache::Found found;
+      gi::TileCache::Slot slot;
+      gi::IrradianceRecord record;
+      V3f P, n;
+    };
+    int pending[capacity], pending_count = 0;
+    float weight[capacity][corners];
+    struct Wanted {
+      Point at;
+      uint64_t key;
+    } wanted[capacity * corners];  ///< by point and corner; what they share is looked up once
+    int order[capacity * corners], order_count = 0;
+    int node_of[capacity * corners], node_count = 0;
+    Node node[capacity * corners];
+    // Hemispheres under way.
+    std::vector<RGB> L;
+    std::vector<float> distance;
+  };
+
+  /// Interpolates b.indirect at those points of the batch at place.level where it can be: b.indirect_known. Reads w.point.
+  void interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
+
+  CacheState state() const;
+
+ private:
+  bool choose_nodes(const Point& p, int step, int k, Workspace& w) const;
+  void find_nodes(Workspace& w) const;
+  template <class Wanted>
+  void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
+  void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
+  int blend(int k, const V3f& P, const V3f& n, const Workspace& w, RGB* E) const;
+
+  const HitShader& shader_;
+  const scene::PatchTable& patches_;
+  const Settings settings_;
+  const gi::HemisphereStrata strata_;
+  mutable gi::TileCache cache_;
+};
+
+}  // namespace dapple::integrate

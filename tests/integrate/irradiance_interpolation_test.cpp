@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Irradiance interpolation in whole renders.
+#include <gtest/gtest.h>
+
+#include "dapple/base/parallel.h"
+#include "tests/support/cache_rooms.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using integrate::DistributionIntegrator;
+using integrate::RayList;
+using test::build_text;
+using test::expect_near;
+using test::render_built;
+using test::room;
+using test::same_bits;
+using test::two_rooms;
+
+DistributionIntegrator::Settings settings(bool interpolate, int rays = 144) {
+  DistributionIntegrator::Settings s;
+  s.shading.bounces = 2;
+  s.shading.shadow_rays = RayList{4, 2};
+  s.shading.diffuse_rays = RayList{rays, 8};
+  s.irradiance_interpolation = interpolate;
+  return s;
+}
+
+TEST(IrradianceInterpolation, AgreesWithThePathTracer) {
+  const auto built = build_text(room);
+  const RGB expected = render_built(built, 1024, test::bounces(2, 8)).mean();
+  expect_near(render_built(built, 16, settings(true)).mean(), expected, 0.02f, "room");
+}
+
+// 48 x 48 pixels are few for a room with eight things in it; larger pictures save more (bench/radiosity).
+TEST(IrradianceInterpolation, SavesDiffuseRays) {
+  const auto built = build_text(room);
+  auto dense = settings(false), sparse = settings(true);
+  for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->shading_rate = 0.05f;
+  const auto without = render_built(built, 4, dense), with = render_built(built, 4, sparse);
+  EXPECT_LT(3 * with.result.rays.diffuse, without.result.rays.diffuse);
+  expect_near(with.mean(), without.mean(), 0.01f, "of the same points");
+}
+
+TEST(IrradianceInterpolation, DoesNotLeakThroughAWall) {
+  const RGB there = render_built(build_text(two_rooms(-1)), 8, settings(true)).mean();
+  EXPECT_LT(render_built(build_text(two_rooms(1)), 8, settings(true)).mean().luminance(), 1e-4f * there.luminance());
+}
+
+// Between a red and a green wall, bumps of the floor show which they face. What hemispheres over a smooth floor say of each bump must show
+// the same.
+TEST(IrradianceInterpolation, BumpsShow) {
+  const auto floor = [](const char* bumps) {
+    return build_text(std::string(R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
+PixelFilter "box"
+LookAt 0 0 2  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
+  Shape "bilinearmesh" "point3 P" [ -3.9 -1 1  -3.9 -1 3  -3.9 1 1  -3.9 1 3 ]
+  AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
+  Shape "bilinearmesh" "point3 P" [ 3.9 -1 3  3.9 -1 1  3.9 1 3  3.9 1 1 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .8 .05 .05 ]
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  -4 4 0  -4 -4 4  -4 4 4 ]
+Material "diffuse" "rgb reflectance" [ .05 .8 .05 ]
+Shape "bilinearmesh" "point3 P" [ 4 -4 0  4 4 0  4 -4 4  4 4 4 ]
+Texture "waves" "float" "fbm" "integer octaves" 1
+)") + bumps + R"(
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+)");
+  };
+  const auto smooth = floor(R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ])");
+  const auto bumpy = floor(R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ] "texture displacement" "waves")");
+  auto dense = settings(false, 1024), sparse = settings(true, 1024);
+  for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->shading.shadow_rays = RayList{16, 4};
+  const auto difference = [](const scene::Film& a, const scene::Film& b) {
+    double sum = 0, whole = 0;
+    for (int y = 0; y < a.height(); ++y)
+      for (int x = 0; x < a.width(); ++x) {
+        const RGB d = a.pixel(x, y) - b.pixel(x, y);
+        sum += sqr(d.r) + sqr(d.g) + sqr(d.b), whole += sqr(a.pixel(x, y).luminance()) * 3;
+      }
+    return std::sqrt(sum / whole);
+  };
+  const auto expected = render_built(bumpy, 4, dense), shown = render_built(bumpy, 4, sparse);
+  EXPECT_GT(difference(expected.film, render_built(smooth, 4, dense).film), 0.1);
+  EXPECT_LT(difference(expected.film, shown.film), 0.02);
+  EXPECT_LT(2 * shown.result.rays.diffuse, expected.result.rays.diffuse);
+}
+
+TEST(IrradianceInterpolation, OfAnyMemoryAndThreadsGivesTheSameImage) {
+  const auto built = build_text(room);
+  auto s = settings(true, 20);
+  s.shading.bounces = 1;  // without memory every look-up is a hemisphere
+  const auto whole = render_built(built, 1, s);
+  for (const size_t bytes : {size_t(0), size_t(20000), size_t(1) << 30}) {
+    s.cache_bytes = bytes;
+    for (const int threads : {1, 4}) {
+      set_thread_count(threads);
+      EXPECT_TRUE(same_bits(whole.film, render_built(built, 1, s).film)) << bytes << " bytes, " << threads << " threads";
+    }
+  }
+  set_thread_count(0);
+}
+
+TEST(IrradianceInterpolation, AnyNumberOfRaysIsAHemisphere) {
+  const auto built = build_text(room);
+  for (const int rays : {1, 3, 255, 700}) {
+    auto s = settings(true, rays);
+    s.shading.bounces = 1;
+    const RGB mean = render_built(built, 1, s).mean();
+    EXPECT_TRUE(mean.is_finite() && mean.min() > 0) << rays;
+  }
+}
+
+}  // namespace
+}  // namespace dapple
