@@ -15,8 +15,10 @@ import common
 import path_rays
 import radiosity
 import scene_load
+import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load}
+BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load,
+              "time_to_error": time_to_error}
 
 
 def main():

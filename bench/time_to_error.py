@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The radiosity cache with irradiance interpolation: time until an image of the measured Cornell box is as near as asked to its converged
+path-traced picture, beside the path integrator and Blender's Cycles; and the diffuse rays that interpolation saves."""
+import json
+import re
+import shutil
+
+import common
+
+SCENE = common.ROOT / "scenes/cornell-box/cornell.pbrt"
+REFERENCE_B2 = common.ROOT / "tests/reference/images/cornell-b2.exr"  # Cycles, 256x256
+LIGHT = ["--times-median", 8, "--dilate", 2]  # leaves out the light and its edge
+SIZE, BOUNCES, REFERENCE_SAMPLES = 512, 8, 4096
+PEER_SAMPLES = 64
+# Diffuse rays, shadow rays, accuracy, pixel samples.
+SETTINGS = [("64,4", "4", 0.5, 4), ("100,6,4", "6,4", 0.45, 4), ("144,9,4", "9,4", 0.4, 9), ("256,16,9", "16,4", 0.3, 16), ("484,25,9", "25,9", 0.25, 16)]
+
+
+def compare(context, image, reference):
+    """(relative RMSE of pixels, of 8x8 blocks, largest error of a mean)"""
+    found = json.loads(common.run([context.program("image_diff"), image, reference, *LIGHT, "--block", 8, "--json"]))
+    return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
+
+
+def converged(context):
+    image = context.out / f"cornell_{SIZE}_b{BOUNCES}_path_{REFERENCE_SAMPLES}.exr"
+    if not image.exists():
+        common.render(context, SCENE, image, "--integrator", "path", "--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES,
+                      "--pixel-samples", REFERENCE_SAMPLES, "--seed", 1, "--float")
+    return image
+
+
+def cached(context, image, diffuse, shadow, accuracy, samples, *options):
+    return common.render(context, SCENE, image, "--integrator", "distribution", "--irradiance-interpolation", "on", "--diffuse-rays", diffuse,
+                         "--shadow-rays", shadow, "--irradiance-accuracy", accuracy, "--pixel-samples", samples, "--threads", context.threads,
+                         "--float", *options)
+
+
+def times(context):
+    reference, rows, result = converged(context), [], []
+    frame = ["--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES]
+
+    def add(name, seconds, image):
+        rmse, block, mean = compare(context, image, reference)
+        rows.append([name, f"{seconds:.2f} s", f"{100 * rmse:.2f} %", f"{100 * block:.2f} %", f"{100 * mean:.2f} %"])
+        result.append({"name": name, "seconds": seconds, "rmse": rmse, "block_rmse": block, "mean_error": mean})
+
+    for diffuse, shadow, accuracy, samples in SETTINGS:
+        image = context.out / "time_to_error_cached.exr"
+        seconds = common.median([cached(context, image, diffuse, shadow, accuracy, samples, *frame)["render_seconds"] for _ in range(min(3, context.repeats))])
+        add(f"cached, --diffuse-rays {diffuse} --shadow-rays {shadow} --irradiance-accuracy {accuracy} --pixel-samples {samples}", seconds, image)
+    image = context.out / "time_to_error_path.exr"
+    add(f"path, {PEER_SAMPLES} samples", common.render(context, SCENE, image, "--integrator", "path", "--pixel-samples", PEER_SAMPLES, "--threads",
+                                                        context.threads, "--float", *frame)["render_seconds"], image)
+    if shutil.which("blender"):
+        image = context.out / "time_to_error_cycles.exr"
+        common.run(["blender", "-b", "--factory-startup", "-P", common.ROOT / "bench/cycles.py", "--", SCENE, image, "--threads", context.threads,
+                    "--resolution", SIZE, "--samples", PEER_SAMPLES, "--bounces", BOUNCES])
+        header = common.run(["oiiotool", "--info", "-v", image])
+        minutes, seconds = re.search(r'cycles\.ViewLayer\.render_time: "(\d+):([\d.]+)"', header).groups()
+        add(f"Cycles, {PEER_SAMPLES} samples", 60 * int(minutes) + float(seconds), image)
+    return rows, result
+
+
+def savings(context):
+    rows, result = [], []
+    for on in ("off", "on"):
+        image = context.out / f"interpolation_{on}.exr"
+        stats = common.render(context, SCENE, image, "--integrator", "distribution", "--preset", "final", "--irradiance-interpolation", on,
+                              "--resolution", "256x256", "--bounces", 2, "--threads", context.threads, "--float")
+        rmse, block, mean = compare(context, image, REFERENCE_B2)
+        result.append({"interpolation": on, "seconds": stats["render_seconds"], "diffuse_rays": stats["rays"]["diffuse"], "rmse": rmse,
+                       "block_rmse": block, "mean_error": mean})
+        rows.append([on, f"{stats['render_seconds']:.1f} s", f"{stats['rays']['diffuse'] / 1e6:.1f} million", f"{100 * rmse:.2f} %",
+                     f"{100 * block:.2f} %", f"{100 * mean:.2f} %"])
+    return rows, result
+
+
+def bench(context):
+    frames, errors = times(context)
+    saved, rays = savings(context)
+    head = ["seconds", "RMSE of pixels", "of 8x8 blocks", "of means"]
+    text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, against {REFERENCE_SAMPLES} samples of the path "
+            "integrator; the light is left out. Errors of path tracers fall with the square root of their time.\n\n"
+            + common.table(["rendering", *head], frames)
+            + "\n\nPreset final at 256x256, two bounces, against Cycles with 4096 samples:\n\n"
+            + common.table(["interpolation", "seconds", "diffuse rays", *head[1:]], saved)
+            + f"\n\nInterpolation sends **{rays[0]['diffuse_rays'] / rays[1]['diffuse_rays']:.1f}** times fewer diffuse rays.")
+    return {"errors": errors, "interpolation": rays}, text
