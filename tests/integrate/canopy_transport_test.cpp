@@ -64,31 +64,28 @@ integrate::PathIntegrator::Settings canopy_settings(const build::BuiltScene& sce
   return s;
 }
 
+// Light scattered at least once, total - direct, against path tracing: with the solution at visible surfaces, and at the ends of rays.
+void expect_scattered(const build::BuiltScene& scene, float tabulated, float gathered) {
+  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(), total = test::render_built(scene, 64, test::bounces(64)).mean();
+  for (const bool gather : {false, true}) {
+    const char* what = gather ? "gathered" : "tabulated";
+    const RGB scattered = test::render_built(scene, 64, canopy_settings(scene, gather)).mean() - direct;
+    test::expect_near(scattered, total - direct, gather ? gathered : tabulated, what);
+    for (int c = 0; c < 3; ++c) testing::Test::RecordProperty(what + std::to_string(c), std::to_string(scattered[c] / (total - direct)[c] - 1));
+  }
+}
+
 // Rationale: leaves at random, small against the canopy, are what plane-parallel transport is about (5.9, test 15), and
 // seen from inside no leaf is special. Expectation: light scattered at least once, total - direct, within 6 % of path
 // tracing in red, green and a near infrared of albedo .9, tabulated; 3 % gathered, where it is right to first order.
 // Their difference: leaves of .06 in 2 m shade and light their neighbours a little (hot spot); noise is below 1 %.
-TEST(CanopyTransport, LeavesAtRandomAreLitAsByPathTracing) {
-  const build::BuiltScene scene = built({});
-  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
-            total = test::render_built(scene, 64, test::bounces(64)).mean();
-  const RGB tabulated = test::render_built(scene, 64, canopy_settings(scene, false)).mean();
-  const RGB gathered = test::render_built(scene, 64, canopy_settings(scene, true)).mean();
-  test::expect_near(tabulated - direct, total - direct, 0.06f, "tabulated");
-  test::expect_near(gathered - direct, total - direct, 0.03f, "gathered");
-}
+TEST(CanopyTransport, LeavesAtRandomAreLitAsByPathTracing) { expect_scattered(built({}), 0.06f, 0.03f); }
 
 // The same from above, at a slant: the ground and the tops of leaves.
 TEST(CanopyTransport, LeavesAtRandomFromAbove) {
   Stand stand;
   stand.camera = "LookAt 0 0 9  4 3 0  0 0 1";
-  const build::BuiltScene scene = built(stand);
-  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
-            total = test::render_built(scene, 64, test::bounces(64)).mean();
-  test::expect_near(test::render_built(scene, 64, canopy_settings(scene, false)).mean() - direct, total - direct, 0.08f,
-                    "tabulated");
-  test::expect_near(test::render_built(scene, 64, canopy_settings(scene, true)).mean() - direct, total - direct, 0.04f,
-                    "gathered");
+  expect_scattered(built(stand), 0.08f, 0.04f);
 }
 
 // Rationale: gaps between balls of leaves are what clumping measures, and recollision is what it does to scattered
@@ -106,12 +103,7 @@ TEST(CanopyTransport, Clumps) {
   stand.clumps = 12;
   const build::BuiltScene scene = built(stand);
   EXPECT_LT(omega(scene), 0.75);
-  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
-            total = test::render_built(scene, 64, test::bounces(64)).mean();
-  test::expect_near(test::render_built(scene, 64, canopy_settings(scene, false)).mean() - direct, total - direct, 0.25f,
-                    "tabulated");
-  test::expect_near(test::render_built(scene, 64, canopy_settings(scene, true)).mean() - direct, total - direct, 0.12f,
-                    "gathered");
+  expect_scattered(scene, 0.25f, 0.12f);
 }
 
 // Rationale: in a furnace, surfaces that absorb nothing under a uniform sky of radiance 1, radiance is 1 everywhere.
@@ -128,24 +120,23 @@ TEST(CanopyTransport, FurnaceIsWhite) {
                       gather ? "gathered" : "tabulated");
 }
 
-// Rationale: where nothing scatters twice there is direct light only. Expectation: that of the path tracer, to the
-// 1e-12 that leaves transmit here so as to be leaves.
+// Rationale: what black leaves get from the ground they keep. Expectation: the path tracer's direct light, to the rounding of what the
+// solution subtracts from skylight, and the 1e-12 that leaves transmit here so as to be leaves.
 TEST(CanopyTransport, BlackLeavesGiveDirectLight) {
   Stand stand;
   stand.optics = R"("rgb reflectance" [ 0 0 0 ] "rgb transmittance" [ 1e-12 1e-12 1e-12 ])";
-  stand.ground = "[ 0 0 0 ]";
+  stand.ground = "[ .5 .5 .5 ]";
   const build::BuiltScene scene = built(stand);
   const scene::Film direct = test::render_built(scene, 4, test::bounces(0)).film;
   for (const bool gather : {false, true}) {
     const scene::Film film = test::render_built(scene, 4, canopy_settings(scene, gather)).film;
     for (int y = 0; y < film.height(); ++y)
       for (int x = 0; x < film.width(); ++x)
-        for (int c = 0; c < 3; ++c) ASSERT_NEAR(film.pixel(x, y)[c], direct.pixel(x, y)[c], 1e-9f);
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(film.pixel(x, y)[c], direct.pixel(x, y)[c], 1e-5f);
   }
 }
 
-// Rationale: more bounces followed by rays leave less to the solution. Expectation: with one bounce, below half a per
-// cent of the error bound of none.
+// Rationale: bounces followed by rays leave less to the solution. Expectation: with two of them half of the error that none may have.
 TEST(CanopyTransport, BouncesConverge) {
   const build::BuiltScene scene = built({});
   const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
@@ -187,7 +178,7 @@ TEST(CanopyTransport, AzimuthsOfSunsAreTheWorlds) {
 std::string refusal(const std::string& integrator, const std::string& shape) {
   const std::string text =
       "Integrator \"canopy\" " + integrator +
-      "\nWorldBegin\nLightSource \"infinite\"\nMakeNamedMaterial \"litter\" \"string type\" \"diffuse\"\n" +
+      "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nMakeNamedMaterial \"litter\" \"string type\" \"diffuse\"\n" +
       "Material \"diffusetransmission\"\n" + shape;
   try {
     const build::BuiltScene scene = test::build_text(text);
