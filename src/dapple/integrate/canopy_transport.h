@@ -29,7 +29,7 @@ class CanopyTransport {
                                 ///< less a border as wide as it is high
     int slabs = 20, inclinations = 9;
     int nodes = 8, modes = 4;               ///< of the solver
-    uint32_t gap_rays = 4096;               ///< for clumping; a direction and slab
+    uint32_t gap_rays = 2048;               ///< for clumping; a direction and slab
     std::vector<int32_t> ground_materials;  ///< as CanopySurveyOptions
   };
   using Sides = forest::IrradianceTable::Sides;
