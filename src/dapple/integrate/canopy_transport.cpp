@@ -98,7 +98,7 @@ Canopy blackened(Canopy canopy) {
 }
 
 // Radiance of a light at infinity, averaged over cells of five degrees: the solver's few nodes must see all of it.
-forest::Sky sky_of(const shading::Light& light) {
+forest::Sky sky_of(const shading::Light& light, const V3f& from) {
   if (const auto* uniform = dynamic_cast<const shading::InfiniteLight*>(&light)) {
     const RGB L = uniform->environment(V3f(0, 0, 1), 0);
     return {[L](double, double, int w) { return double(L[w]); }, false, true};
@@ -112,7 +112,7 @@ forest::Sky sky_of(const shading::Light& light) {
       for (int i = 0; i < fine * fine; ++i) {
         const double zenith = pi_d / 2 * (r + (i / fine + 0.5) / fine) / rows,
                      azimuth = 2 * pi_d * (c + (i % fine + 0.5) / fine) / columns;
-        sum += light.environment(V3f(forest::sky_direction(zenith, azimuth)), 0) * float(std::sin(zenith));
+        sum += light.environment_at(from, V3f(forest::sky_direction(zenith, azimuth)), 0) * float(std::sin(zenith));
         weight += std::sin(zenith);
       }
       (*cells)[size_t(r * columns + c)] = sum * float(1 / weight);
@@ -164,8 +164,8 @@ struct CanopyTransport::Solution {
     }
   }
 
-  void add_sky(const shading::Light& light) {
-    const forest::Sky dome = forest::Sky(sky_of(light));
+  void add_sky(const shading::Light& light, const V3f& from) {
+    const forest::Sky dome = sky_of(light, from);
     const auto irradiance = irradiance_above(light);
     const std::vector<double> E(irradiance.begin(), irradiance.end());
     // Azimuths of skies count from a sun in the direction of x, whose beam travels the other way.
@@ -205,11 +205,12 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
 }
 
 void CanopyTransport::light(const scene::Scene& scene, Solution* s) const {
+  const V3f top(0.5f * (plot_.min.x + plot_.max.x), 0.5f * (plot_.min.y + plot_.max.y), scene.traced.bounds().max.z);
   for (const auto& light : scene.lights) {
     if (!light->is_infinite()) continue;
     const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get());
     if (!distant)
-      s->add_sky(*light);
+      s->add_sky(*light, top);
     else if (distant->to_light().z > 1e-3f)
       s->add_sun(V3d(distant->to_light()), distant->irradiance());
   }
