@@ -22,11 +22,13 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, canopy_gather, canopy_plot, shadow_rays, diffuse_rays, radiosity_cache, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8, canopy_slabs = 0;
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  std::string canopy_gather, canopy_plot;
+  int canopy_slabs = 0;
 };
 
 std::atomic<bool> interrupted{false};

@@ -64,14 +64,17 @@ integrate::PathIntegrator::Settings canopy_settings(const build::BuiltScene& sce
   return s;
 }
 
-// Light scattered at least once, total - direct, against path tracing: with the solution at visible surfaces, and at the ends of rays.
+// Light scattered at least once, total - direct, against path tracing: with the solution at visible surfaces, and at
+// the ends of rays.
 void expect_scattered(const build::BuiltScene& scene, float tabulated, float gathered) {
-  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(), total = test::render_built(scene, 64, test::bounces(64)).mean();
+  const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
+            total = test::render_built(scene, 64, test::bounces(64)).mean();
   for (const bool gather : {false, true}) {
     const char* what = gather ? "gathered" : "tabulated";
     const RGB scattered = test::render_built(scene, 64, canopy_settings(scene, gather)).mean() - direct;
     test::expect_near(scattered, total - direct, gather ? gathered : tabulated, what);
-    for (int c = 0; c < 3; ++c) testing::Test::RecordProperty(what + std::to_string(c), std::to_string(scattered[c] / (total - direct)[c] - 1));
+    for (int c = 0; c < 3; ++c)
+      testing::Test::RecordProperty(what + std::to_string(c), std::to_string(scattered[c] / (total - direct)[c] - 1));
   }
 }
 
@@ -79,7 +82,9 @@ void expect_scattered(const build::BuiltScene& scene, float tabulated, float gat
 // seen from inside no leaf is special. Expectation: light scattered at least once, total - direct, within 4 % of path
 // tracing in red, green and a near infrared of albedo .9, tabulated; 3 % gathered, which is right to first order. (2 %
 // each were seen: leaves of .06 in 2 m shade and light their neighbours a little, and there is noise of 1 %.)
-TEST(CanopyTransport, LeavesAtRandomAreLitAsByPathTracing) { expect_scattered(built({}), 0.04f, 0.03f); }
+TEST(CanopyTransport, LeavesAtRandomAreLitAsByPathTracing) {
+  expect_scattered(built({}), 0.04f, 0.03f);
+}
 
 // The same from above, at a slant: the ground and the tops of leaves.
 TEST(CanopyTransport, LeavesAtRandomFromAbove) {
@@ -93,13 +98,15 @@ TEST(CanopyTransport, LeavesAtRandomFromAbove) {
 TEST(CanopyTransport, LeavesAtRandomUnderAClearSky) {
   Stand stand;
   stand.lights =
-      "LightSource \"sky\" \"float skyirradiance\" 3 \"string skymodel\" \"clear\" \"float sunzenith\" 65 \"float sunazimuth\" 130\n";
+      "LightSource \"sky\" \"float skyirradiance\" 3 \"string skymodel\" \"clear\" \"float sunzenith\" 65 \"float "
+      "sunazimuth\" 130\n";
   expect_scattered(built(stand), 0.05f, 0.03f);
 }
 
 // Rationale: gaps between balls of leaves are what clumping measures, and recollision is what it does to scattered
-// light; without them tabulated light is 2.3 times too bright in red and 19 % off gathered. Expectation: Omega is 1 within 8 % for leaves at random, and
-// below .75 in balls; there the light scattered is within 25 % of path tracing tabulated, and 12 % gathered.
+// light; without them tabulated light is 2.3 times too bright in red and 19 % off gathered. Expectation: Omega is 1
+// within 8 % for leaves at random, and below .75 in balls; there the light scattered is within 25 % of path tracing
+// tabulated, and 12 % gathered.
 TEST(CanopyTransport, Clumps) {
   const auto omega = [](const build::BuiltScene& scene) {
     const auto c = integrate::CanopyTransport(*scene.scene, {}).clumping();
@@ -129,8 +136,8 @@ TEST(CanopyTransport, FurnaceIsWhite) {
                       gather ? "gathered" : "tabulated");
 }
 
-// Rationale: what black leaves get from the ground they keep. Expectation: the path tracer's direct light, to the rounding of what the
-// solution subtracts from skylight, and the 1e-12 that leaves transmit here so as to be leaves.
+// Rationale: what black leaves get from the ground they keep. Expectation: the path tracer's direct light, to the
+// rounding of what the solution subtracts from skylight, and the 1e-12 that leaves transmit here so as to be leaves.
 TEST(CanopyTransport, BlackLeavesGiveDirectLight) {
   Stand stand;
   stand.optics = R"("rgb reflectance" [ 0 0 0 ] "rgb transmittance" [ 1e-12 1e-12 1e-12 ])";
@@ -145,7 +152,8 @@ TEST(CanopyTransport, BlackLeavesGiveDirectLight) {
   }
 }
 
-// Rationale: bounces followed by rays leave less to the solution. Expectation: with two of them half of the error that none may have.
+// Rationale: bounces followed by rays leave less to the solution. Expectation: with two of them half of the error that
+// none may have.
 TEST(CanopyTransport, BouncesConverge) {
   const build::BuiltScene scene = built({});
   const RGB direct = test::render_built(scene, 64, test::bounces(0)).mean(),
@@ -185,10 +193,10 @@ TEST(CanopyTransport, AzimuthsOfSunsAreTheWorlds) {
 }
 
 std::string refusal(const std::string& integrator, const std::string& shape) {
-  const std::string text =
-      "Integrator \"canopy\" " + integrator +
-      "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nMakeNamedMaterial \"litter\" \"string type\" \"diffuse\"\n" +
-      "Material \"diffusetransmission\"\n" + shape;
+  const std::string text = "Integrator \"canopy\" " + integrator +
+                           "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nMakeNamedMaterial "
+                           "\"litter\" \"string type\" \"diffuse\"\n" +
+                           "Material \"diffusetransmission\"\n" + shape;
   try {
     const build::BuiltScene scene = test::build_text(text);
     build::make_integrator(*scene.scene, scene.request, 1, 0);
