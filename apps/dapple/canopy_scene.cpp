@@ -16,6 +16,8 @@ std::string shown(double x) {
   return text;
 }
 
+}  // namespace
+
 Box2f rectangle(const std::string& option, const std::string& text) {
   const auto v = numbers_of(option, text, 4, "X0,X1,Y0,Y1 in metres");
   for (const double x : v) check_range(option, x, -1e6, 1e6, " m");
@@ -23,8 +25,6 @@ Box2f rectangle(const std::string& option, const std::string& text) {
     throw UsageError(option + ": \"" + text + "\"; expected X0 below X1 and Y0 below Y1");
   return {V2f(float(v[0]), float(v[2])), V2f(float(v[1]), float(v[3]))};
 }
-
-}  // namespace
 
 V3f SkyAngles::direction() const {
   constexpr double degree = std::numbers::pi / 180;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "canopy_scene.h"
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
@@ -26,6 +27,8 @@ struct RenderOptions {
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  std::string canopy_gather, canopy_plot;
+  int canopy_slabs = 0;
 };
 
 std::atomic<bool> interrupted{false};
@@ -99,16 +102,19 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
   if (o.color_bleeding) r.color_bleeding = true;
+  if (!o.canopy_gather.empty()) r.canopy_gather = o.canopy_gather == "on";
+  if (o.canopy_slabs > 0) r.canopy_slabs = o.canopy_slabs;
+  if (!o.canopy_plot.empty()) r.canopy_plot = rectangle("--canopy-plot", o.canopy_plot);
   return r;
 }
 
 // The path tracer runs prelighting and opacity alone.
-void warn_of_unused_stages(const scene::Scene& scene, Diagnostics& diagnostics) {
+void warn_of_unused_stages(const scene::Scene& scene, const std::string& integrator, Diagnostics& diagnostics) {
   using shading::Stage;
   for (const shading::MaterialPtr& material : scene.materials)
     for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
       if (material->stages().has(stage))
-        diagnostics.unsupported({}, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator path",
+        diagnostics.unsupported({}, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator " + integrator,
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
@@ -145,7 +151,10 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
   warn(o.color_bleeding, "--color-bleeding", {"ao"});
-  warn(o.bounces >= 0, "--bounces", {"path", "distribution"});
+  warn(!o.canopy_gather.empty(), "--canopy-gather", {"canopy"});
+  warn(!o.canopy_plot.empty(), "--canopy-plot", {"canopy"});
+  warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy"});
+  warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -204,7 +213,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
   const build::IntegratorRequest request = integrator_request(o).over(built.request);
-  if (request.type == "path") warn_of_unused_stages(*built.scene, diagnostics);
+  if (request.type == "path" || request.type == "canopy")
+    warn_of_unused_stages(*built.scene, request.type, diagnostics);
   if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
   warn_of_unused(o, request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
@@ -259,11 +269,11 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
   app.add_option("-o,--output", o->outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
-  app.add_option("--integrator", o->integrator, "Light transport: path, distribution, ao [the scene's]")
+  app.add_option("--integrator", o->integrator, "Light transport: path, distribution, canopy, ao [the scene's]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
   app.add_option("--preset", o->preset, "Quality where neither options nor the scene say: draft, preview, final [preview]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::preset_names), std::end(build::preset_names))));
-  app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1]")
+  app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1; canopy: 0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")->check(CLI::NonNegativeNumber);
   app.add_option("--shadow-rays", o->shadow_rays, "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
@@ -280,6 +290,10 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
+  app.add_option("--canopy-gather", o->canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--canopy-plot", o->canopy_plot, "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
+  app.add_option("--canopy-slabs", o->canopy_slabs, "canopy: slabs of its height [20]")->check(CLI::Range(1, build::max_canopy_slabs));
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
       ->check(CLI::PositiveNumber);

@@ -60,7 +60,7 @@ constexpr const char* leaves = "../shared/scenes/forest/forest-cutout.pbrt";
 INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"}, Case{leaves, "path"},
                                          Case{cornell, "distribution"}, Case{stairs, "distribution"},
-                                         Case{leaves, "distribution"}, Case{cornell, "ao"}),
+                                         Case{leaves, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
                          [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dapple/base/log.h"
 #include "dapple/build/camera_factory.h"
 #include "dapple/integrate/ambient_occlusion.h"
 #include "dapple/integrate/distribution_integrator.h"
@@ -66,6 +67,47 @@ void read_sampler(const BuildContext& context, IntegratorRequest* r) {
   sampler.params.report_unused("sampler", context.diagnostics);
 }
 
+void read_canopy(const BuildContext& context, IntegratorRequest* r) {
+  const Entity& e = context.description.integrator;
+  if (e.params.find("gather")) r->canopy_gather = e.params.get_bool("gather", true);
+  r->canopy_slabs = optional_int(e, "slabs", 1);
+  if (r->canopy_slabs && *r->canopy_slabs > max_canopy_slabs)
+    throw InputError(e.loc, "\"slabs\" is " + std::to_string(*r->canopy_slabs) + "; it must be from 1 to " +
+                                std::to_string(max_canopy_slabs));
+  if (e.params.find("plot")) {
+    const auto v = e.params.get_floats("plot");
+    if (v.size() != 4 || !(v[1] > v[0]) || !(v[3] > v[2]))
+      throw InputError(e.loc, "\"plot\" must be x0 x1 y0 y1 in metres, x0 below x1 and y0 below y1");
+    r->canopy_plot = Box2f(V2f(v[0], v[2]), V2f(v[1], v[3]));
+  }
+  for (const std::string& name : e.params.get_strings("ground")) {
+    const auto& known = context.description.named_materials;
+    const auto it = known.find(name);
+    std::vector<std::string_view> legal;
+    for (const auto& [material, index] : known) legal.push_back(material);
+    if (it == known.end())
+      throw InputError(
+          e.loc, "\"ground\": no material is named \"" + name + "\"" + (legal.empty() ? "" : "; " + one_of(legal)));
+    r->canopy_ground.push_back(it->second);
+  }
+}
+
+std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
+  integrate::CanopyTransport::Settings s;
+  s.plot = r.canopy_plot;
+  s.slabs = r.canopy_slabs.value_or(s.slabs);
+  s.ground_materials = r.canopy_ground;
+  if (std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_infinite(); }))
+    log_warning(
+        "canopy: leaves scatter the light of sun and sky; that of lights in the scene is followed for the bounces "
+        "asked for only");
+  try {
+    return std::make_shared<const integrate::CanopyTransport>(scene, s);
+  } catch (const std::invalid_argument& problem) {
+    throw InputError(FileLoc{r.place, 0, 0}, "integrator \"canopy\": " + std::string(problem.what()));
+  }
+}
+
 }  // namespace
 
 IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const {
@@ -87,6 +129,11 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.cache_width, other.cache_width);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
+  fill(&r.canopy_gather, other.canopy_gather);
+  fill(&r.canopy_plot, other.canopy_plot);
+  fill(&r.canopy_slabs, other.canopy_slabs);
+  if (r.canopy_ground.empty()) r.canopy_ground = other.canopy_ground;
+  if (r.place.empty()) r.place = other.place;
   return r;
 }
 
@@ -94,6 +141,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   IntegratorRequest r;
   read_sampler(context, &r);
   const Entity& e = context.description.integrator;
+  const auto& files = context.description.files;
+  r.place = !e.loc.file.empty() ? e.loc.to_string() : files.empty() ? "scene" : files.front();
   static const std::vector<std::string_view> paths = {"path", "volpath", "simplepath", "simplevolpath"};
   static const std::vector<std::string_view> others = {"bdpt", "mlt", "sppm", "lightpath", "randomwalk", "function"};
   const auto is_one_of = [&e](const auto& names) { return std::find(names.begin(), names.end(), e.type) != names.end(); };
@@ -101,11 +150,14 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     r.type = "distribution";
   } else if (e.type == "ambientocclusion") {
     r.type = "ao";
+  } else if (e.type == "canopy") {
+    r.type = "canopy";
+    read_canopy(context, &r);
   } else if (e.type.empty() || is_one_of(paths)) {
     r.type = "path";
   } else {
     if (!is_one_of(others)) {
-      std::vector<std::string_view> legal = {"distribution", "ambientocclusion"};
+      std::vector<std::string_view> legal = {"distribution", "ambientocclusion", "canopy"};
       legal.insert(legal.end(), paths.begin(), paths.end());
       legal.insert(legal.end(), others.begin(), others.end());
       unknown_type(e, "integrator", legal);
@@ -170,11 +222,15 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
                                                              uint64_t seed) {
   const IntegratorRequest preset = preset_request(asked.preset);
   const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
-  if (asked.type == "path") {
+  if (asked.type == "path" || asked.type == "canopy") {
     integrate::PathIntegrator::Settings s;
     s.seed = seed;
     s.specular_depth = asked.specular_depth.value_or(s.specular_depth);
-    if (asked.bounces) {
+    if (asked.type == "canopy") {
+      s.diffuse_bounces = asked.bounces.value_or(0);
+      s.canopy = make_canopy(scene, asked);
+      s.canopy_gather = asked.canopy_gather.value_or(true);
+    } else if (asked.bounces) {
       s.diffuse_bounces = *asked.bounces;
     } else {
       s.max_scatterings = asked.max_depth.value_or(default_max_depth);

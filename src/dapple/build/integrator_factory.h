@@ -15,7 +15,7 @@ namespace dapple::build {
 
 /// What is said about the integrator by a scene file or on a command line; what is not said is empty.
 struct IntegratorRequest {
-  std::string type;    ///< "path", "distribution" or "ao"
+  std::string type;    ///< one of integrator_types
   std::string preset;  ///< "draft", "preview" or "final"
   std::optional<int> pixel_samples;
   std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
@@ -26,17 +26,24 @@ struct IntegratorRequest {
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
+  // canopy: integrate::CanopyTransport::Settings
+  std::optional<bool> canopy_gather;
+  std::optional<Box2f> canopy_plot;
+  std::optional<int> canopy_slabs;
+  std::vector<int32_t> canopy_ground;  ///< materials; empty: not said
+  std::string place;                   ///< of the scene's directive, for messages
 
   /// This, and where it is silent, `other`.
   IntegratorRequest over(const IntegratorRequest& other) const;
 };
 
-inline constexpr std::string_view integrator_types[] = {"path", "distribution", "ao"};
+inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
 /// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing follows: its
 /// recursion is at most about their product deep, 0.2 MB and a few kB of stack a level and thread.
 inline constexpr int max_rays = 65536;
 inline constexpr int max_depth_followed = 32;
+inline constexpr int max_canopy_slabs = 1000;
 
 /// The scene's Sampler and Integrator directives. Throws InputError.
 IntegratorRequest make_integrator_request(const BuildContext& context);
@@ -45,7 +52,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context);
 IntegratorRequest preset_request(const std::string& name);
 
 /// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it. `pixel_samples`: that
-/// will be taken, 0 if that is open.
+/// will be taken, 0 if that is open. InputError for a canopy that the scene has not.
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& request,
                                                              int pixel_samples, uint64_t seed);
 

@@ -50,18 +50,45 @@ LeafSurvey::LeafSurvey(Frame frame) : frame_(std::move(frame)) {
     throw std::invalid_argument("a survey needs a slab, an inclination and a kind");
   if (std::adjacent_find(frame_.edges_m.begin(), frame_.edges_m.end(), std::greater_equal<>()) != frame_.edges_m.end())
     throw std::invalid_argument("the slabs' edges do not ascend");
+  for (int i = 1; i < frame_.inclinations; ++i) {
+    const double cosine = std::cos(std::numbers::pi / 2 * i / frame_.inclinations);
+    squared_cosines_.push_back(cosine * cosine);
+  }
   area_.assign(size_t(slabs()) * size_t(frame_.inclinations) * size_t(frame_.kinds), 0);
 }
 
 int LeafSurvey::inclination_of(const V3d& n) const {
-  const double angle = std::atan2(std::hypot(n.x, n.y), std::abs(n.z));
-  return std::clamp(int(angle / (std::numbers::pi / 2) * frame_.inclinations), 0, frame_.inclinations - 1);
+  const double z2 = n.z * n.z, length2 = n.length2();
+  int i = 0;
+  while (i + 1 < frame_.inclinations && z2 <= squared_cosines_[size_t(i)] * length2) ++i;
+  return i;
+}
+
+// Most leaves lie within one slab: true if this one does.
+bool LeafSurvey::add_whole(int kind, std::span<const V3d> corners, double share, double low, double high) {
+  const auto& edges = frame_.edges_m;
+  const int above = int(std::upper_bound(edges.begin(), edges.end(), low) - edges.begin()),
+            s = std::clamp(above - 1, 0, slabs() - 1);
+  if (s < slabs() - 1 && high >= edges[size_t(s) + 1]) return false;
+  const V3d normal = vector_area(corners);
+  const double size = normal.length();
+  if (size > 0) area_[index(s, inclination_of(normal), kind)] += share * size;
+  return true;
 }
 
 void LeafSurvey::add_polygon(int kind, std::span<const V3d> corners, double share) {
+  const Box2f& plot = frame_.plot;
+  V3d least = corners[0], most = least;
+  for (const V3d& p : corners)
+    for (int k = 0; k < 3; ++k) least[k] = std::min(least[k], p[k]), most[k] = std::max(most[k], p[k]);
+  bool whole = true;
+  for (int k = 0; k < 2; ++k) {
+    if (most[k] < plot.min[k] || least[k] > plot.max[k]) return;
+    whole = whole && least[k] >= plot.min[k] && most[k] <= plot.max[k];
+  }
+  if (whole && add_whole(kind, corners, share, least.z, most.z)) return;
   static thread_local Polygon inside, piece;
   inside.corners.assign(corners.begin(), corners.end());
-  const Box2f& plot = frame_.plot;
   for (int k = 0; k < 2; ++k) {
     inside.cut(k, plot.min[k], -1);
     inside.cut(k, plot.max[k], 1);

@@ -40,8 +40,10 @@ class LeafSurvey {
     return (size_t(kind) * size_t(slabs()) + size_t(slab)) * size_t(frame_.inclinations) + size_t(inclination);
   }
   int inclination_of(const V3d& normal) const;
+  bool add_whole(int kind, std::span<const V3d> corners, double share, double low, double high);
 
   Frame frame_;
+  std::vector<double> squared_cosines_;  // of the bins' inner edges
   std::vector<double> area_;
 };
 

@@ -179,13 +179,15 @@ std::vector<double> CanopySolver::lobe_sum(const Field& field, const std::vector
   return out;
 }
 
-std::vector<double> CanopySolver::irradiance(const Field& field, double mu_n, double phi) const {
+std::vector<double> CanopySolver::irradiance(const Field& field, double mu_n, double phi, From from) const {
   const int n = options_.nodes.size();
   std::vector<double> up(size_t(options_.modes) * n), down(up.size()), other(up.size());
   for (int i = 0; i < n; ++i) {
     half_range_modes(options_.nodes.mu[i], mu_n, options_.modes, &other[i], &up[i], n);
     half_range_modes(-options_.nodes.mu[i], mu_n, options_.modes, &other[i], &down[i], n);
   }
+  if (from == From::above) std::fill(up.begin(), up.end(), 0);
+  if (from == From::below) std::fill(down.begin(), down.end(), 0);
   return lobe_sum(field, up, down, phi);
 }
 

@@ -122,9 +122,11 @@ class CanopySolver {
   /// conserved. azimuth as in radiance().
   std::vector<double> hot_spot(const Direction& sun, const Direction& view, double azimuth, double leaf_size_m) const;
 
+  /// Which light counts: all, or that which travels downwards or upwards.
+  enum class From { everywhere, above, below };
   /// E(z, n) of 5.8: diffuse irradiance on the side facing a normal of signed cosine mu_n and azimuth phi (as the
   /// field's), [level][wavelength].
-  std::vector<double> irradiance(const Field& field, double mu_n, double phi) const;
+  std::vector<double> irradiance(const Field& field, double mu_n, double phi, From from = From::everywhere) const;
   /// S(z, r) of 5.8: integral of the diffuse radiance times (s + 1) / (2 pi) max(w . r, 0)^s over propagation
   /// directions w, [level][wavelength]; a lobe must be wider than the nodes' spacing.
   std::vector<double> lobe(const Field& field, double mu_r, double phi, double exponent) const;

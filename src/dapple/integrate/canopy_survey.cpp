@@ -45,6 +45,10 @@ bool spans(const Box3f& box, const Box2f& plot) {
   return true;
 }
 
+bool touches(const Box3f& box, const Box2f& plot) {
+  return box.max.x >= plot.min.x && box.min.x <= plot.max.x && box.max.y >= plot.min.y && box.min.y <= plot.max.y;
+}
+
 bool transmits(const SurfaceOptics& o) { return o.transmittance[0] + o.transmittance[1] + o.transmittance[2] > 0; }
 
 }  // namespace
@@ -110,7 +114,7 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const CanopySurveyOptions&
   frame.inclinations = options.inclinations;
   frame.kinds = int(kinds.size());
   for (int s = 0; s <= options.slabs; ++s) frame.edges_m.push_back(ground_z + height * s / options.slabs);
-  CanopySurvey survey{std::move(kinds), forest::LeafSurvey(frame), has_ground, ground_z, ground_z + height, {}, left_out};
+  CanopySurvey survey{std::move(kinds), forest::LeafSurvey(frame), has_ground, ground_z, ground_z + height, {}, left_out, is_ground};
   if (has_ground)
     for (size_t c = 0; c < 3; ++c) survey.ground[c] = ground[c] / ground_area;
 
@@ -121,7 +125,7 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const CanopySurveyOptions&
     parallel_for(n, [&](size_t i) {
       const Placed& p = placed[first + i];
       const int kind = geometry_kind[p.geometry];
-      if (kind < 0) return;
+      if (kind < 0 || !touches(world_box(traced, p, boxes[p.geometry]), options.plot)) return;
       const double share = optics[p.geometry].opaque * (survey.kinds[size_t(kind)].flat ? 1 : 0.5);
       add_facets(traced, p.geometry, p.instance, kind, share, &parts[i]);
     });
@@ -152,47 +156,71 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const CanopySurveyOptions&
   return survey;
 }
 
-Clumping measure_clumping(const scene::Scene& scene, const CanopySurvey& survey, uint32_t rays_per_direction) {
-  constexpr int directions = 8;
-  constexpr double lowest = 0.2;
+namespace {
+
+constexpr int gap_directions = 8;
+constexpr double lowest_gap_cosine = 0.2;
+
+double gap_cosine(int direction) {
+  return 1 - (1 - lowest_gap_cosine) * (direction + 0.5) / gap_directions;
+}
+
+// Fraction of parallel rays that cross from `top` down to `bottom` over the plot. At least half a ray.
+double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, double top, double bottom,
+                    uint32_t ray_count, uint32_t seed) {
   constexpr size_t batch = trace::RayBatch::capacity;
+  const size_t batches = (ray_count + batch - 1) / batch;
+  std::vector<uint32_t> passed(batches);
+  parallel_for(batches, [&](size_t b) {
+    trace::RayBatch rays{};
+    uint8_t hit[batch];
+    const int n = int(std::min(batch, ray_count - b * batch));
+    const float sine = float(std::sqrt(1 - mu * mu));
+    const float length = float((top - bottom) / mu) * (1 - 1e-4f);
+    for (int i = 0; i < n; ++i) {
+      const uint32_t index = uint32_t(b * batch) + uint32_t(i);
+      const V2f at = sample_2d(seed, index, 0);
+      const float phi = 2 * pi * sample_1d(seed, index, 1);
+      rays.set(i, V3f(lerp(at.x, plot.min.x, plot.max.x), lerp(at.y, plot.min.y, plot.max.y), float(top)),
+               V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, 0, index);
+    }
+    scene.traced.occluded(rays, n, hit);
+    for (int i = 0; i < n; ++i) passed[b] += !hit[i];
+  });
+  double through = 0;
+  for (const uint32_t n : passed) through += n;
+  return std::max(through, 0.5) / ray_count;
+}
+
+// G L of the surfaces in slabs [first, last).
+double projected_area(const forest::LeafSurvey& areas, int first, int last, double mu) {
+  std::vector<double> edges;
+  for (int i = 0; i <= areas.frame().inclinations; ++i)
+    edges.push_back(std::numbers::pi / 2 * i / areas.frame().inclinations);
+  double projected = 0;
+  for (int k = 0; k < areas.frame().kinds; ++k) {
+    double area = 0;
+    std::vector<double> fractions(size_t(areas.frame().inclinations), 0);
+    for (int s = first; s < last; ++s) {
+      area += areas.area(s, k);
+      for (size_t i = 0; i < fractions.size(); ++i) fractions[i] += areas.area(s, int(i), k);
+    }
+    if (area > 0) projected += forest::LeafAngles::table(edges, fractions).projection(mu) * area / areas.plot_area();
+  }
+  return projected;
+}
+
+}  // namespace
+
+Clumping measure_clumping(const scene::Scene& scene, const CanopySurvey& survey, uint32_t rays_per_direction) {
   const forest::LeafSurvey& areas = survey.areas;
   Clumping out;
   double seen = 0, expected = 0;
-  for (int d = 0; d < directions; ++d) {
-    const double mu = 1 - (1 - lowest) * (d + 0.5) / directions;
-    const size_t batches = (rays_per_direction + batch - 1) / batch;
-    std::vector<uint32_t> passed(batches);
-    parallel_for(batches, [&](size_t b) {
-      trace::RayBatch rays{};
-      uint8_t hit[batch];
-      const int n = int(std::min(batch, rays_per_direction - b * batch));
-      const float sine = float(std::sqrt(1 - mu * mu));
-      const float length = float((survey.top_z - survey.ground_z) / mu) * (1 - 1e-4f);
-      for (int i = 0; i < n; ++i) {
-        const uint32_t index = uint32_t(b * batch) + uint32_t(i);
-        const V2f at = sample_2d(uint32_t(d), index, 0);
-        const float phi = 2 * pi * sample_1d(uint32_t(d), index, 1);
-        const Box2f& plot = areas.frame().plot;
-        rays.set(i, V3f(lerp(at.x, plot.min.x, plot.max.x), lerp(at.y, plot.min.y, plot.max.y), float(survey.top_z)),
-                 V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, 0, index);
-      }
-      scene.traced.occluded(rays, n, hit);
-      for (int i = 0; i < n; ++i) passed[b] += !hit[i];
-    });
-    double through = 0;
-    for (const uint32_t n : passed) through += n;
-    const double gap = std::max(through, 0.5) / rays_per_direction;
-    double projected = 0;
-    std::vector<double> edges;
-    for (int i = 0; i <= areas.frame().inclinations; ++i) edges.push_back(std::numbers::pi / 2 * i / areas.frame().inclinations);
-    for (int k = 0; k < areas.frame().kinds; ++k) {
-      if (!(areas.area(k) > 0)) continue;
-      std::vector<double> fractions(size_t(areas.frame().inclinations), 0);
-      for (int s = 0; s < areas.slabs(); ++s)
-        for (size_t i = 0; i < fractions.size(); ++i) fractions[i] += areas.area(s, int(i), k);
-      projected += forest::LeafAngles::table(edges, fractions).projection(mu) * areas.area(k) / areas.plot_area();
-    }
+  for (int d = 0; d < gap_directions; ++d) {
+    const double mu = gap_cosine(d);
+    const double gap =
+        gap_fraction(scene, areas.frame().plot, mu, survey.top_z, survey.ground_z, rays_per_direction, uint32_t(d));
+    const double projected = projected_area(areas, 0, areas.slabs(), mu);
     out.mu.push_back(mu);
     out.gap_fraction.push_back(gap);
     out.omega.push_back(projected > 0 ? -mu * std::log(gap) / projected : 1);
@@ -201,6 +229,50 @@ Clumping measure_clumping(const scene::Scene& scene, const CanopySurvey& survey,
   }
   if (expected > 0) out.index = seen / expected;
   return out;
+}
+
+ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const CanopySurvey& survey,
+                                         uint32_t rays_per_direction) {
+  const forest::LeafSurvey& areas = survey.areas;
+  const std::vector<double>& z = areas.frame().edges_m;
+  const size_t slabs = size_t(areas.slabs());
+  constexpr double least = 0.02;
+  std::vector<double> above(slabs, 0), below = above, expected = above;
+  for (int d = 0; d < gap_directions; ++d) {
+    const double mu = gap_cosine(d);
+    const auto depth = [&](double top, double bottom) {
+      return top > bottom ? -mu * std::log(gap_fraction(scene, areas.frame().plot, mu, top, bottom, rays_per_direction,
+                                                        uint32_t(d)))
+                          : 0;
+    };
+    std::vector<double> from_top, from_ground;
+    for (size_t e = 0; e <= slabs; ++e) {
+      from_top.push_back(depth(survey.top_z, z[e]));
+      from_ground.push_back(depth(z[e], survey.ground_z));
+    }
+    for (size_t s = 0; s < slabs; ++s) {
+      above[s] += from_top[s] - from_top[s + 1];
+      below[s] += from_ground[s + 1] - from_ground[s];
+      expected[s] += projected_area(areas, int(s), int(s) + 1, mu);
+    }
+  }
+  for (size_t s = 0; s < slabs; ++s)
+    for (std::vector<double>* side : {&above, &below})
+      (*side)[s] = expected[s] > 0 ? std::clamp((*side)[s] / expected[s], least, 1.0) : 1;
+  return {above, below};
+}
+
+Box2f vegetation_extent(const scene::Scene& scene) {
+  Box2f extent;
+  std::vector<SurfaceOptics> optics(scene.traced.geometry_count());
+  parallel_for(optics.size(), [&](size_t g) { optics[g] = mean_optics(scene, uint32_t(g)); });
+  for (const Placed& p : placed_geometries(scene.traced)) {
+    if (!transmits(optics[p.geometry])) continue;
+    const Box3f box = world_box(scene.traced, p, trace::bounds_of(scene.traced.shape(p.geometry)));
+    extent.extendBy(V2f(box.min.x, box.min.y));
+    extent.extendBy(V2f(box.max.x, box.max.y));
+  }
+  return extent;
 }
 
 }  // namespace dapple::integrate

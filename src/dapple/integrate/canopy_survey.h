@@ -28,6 +28,7 @@ struct CanopySurvey {
   double ground_z = 0, top_z = 0;  ///< world
   std::array<double, 3> ground{};  ///< mean reflectance
   size_t left_out = 0;             ///< curves, which have no polygons
+  std::vector<uint8_t> is_ground;  ///< by geometry of the scene
 };
 
 struct CanopySurveyOptions {
@@ -48,5 +49,16 @@ struct Clumping {
   double index = 1;
 };
 Clumping measure_clumping(const scene::Scene& scene, const CanopySurvey& survey, uint32_t rays_per_direction);
+
+/// The same by slab: from how the logarithm of the gap fraction changes across it. Leaves under others are hidden from
+/// above, which is not so from below. From .02 to 1; 1 where there is nothing.
+struct ClumpingProfile {
+  std::vector<double> above, below;  ///< for rays from the top, and from the ground
+};
+ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const CanopySurvey& survey,
+                                         uint32_t rays_per_direction);
+
+/// x and y of what transmits light, such as leaves; empty where nothing does.
+Box2f vegetation_extent(const scene::Scene& scene);
 
 }  // namespace dapple::integrate

@@ -9,6 +9,7 @@
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/shading/medium.h"
+#include "dapple/shading/stages.h"
 
 namespace dapple::integrate {
 
@@ -32,11 +33,15 @@ constexpr int max_steps = 4096;
 // Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
 constexpr float diffuse_spread = 0.05f;
 
+// Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse ray brings.
+constexpr float lit_share = 0.25f;
+
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
     : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_) {
-  hit_lights_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
+  hit_lights_ =
+      gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
@@ -85,7 +90,14 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
         pass_through(k, w);
         continue;
       }
+      const int p = w.point_path[k];
+      if (w.last[p] && gathers()) {
+        gather_in_canopy(k, w);
+        continue;
+      }
       light_surface(k, w);
+      if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
+        add_canopy_light(k, w);
       scatter(k, w);
     }
     for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
@@ -108,7 +120,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
       continue;
     }
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
-    if (w.last[p] && light == no_id && !materials_.passes(w.hit.geometry[i])) continue;
+    if (w.last[p] && light == no_id && !gathers() && !materials_.passes(w.hit.geometry[i])) continue;
     const int k = w.point_count++;
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
@@ -177,7 +189,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
 void PathIntegrator::prelight(PathWorkspace& w) const {
   int kept = 0;
   for (int k = 0; k < w.point_count; ++k)
-    if (!w.last[w.point_path[k]] || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
+    if (!w.last[w.point_path[k]] || gathers() || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
   materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
@@ -232,6 +244,34 @@ void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
     const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
     return f * std::abs(dot(wi, bsdf.frame.n));
   }, w);
+}
+
+// Light that the canopy's leaves scattered, at a diffuse surface; what has other lobes besides counts by its albedo.
+void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  if (bsdf.is_delta()) return;
+  const int p = w.point_path[k];
+  const CanopyTransport::Sides E =
+      settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]));
+  w.L[p] += w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
+                                           : bsdf.albedo() * E.front * inv_pi);
+}
+
+// Where a path ends: the canopy's light, and at some of these points that of one light.
+void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  add_canopy_light(k, w);
+  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= lit_share) return;
+  const V3f wo = -w.wi[k];
+  const uint64_t key = w.vertex_key(w.point_path[k], 1);
+  connect(
+      k, receiver_at(k, w), &w.surface[k],
+      [&](const V3f& wi, float* pdf) {
+        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+        *pdf = 0;  // no ray goes on that could meet the light
+        return f * (std::abs(dot(wi, bsdf.frame.n)) / lit_share);
+      },
+      w);
 }
 
 void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/integrate/canopy_transport.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
@@ -21,6 +22,10 @@ class PathIntegrator final : public Integrator {
     int roulette_depth = 3;       ///< scatterings before Russian roulette may end a path
     uint64_t seed = 0;
     float texture_footprint = 1;  ///< scale of texture footprints, 1 = a pixel
+    /// Answers for light of more than `diffuse_bounces`: at the last of these scatterings, or, if it gathers, at what
+    /// the ray hits that looks for lights after it. Null: there is none.
+    std::shared_ptr<const CanopyTransport> canopy;
+    bool canopy_gather = true;
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -48,6 +53,9 @@ class PathIntegrator final : public Integrator {
   void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
                const Evaluate& evaluate, PathWorkspace& w) const;
   void light_surface(int point, PathWorkspace& w) const;
+  bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
+  void add_canopy_light(int point, PathWorkspace& w) const;
+  void gather_in_canopy(int point, PathWorkspace& w) const;
   void scatter_in_medium(int point, PathWorkspace& w) const;
   bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;

@@ -56,6 +56,7 @@ class TracedScene {
   /// other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what crosses a border is there on
   /// both sides. Distances along rays count on; positions of hits may lie in any copy.
   void set_period(const Box2f& cell) { period_ = cell; }
+  const std::optional<Box2f>& period() const { return period_; }
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
   void set_recorder(RayRecorder* recorder) { recorder_ = recorder; }  ///< null for none
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
