@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/forest/facet_scene.h"
+
+#include <numeric>
+
+namespace dapple::forest {
+
+namespace {
+
+constexpr int capacity = FacetCluster::capacity;
+
+uint64_t spread_bits(uint32_t v) {
+  uint64_t x = v & 0x3ff;
+  x = (x | x << 16) & 0x30000ff;
+  x = (x | x << 8) & 0x300f00f;
+  x = (x | x << 4) & 0x30c30c3;
+  return (x | x << 2) & 0x9249249;
+}
+
+/// Order along Morton's curve of points in a box; equal ones as they are.
+std::vector<uint32_t> along_curve(const std::vector<V3f>& points) {
+  Box3f box;
+  for (const V3f& p : points) box.extendBy(p);
+  std::vector<uint64_t> key(points.size());
+  for (size_t i = 0; i < points.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const float extent = box.max[k] - box.min[k], at = extent > 0 ? (points[i][k] - box.min[k]) / extent : 0;
+      key[i] |= spread_bits(uint32_t(std::clamp(at, 0.0f, 1.0f) * 1023)) << k;
+    }
+  std::vector<uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return key[a] < key[b]; });
+  return order;
+}
+
+bool is_finite(const Facet& f) { return base::is_finite(f.p[0]) && base::is_finite(f.p[1]) && base::is_finite(f.p[2]); }
+
+/// The box of a box under an affine map.
+Box3f map_box(const AffineRows& map, const Box3f& box) {
+  Box3f out;
+  for (int k = 0; k < 3; ++k) {
+    float centre = map.m[k][3], reach = 0, sum = std::abs(centre);
+    for (int a = 0; a < 3; ++a) {
+      const float middle = map.m[k][a] * 0.5f * (box.min[a] + box.max[a]);
+      centre += middle, sum += std::abs(middle);
+      reach += std::abs(map.m[k][a]) * 0.5f * (box.max[a] - box.min[a]);
+    }
+    const float slack = 1e-6f * (sum + reach);  // of rounding
+    out.min[k] = centre - reach - slack, out.max[k] = centre + reach + slack;
+  }
+  return out;
+}
+
+bool meets(const AffineRows& to_grid, const Box3f& box, float size) {
+  const Box3f b = map_box(to_grid, box);
+  return b.max.x >= 0 && b.min.x <= size && b.max.y >= 0 && b.min.y <= size;
+}
+
+/// Moves a cluster to the grid and keeps the facets whose boxes meet the column.
+void gather(const FacetCluster& c, const AffineRows& to_grid, float size, FacetBatch& b) {
+  const auto& m = to_grid.m;
+  for (int v = 0; v < 3; ++v)
+    for (int i = 0; i < capacity; ++i) {
+      const float x = c.x[v][i], y = c.y[v][i], z = c.z[v][i];
+      b.x[v][i] = m[0][0] * x + m[0][1] * y + m[0][2] * z + m[0][3];
+      b.y[v][i] = m[1][0] * x + m[1][1] * y + m[1][2] * z + m[1][3];
+      b.z[v][i] = m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3];
+    }
+  uint8_t wanted[capacity];
+  for (int i = 0; i < capacity; ++i) {
+    const float x0 = std::min(std::min(b.x[0][i], b.x[1][i]), b.x[2][i]), x1 = std::max(std::max(b.x[0][i], b.x[1][i]), b.x[2][i]);
+    const float y0 = std::min(std::min(b.y[0][i], b.y[1][i]), b.y[2][i]), y1 = std::max(std::max(b.y[0][i], b.y[1][i]), b.y[2][i]);
+    wanted[i] = (x1 >= 0) & (x0 <= size) & (y1 >= 0) & (y0 <= size);
+  }
+  b.count = 0;
+  for (int i = 0; i < c.count; ++i) {
+    if (!wanted[i]) continue;
+    const int to = b.count++;
+    b.lane[to] = uint8_t(i);
+    for (int v = 0; v < 3; ++v) b.x[v][to] = b.x[v][i], b.y[v][to] = b.y[v][i], b.z[v][to] = b.z[v][i];
+  }
+}
+
+/// Ribbons of strips [first, first + count) / 2 that face the light, in the grid; two facets each.
+void gather_strips(const FacetClusters& of, size_t cluster, const AffineRows& to_grid, FacetBatch& b) {
+  const auto& m = to_grid.m;
+  const float pixels = std::sqrt(m[0][0] * m[0][0] + m[0][1] * m[0][1] + m[0][2] * m[0][2]);
+  b.count = 0;
+  for (int s = 0; s < of.clusters[cluster].count / 2; ++s) {
+    const FacetStrip& strip = of.strips[cluster * (capacity / 2) + size_t(s)];
+    const V3f p = to_grid.point(strip.p[0]), q = to_grid.point(strip.p[1]);
+    V2f side(p.y - q.y, q.x - p.x);
+    const float l = side.length();
+    side = l > 0 ? side / l : V2f(1, 0);
+    const V2f a = side * (strip.radius[0] * pixels), c = side * (strip.radius[1] * pixels);
+    const V3f corner[4] = {{p.x - a.x, p.y - a.y, p.z}, {p.x + a.x, p.y + a.y, p.z}, {q.x + c.x, q.y + c.y, q.z}, {q.x - c.x, q.y - c.y, q.z}};
+    const int corners[2][3] = {{0, 1, 2}, {2, 3, 0}};
+    for (int t = 0; t < 2; ++t, ++b.count) {
+      b.lane[b.count] = uint8_t(2 * s + t);
+      for (int v = 0; v < 3; ++v) {
+        const V3f& at = corner[corners[t][v]];
+        b.x[v][b.count] = at.x, b.y[v][b.count] = at.y, b.z[v][b.count] = at.z;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+V3f AffineRows::point(const V3f& p) const {
+  V3f out;
+  for (int k = 0; k < 3; ++k) out[k] = m[k][0] * p.x + m[k][1] * p.y + m[k][2] * p.z + m[k][3];
+  return out;
+}
+
+AffineRows AffineRows::after(const AffineRows& first) const {
+  AffineRows out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) {
+      double sum = j == 3 ? double(m[i][3]) : 0;
+      for (int k = 0; k < 3; ++k) sum += double(m[i][k]) * double(first.m[k][j]);
+      out.m[i][j] = float(sum);
+    }
+  return out;
+}
+
+FacetClusters::FacetClusters(std::vector<Facet> facets, bool with_uv, const RGB& passed) : transmittance(passed) {
+  std::erase_if(facets, [](const Facet& f) { return !is_finite(f); });
+  std::vector<V3f> centres;
+  centres.reserve(facets.size());
+  for (const Facet& f : facets) centres.push_back((f.p[0] + f.p[1] + f.p[2]) * (1.0f / 3));
+  const std::vector<uint32_t> order = along_curve(centres);
+  clusters.resize((facets.size() + capacity - 1) / capacity);
+  if (with_uv) uv.resize(clusters.size());
+  for (size_t c = 0; c < clusters.size(); ++c) {
+    FacetCluster& to = clusters[c];
+    to.count = int(std::min(size_t(capacity), facets.size() - c * capacity));
+    for (int i = 0; i < capacity; ++i) {
+      const Facet& f = facets[order[c * capacity + size_t(std::min(i, to.count - 1))]];  // what is left is filled, for whole vectors
+      to.primitive[i] = f.primitive;
+      for (int v = 0; v < 3; ++v) {
+        to.x[v][i] = f.p[v].x, to.y[v][i] = f.p[v].y, to.z[v][i] = f.p[v].z;
+        to.box.extendBy(f.p[v]);
+        if (with_uv) uv[c].u[v][i] = f.u[v], uv[c].v[v][i] = f.v[v];
+      }
+    }
+    if (c % group == 0) group_boxes.emplace_back();
+    group_boxes.back().extendBy(to.box);
+    box.extendBy(to.box);
+  }
+}
+
+FacetClusters::FacetClusters(std::vector<FacetStrip> all) {
+  std::erase_if(all, [](const FacetStrip& s) { return !base::is_finite(s.p[0]) || !base::is_finite(s.p[1]) || !(s.radius[0] >= 0 && s.radius[1] >= 0); });
+  std::vector<V3f> centres;
+  for (const FacetStrip& s : all) centres.push_back((s.p[0] + s.p[1]) * 0.5f);
+  for (const uint32_t i : along_curve(centres)) strips.push_back(all[i]);
+  constexpr size_t held = capacity / 2;
+  clusters.resize((strips.size() + held - 1) / held);
+  for (size_t c = 0; c < clusters.size(); ++c) {
+    const size_t count = std::min(held, strips.size() - c * held);
+    clusters[c].count = int(2 * count);
+    for (size_t i = c * held; i < c * held + count; ++i)
+      for (int e = 0; e < 2; ++e) {
+        const V3f r(strips[i].radius[e]);
+        clusters[c].box.extendBy(strips[i].p[e] - r);
+        clusters[c].box.extendBy(strips[i].p[e] + r);
+      }
+    if (c % group == 0) group_boxes.emplace_back();
+    group_boxes.back().extendBy(clusters[c].box);
+    box.extendBy(clusters[c].box);
+  }
+}
+
+size_t FacetClusters::bytes() const {
+  return clusters.size() * sizeof(FacetCluster) + uv.size() * sizeof(Uv) + group_boxes.size() * sizeof(Box3f) + strips.size() * sizeof(FacetStrip);
+}
+
+uint32_t FacetScene::add(std::shared_ptr<const FacetClusters> clusters) {
+  const RGB& t = clusters->transmittance;
+  coloured_ |= t.r != t.g || t.g != t.b;
+  clusters_.push_back(std::move(clusters));
+  return uint32_t(clusters_.size() - 1);
+}
+
+void FacetScene::place(uint32_t clusters, const AffineRows& world) {
+  if (clusters_[clusters]->clusters.empty()) return;
+  placements_.push_back({clusters, world});
+  bounds_.extendBy(map_box(world, clusters_[clusters]->box));
+}
+
+size_t FacetScene::bytes() const {
+  size_t sum = placements_.size() * sizeof(Placement);
+  for (const auto& c : clusters_) sum += c->bytes();
+  return sum;
+}
+
+void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, FacetBatch& batch, const Visit& visit) const {
+  AffineRows grid;
+  for (int a = 0; a < 3; ++a) {
+    grid.m[0][a] = frame.x[a] / frame.pitch;
+    grid.m[1][a] = frame.y[a] / frame.pitch;
+    grid.m[2][a] = -frame.to_light[a] / frame.slab;
+  }
+  grid.m[0][3] = -float(x0), grid.m[1][3] = -float(y0);
+  const float reach = float(size);
+  for (const Placement& p : placements_) {
+    const FacetClusters& of = *clusters_[p.clusters];
+    const AffineRows to_grid = grid.after(p.world);
+    if (!meets(to_grid, of.box, reach)) continue;
+    for (size_t g = 0; g < of.group_boxes.size(); ++g) {
+      if (!meets(to_grid, of.group_boxes[g], reach)) continue;
+      const size_t end = std::min((g + 1) * FacetClusters::group, of.clusters.size());
+      for (size_t c = g * FacetClusters::group; c < end; ++c) {
+        if (!meets(to_grid, of.clusters[c].box, reach)) continue;
+        of.strips.empty() ? gather(of.clusters[c], to_grid, reach, batch) : gather_strips(of, c, to_grid, batch);
+        if (batch.count > 0) visit(batch, of, c);
+      }
+    }
+  }
+}
+
+}  // namespace dapple::forest
