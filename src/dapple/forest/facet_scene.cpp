@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/forest/facet_scene.h"
 
-#include <numeric>
-
 namespace dapple::forest {
 
 namespace {
@@ -17,19 +15,21 @@ uint64_t spread_bits(uint32_t v) {
   return (x | x << 2) & 0x9249249;
 }
 
-/// Order along Morton's curve of points in a box; equal ones as they are.
+/// Order along Morton's curve of points in a box; equal ones as they are. Keys of 30 bits above numbers of 32.
 std::vector<uint32_t> along_curve(const std::vector<V3f>& points) {
   Box3f box;
   for (const V3f& p : points) box.extendBy(p);
   std::vector<uint64_t> key(points.size());
-  for (size_t i = 0; i < points.size(); ++i)
+  for (size_t i = 0; i < points.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       const float extent = box.max[k] - box.min[k], at = extent > 0 ? (points[i][k] - box.min[k]) / extent : 0;
       key[i] |= spread_bits(uint32_t(std::clamp(at, 0.0f, 1.0f) * 1023)) << k;
     }
+    key[i] = key[i] << 32 | i;
+  }
+  std::sort(key.begin(), key.end());
   std::vector<uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return key[a] < key[b]; });
+  for (size_t i = 0; i < points.size(); ++i) order[i] = uint32_t(key[i]);
   return order;
 }
 
@@ -51,13 +51,33 @@ Box3f map_box(const AffineRows& map, const Box3f& box) {
   return out;
 }
 
-bool meets(const AffineRows& to_grid, const Box3f& box, float size) {
+bool meets(const AffineRows& to_grid, const Box3f& box, float size, const ColumnInterest* interest) {
   const Box3f b = map_box(to_grid, box);
-  return b.max.x >= 0 && b.min.x <= size && b.max.y >= 0 && b.min.y <= size;
+  return b.max.x >= 0 && b.min.x <= size && b.max.y >= 0 && b.min.y <= size && (!interest || interest->wants(b));
 }
 
-/// Moves a cluster to the grid and keeps the facets whose boxes meet the column.
-void gather(const FacetCluster& c, const AffineRows& to_grid, float size, FacetBatch& b) {
+float lesser(float a, float b) { return a < b ? a : b; }
+float greater(float a, float b) { return a > b ? a : b; }
+
+/// Finds the facets that cross the middle of a row in the column. Those between two rows, which are many where facets are small, end here.
+void select(int count, float size, FacetBatch& b) {
+  alignas(32) int32_t wanted[capacity];
+  for (int i = 0; i < capacity; ++i) {
+    const float x0 = lesser(lesser(b.x[0][i], b.x[1][i]), b.x[2][i]), x1 = greater(greater(b.x[0][i], b.x[1][i]), b.x[2][i]);
+    const float y0 = lesser(lesser(b.y[0][i], b.y[1][i]), b.y[2][i]), y1 = greater(greater(b.y[0][i], b.y[1][i]), b.y[2][i]);
+    const float first = greater(std::ceil(y0 - 0.5f), 0.0f), end = lesser(std::ceil(y1 - 0.5f), size);
+    b.first_row[i] = int32_t(lesser(first, size)), b.end_row[i] = int32_t(greater(end, 0.0f));
+    wanted[i] = int32_t(first < end) & int32_t(x1 >= 0) & int32_t(x0 <= size);
+  }
+  b.count = 0;
+  for (int i = 0; i < count; ++i) {
+    b.lane[b.count] = uint8_t(i);
+    b.count += wanted[i];
+  }
+}
+
+/// Moves a cluster to the grid.
+void gather(const FacetCluster& c, const AffineRows& to_grid, FacetBatch& b) {
   const auto& m = to_grid.m;
   for (int v = 0; v < 3; ++v)
     for (int i = 0; i < capacity; ++i) {
@@ -66,26 +86,12 @@ void gather(const FacetCluster& c, const AffineRows& to_grid, float size, FacetB
       b.y[v][i] = m[1][0] * x + m[1][1] * y + m[1][2] * z + m[1][3];
       b.z[v][i] = m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3];
     }
-  uint8_t wanted[capacity];
-  for (int i = 0; i < capacity; ++i) {
-    const float x0 = std::min(std::min(b.x[0][i], b.x[1][i]), b.x[2][i]), x1 = std::max(std::max(b.x[0][i], b.x[1][i]), b.x[2][i]);
-    const float y0 = std::min(std::min(b.y[0][i], b.y[1][i]), b.y[2][i]), y1 = std::max(std::max(b.y[0][i], b.y[1][i]), b.y[2][i]);
-    wanted[i] = (x1 >= 0) & (x0 <= size) & (y1 >= 0) & (y0 <= size);
-  }
-  b.count = 0;
-  for (int i = 0; i < c.count; ++i) {
-    if (!wanted[i]) continue;
-    const int to = b.count++;
-    b.lane[to] = uint8_t(i);
-    for (int v = 0; v < 3; ++v) b.x[v][to] = b.x[v][i], b.y[v][to] = b.y[v][i], b.z[v][to] = b.z[v][i];
-  }
 }
 
 /// Ribbons of strips [first, first + count) / 2 that face the light, in the grid; two facets each.
 void gather_strips(const FacetClusters& of, size_t cluster, const AffineRows& to_grid, FacetBatch& b) {
   const auto& m = to_grid.m;
   const float pixels = std::sqrt(m[0][0] * m[0][0] + m[0][1] * m[0][1] + m[0][2] * m[0][2]);
-  b.count = 0;
   for (int s = 0; s < of.clusters[cluster].count / 2; ++s) {
     const FacetStrip& strip = of.strips[cluster * (capacity / 2) + size_t(s)];
     const V3f p = to_grid.point(strip.p[0]), q = to_grid.point(strip.p[1]);
@@ -95,13 +101,11 @@ void gather_strips(const FacetClusters& of, size_t cluster, const AffineRows& to
     const V2f a = side * (strip.radius[0] * pixels), c = side * (strip.radius[1] * pixels);
     const V3f corner[4] = {{p.x - a.x, p.y - a.y, p.z}, {p.x + a.x, p.y + a.y, p.z}, {q.x + c.x, q.y + c.y, q.z}, {q.x - c.x, q.y - c.y, q.z}};
     const int corners[2][3] = {{0, 1, 2}, {2, 3, 0}};
-    for (int t = 0; t < 2; ++t, ++b.count) {
-      b.lane[b.count] = uint8_t(2 * s + t);
+    for (int t = 0; t < 2; ++t)
       for (int v = 0; v < 3; ++v) {
         const V3f& at = corner[corners[t][v]];
-        b.x[v][b.count] = at.x, b.y[v][b.count] = at.y, b.z[v][b.count] = at.z;
+        b.x[v][2 * s + t] = at.x, b.y[v][2 * s + t] = at.y, b.z[v][2 * s + t] = at.z;
       }
-    }
   }
 }
 
@@ -195,7 +199,31 @@ size_t FacetScene::bytes() const {
   return sum;
 }
 
-void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, FacetBatch& batch, const Visit& visit) const {
+void ColumnInterest::reset(int pixels) {
+  squares = (pixels + side - 1) / side;
+  deepest.assign(size_t(squares) * size_t(squares), -infinity);
+}
+
+void ColumnInterest::add(float x, float y, float reach, float level) {
+  const auto index = [&](float v) { return std::clamp(int(v) / side, 0, squares - 1); };
+  const int i0 = index(x - reach), i1 = index(x + reach), j0 = index(y - reach), j1 = index(y + reach);
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i) {
+      float& d = deepest[size_t(j) * size_t(squares) + size_t(i)];
+      d = std::max(d, level);
+    }
+}
+
+bool ColumnInterest::wants(const Box3f& box) const {
+  const auto index = [&](float v) { return std::clamp(int(std::clamp(v, -1e6f, 1e6f)) / side, 0, squares - 1); };
+  const int i0 = index(box.min.x), i1 = index(box.max.x), j0 = index(box.min.y), j1 = index(box.max.y);
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i)
+      if (deepest[size_t(j) * size_t(squares) + size_t(i)] > box.min.z) return true;
+  return false;
+}
+
+void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest, FacetBatch& batch, const Visit& visit) const {
   AffineRows grid;
   for (int a = 0; a < 3; ++a) {
     grid.m[0][a] = frame.x[a] / frame.pitch;
@@ -207,13 +235,14 @@ void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size,
   for (const Placement& p : placements_) {
     const FacetClusters& of = *clusters_[p.clusters];
     const AffineRows to_grid = grid.after(p.world);
-    if (!meets(to_grid, of.box, reach)) continue;
+    if (!meets(to_grid, of.box, reach, interest)) continue;
     for (size_t g = 0; g < of.group_boxes.size(); ++g) {
-      if (!meets(to_grid, of.group_boxes[g], reach)) continue;
+      if (!meets(to_grid, of.group_boxes[g], reach, interest)) continue;
       const size_t end = std::min((g + 1) * FacetClusters::group, of.clusters.size());
       for (size_t c = g * FacetClusters::group; c < end; ++c) {
-        if (!meets(to_grid, of.clusters[c].box, reach)) continue;
-        of.strips.empty() ? gather(of.clusters[c], to_grid, reach, batch) : gather_strips(of, c, to_grid, batch);
+        if (!meets(to_grid, of.clusters[c].box, reach, interest)) continue;
+        of.strips.empty() ? gather(of.clusters[c], to_grid, batch) : gather_strips(of, c, to_grid, batch);
+        select(of.clusters[c].count, reach, batch);
         if (batch.count > 0) visit(batch, of, c);
       }
     }

@@ -69,11 +69,27 @@ struct AffineRows {
   AffineRows after(const AffineRows& first) const;
 };
 
-/// Facets of one cluster in grid coordinates of a column: those that may meet it.
+/// One cluster in grid coordinates of a column, and which of its facets pass a row's middle (y = j + 1/2) in it.
 struct FacetBatch {
+  static constexpr int capacity = FacetCluster::capacity;
+  alignas(32) float x[3][capacity], y[3][capacity], z[3][capacity];
+  alignas(32) int32_t first_row[capacity], end_row[capacity];  ///< half-open, in the column
   int count = 0;
-  float x[3][FacetCluster::capacity], y[3][FacetCluster::capacity], z[3][FacetCluster::capacity];
-  uint8_t lane[FacetCluster::capacity];  ///< in the cluster
+  uint8_t lane[capacity];  ///< the facets
+};
+
+/// Which parts of a column are looked at: squares of pixels, and how deep.
+struct ColumnInterest {
+  static constexpr int side = 8;     ///< pixels of a square
+  int squares = 0;                   ///< a side
+  std::vector<float> deepest;        ///< levels, by row and column of squares; -infinity: not at all
+
+  explicit ColumnInterest(int pixels = 0) { reset(pixels); }
+  void reset(int pixels);
+  /// Someone looks at what is above `level` within `reach` pixels of (x, y).
+  void add(float x, float y, float reach, float level);
+  bool wants(const Box3f& box) const;
+  float deepest_at(int x, int y) const { return deepest[size_t(y / side) * size_t(squares) + size_t(x / side)]; }
 };
 
 /// All that stands in a light's way: clusters of facets and where they stand. Frozen before it is read.
@@ -90,7 +106,8 @@ class FacetScene {
 
   using Visit = std::function<void(const FacetBatch& batch, const FacetClusters& of, size_t cluster)>;
   /// Calls visit for all facets that may meet columns [x0, x0 + size) and rows [y0, y0 + size) of a grid. Batches are in coordinates relative to (x0, y0, 0).
-  void visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, FacetBatch& scratch, const Visit& visit) const;
+  /// interest: null for all.
+  void visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest, FacetBatch& scratch, const Visit& visit) const;
 
  private:
   struct Placement {

@@ -42,16 +42,25 @@ SlabMap::SlabMap(const FacetScene& scene, const V3f& to_light, double spread, co
   border_ = int(std::ceil(drift)) + 3;
 }
 
+int SlabMap::deep_levels() const {
+  const int words = int(std::ceil(2 * float(tile_size()) * frame_.pitch / frame_.slab / float(SlabTile::word_bits)));
+  return usual_levels_ + std::min(words, 64) * SlabTile::word_bits;
+}
+
 TileKey SlabMap::tile_of(const V3f& grid) const {
   const auto index = [&](float v) { return int32_t(std::floor(std::clamp(v, -too_far, too_far) / float(tile_))); };
   return {number_, index(grid.x), index(grid.y)};
 }
 
 TileStore::TilePtr SlabMap::tile(const TileKey& key) const {
-  return store_.fetch(key, [&] {
-    thread_local TileRaster raster;
-    return raster.make(scene_, frame_, int64_t(key.x) * tile_ - border_, int64_t(key.y) * tile_ - border_, tile_size());
-  });
+  return store_.fetch(key, [&] { return make(key, nullptr); });
+}
+
+SlabTile SlabMap::partial_tile(const TileKey& key, const ColumnInterest& interest) const { return make(key, &interest); }
+
+SlabTile SlabMap::make(const TileKey& key, const ColumnInterest* interest) const {
+  thread_local TileRaster raster;
+  return raster.make(scene_, frame_, int64_t(key.x) * tile_ - border_, int64_t(key.y) * tile_ - border_, tile_size(), interest);
 }
 
 SlabMap::Receiver SlabMap::receiver(const V3f& grid, float slope, const TileKey& key, const SlabTile& tile) const {

@@ -29,8 +29,16 @@ class SlabMap {
 
   TileKey tile_of(const V3f& grid) const;
   TileStore::TilePtr tile(const TileKey& key) const;
+  /// The same, but only what receivers look at; not kept.
+  SlabTile partial_tile(const TileKey& key, const ColumnInterest& interest) const;
+  /// Pixels and rows of a tile's corner in the grid.
+  V2f corner(const TileKey& key) const { return {float(key.x) * float(tile_) - float(border_), float(key.y) * float(tile_) - float(border_)}; }
+  /// How far from a receiver its rays look, in pixels.
+  float reach() const { return float(border_); }
   /// No ray passes more levels of the scene; a multiple of 64. Tiles of inclined ground may have more.
   int usual_levels() const { return usual_levels_; }
+  /// Levels of a tile with ground inclined as far as 63 degrees to its plane; a multiple of 64.
+  int deep_levels() const;
 
   /// A receiver in the coordinates of its tile: continuous column, row and level above the base, and the levels [from, below) in which something may block its rays.
   struct Receiver {
@@ -43,6 +51,8 @@ class SlabMap {
   V2f drift(const V3f& d) const;
 
  private:
+  SlabTile make(const TileKey& key, const ColumnInterest* interest) const;
+
   const FacetScene& scene_;
   TileStore& store_;
   const uint32_t number_;

@@ -44,21 +44,25 @@ std::vector<SlabRun> slab_runs(const SlabStep& step, int levels) {
   return runs;
 }
 
-bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int below) {
+bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from, int below) {
   below = std::min(below, tile.levels());
   if (below <= 0) return false;
-  const int last = (below - 1) / word_bits;
+  const int32_t first = std::max(from, 0) / word_bits, last = (below - 1) / word_bits;
   const uint64_t rest = bit_range(0, (below - 1) % word_bits);
-  for (size_t r = 0; r < count && runs[r].word <= last; ++r) {
-    const uint64_t levels = runs[r].word == last ? runs[r].levels & rest : runs[r].levels;
-    if (tile.pixel(channel, px - runs[r].dx, py - runs[r].dy)[runs[r].word] & levels) return true;
+  const uint64_t* const start = tile.pixel(channel, px, py);
+  const std::ptrdiff_t column = tile.words, row = column * tile.size;
+  const SlabRun* const end = runs + count;
+  while (runs < end && runs->word < first) ++runs;
+  for (; runs < end && runs->word <= last; ++runs) {
+    const uint64_t levels = runs->word == last ? runs->levels & rest : runs->levels;
+    if (start[runs->word - runs->dy * row - runs->dx * column] & levels) return true;
   }
   return false;
 }
 
 bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, int py, int from, int below) {
   below = std::min(below, tile.levels());
-  for (int k = std::max(from, 0); k < below;) {
+  for (int k = std::max(from, 0) / word_bits * word_bits; k < below;) {
     const int dx = step.drift_x(k), dy = step.drift_y(k);
     int end = std::min({below, (k / word_bits + 1) * word_bits, next_change(step.sx, step.gx, k, dx), next_change(step.sy, step.gy, k, dy)});
     // The estimate may be late by a level's rounding.

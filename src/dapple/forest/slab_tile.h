@@ -56,9 +56,9 @@ struct SlabRun {
 /// The runs of levels [0, levels), in order; levels: a multiple of 64.
 std::vector<SlabRun> slab_runs(const SlabStep& step, int levels);
 
-/// Whether anything is in levels [0, below) on the ray whose pixel of level 0 is (px, py). The path must stay in the tile.
-bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int below);
-/// The same in levels [from, below), without runs made beforehand.
+/// Whether anything is in levels [from, below) on the ray whose pixel of level 0 is (px, py), or between those and the start of from's word. The path must stay in the tile.
+bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from, int below);
+/// The same without runs made beforehand.
 bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, int py, int from, int below);
 
 /// For all pixels and levels at once: how many of the rays that start in pixel (x, y) at a level pass, [(level * size + y) * size + x], by the recurrence

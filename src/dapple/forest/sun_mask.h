@@ -16,7 +16,7 @@ class SunMask {
   SunMask(const SlabMap& map, double tangent, const SunSamples& samples);
 
   /// Writes visible[i], by channel: the part of samples that sees the sun from P[i] on a surface of unit normal N[i] (0: none), with sample set set[i]. Tiles are made in
-  /// parallel, each for all its receivers. A pure function of each receiver.
+  /// parallel, each for all its receivers and no more than they look at, and given up again: one a thread. A pure function of each receiver.
   void visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set, std::span<RGB> visible) const;
 
  private:
@@ -24,10 +24,17 @@ class SunMask {
     SlabStep step;
     uint32_t first, count;  ///< of its runs
   };
+  struct Sorted {
+    uint64_t tile;
+    uint32_t receiver;
+    bool same_tile(const Sorted& o) const { return tile == o.tile; }
+  };
+  std::vector<Sorted> sorted_by_tile(std::span<const V3f> P) const;
   int passing(const SlabTile& tile, int channel, const SlabMap::Receiver& from, int set) const;
 
   const SlabMap& map_;
   const SunSamples& samples_;
+  const int levels_;        ///< that runs are made for
   std::vector<Ray> rays_;  ///< by set and sample
   std::vector<SlabRun> runs_;
 };

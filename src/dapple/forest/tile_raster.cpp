@@ -9,41 +9,19 @@ namespace dapple::forest {
 
 namespace {
 
-constexpr int jitter_side = 32;
+constexpr int offset_rows = 64;
 constexpr float too_far = 1e9f;  // of levels, for integers
 
-struct Offset {
-  float x, y;
-};
-
-/// Where in a pixel its sample is: at random, so that rows of thin things do not beat with rows of pixels.
-const std::array<Offset, jitter_side * jitter_side>& jitter() {
+/// Where along a row its pixels' samples are: at random by row, so that rows of thin things do not beat with rows of pixels.
+const std::array<float, offset_rows>& row_offsets() {
   static const auto table = [] {
-    std::array<Offset, jitter_side * jitter_side> t;
+    std::array<float, offset_rows> t;
     KeyedRng rng(0x5eed);
-    for (Offset& o : t) {
-      o.x = rng.next();
-      o.y = rng.next();
-    }
+    for (float& o : t) o = rng.next();
     return t;
   }();
   return table;
 }
-
-/// One side of an edge. Both facets at an edge compute the same number, so that each point is on exactly one side of it.
-struct Edge {
-  float a, b, c;
-  bool inside_is_positive;
-
-  Edge(float x0, float y0, float x1, float y1, bool counter_clockwise) {
-    const bool swapped = x1 < x0 || (x1 == x0 && y1 < y0);
-    if (swapped) std::swap(x0, x1), std::swap(y0, y1);
-    a = y0 - y1, b = x1 - x0;
-    c = -(a * x0 + b * y0);
-    inside_is_positive = swapped != counter_clockwise;
-  }
-  bool inside(float x, float y) const { return (a * x + b * y + c >= 0) == inside_is_positive; }
-};
 
 }  // namespace
 
@@ -53,14 +31,16 @@ struct TileRaster::Source {
   const FacetOpacity& opacity;
 };
 
-SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size) {
-  x0_ = x0, y0_ = y0, size_ = size;
+SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest) {
+  x0_ = x0, y0_ = y0, size_ = size, interest_ = interest;
+  offsets_.resize(size_t(size));
+  for (int row = 0; row < size; ++row) offsets_[size_t(row)] = row_offsets()[size_t((y0 + row) & (offset_rows - 1))];
   steepest_ = MaskFrame::steepest * frame.pitch / frame.slab;
   coloured_ = scene.coloured();
   spans_.clear();
-  scene.visit(frame, x0, y0, size, batch_, [&](const FacetBatch& batch, const FacetClusters& of, size_t cluster) {
+  scene.visit(frame, x0, y0, size, interest, batch_, [&](const FacetBatch& batch, const FacetClusters& of, size_t cluster) {
     const Source from{of, cluster, scene.opacity()};
-    for (int i = 0; i < batch.count; ++i) add_facet(batch, i, from);
+    add_cluster(batch, from);
     if (asked_ > 0) ask(from);
   });
   if (spans_.empty()) return SlabTile(size, 0, 0, 1);
@@ -73,50 +53,91 @@ SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, int64
   return tile;
 }
 
-void TileRaster::add_facet(const FacetBatch& b, int i, const Source& from) {
-  const float xa = b.x[0][i], ya = b.y[0][i], xb = b.x[1][i], yb = b.y[1][i], xc = b.x[2][i], yc = b.y[2][i];
-  const float doubled_area = (xb - xa) * (yc - ya) - (xc - xa) * (yb - ya);
-  const float limit = float(size_ - 1);
-  const int i0 = int(std::clamp(std::min({xa, xb, xc}), 0.0f, limit)), i1 = int(std::clamp(std::max({xa, xb, xc}), 0.0f, limit));
-  const int j0 = int(std::clamp(std::min({ya, yb, yc}), 0.0f, limit)), j1 = int(std::clamp(std::max({ya, yb, yc}), 0.0f, limit));
-  if (!(std::abs(doubled_area) > 0)) return;
+void TileRaster::add_cluster(const FacetBatch& b, const Source& from) {
+  for (int i = 0; i < b.count; ++i) {
+    const int lane = b.lane[i];
+    for (int row = b.first_row[lane]; row < b.end_row[lane]; ++row) {
+      const int k = crossing_count_;
+      crossing_lane_[k] = lane;
+      crossing_row_[k] = row;
+      for (int v = 0; v < 3; ++v) corner_x_[v][k] = b.x[v][lane], corner_y_[v][k] = b.y[v][lane];
+      offset_[k] = offsets_[size_t(row)];
+      if (++crossing_count_ == rows_at_once) cross_rows(b, from);
+    }
+  }
+  cross_rows(b, from);
+}
 
-  const bool turns_left = doubled_area > 0;
-  const Edge edges[3] = {{xa, ya, xb, yb, turns_left}, {xb, yb, xc, yc, turns_left}, {xc, yc, xa, ya, turns_left}};
-  const float za = b.z[0][i], zb = b.z[1][i], zc = b.z[2][i], inverse = 1 / doubled_area;
-  const float zx = ((zb - za) * (yc - ya) - (zc - za) * (yb - ya)) * inverse, zy = ((zc - za) * (xb - xa) - (zb - za) * (xc - xa)) * inverse;
-  const float z_least = std::min({za, zb, zc}), z_most = std::max({za, zb, zc});
+// Where rows' middles enter and leave facets. Both facets at an edge compute the same crossing, and rows and spans are half-open, so that each sample belongs to one
+// of them.
+void TileRaster::cross_rows(const FacetBatch& b, const Source& from) {
+  const int n = crossing_count_;
+  for (int k = 0; k < n; ++k) {
+    const float y = float(crossing_row_[k]) + 0.5f;
+    const float x0 = corner_x_[0][k], x1 = corner_x_[1][k], x2 = corner_x_[2][k], y0 = corner_y_[0][k], y1 = corner_y_[1][k], y2 = corner_y_[2][k];
+    float least = infinity, most = -infinity;
+    const auto cross = [&](float xa, float ya, float xb, float yb) {
+      const bool up = ya < yb;
+      const float x_lo = up ? xa : xb, y_lo = up ? ya : yb, x_hi = up ? xb : xa, y_hi = up ? yb : ya;
+      const float x = x_lo + (y - y_lo) * ((x_hi - x_lo) / (y_hi - y_lo));
+      const bool crosses = bool(int(y_lo <= y) & int(y < y_hi));
+      const float low = crosses ? x : infinity, high = crosses ? x : -infinity;
+      least = least < low ? least : low;
+      most = most > high ? most : high;
+    };
+    cross(x0, y0, x1, y1);
+    cross(x1, y1, x2, y2);
+    cross(x2, y2, x0, y0);
+    least_[k] = std::ceil(least - offset_[k]);
+    most_[k] = std::ceil(most - offset_[k]);
+  }
+  const float limit = float(size_);
+  for (int k = 0; k < n; ++k) {
+    const float first = least_[k] > 0 ? least_[k] : 0, end = most_[k] < limit ? most_[k] : limit;
+    if (first < end) add_row(b, crossing_lane_[k], crossing_row_[k], int(first), int(end), from);
+  }
+  crossing_count_ = 0;
+}
+
+// Samples [first, end) of a row are on the facet.
+void TileRaster::add_row(const FacetBatch& b, int lane, int row, int first, int end, const Source& from) {
+  const float xa = b.x[0][lane], ya = b.y[0][lane], za = b.z[0][lane];
+  const float xb = b.x[1][lane] - xa, yb = b.y[1][lane] - ya, zb = b.z[1][lane] - za, xc = b.x[2][lane] - xa, yc = b.y[2][lane] - ya, zc = b.z[2][lane] - za;
+  const float z_least = za + std::min({0.0f, zb, zc}), z_most = za + std::max({0.0f, zb, zc});
   if (!(z_least > -too_far && z_most < too_far)) return;
+  const float inverse = 1 / (xb * yc - xc * yb);
+  const float zx = (zb * yc - zc * yb) * inverse, zy = (zc * xb - zb * xc) * inverse;
   const float slope = std::abs(zx) + std::abs(zy);
   const bool steep = !(slope <= steepest_);
   const float reach = (steep ? steepest_ : slope) * 0.5f + 1e-3f;
-  const auto& offsets = jitter();
-  const bool cut_out = from.of.cut_out;
-  const uint32_t primitive = from.of.strips.empty() ? from.of.clusters[from.cluster].primitive[b.lane[i]] : b.lane[i];
-
-  for (int y = j0; y <= j1; ++y) {
-    const Offset* const row = &offsets[size_t(((y0_ + y) & (jitter_side - 1)) * jitter_side)];
-    for (int x = i0; x <= i1; ++x) {
-      const Offset o = row[(x0_ + x) & (jitter_side - 1)];
-      const float sx = float(x) + o.x, sy = float(y) + o.y;
-      if (!(edges[0].inside(sx, sy) && edges[1].inside(sx, sy) && edges[2].inside(sx, sy))) continue;
-      // Over the whole pixel, so that neighbours share a level at their border. Where it is too steep for that, around the sample.
-      const float z = steep ? std::clamp(za + zx * (sx - xa) + zy * (sy - ya), z_least, z_most) : za + zx * (float(x) + 0.5f - xa) + zy * (float(y) + 0.5f - ya);
-      const Span span{uint16_t(x), uint16_t(y), int32_t(std::floor(z - reach)), int32_t(std::floor(z + reach)), 7};
-      if (!cut_out && from.of.transmittance.is_black()) {
-        spans_.push_back(span);
+  const float y = float(row) + 0.5f - ya, offset = offsets_[size_t(row)];
+  const bool certain = !from.of.cut_out && from.of.transmittance.is_black();
+  for (int i = first; i < end; ++i) {
+    const float x = float(i) + offset - xa;
+    // Over the whole pixel, so that neighbours share a level at their border. Where it is too steep for that, around the sample.
+    const float z = steep ? std::clamp(za + (std::isfinite(inverse) ? zx * x + zy * y : 0), z_least, z_most) : za + zx * (float(i) + 0.5f - xa) + zy * y;
+    if (interest_) {
+      // What is below all who look at a square of pixels.
+      const float deepest = interest_->deepest_at(i, row), top = z - reach;
+      if (!(top < deepest)) {
+        if (top - std::abs(zx) * ColumnInterest::side >= deepest) i |= ColumnInterest::side - 1;
         continue;
       }
-      float u = 0, v = 0;
-      if (cut_out) {
-        const FacetClusters::Uv& uv = from.of.uv[from.cluster];
-        const int lane = b.lane[i];
-        const float b1 = ((sx - xa) * (yc - ya) - (xc - xa) * (sy - ya)) * inverse, b2 = ((xb - xa) * (sy - ya) - (sx - xa) * (yb - ya)) * inverse, b0 = 1 - b1 - b2;
-        u = std::clamp(b0 * uv.u[0][lane] + b1 * uv.u[1][lane] + b2 * uv.u[2][lane], 0.0f, 1.0f);
-        v = std::clamp(b0 * uv.v[0][lane] + b1 * uv.v[1][lane] + b2 * uv.v[2][lane], 0.0f, 1.0f);
-      }
-      found(span, primitive, u, v, from);
     }
+    const Span span{uint16_t(i), uint16_t(row), int32_t(std::floor(z - reach)), int32_t(std::floor(z + reach)), 7};
+    if (certain) {
+      spans_.push_back(span);
+      continue;
+    }
+    const uint32_t primitive = from.of.strips.empty() ? from.of.clusters[from.cluster].primitive[lane] : uint32_t(lane);
+    float u = 0, v = 0;
+    if (from.of.cut_out) {
+      const FacetClusters::Uv& uv = from.of.uv[from.cluster];
+      const float b1 = (x * yc - xc * y) * inverse, b2 = (xb * y - x * yb) * inverse, b0 = 1 - b1 - b2;
+      u = std::clamp(b0 * uv.u[0][lane] + b1 * uv.u[1][lane] + b2 * uv.u[2][lane], 0.0f, 1.0f);
+      v = std::clamp(b0 * uv.v[0][lane] + b1 * uv.v[1][lane] + b2 * uv.v[2][lane], 0.0f, 1.0f);
+    }
+    found(span, primitive, u, v, from);
   }
 }
 

@@ -9,9 +9,10 @@ namespace dapple::forest {
 /// What a thread keeps to make tiles with. A few MB at most for scenes of leaves; it grows with what stands above one tile.
 class TileRaster {
  public:
-  /// The tile of pixels [x0, x0 + size) and rows [y0, y0 + size) of a grid. Each pixel has one sample, somewhere in it; a facet over the sample sets the levels that its
+  /// The tile of pixels [x0, x0 + size) and rows [y0, y0 + size) of a grid. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels that its
   /// plane passes within the pixel's square. Facets that pass a part of the light, or are cut out, are there with that probability: a function of facet and pixel.
-  SlabTile make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size);
+  /// interest: what of it is needed; null: all.
+  SlabTile make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest = nullptr);
 
  private:
   static constexpr int asked_at_once = 16;
@@ -28,7 +29,9 @@ class TileRaster {
   };
   struct Source;
 
-  void add_facet(const FacetBatch& batch, int i, const Source& from);
+  void add_cluster(const FacetBatch& batch, const Source& from);
+  void cross_rows(const FacetBatch& batch, const Source& from);
+  void add_row(const FacetBatch& batch, int lane, int row, int first, int end, const Source& from);
   void found(const Span& span, uint32_t primitive, float u, float v, const Source& from);
   void keep(Span span, uint64_t key, const RGB& opacity);
   void ask(const Source& from);
@@ -37,7 +40,14 @@ class TileRaster {
   int size_ = 0;
   float steepest_ = 0;
   bool coloured_ = false;
+  std::vector<float> offsets_;
+  const ColumnInterest* interest_ = nullptr;
   FacetBatch batch_;
+  // Rows of facets about to be looked at.
+  static constexpr int rows_at_once = 256;
+  int crossing_count_ = 0;
+  int32_t crossing_lane_[rows_at_once], crossing_row_[rows_at_once];
+  float corner_x_[3][rows_at_once], corner_y_[3][rows_at_once], offset_[rows_at_once], least_[rows_at_once], most_[rows_at_once];
   std::vector<Span> spans_;
   Question questions_[asked_at_once];
   int asked_ = 0;
