@@ -15,25 +15,29 @@ uint64_t spread_bits(uint32_t v) {
   return (x | x << 2) & 0x9249249;
 }
 
-/// Order along Morton's curve of points in a box; equal ones as they are. Keys of 30 bits above numbers of 32.
-std::vector<uint32_t> along_curve(const std::vector<V3f>& points) {
+/// Order along Morton's curve of things by their places in a box; equal ones as they are. Keys of 30 bits above numbers of 32. Those without a place are left out.
+template <class Place>
+std::vector<uint32_t> along_curve(size_t count, const Place& place) {
   Box3f box;
-  for (const V3f& p : points) box.extendBy(p);
-  std::vector<uint64_t> key(points.size());
-  for (size_t i = 0; i < points.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const float extent = box.max[k] - box.min[k], at = extent > 0 ? (points[i][k] - box.min[k]) / extent : 0;
-      key[i] |= spread_bits(uint32_t(std::clamp(at, 0.0f, 1.0f) * 1023)) << k;
-    }
-    key[i] = key[i] << 32 | i;
+  for (size_t i = 0; i < count; ++i)
+    if (const V3f p = place(i); base::is_finite(p)) box.extendBy(p);
+  V3f scale;
+  for (int k = 0; k < 3; ++k) scale[k] = box.max[k] > box.min[k] ? 1023 / (box.max[k] - box.min[k]) : 0;
+  std::vector<uint64_t> keys;
+  keys.reserve(count);
+  for (size_t i = 0; i < count; ++i) {
+    const V3f p = place(i);
+    if (!base::is_finite(p)) continue;
+    uint64_t key = 0;
+    for (int k = 0; k < 3; ++k) key |= spread_bits(uint32_t(std::clamp((p[k] - box.min[k]) * scale[k], 0.0f, 1023.0f))) << k;
+    keys.push_back(key << 32 | i);
   }
-  std::sort(key.begin(), key.end());
-  std::vector<uint32_t> order(points.size());
-  for (size_t i = 0; i < points.size(); ++i) order[i] = uint32_t(key[i]);
+  std::sort(keys.begin(), keys.end());
+  std::vector<uint32_t> order;
+  order.reserve(keys.size());
+  for (const uint64_t key : keys) order.push_back(uint32_t(key));
   return order;
 }
-
-bool is_finite(const Facet& f) { return base::is_finite(f.p[0]) && base::is_finite(f.p[1]) && base::is_finite(f.p[2]); }
 
 /// The box of a box under an affine map.
 Box3f map_box(const AffineRows& map, const Box3f& box) {
@@ -128,24 +132,21 @@ AffineRows AffineRows::after(const AffineRows& first) const {
   return out;
 }
 
-FacetClusters::FacetClusters(std::vector<Facet> facets, bool with_uv, const RGB& passed) : transmittance(passed) {
-  std::erase_if(facets, [](const Facet& f) { return !is_finite(f); });
-  std::vector<V3f> centres;
-  centres.reserve(facets.size());
-  for (const Facet& f : facets) centres.push_back((f.p[0] + f.p[1] + f.p[2]) * (1.0f / 3));
-  const std::vector<uint32_t> order = along_curve(centres);
-  clusters.resize((facets.size() + capacity - 1) / capacity);
-  if (with_uv) uv.resize(clusters.size());
+FacetClusters::FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& corners, const RGB& passed) : transmittance(passed) {
+  const std::vector<uint32_t> order = along_curve(facets.size(), [&](size_t i) { return (facets[i].p[0] + facets[i].p[1] + facets[i].p[2]) * (1.0f / 3); });
+  clusters.resize((order.size() + capacity - 1) / capacity);
+  if (!corners.empty()) uv.resize(clusters.size());
   for (size_t c = 0; c < clusters.size(); ++c) {
     FacetCluster& to = clusters[c];
-    to.count = int(std::min(size_t(capacity), facets.size() - c * capacity));
+    to.count = int(std::min(size_t(capacity), order.size() - c * capacity));
     for (int i = 0; i < capacity; ++i) {
-      const Facet& f = facets[order[c * capacity + size_t(std::min(i, to.count - 1))]];  // what is left is filled, for whole vectors
+      const uint32_t from = order[c * capacity + size_t(std::min(i, to.count - 1))];  // what is left is filled, for whole vectors
+      const Facet& f = facets[from];
       to.primitive[i] = f.primitive;
       for (int v = 0; v < 3; ++v) {
         to.x[v][i] = f.p[v].x, to.y[v][i] = f.p[v].y, to.z[v][i] = f.p[v].z;
         to.box.extendBy(f.p[v]);
-        if (with_uv) uv[c].u[v][i] = f.u[v], uv[c].v[v][i] = f.v[v];
+        if (!corners.empty()) uv[c].u[v][i] = corners[from].u[v], uv[c].v[v][i] = corners[from].v[v];
       }
     }
     if (c % group == 0) group_boxes.emplace_back();
@@ -154,11 +155,9 @@ FacetClusters::FacetClusters(std::vector<Facet> facets, bool with_uv, const RGB&
   }
 }
 
-FacetClusters::FacetClusters(std::vector<FacetStrip> all) {
-  std::erase_if(all, [](const FacetStrip& s) { return !base::is_finite(s.p[0]) || !base::is_finite(s.p[1]) || !(s.radius[0] >= 0 && s.radius[1] >= 0); });
-  std::vector<V3f> centres;
-  for (const FacetStrip& s : all) centres.push_back((s.p[0] + s.p[1]) * 0.5f);
-  for (const uint32_t i : along_curve(centres)) strips.push_back(all[i]);
+FacetClusters::FacetClusters(const std::vector<FacetStrip>& all) {
+  const auto place = [&](size_t i) { return all[i].radius[0] >= 0 && all[i].radius[1] >= 0 ? (all[i].p[0] + all[i].p[1]) * 0.5f : V3f(infinity); };
+  for (const uint32_t i : along_curve(all.size(), place)) strips.push_back(all[i]);
   constexpr size_t held = capacity / 2;
   clusters.resize((strips.size() + held - 1) / held);
   for (size_t c = 0; c < clusters.size(); ++c) {

@@ -11,10 +11,14 @@
 
 namespace dapple::forest {
 
-/// A triangle of a geometry. u, v: what its corners have for alpha cut-outs.
+/// A triangle of a geometry.
 struct Facet {
   V3f p[3];
   uint32_t primitive = 0;
+};
+
+/// What its corners have for alpha cut-outs.
+struct FacetUv {
   float u[3] = {0, 1, 0}, v[3] = {0, 0, 1};
 };
 
@@ -33,15 +37,16 @@ struct FacetCluster {
   uint32_t primitive[capacity];
 };
 
-/// The facets of one geometry in its own space, in clusters along a space-filling curve. 40 bytes a facet, 64 with `with_uv`. Immutable.
+/// The facets of one geometry in its own space, in clusters along a space-filling curve. 40 bytes a facet, 64 with u and v. Immutable.
 class FacetClusters {
  public:
   static constexpr int group = 16;  ///< clusters under one box
 
   /// What light passes where the facets are: transmittance by channel, also for geometry that covers only a part of what it stands for.
-  FacetClusters(std::vector<Facet> facets, bool with_uv, const RGB& transmittance = RGB(0));
+  /// uv: of each facet, or empty.
+  explicit FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& uv = {}, const RGB& transmittance = RGB(0));
   /// Of ribbons that face the light.
-  explicit FacetClusters(std::vector<FacetStrip> strips);
+  explicit FacetClusters(const std::vector<FacetStrip>& strips);
 
   Box3f box;
   RGB transmittance;
@@ -80,7 +85,7 @@ struct FacetBatch {
 
 /// Which parts of a column are looked at: squares of pixels, and how deep.
 struct ColumnInterest {
-  static constexpr int side = 8;     ///< pixels of a square
+  static constexpr int side = 4;     ///< pixels of a square
   int squares = 0;                   ///< a side
   std::vector<float> deepest;        ///< levels, by row and column of squares; -infinity: not at all
 

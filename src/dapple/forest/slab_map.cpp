@@ -60,7 +60,25 @@ SlabTile SlabMap::partial_tile(const TileKey& key, const ColumnInterest& interes
 
 SlabTile SlabMap::make(const TileKey& key, const ColumnInterest* interest) const {
   thread_local TileRaster raster;
-  return raster.make(scene_, frame_, int64_t(key.x) * tile_ - border_, int64_t(key.y) * tile_ - border_, tile_size(), interest);
+  return raster.make(scene_, frame_, {int64_t(key.x) * tile_ - border_, int64_t(key.y) * tile_ - border_, tile_size(), top_of(key)}, interest);
+}
+
+// Above the scene's box over the tile. Paths count from there, so it is a function of the key alone, whatever is in the tile.
+int SlabMap::top_of(const TileKey& key) const {
+  const Box3f& box = scene_.bounds();
+  if (box.isEmpty()) return 0;
+  const V2f from = corner(key);
+  const float size = float(tile_size());
+  float height = infinity;  // along the light, m
+  for (int a = 0; a < 3; ++a) {
+    const float l = frame_.to_light[a];
+    if (std::abs(l) < 1e-4f) continue;
+    // The column's coordinate a at height 0, from the corner that lets the light's line go farthest before it leaves the box.
+    const float x = frame_.x[a] * frame_.pitch, y = frame_.y[a] * frame_.pitch, sign = l > 0 ? 1.0f : -1.0f;
+    const float corner_a = x * from.x + y * from.y + std::min(sign * x, 0.0f) * sign * size + std::min(sign * y, 0.0f) * sign * size;
+    height = std::min(height, ((l > 0 ? box.max[a] : box.min[a]) - corner_a) / l);
+  }
+  return int(std::floor(std::clamp(-height / frame_.slab, -too_far, too_far))) - 1;
 }
 
 SlabMap::Receiver SlabMap::receiver(const V3f& grid, float slope, const TileKey& key, const SlabTile& tile) const {

@@ -34,7 +34,7 @@ class SlabMap {
   /// Pixels and rows of a tile's corner in the grid.
   V2f corner(const TileKey& key) const { return {float(key.x) * float(tile_) - float(border_), float(key.y) * float(tile_) - float(border_)}; }
   /// How far from a receiver its rays look, in pixels.
-  float reach() const { return float(border_); }
+  float reach() const { return float(border_ - 1); }
   /// No ray passes more levels of the scene; a multiple of 64. Tiles of inclined ground may have more.
   int usual_levels() const { return usual_levels_; }
   /// Levels of a tile with ground inclined as far as 63 degrees to its plane; a multiple of 64.
@@ -52,6 +52,7 @@ class SlabMap {
 
  private:
   SlabTile make(const TileKey& key, const ColumnInterest* interest) const;
+  int top_of(const TileKey& key) const;
 
   const FacetScene& scene_;
   TileStore& store_;

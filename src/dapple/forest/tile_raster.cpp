@@ -31,25 +31,26 @@ struct TileRaster::Source {
   const FacetOpacity& opacity;
 };
 
-SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest) {
-  x0_ = x0, y0_ = y0, size_ = size, interest_ = interest;
+SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, const MaskColumn& column, const ColumnInterest* interest) {
+  const int size = column.size;
+  x0_ = column.x0, y0_ = column.y0, size_ = size, interest_ = interest;
   offsets_.resize(size_t(size));
-  for (int row = 0; row < size; ++row) offsets_[size_t(row)] = row_offsets()[size_t((y0 + row) & (offset_rows - 1))];
+  for (int row = 0; row < size; ++row) offsets_[size_t(row)] = row_offsets()[size_t((y0_ + row) & (offset_rows - 1))];
   steepest_ = MaskFrame::steepest * frame.pitch / frame.slab;
   coloured_ = scene.coloured();
   spans_.clear();
-  scene.visit(frame, x0, y0, size, interest, batch_, [&](const FacetBatch& batch, const FacetClusters& of, size_t cluster) {
+  scene.visit(frame, x0_, y0_, size, interest, batch_, [&](const FacetBatch& batch, const FacetClusters& of, size_t cluster) {
     const Source from{of, cluster, scene.opacity()};
     add_cluster(batch, from);
     if (asked_ > 0) ask(from);
   });
-  if (spans_.empty()) return SlabTile(size, 0, 0, 1);
-  int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
-  for (const Span& s : spans_) first = std::min(first, s.first), last = std::max(last, s.last);
-  SlabTile tile(size, first, last - first + 1, coloured_ ? 3 : 1);
+  if (spans_.empty()) return SlabTile(size, column.top, 0, 1);
+  int last = column.top;
+  for (const Span& s : spans_) last = std::max(last, s.last);
+  SlabTile tile(size, column.top, last - column.top + 1, coloured_ ? 3 : 1);
   for (const Span& s : spans_)
     for (int c = 0; c < tile.channels; ++c)
-      if (s.channels >> c & 1) tile.fill(c, s.x, s.y, s.first - first, s.last - first);
+      if (s.channels >> c & 1) tile.fill(c, s.x, s.y, s.first - column.top, s.last - column.top);
   return tile;
 }
 
@@ -103,49 +104,46 @@ void TileRaster::cross_rows(const FacetBatch& b, const Source& from) {
 void TileRaster::add_row(const FacetBatch& b, int lane, int row, int first, int end, const Source& from) {
   const float xa = b.x[0][lane], ya = b.y[0][lane], za = b.z[0][lane];
   const float xb = b.x[1][lane] - xa, yb = b.y[1][lane] - ya, zb = b.z[1][lane] - za, xc = b.x[2][lane] - xa, yc = b.y[2][lane] - ya, zc = b.z[2][lane] - za;
+  const float inverse = 1 / (xb * yc - xc * yb);
+  float zx = (zb * yc - zc * yb) * inverse, zy = (zc * xb - zb * xc) * inverse;
+  const float slope = std::abs(zx) + std::abs(zy);
+  const float offset = offsets_[size_t(row)], y = float(row) + 0.5f - ya;
+  // Over the whole pixel, so that neighbours share a level at their border. Where it is too steep for that, around the sample.
+  const bool steep = !(slope <= steepest_);
+  const float reach = (steep ? steepest_ : slope) * 0.5f + 1e-3f, at = steep ? offset - xa : 0.5f - xa;
   const float z_least = za + std::min({0.0f, zb, zc}), z_most = za + std::max({0.0f, zb, zc});
   if (!(z_least > -too_far && z_most < too_far)) return;
-  const float inverse = 1 / (xb * yc - xc * yb);
-  const float zx = (zb * yc - zc * yb) * inverse, zy = (zc * xb - zb * xc) * inverse;
-  const float slope = std::abs(zx) + std::abs(zy);
-  const bool steep = !(slope <= steepest_);
-  const float reach = (steep ? steepest_ : slope) * 0.5f + 1e-3f;
-  const float y = float(row) + 0.5f - ya, offset = offsets_[size_t(row)];
+  if (!std::isfinite(slope)) zx = zy = 0;
   const bool certain = !from.of.cut_out && from.of.transmittance.is_black();
   for (int i = first; i < end; ++i) {
-    const float x = float(i) + offset - xa;
-    // Over the whole pixel, so that neighbours share a level at their border. Where it is too steep for that, around the sample.
-    const float z = steep ? std::clamp(za + (std::isfinite(inverse) ? zx * x + zy * y : 0), z_least, z_most) : za + zx * (float(i) + 0.5f - xa) + zy * y;
+    float z = za + zx * (float(i) + at) + zy * y;
+    if (steep) z = std::clamp(z, z_least, z_most);
+    const float top = z - reach;
     if (interest_) {
       // What is below all who look at a square of pixels.
-      const float deepest = interest_->deepest_at(i, row), top = z - reach;
+      const float deepest = interest_->deepest_at(i, row);
       if (!(top < deepest)) {
         if (top - std::abs(zx) * ColumnInterest::side >= deepest) i |= ColumnInterest::side - 1;
         continue;
       }
     }
-    const Span span{uint16_t(i), uint16_t(row), int32_t(std::floor(z - reach)), int32_t(std::floor(z + reach)), 7};
-    if (certain) {
-      spans_.push_back(span);
-      continue;
-    }
-    const uint32_t primitive = from.of.strips.empty() ? from.of.clusters[from.cluster].primitive[lane] : uint32_t(lane);
-    float u = 0, v = 0;
-    if (from.of.cut_out) {
-      const FacetClusters::Uv& uv = from.of.uv[from.cluster];
-      const float b1 = (x * yc - xc * y) * inverse, b2 = (xb * y - x * yb) * inverse, b0 = 1 - b1 - b2;
-      u = std::clamp(b0 * uv.u[0][lane] + b1 * uv.u[1][lane] + b2 * uv.u[2][lane], 0.0f, 1.0f);
-      v = std::clamp(b0 * uv.v[0][lane] + b1 * uv.v[1][lane] + b2 * uv.v[2][lane], 0.0f, 1.0f);
-    }
-    found(span, primitive, u, v, from);
+    const Span span{uint16_t(i), uint16_t(row), int32_t(std::floor(top)), int32_t(std::floor(z + reach)), 7};
+    certain ? spans_.push_back(span) : found(span, lane, float(i) + offset, float(row) + 0.5f, b, from);
   }
 }
 
-void TileRaster::found(const Span& span, uint32_t primitive, float u, float v, const Source& from) {
+// A facet that light may pass, at a sample.
+void TileRaster::found(const Span& span, int lane, float x, float y, const FacetBatch& b, const Source& from) {
+  const uint32_t primitive = from.of.strips.empty() ? from.of.clusters[from.cluster].primitive[lane] : uint32_t(lane);
   // The pixel counts by its place in the whole grid, so that tiles agree where they overlap.
   const uint64_t key = hash(x0_ + span.x, y0_ + span.y, from.of.geometry, primitive, from.cluster, span.first);
   if (!from.of.cut_out) return keep(span, key, RGB(1) - from.of.transmittance);
-  questions_[asked_++] = {span, key, primitive, u, v};
+  const float xa = x - b.x[0][lane], ya = y - b.y[0][lane], xb = b.x[1][lane] - b.x[0][lane], yb = b.y[1][lane] - b.y[0][lane], xc = b.x[2][lane] - b.x[0][lane],
+              yc = b.y[2][lane] - b.y[0][lane], inverse = 1 / (xb * yc - xc * yb);
+  const float b1 = (xa * yc - xc * ya) * inverse, b2 = (xb * ya - xa * yb) * inverse, b0 = 1 - b1 - b2;
+  const FacetClusters::Uv& uv = from.of.uv[from.cluster];
+  const auto mixed = [&](const auto& at) { return std::clamp(b0 * at[0][lane] + b1 * at[1][lane] + b2 * at[2][lane], 0.0f, 1.0f); };
+  questions_[asked_++] = {span, key, primitive, mixed(uv.u), mixed(uv.v)};
   if (asked_ == asked_at_once) ask(from);
 }
 

@@ -6,13 +6,20 @@
 
 namespace dapple::forest {
 
+/// Columns [x0, x0 + size) and rows [y0, y0 + size) of a grid, from level `top` downwards; nothing may stand above it.
+struct MaskColumn {
+  int64_t x0 = 0, y0 = 0;
+  int size = 1;
+  int top = 0;
+};
+
 /// What a thread keeps to make tiles with. A few MB at most for scenes of leaves; it grows with what stands above one tile.
 class TileRaster {
  public:
-  /// The tile of pixels [x0, x0 + size) and rows [y0, y0 + size) of a grid. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels that its
+  /// The tile of a column. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels that its
   /// plane passes within the pixel's square. Facets that pass a part of the light, or are cut out, are there with that probability: a function of facet and pixel.
   /// interest: what of it is needed; null: all.
-  SlabTile make(const FacetScene& scene, const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest = nullptr);
+  SlabTile make(const FacetScene& scene, const MaskFrame& frame, const MaskColumn& column, const ColumnInterest* interest = nullptr);
 
  private:
   static constexpr int asked_at_once = 16;
@@ -32,7 +39,7 @@ class TileRaster {
   void add_cluster(const FacetBatch& batch, const Source& from);
   void cross_rows(const FacetBatch& batch, const Source& from);
   void add_row(const FacetBatch& batch, int lane, int row, int first, int end, const Source& from);
-  void found(const Span& span, uint32_t primitive, float u, float v, const Source& from);
+  void found(const Span& span, int lane, float x, float y, const FacetBatch& batch, const Source& from);
   void keep(Span span, uint64_t key, const RGB& opacity);
   void ask(const Source& from);
 

@@ -11,6 +11,7 @@ namespace dapple::integrate {
 using forest::Facet;
 using forest::FacetClusters;
 using forest::FacetStrip;
+using forest::FacetUv;
 using trace::no_id;
 
 namespace {
@@ -20,25 +21,36 @@ constexpr int around = 64, along = 32;   // facets of a quadric
 constexpr int pieces = 8;                // ribbons of a segment of a curve
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))
 
-/// Corners going round, with what alpha textures are asked for there; halves as Embree cuts quads.
-void add_quad(const V3f p[4], const V2f uv[4], uint32_t primitive, std::vector<Facet>* out) {
-  for (const auto& [a, b, c] : {std::tuple{0, 1, 3}, {2, 3, 1}})
-    out->push_back({{p[a], p[b], p[c]}, primitive, {uv[a].x, uv[b].x, uv[c].x}, {uv[a].y, uv[b].y, uv[c].y}});
-}
+struct Facets {
+  std::vector<Facet> all;
+  std::vector<FacetUv> uv;
+  bool with_uv = false;
+};
 
-void add_facets(const geom::Mesh& mesh, std::vector<Facet>* out) {
-  static const V2f square[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
-    V3f p[4];
-    mesh.corners_at(f, time, p);
-    if (mesh.corners == 4)
-      add_quad(p, square, f, out);
-    else
-      out->push_back({{p[0], p[1], p[2]}, f});
+/// Corners going round, with what alpha textures are asked for there; halves as Embree cuts quads.
+void add_quad(const V3f p[4], const V2f uv[4], uint32_t primitive, Facets* out) {
+  for (const auto& [a, b, c] : {std::tuple{0, 1, 3}, {2, 3, 1}}) {
+    out->all.push_back({{p[a], p[b], p[c]}, primitive});
+    if (out->with_uv) out->uv.push_back({{uv[a].x, uv[b].x, uv[c].x}, {uv[a].y, uv[b].y, uv[c].y}});
   }
 }
 
-void add_facets(const geom::GridMesh& m, std::vector<Facet>* out) {
+void add_facets(const geom::Mesh& mesh, Facets* out) {
+  static const V2f square[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  out->all.reserve(mesh.face_count() * (mesh.corners == 4 ? 2 : 1));
+  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
+    V3f p[4];
+    mesh.corners_at(f, time, p);
+    if (mesh.corners == 4) {
+      add_quad(p, square, f, out);
+      continue;
+    }
+    out->all.push_back({{p[0], p[1], p[2]}, f});
+    if (out->with_uv) out->uv.emplace_back();
+  }
+}
+
+void add_facets(const geom::GridMesh& m, Facets* out) {
   const auto vertex = [&m](uint32_t i) { return m.P_end.empty() ? m.P[i] : m.P[i] * (1 - time) + m.P_end[i] * time; };
   for (uint32_t g = 0; g < m.grids.size(); ++g) {
     const geom::GridMesh::Grid& grid = m.grids[g];
@@ -53,7 +65,7 @@ void add_facets(const geom::GridMesh& m, std::vector<Facet>* out) {
   }
 }
 
-void add_facets(const geom::Quadric& q, std::vector<Facet>* out) {
+void add_facets(const geom::Quadric& q, Facets* out) {
   for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i) {
       const float u0 = float(i) / around, u1 = float(i + 1) / around, v0 = float(j) / along, v1 = float(j + 1) / along;
@@ -63,7 +75,7 @@ void add_facets(const geom::Quadric& q, std::vector<Facet>* out) {
     }
 }
 
-void add_facets(const geom::DiskCloud& cloud, std::vector<Facet>* out) {
+void add_facets(const geom::DiskCloud& cloud, Facets* out) {
   for (uint32_t d = 0; d < cloud.disks.size(); ++d) {
     V3f a, b, p[6];
     coordinate_system(cloud.normals[d], &a, &b);
@@ -71,7 +83,7 @@ void add_facets(const geom::DiskCloud& cloud, std::vector<Facet>* out) {
       const float angle = pi / 3 * float(k), r = cloud.disks[d].radius * hexagon_radius;
       p[k] = cloud.disks[d].centre + a * (r * std::cos(angle)) + b * (r * std::sin(angle));
     }
-    for (const auto& [i, j, k] : {std::tuple{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) out->push_back({{p[i], p[j], p[k]}, d});
+    for (const auto& [i, j, k] : {std::tuple{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) out->all.push_back({{p[i], p[j], p[k]}, d});
   }
 }
 
@@ -104,12 +116,13 @@ std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint
     clusters->transmittance = transmittance;
   } else {
     const bool cut_out = !even && !std::holds_alternative<trace::DisksPtr>(shape);
-    std::vector<Facet> facets;
+    Facets facets;
+    facets.with_uv = cut_out;
     if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) add_facets(**mesh, &facets);
     if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) add_facets(**grids, &facets);
     if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape)) add_facets(**quadric, &facets);
     if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) add_facets(**disks, &facets);
-    clusters = std::make_shared<FacetClusters>(std::move(facets), cut_out, transmittance);
+    clusters = std::make_shared<FacetClusters>(facets.all, facets.uv, transmittance);
     clusters->cut_out = cut_out;
   }
   clusters->geometry = geometry;
