@@ -24,6 +24,7 @@ struct RenderOptions {
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
+  build::MaskRequest masks;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
 };
@@ -97,6 +98,8 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
   if (o.color_bleeding) r.color_bleeding = true;
+  r.masks = o.masks;
+  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb"});
   return r;
 }
 
@@ -142,6 +145,7 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(o.max_distance > 0, "--max-distance", {"ao"});
   warn(o.color_bleeding, "--color-bleeding", {"ao"});
   warn(o.bounces >= 0, "--bounces", {"path", "distribution"});
+  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -270,6 +274,11 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
+  app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or masks of what stands in its way: quick and nearly right [rays]");
+  app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
+  app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [a quarter of a slab]");
+  app.add_option("--mask-sky", o->masks.sky_directions, "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
+  app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")->check(CLI::PositiveNumber);

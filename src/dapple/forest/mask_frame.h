@@ -8,8 +8,8 @@ namespace dapple::forest {
 /// The scene as seen from a light at infinity: a grid of square pixels across its direction, and slabs along it. Grid coordinates are (column, row, level),
 /// each continuous: pixel (i, j) covers columns [i, i + 1) and rows [j, j + 1), slab k levels [k, k + 1). Levels grow away from the light.
 struct MaskFrame {
-  /// Steeper surfaces, in tangents of the angle to a plane across the light, count as this steep: 86 degrees.
-  static constexpr float steepest = 16;
+  /// Steeper surfaces, by the tangents of their angle to a plane across the light along columns and rows together, count as this steep: 86 degrees or more.
+  static constexpr float steepest = 23;
 
   V3f x{1, 0, 0}, y{0, 1, 0}, to_light{0, 0, 1};  ///< orthonormal, right-handed
   float pitch = 1;                                ///< side of a pixel, m

@@ -49,6 +49,9 @@ std::vector<V2f> blue_noise(int count) {
     for (size_t i = 0; i < points.size(); ++i)
       if (members[i] > 0) points[i] = sums[i] / float(members[i]);
   }
+  V2f middle(0);
+  for (const V2f& p : points) middle += p / float(count);
+  for (V2f& p : points) p -= middle;
   return points;
 }
 

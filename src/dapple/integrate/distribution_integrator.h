@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/grid_store.h"
 #include "dapple/integrate/hit_shader.h"
 
@@ -21,6 +22,7 @@ class DistributionIntegrator final : public Integrator {
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
+    std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -31,6 +33,7 @@ class DistributionIntegrator final : public Integrator {
   std::vector<CacheState> caches() const override;
 
  private:
+  std::vector<CacheState> with_mask_state(std::vector<CacheState> states) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;

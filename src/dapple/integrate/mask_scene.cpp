@@ -161,6 +161,11 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
   return out;
 }
 
+CacheState mask_cache(const forest::MaskVisibility& masks) {
+  const forest::TileStore::State s = masks.tiles();
+  return {"masks", {s.lookups, s.lookups - s.fills, s.fills, s.fill_seconds}, s.evictions, s.bytes, s.peak_bytes, s.capacity_bytes};
+}
+
 std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene) {
   std::vector<shading::NarrowBeam> beams;
   for (const auto& light : scene.lights) {

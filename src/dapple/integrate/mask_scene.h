@@ -4,7 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "dapple/forest/facet_scene.h"
+#include "dapple/forest/mask_visibility.h"
+#include "dapple/integrate/integrator.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::integrate {
@@ -13,6 +14,9 @@ namespace dapple::integrate {
 /// ribbons that face the light. Surfaces that only separate media are left out; what moves stands as in the middle of the shutter interval. Alpha by the scene's textures;
 /// on clouds of disks and curves only where it is the same everywhere. The scene must outlive it. MemoryError beyond max_bytes.
 std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& scene, size_t max_bytes);
+
+/// The state of masks' tiles, for statistics, their counts included.
+CacheState mask_cache(const forest::MaskVisibility& masks);
 
 /// The narrow beams of its lights: what masks are made for. Equal ones once.
 std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene);

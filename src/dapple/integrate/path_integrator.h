@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
@@ -21,12 +22,14 @@ class PathIntegrator final : public Integrator {
     int roulette_depth = 3;       ///< scatterings before Russian roulette may end a path
     uint64_t seed = 0;
     float texture_footprint = 1;  ///< scale of texture footprints, 1 = a pixel
+    std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  std::vector<CacheState> caches() const override;
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
