@@ -164,7 +164,7 @@ int main(int argc, char** argv) {
   app.add_option("--samples", o.samples, "of the sun's disc, a receiver");
   app.add_option("--sets", o.sets, "rotations of the samples");
   app.add_option("--levels", o.levels);
-  app.add_option("--pitch", o.pitch, "m; 0: a quarter of a slab");
+  app.add_option("--pitch", o.pitch, "m; 0: half a slab");
   app.add_option("--tile", o.tile);
   app.add_option("--mb", o.megabytes, "of tiles");
   app.add_option("--repeats", o.repeats);

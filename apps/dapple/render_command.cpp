@@ -276,7 +276,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or masks of what stands in its way: quick and nearly right [rays]");
   app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
-  app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [a quarter of a slab]");
+  app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [half a slab]");
   app.add_option("--mask-sky", o->masks.sky_directions, "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
   app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);

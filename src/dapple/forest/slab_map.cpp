@@ -32,7 +32,7 @@ SlabMap::SlabMap(const FacetScene& scene, const V3f& to_light, double spread, co
   float depth = box.isEmpty() ? 1 : longest_chord(box, to_light);
   if (!(depth > 0)) depth = std::max({length(box.max - box.min) * 1e-3f, 1e-6f});  // all in one plane
   const float slab = depth / float(r.levels);
-  frame_ = MaskFrame(to_light, r.pitch > 0 ? r.pitch : slab / 4, slab);
+  frame_ = MaskFrame(to_light, r.pitch > 0 ? r.pitch : slab / 2, slab);
   const double step = spread * double(frame_.slab / frame_.pitch);
   usual_levels_ = (r.levels / SlabTile::word_bits + 1) * SlabTile::word_bits;
   const double drift = step * usual_levels_;

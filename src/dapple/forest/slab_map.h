@@ -11,7 +11,7 @@ struct SlabResolution {
   static constexpr int least_levels = 8, most_levels = 4096;
 
   int levels = 256;  ///< slabs between the top and the bottom of the scene along the light; 32 in Keating and Max's
-  float pitch = 0;   ///< side of a pixel, m; 0: a quarter of a slab
+  float pitch = 0;   ///< side of a pixel, m; 0: half a slab
   int tile = 128;    ///< pixels a side
 };
 

@@ -21,17 +21,19 @@ int next_change(float s, float g, int level, int drift) {
 
 }  // namespace
 
-SlabTile::SlabTile(int pixels, int first_level, int level_count, int channel_count)
-    : size(pixels), words((level_count + word_bits - 1) / word_bits), channels(channel_count), base(first_level) {
+SlabTile::SlabTile(int pixels, int base_level, int first, int last, int channel_count) : size(pixels), channels(channel_count), base(base_level) {
+  if (last < first) return;
+  first_word = std::max(first, 0) / word_bits;
+  words = std::max(last, 0) / word_bits - first_word + 1;
   bits.resize(size_t(channels) * size_t(size) * size_t(size) * size_t(words));
 }
 
 void SlabTile::fill(int channel, int px, int py, int first, int last) {
-  first = std::max(first, 0), last = std::min(last, levels() - 1);
+  first = std::max(first, first_word * word_bits), last = std::min(last, levels() - 1);
   if (first > last) return;
   uint64_t* const p = const_cast<uint64_t*>(pixel(channel, px, py));
   const int w0 = first / word_bits, w1 = last / word_bits;
-  for (int w = w0; w <= w1; ++w) p[w] |= bit_range(w == w0 ? first % word_bits : 0, w == w1 ? last % word_bits : word_bits - 1);
+  for (int w = w0; w <= w1; ++w) p[w - first_word] |= bit_range(w == w0 ? first % word_bits : 0, w == w1 ? last % word_bits : word_bits - 1);
 }
 
 std::vector<SlabRun> slab_runs(const SlabStep& step, int levels) {
@@ -47,9 +49,9 @@ std::vector<SlabRun> slab_runs(const SlabStep& step, int levels) {
 bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from, int below) {
   below = std::min(below, tile.levels());
   if (below <= 0) return false;
-  const int32_t first = std::max(from, 0) / word_bits, last = (below - 1) / word_bits;
+  const int32_t first = std::max(std::max(from, 0) / word_bits, tile.first_word), last = (below - 1) / word_bits;
   const uint64_t rest = bit_range(0, (below - 1) % word_bits);
-  const uint64_t* const start = tile.pixel(channel, px, py);
+  const uint64_t* const start = tile.pixel(channel, px, py) - tile.first_word;
   const std::ptrdiff_t column = tile.words, row = column * tile.size;
   const SlabRun* const end = runs + count;
   while (runs < end && runs->word < first) ++runs;
@@ -62,12 +64,12 @@ bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t coun
 
 bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, int py, int from, int below) {
   below = std::min(below, tile.levels());
-  for (int k = std::max(from, 0) / word_bits * word_bits; k < below;) {
+  for (int k = std::max(std::max(from, 0) / word_bits, tile.first_word) * word_bits; k < below;) {
     const int dx = step.drift_x(k), dy = step.drift_y(k);
     int end = std::min({below, (k / word_bits + 1) * word_bits, next_change(step.sx, step.gx, k, dx), next_change(step.sy, step.gy, k, dy)});
     // The estimate may be late by a level's rounding.
     while (end > k + 1 && (step.drift_x(end - 1) != dx || step.drift_y(end - 1) != dy)) --end;
-    if (tile.pixel(channel, px - dx, py - dy)[k / word_bits] & bit_range(k % word_bits, (end - 1) % word_bits)) return true;
+    if (tile.pixel(channel, px - dx, py - dy)[k / word_bits - tile.first_word] & bit_range(k % word_bits, (end - 1) % word_bits)) return true;
     k = end;
   }
   return false;

@@ -14,21 +14,27 @@ namespace dapple::forest {
 struct SlabTile {
   static constexpr int word_bits = 64;
 
-  int size = 0;      ///< pixels a side
-  int words = 0;     ///< 64-bit words a pixel and channel; 0: nothing is here
+  int size = 0;        ///< pixels a side
+  int first_word = 0;  ///< words before it are empty and not stored
+  int words = 0;       ///< 64-bit words stored a pixel and channel; 0: nothing is here
   int channels = 1;  ///< 1 or 3
-  int base = 0;      ///< level of bit 0 of word 0
-  std::vector<uint64_t> bits;  ///< [((channel * size + y) * size + x) * words + word]
+  int base = 0;        ///< level of the grid at bit 0 of word 0
+  std::vector<uint64_t> bits;  ///< [((channel * size + y) * size + x) * words + word - first_word]
 
   SlabTile() = default;
-  SlabTile(int pixels, int first_level, int levels, int channel_count);
-  int levels() const { return words * word_bits; }
+  /// For bits at levels [first, last], from base_level; none if last < first.
+  SlabTile(int pixels, int base_level, int first, int last, int channel_count);
+  /// All from here on are clear.
+  int levels() const { return (first_word + words) * word_bits; }
   size_t bytes() const { return sizeof(SlabTile) + bits.size() * sizeof(uint64_t); }
   const uint64_t* pixel(int channel, int px, int py) const {
     return bits.data() + ((size_t(channel) * size_t(size) + size_t(py)) * size_t(size) + size_t(px)) * size_t(words);
   }
   /// Levels counted from the base, as everywhere below.
-  bool test(int channel, int px, int py, int level) const { return pixel(channel, px, py)[level / word_bits] >> (level % word_bits) & 1; }
+  bool test(int channel, int px, int py, int level) const {
+    const int word = level / word_bits - first_word;
+    return word >= 0 && word < words && (pixel(channel, px, py)[word] >> (level % word_bits) & 1);
+  }
   /// Sets levels [first, last], what of them there is.
   void fill(int channel, int px, int py, int first, int last);
 };

@@ -44,10 +44,10 @@ SlabTile TileRaster::make(const FacetScene& scene, const MaskFrame& frame, const
     add_cluster(batch, from);
     if (asked_ > 0) ask(from);
   });
-  if (spans_.empty()) return SlabTile(size, column.top, 0, 1);
-  int last = column.top;
-  for (const Span& s : spans_) last = std::max(last, s.last);
-  SlabTile tile(size, column.top, last - column.top + 1, coloured_ ? 3 : 1);
+  if (spans_.empty()) return SlabTile(size, column.top, 0, -1, 1);
+  int first = std::numeric_limits<int>::max(), last = column.top;
+  for (const Span& s : spans_) first = std::min(first, s.first), last = std::max(last, s.last);
+  SlabTile tile(size, column.top, first - column.top, last - column.top, coloured_ ? 3 : 1);
   for (const Span& s : spans_)
     for (int c = 0; c < tile.channels; ++c)
       if (s.channels >> c & 1) tile.fill(c, s.x, s.y, s.first - column.top, s.last - column.top);
