@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_sun_masks SCENE: how much of the sun's disc each visible receiver of a frame sees, by tracing shadow rays and by layered depth masks with the same
-// directions, in alternation. Masks include all their making: facets, tiles, paths. Wall-clock and processor seconds. Prints JSON.
+// bench_sun_masks SCENE: how much of the sun's disc each visible receiver of a frame sees, by tracing shadow rays and
+// by layered depth masks with the same directions, in alternation. Masks include all their making: facets, tiles,
+// paths. Wall-clock and processor seconds. Prints JSON.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -71,7 +72,8 @@ Receivers visible_receivers(const scene::Scene& scene, const forest::SunSamples&
   return out;
 }
 
-std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const forest::MaskFrame& frame, float tangent, const forest::SunSamples& samples) {
+std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const forest::MaskFrame& frame, float tangent,
+                         const forest::SunSamples& samples) {
   constexpr int capacity = trace::RayBatch::capacity;
   const int n = samples.count(), together = std::max(capacity / n, 1);
   std::vector<RGB> visible(r.P.size());
@@ -85,7 +87,9 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
           const size_t at = first + size_t(k);
           const V2f p = samples.point(r.set[at], i) * tangent;
           const V3f d = normalize(frame.to_light + frame.x * p.x + frame.y * p.y);
-          rays.set(k * n + i, integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at]}, d), d, infinity, 0.5f, uint32_t(at * size_t(n)) + uint32_t(i));
+          rays.set(k * n + i,
+                   integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at]}, d), d,
+                   infinity, 0.5f, uint32_t(at * size_t(n)) + uint32_t(i));
         }
       scene.traced.occluded(rays, count * n, hit);
       for (int k = 0; k < count; ++k) {
@@ -107,7 +111,10 @@ nlohmann::ordered_json compared(const std::vector<RGB>& a, const std::vector<RGB
     alike += std::abs(d) <= 0.125;
   }
   const double n = double(a.size());
-  return {{"mean_rays", mean_a / n}, {"mean_masks", mean_b / n}, {"rms", std::sqrt(square / n)}, {"within_an_eighth", double(alike) / n}};
+  return {{"mean_rays", mean_a / n},
+          {"mean_masks", mean_b / n},
+          {"rms", std::sqrt(square / n)},
+          {"within_an_eighth", double(alike) / n}};
 }
 
 int run(const Options& o) {
@@ -123,7 +130,8 @@ int run(const Options& o) {
   const Receivers receivers = visible_receivers(scene, samples);
   const forest::SlabResolution resolution{o.levels, o.pitch, o.tile};
 
-  nlohmann::ordered_json result{{"scene", o.scene}, {"receivers", receivers.P.size()}, {"samples", o.samples}, {"levels", o.levels}};
+  nlohmann::ordered_json result{
+      {"scene", o.scene}, {"receivers", receivers.P.size()}, {"samples", o.samples}, {"levels", o.levels}};
   std::vector<RGB> traced, masked(receivers.P.size());
   for (int i = 0; i < o.repeats; ++i) {
     set_thread_count(o.threads);

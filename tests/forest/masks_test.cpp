@@ -21,7 +21,9 @@ void add_quad(const V3f& a, const V3f& b, const V3f& c, const V3f& d, Facets* ou
   out->push_back({{c, d, a}, uint32_t(out->size())});
 }
 
-void add_square(float x0, float y0, float x1, float y1, float z, Facets* out) { add_quad({x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}, out); }
+void add_square(float x0, float y0, float x1, float y1, float z, Facets* out) {
+  add_quad({x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}, out);
+}
 
 std::unique_ptr<FacetScene> scene_of(const Facets& facets, const RGB& transmittance = RGB(0)) {
   auto scene = std::make_unique<FacetScene>();
@@ -45,8 +47,8 @@ Facets random_leaves(int count) {
 }
 
 /// Visibility of receivers one after the other.
-std::vector<RGB> look(const FacetScene& scene, const V3f& to_sun, double tangent, const SlabResolution& r, const SunSamples& samples, const std::vector<V3f>& P,
-                      const std::vector<V3f>& N) {
+std::vector<RGB> look(const FacetScene& scene, const V3f& to_sun, double tangent, const SlabResolution& r,
+                      const SunSamples& samples, const std::vector<V3f>& P, const std::vector<V3f>& N) {
   TileStore store(size_t(64) << 20);
   const SlabMap map(scene, to_sun, tangent, r, store, 0);
   const SunMask mask(map, tangent, samples);
@@ -59,8 +61,9 @@ std::vector<RGB> look(const FacetScene& scene, const V3f& to_sun, double tangent
 
 constexpr double sun_tangent = 0.00465;
 
-// Rationale: Keating and Max's sheet (4.7). A half-plane h above the ground leaves of the disc the segment 1/2 + (x sqrt(1 - x^2) + asin x) / pi at x disc radii beside its edge.
-// Expectation: within the pixel that linear interpolation spreads, as a step of half a pixel's share of the penumbra, on average over receivers.
+// Rationale: Keating and Max's sheet (4.7). A half-plane h above the ground leaves of the disc the segment 1/2 + (x
+// sqrt(1 - x^2) + asin x) / pi at x disc radii beside its edge. Expectation: within the pixel that linear interpolation
+// spreads, as a step of half a pixel's share of the penumbra, on average over receivers.
 TEST(SlabMasks, HalfPlaneHasTheDiscsProfile) {
   Facets f;
   add_square(-40, -40, 0, 40, 10, &f);
@@ -75,13 +78,17 @@ TEST(SlabMasks, HalfPlaneHasTheDiscsProfile) {
     const auto v = look(*scene, {0, 0, 1}, sun_tangent, {64, pitch, 64}, samples, P, N);
     double mean = 0;
     for (const RGB& c : v) mean += double(c.g) / double(v.size());
-    const double s = std::clamp(double(x), -1.0, 1.0), expected = 0.5 + (s * std::sqrt(1 - s * s) + std::asin(s)) / std::numbers::pi;
-    EXPECT_NEAR(mean, expected, 0.035) << "x = " << x;  // half a pixel is 1/32 of a radius, the profile's slope 2/pi at most: .02; samples 1/256 and sets
+    const double s = std::clamp(double(x), -1.0, 1.0),
+                 expected = 0.5 + (s * std::sqrt(1 - s * s) + std::asin(s)) / std::numbers::pi;
+    EXPECT_NEAR(mean, expected, 0.035)
+        << "x = "
+        << x;  // half a pixel is 1/32 of a radius, the profile's slope 2/pi at most: .02; samples 1/256 and sets
   }
 }
 
-// Rationale: the same against the correlation of illumination under trees 3.2, an independent computation, for a sheet of leaves of any form and the sun aslant.
-// Expectation: W m^-2 over the open ground's, mean within .5 %, and each of 24 x 24 receivers within .1, a leaf's edge being blurred by a pixel of each.
+// Rationale: the same against the correlation of illumination under trees 3.2, an independent computation, for a sheet
+// of leaves of any form and the sun aslant. Expectation: W m^-2 over the open ground's, mean within .5 %, and each of
+// 24 x 24 receivers within .1, a leaf's edge being blurred by a pixel of each.
 TEST(SlabMasks, OneSheetEqualsTheCorrelation) {
   constexpr int n = 96;
   constexpr double pitch = 0.02, height = 6;
@@ -93,7 +100,9 @@ TEST(SlabMasks, OneSheetEqualsTheCorrelation) {
       const bool leaf = to_unit_float(hash(uint64_t(x), uint64_t(y))) < 0.5f;
       for (int j = 0; j < 6; ++j)
         for (int i = 0; i < 6; ++i) mask.transmittance.row(0, y + j)[x + i] = leaf ? 0.0f : 1.0f;
-      if (leaf) add_square(float(x * pitch) - half, half - float((y + 6) * pitch), float((x + 6) * pitch) - half, half - float(y * pitch), float(height), &f);
+      if (leaf)
+        add_square(float(x * pitch) - half, half - float((y + 6) * pitch), float((x + 6) * pitch) - half,
+                   half - float(y * pitch), float(height), &f);
     }
   add_square(-8, -8, 8, 8, 0, &f);
   const SunDisc sun(0.5, 0.9, RGB(1000), LimbDarkening::none);
@@ -117,27 +126,32 @@ TEST(SlabMasks, OneSheetEqualsTheCorrelation) {
   EXPECT_NEAR(mean / mean_expected, 1, 0.005);
 }
 
-// Rationale: the leak test of 4.7; products of averages would pass a quarter. Squares of one sheet are the gaps of the other, edges on each other.
-// Expectation: no ray along the beam passes, at whatever place in a pixel; nor does any of the disc where the sheets touch.
+// Rationale: the leak test of 4.7; products of averages would pass a quarter. Squares of one sheet are the gaps of the
+// other, edges on each other. Expectation: no ray along the beam passes, at whatever place in a pixel; nor does any of
+// the disc where the sheets touch.
 TEST(SlabMasks, ComplementaryCheckerboardsLeakNothing) {
   for (const float gap : {1e-4f, 0.5f}) {
     Facets f;
     constexpr float side = 0.04f;
     for (int y = -20; y < 20; ++y)
       for (int x = -20; x < 20; ++x)
-        add_square(float(x) * side, float(y) * side, float(x + 1) * side, float(y + 1) * side, (x + y) & 1 ? 3.0f : 3.0f + gap, &f);
+        add_square(float(x) * side, float(y) * side, float(x + 1) * side, float(y + 1) * side,
+                   (x + y) & 1 ? 3.0f : 3.0f + gap, &f);
     add_square(-4, -4, 4, 4, 0, &f);
     const auto scene = scene_of(f);
     KeyedRng rng(3);
     std::vector<V3f> P, N;
     for (int i = 0; i < 4000; ++i) P.push_back({rng.next() - 0.5f, rng.next() - 0.5f, 0}), N.push_back({0, 0, 1});
     const bool touching = gap < 0.01f;
-    for (const RGB& v : look(*scene, {0, 0, 1}, touching ? sun_tangent : 0.0, {64, 0.011f, 64}, SunSamples(32, 64), P, N)) EXPECT_EQ(v.g, 0);
+    for (const RGB& v :
+         look(*scene, {0, 0, 1}, touching ? sun_tangent : 0.0, {64, 0.011f, 64}, SunSamples(32, 64), P, N))
+      EXPECT_EQ(v.g, 0);
   }
 }
 
-// Rationale: surfaces without holes let nothing through, however they lie to the beam: depths are rounded up and down over whole pixels.
-// Expectation: none of 64000 rays behind two facets of 45 to 85 degrees, cut along and across the grid, passes.
+// Rationale: surfaces without holes let nothing through, however they lie to the beam: depths are rounded up and down
+// over whole pixels. Expectation: none of 64000 rays behind two facets of 45 to 85 degrees, cut along and across the
+// grid, passes.
 TEST(SlabMasks, TiltedSurfacesHaveNoHoles) {
   for (const float angle : {0.0f, 45.0f, 60.0f, 75.0f, 80.0f, 85.0f})
     for (const float turn : {0.0f, 20.0f, 45.0f}) {
@@ -145,19 +159,23 @@ TEST(SlabMasks, TiltedSurfacesHaveNoHoles) {
       const V3f up = along * std::cos(radians(angle)) + V3f(0, 0, std::sin(radians(angle)));
       const float reach = 0.6f / std::cos(radians(angle));
       Facets f;
-      add_quad(up * -reach - across + V3f(0, 0, 9), up * reach - across + V3f(0, 0, 9), up * reach + across + V3f(0, 0, 9), up * -reach + across + V3f(0, 0, 9), &f);
+      add_quad(up * -reach - across + V3f(0, 0, 9), up * reach - across + V3f(0, 0, 9),
+               up * reach + across + V3f(0, 0, 9), up * -reach + across + V3f(0, 0, 9), &f);
       add_square(-2, -2, 2, 2, 0, &f);
       KeyedRng rng(5);
       std::vector<V3f> P, N;
-      for (int i = 0; i < 2000; ++i) P.push_back(along * (rng.next() - 0.5f) + across * (rng.next() - 0.5f)), N.push_back({0, 0, 1});
+      for (int i = 0; i < 2000; ++i)
+        P.push_back(along * (rng.next() - 0.5f) + across * (rng.next() - 0.5f)), N.push_back({0, 0, 1});
       double passed = 0;
-      for (const RGB& v : look(*scene_of(f), {0, 0, 1}, sun_tangent, {128, 0.02f, 64}, SunSamples(32, 16), P, N)) passed += double(v.g);
+      for (const RGB& v : look(*scene_of(f), {0, 0, 1}, sun_tangent, {128, 0.02f, 64}, SunSamples(32, 16), P, N))
+        passed += double(v.g);
       EXPECT_EQ(passed, 0) << angle << " degrees, turned by " << turn;
     }
 }
 
-// Rationale: no acne. A leaf sees the sun from its own face, and from its other one too: what leaves it there is light that it passes on, not a shadow of itself.
-// Expectation: exactly 1 on flat leaves of any attitude up to 85 degrees from the beam.
+// Rationale: no acne. A leaf sees the sun from its own face, and from its other one too: what leaves it there is light
+// that it passes on, not a shadow of itself. Expectation: exactly 1 on flat leaves of any attitude up to 85 degrees
+// from the beam.
 TEST(SlabMasks, LeavesDoNotShadowThemselves) {
   KeyedRng rng(11);
   for (int trial = 0; trial < 60; ++trial) {
@@ -169,13 +187,15 @@ TEST(SlabMasks, LeavesDoNotShadowThemselves) {
     add_quad(-s, -t, s, t, &f);
     add_square(-3, -3, 3, 3, -4, &f);
     std::vector<V3f> P, N;
-    for (int i = 0; i < 300; ++i) P.push_back(s * (rng.next() * 0.9f - 0.45f) + t * (rng.next() * 0.9f - 0.45f)), N.push_back(n);
-    for (const RGB& v : look(*scene_of(f), {0, 0, 1}, sun_tangent, {64, 0.02f, 64}, SunSamples(16, 16), P, N)) EXPECT_EQ(v.g, 1) << degrees(angle);
+    for (int i = 0; i < 300; ++i)
+      P.push_back(s * (rng.next() * 0.9f - 0.45f) + t * (rng.next() * 0.9f - 0.45f)), N.push_back(n);
+    for (const RGB& v : look(*scene_of(f), {0, 0, 1}, sun_tangent, {64, 0.02f, 64}, SunSamples(16, 16), P, N))
+      EXPECT_EQ(v.g, 1) << degrees(angle);
   }
 }
 
-// Rationale: the recurrence of 4.2 is the same tests in another order. Expectation: bit for bit, for all levels and pixels away from the border, with 32 and with 64 levels,
-// with paths made beforehand and without.
+// Rationale: the recurrence of 4.2 is the same tests in another order. Expectation: bit for bit, for all levels and
+// pixels away from the border, with 32 and with 64 levels, with paths made beforehand and without.
 TEST(SlabMasks, RecurrenceEqualsSingleRays) {
   const auto scene = scene_of(random_leaves(400));
   for (const int levels : {32, 64, 192}) {
@@ -213,8 +233,9 @@ TEST(SlabMasks, RecurrenceEqualsSingleRays) {
   }
 }
 
-// Rationale: leaves that let colours through, and a share of a pixel's area that is covered, are random bits. Expectation: the product of the sheets' transmittances,
-// within 4 standard errors: bits of pixels are independent, and 3 of them at least lie under each of the 900 receivers.
+// Rationale: leaves that let colours through, and a share of a pixel's area that is covered, are random bits.
+// Expectation: the product of the sheets' transmittances, within 4 standard errors: bits of pixels are independent, and
+// 3 of them at least lie under each of the 900 receivers.
 TEST(SlabMasks, ColouredLeavesMultiply) {
   Facets f;
   for (const float z : {4.0f, 5.0f, 6.0f}) add_square(-3, -3, 3, 3, z, &f);
@@ -225,17 +246,19 @@ TEST(SlabMasks, ColouredLeavesMultiply) {
   add_square(-3, -3, 3, 3, 0, &ground);
   scene->place(scene->add(std::make_shared<FacetClusters>(ground)), {});
   std::vector<V3f> P, N;
-  for (int i = 0; i < 900; ++i) P.push_back({float(i % 30) * 0.1f - 1.5f, float(i / 30) * 0.1f - 1.5f, 0}), N.push_back({0, 0, 1});
+  for (int i = 0; i < 900; ++i)
+    P.push_back({float(i % 30) * 0.1f - 1.5f, float(i / 30) * 0.1f - 1.5f, 0}), N.push_back({0, 0, 1});
   RGB mean;
-  for (const RGB& v : look(*scene, {0, 0, 1}, sun_tangent, {64, 0.02f, 64}, SunSamples(32, 16), P, N)) mean += v * (1 / 900.0f);
+  for (const RGB& v : look(*scene, {0, 0, 1}, sun_tangent, {64, 0.02f, 64}, SunSamples(32, 16), P, N))
+    mean += v * (1 / 900.0f);
   for (int c = 0; c < 3; ++c) {
     const double expected = std::pow(double(t[c]), 3);
     EXPECT_NEAR(double(mean[c]), expected, 4 * std::sqrt(expected * (1 - expected) / 900)) << c;
   }
 }
 
-// Rationale: points of the disc are equal shares of its light. Expectation: all in it, means of 1, r^2 and x as for an even disc to the pattern's error, .02; limb darkening draws
-// them in; rotations keep radii.
+// Rationale: points of the disc are equal shares of its light. Expectation: all in it, means of 1, r^2 and x as for an
+// even disc to the pattern's error, .02; limb darkening draws them in; rotations keep radii.
 TEST(SunSamples, CoverTheDisc) {
   const SunSamples even(64, 16), dark(64, 16, [](double r) { return std::sqrt(std::max(1 - r * r, 0.0)); });
   for (int s = 0; s < 16; ++s) {
@@ -243,7 +266,8 @@ TEST(SunSamples, CoverTheDisc) {
     for (int i = 0; i < 64; ++i) {
       const V2f p = even.point(s, i);
       EXPECT_LE(p.length(), 1);
-      x += double(p.x) / 64, y += double(p.y) / 64, r2 += double(p.length2()) / 64, r2_dark += double(dark.point(s, i).length2()) / 64;
+      x += double(p.x) / 64, y += double(p.y) / 64, r2 += double(p.length2()) / 64,
+          r2_dark += double(dark.point(s, i).length2()) / 64;
       for (int j = 0; j < i; ++j) nearest = std::min(nearest, double((p - even.point(s, j)).length()));
     }
     EXPECT_NEAR(x, 0, 0.02);
@@ -256,15 +280,16 @@ TEST(SunSamples, CoverTheDisc) {
   EXPECT_THROW(SunSamples(4, 1, [](double) { return 0; }), std::invalid_argument);
 }
 
-// Rationale: who makes a tile, and when, must not show. Expectation: the same bits with 1, 2 and 4 threads, under a cap that keeps hardly a tile, and whatever other
-// receivers are asked for along.
+// Rationale: who makes a tile, and when, must not show. Expectation: the same bits with 1, 2 and 4 threads, under a cap
+// that keeps hardly a tile, and whatever other receivers are asked for along.
 TEST(SlabMasks, DoNotDependOnThreadsCapOrCompany) {
   const auto scene = scene_of(random_leaves(800));
   const SunSamples samples(16, 16);
   const V3f to_sun = normalize(V3f(0.4f, 0.1f, 0.8f));
   std::vector<V3f> P, N;
   KeyedRng rng(9);
-  for (int i = 0; i < 3000; ++i) P.push_back({rng.next() * 3 - 1.5f, rng.next() * 3 - 1.5f, i % 2 ? 0.0f : rng.next() * 2}), N.push_back({0, 0, 1});
+  for (int i = 0; i < 3000; ++i)
+    P.push_back({rng.next() * 3 - 1.5f, rng.next() * 3 - 1.5f, i % 2 ? 0.0f : rng.next() * 2}), N.push_back({0, 0, 1});
   const SlabResolution r{96, 0.01f, 64};
   set_thread_count(1);
   const auto one = look(*scene, to_sun, sun_tangent, r, samples, P, N);
@@ -280,7 +305,8 @@ TEST(SlabMasks, DoNotDependOnThreadsCapOrCompany) {
   const shading::NarrowBeam sun{to_sun, std::atan(float(sun_tangent))};
   shading::ShadowRays rays;
   rays.count = rays.capacity;
-  for (int i = 0; i < rays.count; ++i) rays.P[i] = P[size_t(i)], rays.Ng[i] = N[size_t(i)], rays.d[i] = to_sun, rays.key[i] = uint32_t(i);
+  for (int i = 0; i < rays.count; ++i)
+    rays.P[i] = P[size_t(i)], rays.Ng[i] = N[size_t(i)], rays.d[i] = to_sun, rays.key[i] = uint32_t(i);
   std::vector<RGB> first(size_t(rays.count)), again(first);
   for (const size_t bytes : {size_t(64) << 20, size_t(1)}) {
     MaskVisibility::Settings s;
@@ -299,8 +325,9 @@ TEST(SlabMasks, DoNotDependOnThreadsCapOrCompany) {
   }
 }
 
-// Rationale: a map rounded to one direction has parallel rays; the sheet of a quarter of the sky, by 256 directions. Expectation: under a half-plane of leaves, whose edge is
-// overhead, half of a uniform sky's directions see it; exactly which, their own lateral side says.
+// Rationale: a map rounded to one direction has parallel rays; the sheet of a quarter of the sky, by 256 directions.
+// Expectation: under a half-plane of leaves, whose edge is overhead, half of a uniform sky's directions see it; exactly
+// which, their own lateral side says.
 TEST(SlabMasks, SkyDirectionsSeePastAnEdge) {
   Facets f;
   add_square(-200, -200, 0, 200, 5, &f);
@@ -311,7 +338,9 @@ TEST(SlabMasks, SkyDirectionsSeePastAnEdge) {
   const MaskVisibility masks(scene_of(f), {}, s);
   shading::ShadowRays rays;
   rays.count = s.sky_directions;
-  for (int i = 0; i < rays.count; ++i) rays.P[i] = V3f(0, 0, 0), rays.Ng[i] = V3f(0, 0, 1), rays.d[i] = spiral_direction(i, rays.count), rays.key[i] = uint32_t(i);
+  for (int i = 0; i < rays.count; ++i)
+    rays.P[i] = V3f(0, 0, 0), rays.Ng[i] = V3f(0, 0, 1), rays.d[i] = spiral_direction(i, rays.count),
+    rays.key[i] = uint32_t(i);
   EXPECT_FALSE(masks.answers(V3f(0, 0, -1)));
   std::vector<RGB> visible(size_t(rays.count));
   masks.visible(rays, visible.data());

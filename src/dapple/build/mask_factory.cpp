@@ -37,11 +37,13 @@ void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 5
   const auto fail = [&](int name, const std::string& value, const std::string& expected) {
     throw InputError(loc, std::string(names[size_t(name)]) + " is " + value + ", expected " + expected);
   };
-  if (sun_shadows && std::find(std::begin(sun_shadow_names), std::end(sun_shadow_names), *sun_shadows) == std::end(sun_shadow_names))
+  if (sun_shadows &&
+      std::find(std::begin(sun_shadow_names), std::end(sun_shadow_names), *sun_shadows) == std::end(sun_shadow_names))
     fail(0, "\"" + *sun_shadows + "\"", "one of: rays, masks");
   using forest::SlabResolution;
   if (levels && (*levels < SlabResolution::least_levels || *levels > SlabResolution::most_levels))
-    fail(1, shown(*levels), "a number from " + shown(SlabResolution::least_levels) + " to " + shown(SlabResolution::most_levels));
+    fail(1, shown(*levels),
+         "a number from " + shown(SlabResolution::least_levels) + " to " + shown(SlabResolution::most_levels));
   if (pixel && !(*pixel > 0 && *pixel <= widest_pixel)) fail(2, shown(*pixel), "metres above 0");
   if (sky_directions && (*sky_directions < 0 || *sky_directions > forest::MaskVisibility::most_sky_directions))
     fail(3, shown(*sky_directions), "a number from 0 to " + shown(forest::MaskVisibility::most_sky_directions));

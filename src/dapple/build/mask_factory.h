@@ -27,8 +27,8 @@ struct MaskRequest {
 
 inline constexpr std::string_view sun_shadow_names[] = {"rays", "masks"};
 
-/// The masks asked for; null without, and, with a warning, where the scene has no sun and no masks of the sky are wanted, or has media. The scene must outlive them.
-/// InputError for lights that the masks cannot hold.
+/// The masks asked for; null without, and, with a warning, where the scene has no sun and no masks of the sky are
+/// wanted, or has media. The scene must outlive them. InputError for lights that the masks cannot hold.
 std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& scene, const MaskRequest& request);
 
 }  // namespace dapple::build

@@ -15,7 +15,8 @@ uint64_t spread_bits(uint32_t v) {
   return (x | x << 2) & 0x9249249;
 }
 
-/// Order along Morton's curve of things by their places in a box; equal ones as they are. Keys of 30 bits above numbers of 32. Those without a place are left out.
+/// Order along Morton's curve of things by their places in a box; equal ones as they are. Keys of 30 bits above numbers
+/// of 32. Those without a place are left out.
 template <class Place>
 std::vector<uint32_t> along_curve(size_t count, const Place& place) {
   Box3f box;
@@ -29,7 +30,8 @@ std::vector<uint32_t> along_curve(size_t count, const Place& place) {
     const V3f p = place(i);
     if (!base::is_finite(p)) continue;
     uint64_t key = 0;
-    for (int k = 0; k < 3; ++k) key |= spread_bits(uint32_t(std::clamp((p[k] - box.min[k]) * scale[k], 0.0f, 1023.0f))) << k;
+    for (int k = 0; k < 3; ++k)
+      key |= spread_bits(uint32_t(std::clamp((p[k] - box.min[k]) * scale[k], 0.0f, 1023.0f))) << k;
     keys.push_back(key << 32 | i);
   }
   std::sort(keys.begin(), keys.end());
@@ -60,15 +62,22 @@ bool meets(const AffineRows& to_grid, const Box3f& box, float size, const Column
   return b.max.x >= 0 && b.min.x <= size && b.max.y >= 0 && b.min.y <= size && (!interest || interest->wants(b));
 }
 
-float lesser(float a, float b) { return a < b ? a : b; }
-float greater(float a, float b) { return a > b ? a : b; }
+float lesser(float a, float b) {
+  return a < b ? a : b;
+}
+float greater(float a, float b) {
+  return a > b ? a : b;
+}
 
-/// Finds the facets that cross the middle of a row in the column. Those between two rows, which are many where facets are small, end here.
+/// Finds the facets that cross the middle of a row in the column. Those between two rows, which are many where facets
+/// are small, end here.
 void select(int count, float size, FacetBatch& b) {
   alignas(32) int32_t wanted[capacity];
   for (int i = 0; i < capacity; ++i) {
-    const float x0 = lesser(lesser(b.x[0][i], b.x[1][i]), b.x[2][i]), x1 = greater(greater(b.x[0][i], b.x[1][i]), b.x[2][i]);
-    const float y0 = lesser(lesser(b.y[0][i], b.y[1][i]), b.y[2][i]), y1 = greater(greater(b.y[0][i], b.y[1][i]), b.y[2][i]);
+    const float x0 = lesser(lesser(b.x[0][i], b.x[1][i]), b.x[2][i]),
+                x1 = greater(greater(b.x[0][i], b.x[1][i]), b.x[2][i]);
+    const float y0 = lesser(lesser(b.y[0][i], b.y[1][i]), b.y[2][i]),
+                y1 = greater(greater(b.y[0][i], b.y[1][i]), b.y[2][i]);
     const float first = greater(std::ceil(y0 - 0.5f), 0.0f), end = lesser(std::ceil(y1 - 0.5f), size);
     b.first_row[i] = int32_t(lesser(first, size)), b.end_row[i] = int32_t(greater(end, 0.0f));
     wanted[i] = int32_t(first < end) & int32_t(x1 >= 0) & int32_t(x0 <= size);
@@ -103,7 +112,10 @@ void gather_strips(const FacetClusters& of, size_t cluster, const AffineRows& to
     const float l = side.length();
     side = l > 0 ? side / l : V2f(1, 0);
     const V2f a = side * (strip.radius[0] * pixels), c = side * (strip.radius[1] * pixels);
-    const V3f corner[4] = {{p.x - a.x, p.y - a.y, p.z}, {p.x + a.x, p.y + a.y, p.z}, {q.x + c.x, q.y + c.y, q.z}, {q.x - c.x, q.y - c.y, q.z}};
+    const V3f corner[4] = {{p.x - a.x, p.y - a.y, p.z},
+                           {p.x + a.x, p.y + a.y, p.z},
+                           {q.x + c.x, q.y + c.y, q.z},
+                           {q.x - c.x, q.y - c.y, q.z}};
     const int corners[2][3] = {{0, 1, 2}, {2, 3, 0}};
     for (int t = 0; t < 2; ++t)
       for (int v = 0; v < 3; ++v) {
@@ -132,15 +144,18 @@ AffineRows AffineRows::after(const AffineRows& first) const {
   return out;
 }
 
-FacetClusters::FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& corners, const RGB& passed) : transmittance(passed) {
-  const std::vector<uint32_t> order = along_curve(facets.size(), [&](size_t i) { return (facets[i].p[0] + facets[i].p[1] + facets[i].p[2]) * (1.0f / 3); });
+FacetClusters::FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& corners, const RGB& passed)
+    : transmittance(passed) {
+  const std::vector<uint32_t> order = along_curve(
+      facets.size(), [&](size_t i) { return (facets[i].p[0] + facets[i].p[1] + facets[i].p[2]) * (1.0f / 3); });
   clusters.resize((order.size() + capacity - 1) / capacity);
   if (!corners.empty()) uv.resize(clusters.size());
   for (size_t c = 0; c < clusters.size(); ++c) {
     FacetCluster& to = clusters[c];
     to.count = int(std::min(size_t(capacity), order.size() - c * capacity));
     for (int i = 0; i < capacity; ++i) {
-      const uint32_t from = order[c * capacity + size_t(std::min(i, to.count - 1))];  // what is left is filled, for whole vectors
+      const uint32_t from =
+          order[c * capacity + size_t(std::min(i, to.count - 1))];  // what is left is filled, for whole vectors
       const Facet& f = facets[from];
       to.primitive[i] = f.primitive;
       for (int v = 0; v < 3; ++v) {
@@ -156,7 +171,9 @@ FacetClusters::FacetClusters(const std::vector<Facet>& facets, const std::vector
 }
 
 FacetClusters::FacetClusters(const std::vector<FacetStrip>& all) {
-  const auto place = [&](size_t i) { return all[i].radius[0] >= 0 && all[i].radius[1] >= 0 ? (all[i].p[0] + all[i].p[1]) * 0.5f : V3f(infinity); };
+  const auto place = [&](size_t i) {
+    return all[i].radius[0] >= 0 && all[i].radius[1] >= 0 ? (all[i].p[0] + all[i].p[1]) * 0.5f : V3f(infinity);
+  };
   for (const uint32_t i : along_curve(all.size(), place)) strips.push_back(all[i]);
   constexpr size_t held = capacity / 2;
   clusters.resize((strips.size() + held - 1) / held);
@@ -176,7 +193,8 @@ FacetClusters::FacetClusters(const std::vector<FacetStrip>& all) {
 }
 
 size_t FacetClusters::bytes() const {
-  return clusters.size() * sizeof(FacetCluster) + uv.size() * sizeof(Uv) + group_boxes.size() * sizeof(Box3f) + strips.size() * sizeof(FacetStrip);
+  return clusters.size() * sizeof(FacetCluster) + uv.size() * sizeof(Uv) + group_boxes.size() * sizeof(Box3f) +
+         strips.size() * sizeof(FacetStrip);
 }
 
 uint32_t FacetScene::add(std::shared_ptr<const FacetClusters> clusters) {
@@ -222,7 +240,8 @@ bool ColumnInterest::wants(const Box3f& box) const {
   return false;
 }
 
-void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest, FacetBatch& batch, const Visit& visit) const {
+void FacetScene::visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest,
+                       FacetBatch& batch, const Visit& visit) const {
   AffineRows grid;
   for (int a = 0; a < 3; ++a) {
     grid.m[0][a] = frame.x[a] / frame.pitch;

@@ -37,14 +37,16 @@ struct FacetCluster {
   uint32_t primitive[capacity];
 };
 
-/// The facets of one geometry in its own space, in clusters along a space-filling curve. 40 bytes a facet, 64 with u and v. Immutable.
+/// The facets of one geometry in its own space, in clusters along a space-filling curve. 40 bytes a facet, 64 with u
+/// and v. Immutable.
 class FacetClusters {
  public:
   static constexpr int group = 16;  ///< clusters under one box
 
-  /// What light passes where the facets are: transmittance by channel, also for geometry that covers only a part of what it stands for.
-  /// uv: of each facet, or empty.
-  explicit FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& uv = {}, const RGB& transmittance = RGB(0));
+  /// What light passes where the facets are: transmittance by channel, also for geometry that covers only a part of
+  /// what it stands for. uv: of each facet, or empty.
+  explicit FacetClusters(const std::vector<Facet>& facets, const std::vector<FacetUv>& uv = {},
+                         const RGB& transmittance = RGB(0));
   /// Of ribbons that face the light.
   explicit FacetClusters(const std::vector<FacetStrip>& strips);
 
@@ -64,7 +66,8 @@ class FacetClusters {
 };
 
 /// Port: how opaque cut-out geometry is, as trace::OpacityTest.
-using FacetOpacity = std::function<void(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, float* alpha)>;
+using FacetOpacity = std::function<void(uint32_t geometry, int n, const uint32_t* primitive, const float* u,
+                                        const float* v, float* alpha)>;
 
 /// Rows of an affine map.
 struct AffineRows {
@@ -85,9 +88,9 @@ struct FacetBatch {
 
 /// Which parts of a column are looked at: squares of pixels, and how deep.
 struct ColumnInterest {
-  static constexpr int side = 4;     ///< pixels of a square
-  int squares = 0;                   ///< a side
-  std::vector<float> deepest;        ///< levels, by row and column of squares; -infinity: not at all
+  static constexpr int side = 4;  ///< pixels of a square
+  int squares = 0;                ///< a side
+  std::vector<float> deepest;     ///< levels, by row and column of squares; -infinity: not at all
 
   explicit ColumnInterest(int pixels = 0) { reset(pixels); }
   void reset(int pixels);
@@ -110,9 +113,10 @@ class FacetScene {
   size_t bytes() const;
 
   using Visit = std::function<void(const FacetBatch& batch, const FacetClusters& of, size_t cluster)>;
-  /// Calls visit for all facets that may meet columns [x0, x0 + size) and rows [y0, y0 + size) of a grid. Batches are in coordinates relative to (x0, y0, 0).
-  /// interest: null for all.
-  void visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest, FacetBatch& scratch, const Visit& visit) const;
+  /// Calls visit for all facets that may meet columns [x0, x0 + size) and rows [y0, y0 + size) of a grid. Batches are
+  /// in coordinates relative to (x0, y0, 0). interest: null for all.
+  void visit(const MaskFrame& frame, int64_t x0, int64_t y0, int size, const ColumnInterest* interest,
+             FacetBatch& scratch, const Visit& visit) const;
 
  private:
   struct Placement {

@@ -13,17 +13,21 @@ constexpr float margin = 1e-4f;  // radians, of directions' rounding
 }
 
 V3f spiral_direction(int i, int n) {
-  const double z = (i + 0.5) / n, r = std::sqrt(1 - z * z), phi = 2 * std::numbers::pi * std::fmod((i + 0.5) * std::numbers::phi, 1.0);
+  const double z = (i + 0.5) / n, r = std::sqrt(1 - z * z),
+               phi = 2 * std::numbers::pi * std::fmod((i + 0.5) * std::numbers::phi, 1.0);
   return normalize(V3f(float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)));
 }
 
-MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const shading::NarrowBeam> suns, const Settings& s)
+MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const shading::NarrowBeam> suns,
+                               const Settings& s)
     : scene_(std::move(scene)), store_(s.max_bytes) {
   if (s.sky_directions < 0 || s.sky_directions > most_sky_directions)
-    throw std::invalid_argument("masks of the sky have from 0 to " + std::to_string(most_sky_directions) + " directions");
+    throw std::invalid_argument("masks of the sky have from 0 to " + std::to_string(most_sky_directions) +
+                                " directions");
   for (const shading::NarrowBeam& sun : suns) {
     sun_cosine_.push_back(std::cos(sun.radius + margin));
-    maps_.push_back(std::make_unique<SlabMap>(*scene_, sun.to_light, double(std::tan(sun.radius + margin)), s.sun, store_, uint32_t(maps_.size())));
+    maps_.push_back(std::make_unique<SlabMap>(*scene_, sun.to_light, double(std::tan(sun.radius + margin)), s.sun,
+                                              store_, uint32_t(maps_.size())));
   }
   for (int i = 0; i < s.sky_directions; ++i) {
     const V3f d = spiral_direction(i, s.sky_directions);
@@ -54,7 +58,9 @@ void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) cons
   struct Ordered {
     TileKey key;
     int ray;
-    bool operator<(const Ordered& o) const { return std::tie(key.map, key.y, key.x, ray) < std::tie(o.key.map, o.key.y, o.key.x, o.ray); }
+    bool operator<(const Ordered& o) const {
+      return std::tie(key.map, key.y, key.x, ray) < std::tie(o.key.map, o.key.y, o.key.x, o.ray);
+    }
   } order[shading::ShadowRays::capacity];
   V3f grid[shading::ShadowRays::capacity];
   for (int i = 0; i < rays.count; ++i) {
@@ -70,7 +76,8 @@ void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) cons
     if (o == 0 || !(order[o].key == order[o - 1].key)) tile = map.tile(order[o].key);
     visible[i] = RGB(1);
     if (tile->words == 0) continue;
-    const SlabMap::Receiver from = map.receiver(grid[i], length2(rays.Ng[i]) > 0 ? map.frame().slope(rays.Ng[i]) : 0, order[o].key, *tile);
+    const SlabMap::Receiver from =
+        map.receiver(grid[i], length2(rays.Ng[i]) > 0 ? map.frame().slope(rays.Ng[i]) : 0, order[o].key, *tile);
     if (from.below <= 0) continue;
     const uint64_t random = hash(rays.key[i], 0x510b);
     SlabStep step;

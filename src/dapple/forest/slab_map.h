@@ -18,9 +18,11 @@ struct SlabResolution {
 /// A scene's slabs as seen from one light at infinity: tiles made when they are asked for.
 class SlabMap {
  public:
-  /// to_light: unit. spread: tangent of the largest angle between it and a ray. number: of this map in the store. scene and store must outlive this.
-  /// std::invalid_argument for resolutions out of range, and where rays would drift by more than a pixel a slab or half a thousand pixels a scene.
-  SlabMap(const FacetScene& scene, const V3f& to_light, double spread, const SlabResolution& resolution, TileStore& store, uint32_t number);
+  /// to_light: unit. spread: tangent of the largest angle between it and a ray. number: of this map in the store. scene
+  /// and store must outlive this. std::invalid_argument for resolutions out of range, and where rays would drift by
+  /// more than a pixel a slab or half a thousand pixels a scene.
+  SlabMap(const FacetScene& scene, const V3f& to_light, double spread, const SlabResolution& resolution,
+          TileStore& store, uint32_t number);
 
   const MaskFrame& frame() const { return frame_; }
   int channels() const { return scene_.coloured() ? 3 : 1; }
@@ -32,7 +34,9 @@ class SlabMap {
   /// The same, but only what receivers look at; not kept.
   SlabTile partial_tile(const TileKey& key, const ColumnInterest& interest) const;
   /// Pixels and rows of a tile's corner in the grid.
-  V2f corner(const TileKey& key) const { return {float(key.x) * float(tile_) - float(border_), float(key.y) * float(tile_) - float(border_)}; }
+  V2f corner(const TileKey& key) const {
+    return {float(key.x) * float(tile_) - float(border_), float(key.y) * float(tile_) - float(border_)};
+  }
   /// How far from a receiver its rays look, in pixels.
   float reach() const { return float(border_ - 1); }
   /// No ray passes more levels of the scene; a multiple of 64. Tiles of inclined ground may have more.
@@ -40,7 +44,8 @@ class SlabMap {
   /// Levels of a tile with ground inclined as far as 63 degrees to its plane; a multiple of 64.
   int deep_levels() const;
 
-  /// A receiver in the coordinates of its tile: continuous column, row and level above the base, and the levels [from, below) in which something may block its rays.
+  /// A receiver in the coordinates of its tile: continuous column, row and level above the base, and the levels [from,
+  /// below) in which something may block its rays.
   struct Receiver {
     float column, row, level;
     int from, below;

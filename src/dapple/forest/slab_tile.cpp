@@ -10,9 +10,12 @@ namespace {
 constexpr int word_bits = SlabTile::word_bits;
 
 /// Bits [first, last] of a word, 0 <= first <= last <= 63.
-uint64_t bit_range(int first, int last) { return (~uint64_t{0} << first) & (~uint64_t{0} >> (word_bits - 1 - last)); }
+uint64_t bit_range(int first, int last) {
+  return (~uint64_t{0} << first) & (~uint64_t{0} >> (word_bits - 1 - last));
+}
 
-/// First level above `level` at which floor((k + 1/2) s + g) is another than there, up to rounding, which only costs a look too many.
+/// First level above `level` at which floor((k + 1/2) s + g) is another than there, up to rounding, which only costs a
+/// look too many.
 int next_change(float s, float g, int level, int drift) {
   if (s == 0) return std::numeric_limits<int>::max();
   const float at = (float(s > 0 ? drift + 1 : drift) - g) / s - 0.5f;
@@ -21,7 +24,8 @@ int next_change(float s, float g, int level, int drift) {
 
 }  // namespace
 
-SlabTile::SlabTile(int pixels, int base_level, int first, int last, int channel_count) : size(pixels), channels(channel_count), base(base_level) {
+SlabTile::SlabTile(int pixels, int base_level, int first, int last, int channel_count)
+    : size(pixels), channels(channel_count), base(base_level) {
   if (last < first) return;
   first_word = std::max(first, 0) / word_bits;
   words = std::max(last, 0) / word_bits - first_word + 1;
@@ -33,20 +37,23 @@ void SlabTile::fill(int channel, int px, int py, int first, int last) {
   if (first > last) return;
   uint64_t* const p = const_cast<uint64_t*>(pixel(channel, px, py));
   const int w0 = first / word_bits, w1 = last / word_bits;
-  for (int w = w0; w <= w1; ++w) p[w - first_word] |= bit_range(w == w0 ? first % word_bits : 0, w == w1 ? last % word_bits : word_bits - 1);
+  for (int w = w0; w <= w1; ++w)
+    p[w - first_word] |= bit_range(w == w0 ? first % word_bits : 0, w == w1 ? last % word_bits : word_bits - 1);
 }
 
 std::vector<SlabRun> slab_runs(const SlabStep& step, int levels) {
   std::vector<SlabRun> runs;
   for (int k = 0; k < levels; ++k) {
     const int dx = step.drift_x(k), dy = step.drift_y(k), word = k / word_bits;
-    if (runs.empty() || runs.back().dx != dx || runs.back().dy != dy || runs.back().word != word) runs.push_back({int16_t(dx), int16_t(dy), word, 0});
+    if (runs.empty() || runs.back().dx != dx || runs.back().dy != dy || runs.back().word != word)
+      runs.push_back({int16_t(dx), int16_t(dy), word, 0});
     runs.back().levels |= uint64_t{1} << (k % word_bits);
   }
   return runs;
 }
 
-bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from, int below) {
+bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from,
+             int below) {
   below = std::min(below, tile.levels());
   if (below <= 0) return false;
   const int32_t first = std::max(std::max(from, 0) / word_bits, tile.first_word), last = (below - 1) / word_bits;
@@ -66,10 +73,13 @@ bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, in
   below = std::min(below, tile.levels());
   for (int k = std::max(std::max(from, 0) / word_bits, tile.first_word) * word_bits; k < below;) {
     const int dx = step.drift_x(k), dy = step.drift_y(k);
-    int end = std::min({below, (k / word_bits + 1) * word_bits, next_change(step.sx, step.gx, k, dx), next_change(step.sy, step.gy, k, dy)});
+    int end = std::min({below, (k / word_bits + 1) * word_bits, next_change(step.sx, step.gx, k, dx),
+                        next_change(step.sy, step.gy, k, dy)});
     // The estimate may be late by a level's rounding.
     while (end > k + 1 && (step.drift_x(end - 1) != dx || step.drift_y(end - 1) != dy)) --end;
-    if (tile.pixel(channel, px - dx, py - dy)[k / word_bits - tile.first_word] & bit_range(k % word_bits, (end - 1) % word_bits)) return true;
+    if (tile.pixel(channel, px - dx, py - dy)[k / word_bits - tile.first_word] &
+        bit_range(k % word_bits, (end - 1) % word_bits))
+      return true;
     k = end;
   }
   return false;

@@ -7,7 +7,8 @@
 
 namespace dapple::forest {
 
-SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples) : map_(map), samples_(samples), levels_(map.deep_levels()) {
+SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples)
+    : map_(map), samples_(samples), levels_(map.deep_levels()) {
   const float scale = float(tangent) * map.frame().slab / map.frame().pitch;
   for (int s = 0; s < samples.sets(); ++s)
     for (int i = 0; i < samples.count(); ++i) {
@@ -28,14 +29,17 @@ int SunMask::passing(const SlabTile& tile, int channel, const SlabMap::Receiver&
   for (int i = 0; i < n; ++i) {
     const SlabStep& step = rays[i].step;
     const int px = step.start_x(from.column, from.level), py = step.start_y(from.row, from.level);
-    passed += has_runs ? !blocked(tile, channel, runs_.data() + rays[i].first, rays[i].count, px, py, from.from, from.below)
-                       : !blocked(tile, channel, step, px, py, from.from, from.below);
+    passed += has_runs
+                  ? !blocked(tile, channel, runs_.data() + rays[i].first, rays[i].count, px, py, from.from, from.below)
+                  : !blocked(tile, channel, step, px, py, from.from, from.below);
   }
   return passed;
 }
 
-void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set, std::span<RGB> visible) const {
-  if (N.size() != P.size() || set.size() != P.size() || visible.size() != P.size()) throw std::invalid_argument("receivers' arrays differ in size");
+void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set,
+                         std::span<RGB> visible) const {
+  if (N.size() != P.size() || set.size() != P.size() || visible.size() != P.size())
+    throw std::invalid_argument("receivers' arrays differ in size");
   const MaskFrame& frame = map_.frame();
   const std::vector<Sorted> order = sorted_by_tile(P);
   std::vector<size_t> starts;
@@ -55,7 +59,8 @@ void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::sp
     const SlabTile tile = map_.partial_tile(key, interest);
     for (const Sorted& s : receivers) {
       const uint32_t r = s.receiver;
-      const SlabMap::Receiver from = map_.receiver(frame.to_grid(P[r]), length2(N[r]) > 0 ? frame.slope(N[r]) : 0, key, tile);
+      const SlabMap::Receiver from =
+          map_.receiver(frame.to_grid(P[r]), length2(N[r]) > 0 ? frame.slope(N[r]) : 0, key, tile);
       for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r])) * weight;
       if (tile.channels == 1) visible[r] = RGB(visible[r].r);
     }
@@ -84,7 +89,9 @@ std::vector<SunMask::Sorted> SunMask::sorted_by_tile(std::span<const V3f> P) con
   std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.tile < b.tile; });
   std::vector<Sorted> sorted;
   sorted.reserve(order.size());
-  for (const Run& r : runs) sorted.insert(sorted.end(), order.begin() + std::ptrdiff_t(r.first), order.begin() + std::ptrdiff_t(r.first + r.count));
+  for (const Run& r : runs)
+    sorted.insert(sorted.end(), order.begin() + std::ptrdiff_t(r.first),
+                  order.begin() + std::ptrdiff_t(r.first + r.count));
   return sorted;
 }
 

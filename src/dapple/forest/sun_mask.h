@@ -8,16 +8,19 @@
 
 namespace dapple::forest {
 
-/// How much of a sun's disc is seen from many receivers at once, through a slab map along the beam. All samples' paths are made beforehand, so that a ray is a handful of
-/// logical operations.
+/// How much of a sun's disc is seen from many receivers at once, through a slab map along the beam. All samples' paths
+/// are made beforehand, so that a ray is a handful of logical operations.
 class SunMask {
  public:
-  /// map: along the disc's centre, with a spread of at least tangent. tangent: of the disc's radius. map and samples must outlive this.
+  /// map: along the disc's centre, with a spread of at least tangent. tangent: of the disc's radius. map and samples
+  /// must outlive this.
   SunMask(const SlabMap& map, double tangent, const SunSamples& samples);
 
-  /// Writes visible[i], by channel: the part of samples that sees the sun from P[i] on a surface of unit normal N[i] (0: none), with sample set set[i]. Tiles are made in
-  /// parallel, each for all its receivers and no more than they look at, and given up again: one a thread. A pure function of each receiver.
-  void visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set, std::span<RGB> visible) const;
+  /// Writes visible[i], by channel: the part of samples that sees the sun from P[i] on a surface of unit normal N[i]
+  /// (0: none), with sample set set[i]. Tiles are made in parallel, each for all its receivers and no more than they
+  /// look at, and given up again: one a thread. A pure function of each receiver.
+  void visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set,
+                  std::span<RGB> visible) const;
 
  private:
   struct Ray {
@@ -34,7 +37,7 @@ class SunMask {
 
   const SlabMap& map_;
   const SunSamples& samples_;
-  const int levels_;        ///< that runs are made for
+  const int levels_;       ///< that runs are made for
   std::vector<Ray> rays_;  ///< by set and sample
   std::vector<SlabRun> runs_;
 };

@@ -12,9 +12,12 @@ namespace {
 // Of the two-dimensional sequence after the plastic number (Roberts 2018).
 constexpr double plastic_x = 0.7548776662466927, plastic_y = 0.5698402909980532;
 
-double fraction(double v) { return v - std::floor(v); }
+double fraction(double v) {
+  return v - std::floor(v);
+}
 
-/// Points of the disc, each far from the others: the best of random candidates (Mitchell 1991), then some of Lloyd's relaxations over an even cover of the disc.
+/// Points of the disc, each far from the others: the best of random candidates (Mitchell 1991), then some of Lloyd's
+/// relaxations over an even cover of the disc.
 std::vector<V2f> blue_noise(int count) {
   KeyedRng rng(0xb1e);
   const auto uniform = [&] {
@@ -38,7 +41,8 @@ std::vector<V2f> blue_noise(int count) {
     std::vector<V2f> sums(points.size(), V2f(0));
     std::vector<int> members(points.size(), 0);
     for (int k = 0; k < cover; ++k) {
-      const float r = std::sqrt((float(k) + 0.5f) / float(cover)), phi = 2 * pi * float(fraction((k + 0.5) * std::numbers::phi));
+      const float r = std::sqrt((float(k) + 0.5f) / float(cover)),
+                  phi = 2 * pi * float(fraction((k + 0.5) * std::numbers::phi));
       const V2f at(r * std::cos(phi), r * std::sin(phi));
       size_t nearest = 0;
       for (size_t i = 1; i < points.size(); ++i)
@@ -82,8 +86,10 @@ class RadiusMap {
 
 }  // namespace
 
-SunSamples::SunSamples(int count, int sets, const std::function<double(double)>& brightness) : count_(count), sets_(sets) {
-  if (count < 1 || count > most) throw std::invalid_argument("the sun has from 1 to " + std::to_string(most) + " samples");
+SunSamples::SunSamples(int count, int sets, const std::function<double(double)>& brightness)
+    : count_(count), sets_(sets) {
+  if (count < 1 || count > most)
+    throw std::invalid_argument("the sun has from 1 to " + std::to_string(most) + " samples");
   if (sets < 1 || sets > 4096) throw std::invalid_argument("there are from 1 to 4096 sets of samples");
   std::vector<V2f> pattern = blue_noise(count);
   if (count == 1) pattern[0] = V2f(0);
@@ -100,7 +106,8 @@ SunSamples::SunSamples(int count, int sets, const std::function<double(double)>&
     for (int i = 0; i < count; ++i) {
       const V2f& p = pattern[size_t(i)];
       points_.push_back({c * p.x - t * p.y, t * p.x + c * p.y});
-      dithers_.push_back({float(fraction(shift_x + (i + 0.5) * plastic_x)), float(fraction(shift_y + (i + 0.5) * plastic_y))});
+      dithers_.push_back(
+          {float(fraction(shift_x + (i + 0.5) * plastic_x)), float(fraction(shift_y + (i + 0.5) * plastic_y))});
     }
   }
   for (V2f& d : dithers_) d.x = std::min(d.x, one_minus_epsilon), d.y = std::min(d.y, one_minus_epsilon);

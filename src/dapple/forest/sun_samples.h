@@ -8,13 +8,14 @@
 
 namespace dapple::forest {
 
-/// Points of the unit disc with which a sun is sampled: blue noise, `count` points of equal weight, in `sets` rotations of one pattern. Deterministic.
+/// Points of the unit disc with which a sun is sampled: blue noise, `count` points of equal weight, in `sets` rotations
+/// of one pattern. Deterministic.
 class SunSamples {
  public:
   static constexpr int most = 1024;
 
-  /// brightness(r), r in [0, 1]: radiance from the middle to the rim, such as limb darkening; points are as dense as it is bright. Empty: even.
-  /// std::invalid_argument unless 1 <= count <= most and 1 <= sets <= 4096.
+  /// brightness(r), r in [0, 1]: radiance from the middle to the rim, such as limb darkening; points are as dense as it
+  /// is bright. Empty: even. std::invalid_argument unless 1 <= count <= most and 1 <= sets <= 4096.
   SunSamples(int count, int sets, const std::function<double(double)>& brightness = {});
 
   int count() const { return count_; }

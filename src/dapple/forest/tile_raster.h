@@ -13,13 +13,15 @@ struct MaskColumn {
   int top = 0;
 };
 
-/// What a thread keeps to make tiles with. A few MB at most for scenes of leaves; it grows with what stands above one tile.
+/// What a thread keeps to make tiles with. A few MB at most for scenes of leaves; it grows with what stands above one
+/// tile.
 class TileRaster {
  public:
-  /// The tile of a column. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels that its
-  /// plane passes within the pixel's square. Facets that pass a part of the light, or are cut out, are there with that probability: a function of facet and pixel.
-  /// interest: what of it is needed; null: all.
-  SlabTile make(const FacetScene& scene, const MaskFrame& frame, const MaskColumn& column, const ColumnInterest* interest = nullptr);
+  /// The tile of a column. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels
+  /// that its plane passes within the pixel's square. Facets that pass a part of the light, or are cut out, are there
+  /// with that probability: a function of facet and pixel. interest: what of it is needed; null: all.
+  SlabTile make(const FacetScene& scene, const MaskFrame& frame, const MaskColumn& column,
+                const ColumnInterest* interest = nullptr);
 
  private:
   static constexpr int asked_at_once = 16;
@@ -54,7 +56,8 @@ class TileRaster {
   static constexpr int rows_at_once = 256;
   int crossing_count_ = 0;
   int32_t crossing_lane_[rows_at_once], crossing_row_[rows_at_once];
-  float corner_x_[3][rows_at_once], corner_y_[3][rows_at_once], offset_[rows_at_once], least_[rows_at_once], most_[rows_at_once];
+  float corner_x_[3][rows_at_once], corner_y_[3][rows_at_once], offset_[rows_at_once], least_[rows_at_once],
+      most_[rows_at_once];
   std::vector<Span> spans_;
   Question questions_[asked_at_once];
   int asked_ = 0;

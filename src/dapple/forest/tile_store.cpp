@@ -55,7 +55,8 @@ void TileStore::publish(const EntryPtr& entry, double seconds) {
 }
 
 void TileStore::make_room() {
-  for (size_t looked_at = 2 * queue_.size(); state_.bytes > max_bytes_ && looked_at > 0 && !queue_.empty(); --looked_at) {
+  for (size_t looked_at = 2 * queue_.size(); state_.bytes > max_bytes_ && looked_at > 0 && !queue_.empty();
+       --looked_at) {
     EntryPtr oldest = std::move(queue_.front());
     queue_.pop_front();
     if (oldest->recent) {

@@ -19,8 +19,9 @@ struct TileKey {
   bool operator==(const TileKey&) const = default;
 };
 
-/// Tiles of any number of maps, made on demand, in a number of bytes. Beyond it, those that were not asked for of late are dropped, first in first out. What a tile holds
-/// is a pure function of its key, so that it does not matter which thread makes it, or how often. Tiles in the hands of threads are beyond the cap: one a thread.
+/// Tiles of any number of maps, made on demand, in a number of bytes. Beyond it, those that were not asked for of late
+/// are dropped, first in first out. What a tile holds is a pure function of its key, so that it does not matter which
+/// thread makes it, or how often. Tiles in the hands of threads are beyond the cap: one a thread.
 class TileStore {
  public:
   using TilePtr = std::shared_ptr<const SlabTile>;

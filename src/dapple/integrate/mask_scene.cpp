@@ -17,8 +17,8 @@ using trace::no_id;
 namespace {
 
 constexpr float time = scene::PatchTable::shading_time;
-constexpr int around = 64, along = 32;   // facets of a quadric
-constexpr int pieces = 8;                // ribbons of a segment of a curve
+constexpr int around = 64, along = 32;      // facets of a quadric
+constexpr int pieces = 16;                  // ribbons of a segment of a curve
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))
 
 struct Facets {
@@ -58,7 +58,8 @@ void add_facets(const geom::GridMesh& m, Facets* out) {
       for (uint32_t x = 0; x + 1 < grid.columns; ++x) {
         const uint32_t i = grid.first + y * grid.stride + x;
         const V3f p[4] = {vertex(i), vertex(i + 1), vertex(i + grid.stride + 1), vertex(i + grid.stride)};
-        const float du = 1 / float(grid.columns - 1), dv = 1 / float(grid.rows - 1), u = float(x) * du, v = float(y) * dv;
+        const float du = 1 / float(grid.columns - 1), dv = 1 / float(grid.rows - 1), u = float(x) * du,
+                    v = float(y) * dv;
         const V2f uv[4] = {{u, v}, {u + du, v}, {u + du, v + dv}, {u, v + dv}};
         add_quad(p, uv, g, out);
       }
@@ -83,7 +84,8 @@ void add_facets(const geom::DiskCloud& cloud, Facets* out) {
       const float angle = pi / 3 * float(k), r = cloud.disks[d].radius * hexagon_radius;
       p[k] = cloud.disks[d].centre + a * (r * std::cos(angle)) + b * (r * std::sin(angle));
     }
-    for (const auto& [i, j, k] : {std::tuple{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) out->all.push_back({{p[i], p[j], p[k]}, d});
+    for (const auto& [i, j, k] : {std::tuple{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}})
+      out->all.push_back({{p[i], p[j], p[k]}, d});
   }
 }
 
@@ -144,7 +146,8 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
   for (size_t g = 0; g < clusters.size(); ++g)
     if (clusters[g]) index[g] = out->add(clusters[g]);
   if (out->bytes() > max_bytes)
-    throw MemoryError("the facets of shadow masks take " + std::to_string(out->bytes() >> 20) + " MB, more than the " + std::to_string(max_bytes >> 20) + " MB allowed");
+    throw MemoryError("the facets of shadow masks take " + std::to_string(out->bytes() >> 20) + " MB, more than the " +
+                      std::to_string(max_bytes >> 20) + " MB allowed");
   for (const uint32_t g : traced.geometries_in(no_id))
     if (clusters[g]) out->place(index[g], {});
   for (uint32_t i = 0; i < traced.instance_count(); ++i) {
@@ -153,17 +156,20 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
     for (const uint32_t g : traced.geometries_in(traced.object_of(i)))
       if (clusters[g]) out->place(index[g], world);
   }
-  out->set_opacity([&scene](uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, float* alpha) {
-    float times[16];
-    std::fill_n(times, n, time);
-    scene.opacity(geometry, n, primitive, u, v, times, alpha);
-  });
+  out->set_opacity(
+      [&scene](uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, float* alpha) {
+        float times[16];
+        std::fill_n(times, n, time);
+        scene.opacity(geometry, n, primitive, u, v, times, alpha);
+      });
   return out;
 }
 
 CacheState mask_cache(const forest::MaskVisibility& masks) {
   const forest::TileStore::State s = masks.tiles();
-  return {"masks", {s.lookups, s.lookups - s.fills, s.fills, s.fill_seconds}, s.evictions, s.bytes, s.peak_bytes, s.capacity_bytes};
+  return {"masks",      {s.lookups, s.lookups - s.fills, s.fills, s.fill_seconds},
+          s.evictions,  s.bytes,
+          s.peak_bytes, s.capacity_bytes};
 }
 
 std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene) {
@@ -171,7 +177,9 @@ std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene) {
   for (const auto& light : scene.lights) {
     const auto beam = light->narrow_beam();
     if (!beam) continue;
-    const bool known = std::any_of(beams.begin(), beams.end(), [&](const auto& b) { return b.to_light == beam->to_light && b.radius == beam->radius; });
+    const bool known = std::any_of(beams.begin(), beams.end(), [&](const auto& b) {
+      return b.to_light == beam->to_light && b.radius == beam->radius;
+    });
     if (!known) beams.push_back(*beam);
   }
   return beams;
