@@ -71,7 +71,7 @@ std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& sce
   try {
     return std::make_shared<forest::MaskVisibility>(integrate::make_mask_scene(scene, facet_bytes), beams, s);
   } catch (const std::invalid_argument& problem) {
-    throw InputError({}, problem.what());
+    throw InputError({"shadow masks", 0, 0}, std::string(problem.what()) + " (--mask-pixel, --mask-levels)");
   }
 }
 
