@@ -26,6 +26,7 @@ struct RenderOptions {
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
+  build::MaskRequest masks;
   bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
   std::string canopy_gather, canopy_plot;
   int canopy_slabs = 0;
@@ -105,6 +106,8 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.canopy_gather.empty()) r.canopy_gather = o.canopy_gather == "on";
   if (o.canopy_slabs > 0) r.canopy_slabs = o.canopy_slabs;
   if (!o.canopy_plot.empty()) r.canopy_plot = rectangle("--canopy-plot", o.canopy_plot);
+  r.masks = o.masks;
+  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb"});
   return r;
 }
 
@@ -155,6 +158,7 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.canopy_plot.empty(), "--canopy-plot", {"canopy"});
   warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy"});
   warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
+  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -288,6 +292,11 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [0.4]")
       ->check(CLI::Range(0.001, 10.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
+  app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or masks of what stands in its way: quick and nearly right [rays]");
+  app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
+  app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [half a slab]");
+  app.add_option("--mask-sky", o->masks.sky_directions, "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
+  app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o->canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")

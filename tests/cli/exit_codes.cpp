@@ -49,6 +49,42 @@ TEST(ExitCode, MissingSceneIs3) {
   EXPECT_NE(result.output.find("/no/such/scene.pbrt"), std::string::npos) << result.output;
 }
 
+// Rationale: what masks cannot be made of is bad input, which names the option and what is legal.
+TEST(ExitCode, BadShadowMasksAre3) {
+  const auto check = [](const std::vector<std::string>& options, const std::string& named, const std::string& legal) {
+    std::vector<std::string> all{cornell, "-o", "unused.exr"};
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = render_quickly(all);
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_NE(result.output.find(named), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find(legal), std::string::npos) << result.output;
+  };
+  check({"--sun-shadows", "painted"}, "--sun-shadows", "rays, masks");
+  for (const char* bad : {"0", "-5", "7", "4097"}) check({"--mask-levels", bad}, "--mask-levels", "8 to 4096");
+  for (const char* bad : {"0", "-1", "nan", "inf"}) check({"--mask-pixel", bad}, "--mask-pixel", "above 0");
+  for (const char* bad : {"-1", "1025"}) check({"--mask-sky", bad}, "--mask-sky", "0 to 1024");
+  for (const char* bad : {"0", "-1", "nan"}) check({"--mask-mb", bad}, "--mask-mb", "MB above 0");
+
+  ScratchFolder folder;
+  const std::string scene = (folder.path() / "masks.pbrt").string();
+  std::ofstream(scene) << "Integrator \"distribution\" \"string sunshadows\" \"masks\" \"integer masklevels\" 3\nWorldBegin\n";
+  const ProcessResult result = render_quickly({scene, "-o", (folder.path() / "out.exr").string()});
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_NE(result.output.find("masks.pbrt:1"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("masklevels"), std::string::npos) << result.output;
+
+  // No sun: said once, and rays as ever. A pixel far too small for a sun's disc: refused.
+  const ProcessResult without = render_quickly({cornell, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks"});
+  EXPECT_EQ(without.exit_code, 0) << without.output;
+  EXPECT_NE(without.output.find("no sun"), std::string::npos) << without.output;
+  const std::string sunny = (folder.path() / "sunny.pbrt").string();
+  std::ofstream(sunny) << "LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\"\nWorldBegin\nLightSource \"sky\" \"float sunirradiance\" 1\n"
+                          "Shape \"sphere\"\n";
+  const ProcessResult small = render_quickly({sunny, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks", "--mask-pixel", "1e-6"});
+  EXPECT_EQ(small.exit_code, 3) << small.output;
+  EXPECT_NE(small.output.find("too wide"), std::string::npos) << small.output;
+}
+
 TEST(ExitCode, UnwritableOutputIs4BeforeAnyWork) {
   const ProcessResult result =
       run_dapple({"render", cornell, "-o", "/no/such/folder/image.exr", "--pixel-samples", "1000000"}, 20);

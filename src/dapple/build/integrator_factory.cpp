@@ -46,6 +46,17 @@ std::optional<RayList> optional_rays(const Entity& e, const char* name) {
   return RayList(std::vector<int>(values.begin(), values.end()));
 }
 
+MaskRequest read_masks(const Entity& e) {
+  MaskRequest m;
+  if (e.params.find("sunshadows")) m.sun_shadows = e.params.get_string("sunshadows", "");
+  if (e.params.find("masklevels")) m.levels = e.params.get_int("masklevels", 0);
+  if (e.params.find("maskpixel")) m.pixel = e.params.get_float("maskpixel", 0);
+  if (e.params.find("masksky")) m.sky_directions = e.params.get_int("masksky", 0);
+  if (e.params.find("maskmb")) m.mb = e.params.get_float("maskmb", 0);
+  m.check(e.loc, {"\"sunshadows\"", "\"masklevels\"", "\"maskpixel\"", "\"masksky\"", "\"maskmb\""});
+  return m;
+}
+
 void read_sampler(const BuildContext& context, IntegratorRequest* r) {
   const Entity& sampler = context.description.sampler;
   static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
@@ -127,6 +138,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
+  r.masks = masks.over(other.masks);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   fill(&r.canopy_gather, other.canopy_gather);
@@ -176,6 +188,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.shading_rate = optional_positive(e, "shadingrate");
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
+  r.masks = read_masks(e);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
@@ -237,6 +250,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
       s.diffuse_bounces = s.specular_depth = s.max_scatterings;
     }
     s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
+    s.masks = make_masks(scene, asked.masks);
     return std::make_unique<integrate::PathIntegrator>(scene, s);
   }
   const IntegratorRequest r = asked.over(preset);
@@ -266,6 +280,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.irradiance_interpolation = *r.irradiance_interpolation;
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
+  s.masks = make_masks(scene, r.masks);
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }
 

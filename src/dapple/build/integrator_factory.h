@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dapple/build/build_context.h"
+#include "dapple/build/mask_factory.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/ray_list.h"
 
@@ -24,6 +25,7 @@ struct IntegratorRequest {
   std::optional<float> shading_rate;
   std::optional<bool> radiosity_cache, irradiance_interpolation;
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
+  MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
   // canopy: integrate::CanopyTransport::Settings

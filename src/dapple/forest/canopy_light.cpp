@@ -113,6 +113,12 @@ RGB CanopyLight::environment_at(const V3f& p, const V3f& wi, float) const {
   return L.is_black() ? L : L * transmittance(p, w);
 }
 
+std::optional<shading::NarrowBeam> CanopyLight::narrow_beam() const {
+  if (!sun_) return std::nullopt;
+  const V3f w(sun_->direction());
+  return shading::NarrowBeam{normalize(x_ * w.x + y_ * w.y + z_ * w.z), float(sun_->radius())};
+}
+
 float CanopyLight::power(float scene_radius) const {
   return pi * sqr(scene_radius) * flux_;
 }

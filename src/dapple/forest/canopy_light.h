@@ -33,6 +33,7 @@ class CanopyLight final : public shading::Light {
   float pdf(const shading::LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override;
   RGB environment_at(const V3f& p, const V3f& wi, float dwi) const override;
   bool is_infinite() const override { return true; }
+  std::optional<shading::NarrowBeam> narrow_beam() const override;
   std::optional<shading::LightBounds> bounds() const override { return std::nullopt; }
   float power(float scene_radius) const override;
 

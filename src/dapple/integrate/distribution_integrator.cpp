@@ -6,6 +6,7 @@
 
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/describe.h"
+#include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/ray_origin.h"
 
 namespace dapple::integrate {
@@ -56,12 +57,20 @@ struct DistributionWorkspace final : Integrator::Workspace {
   } target[capacity];
 };
 
+namespace {
+HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
+  HitShader::Settings s = settings.shading;
+  if (settings.masks) s.visibility = settings.masks.get();
+  return s;
+}
+}  // namespace
+
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
       radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(size_t(double(settings.cache_bytes) * (settings.irradiance_interpolation ? 1 - irradiance_share : 1))) : nullptr),
-      shader_(scene, settings.shading, &patches_, radiosity_.get()),
+      shader_(scene, with_masks(settings), &patches_, radiosity_.get()),
       interpolator_(settings.irradiance_interpolation && settings.shading.bounces > 0
                         ? std::make_unique<IrradianceInterpolator>(shader_, patches_, interpolation_settings(settings)) : nullptr),
       grids_(settings.grid_bytes) {}
@@ -70,7 +79,7 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
   states.push_back(grids_.state());
   if (interpolator_) states.push_back(interpolator_->state());
-  if (!radiosity_) return states;
+  if (!radiosity_) return with_mask_state(std::move(states));
   for (int r = 0; r < resolution_count; ++r) {
     const gi::TileCache& area = radiosity_->area(Resolution(r));
     // Entries are replaced, never given up: the peak is what is in use.
@@ -78,6 +87,11 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
     states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
   }
   for (int d = 1; d <= settings_.shading.bounces; ++d) states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
+  return with_mask_state(std::move(states));
+}
+
+std::vector<CacheState> DistributionIntegrator::with_mask_state(std::vector<CacheState> states) const {
+  if (settings_.masks) states.push_back(mask_cache(*settings_.masks));
   return states;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/grid_store.h"
 #include "dapple/integrate/irradiance_interpolator.h"
 
@@ -23,6 +24,7 @@ class DistributionIntegrator final : public Integrator {
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
     bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
     float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
+    std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -33,6 +35,7 @@ class DistributionIntegrator final : public Integrator {
   std::vector<CacheState> caches() const override;
 
  private:
+  std::vector<CacheState> with_mask_state(std::vector<CacheState> states) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;

@@ -38,7 +38,7 @@ void flatten_layers(Bsdf* b) {
 }  // namespace
 
 HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache)
-    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_), linker_(scene, materials_, patches) {
+    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -211,6 +211,7 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
     const int s = w.shadow_count++;
     w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
     w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
+    w.shadow_normal[s] = from.Ng;
     w.shadow_point[s] = k;
     w.shadow_target[s] = target;
     w.shadow_light[s] = L;
@@ -224,9 +225,10 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
 
 void HitShader::trace_shadows(ShadingWorkspace& w) const {
   const Timer timer;
-  tracer_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  const int masked = tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
   w.stages.tracing_seconds += timer.seconds();
-  w.rays.shadow += uint64_t(w.shadow_count);
+  w.rays.mask += uint64_t(masked);
+  w.rays.shadow += uint64_t(w.shadow_count - masked);
 }
 
 // Nearest hits of b.rays; weights lose what is lost on the way.
@@ -429,6 +431,7 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
       const int s = w.shadow_count++;
       w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f]);
       w.shadow_medium[s] = flights.medium[f];
+      w.shadow_normal[s] = V3f(0, 0, 0);
       w.shadow_point[s] = r;
       w.shadow_light[s] = arriving;
     }

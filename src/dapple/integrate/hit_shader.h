@@ -21,6 +21,7 @@ class HitShader {
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
     uint64_t seed = 0;
+    const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
   static constexpr int lights_apart = 6;
 

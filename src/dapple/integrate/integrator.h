@@ -15,8 +15,9 @@ namespace dapple::integrate {
 /// Rays of each kind an integrator traced. `link`: between shading points, to see which belong together.
 struct RayCounts {
   uint64_t camera = 0, shadow = 0, diffuse = 0, specular = 0, subsurface = 0, link = 0;
+  uint64_t mask = 0;  ///< shadow rays that were looked up in masks and not traced
   RayCounts& operator+=(const RayCounts& o) {
-    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface, link += o.link;
+    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface, link += o.link, mask += o.mask;
     return *this;
   }
   uint64_t total() const { return camera + shadow + diffuse + specular + subsurface + link; }

@@ -5,6 +5,7 @@
 
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/path_workspace.h"
+#include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
@@ -39,13 +40,20 @@ constexpr float lit_share = 0.25f;
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_) {
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, settings.masks.get()) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
-  return std::make_unique<PathWorkspace>();
+  auto w = std::make_unique<PathWorkspace>();
+  w->caches.resize(caches().size());
+  return w;
+}
+
+std::vector<CacheState> PathIntegrator::caches() const {
+  if (!settings_.masks) return {};
+  return {mask_cache(*settings_.masks)};
 }
 
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
@@ -232,7 +240,7 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
   const ShadowRay ray(receiver.p, light, origin);
-  if (ray.distance > 0) w.push_shadow(p, origin, ray.d, ray.distance, contribution, medium);
+  if (ray.distance > 0) w.push_shadow(p, origin, surface ? surface->Ng : V3f(0, 0, 0), ray.d, ray.distance, contribution, medium);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -333,8 +341,9 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  rays_.visible(w.shadow, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
-  w.rays.shadow += uint64_t(w.shadow_count);
+  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  w.rays.mask += uint64_t(masked);
+  w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)
     if (!w.shadow_light[i].is_black()) w.L[w.shadow_path[i]] += w.shadow_L[i] * w.shadow_light[i];
 }

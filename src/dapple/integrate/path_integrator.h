@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/canopy_transport.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
@@ -26,12 +27,14 @@ class PathIntegrator final : public Integrator {
     /// the ray hits that looks for lights after it. Null: there is none.
     std::shared_ptr<const CanopyTransport> canopy;
     bool canopy_gather = true;
+    std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  std::vector<CacheState> caches() const override;
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);

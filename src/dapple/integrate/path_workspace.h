@@ -63,6 +63,7 @@ struct PathWorkspace final : Integrator::Workspace {
   RGB shadow_L[capacity];
   int shadow_path[capacity];
   int32_t shadow_medium[capacity];
+  V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
   RGB shadow_light[capacity];  ///< fraction that arrives
   RayTracer::Scratch shadow_scratch;
 
@@ -95,8 +96,9 @@ struct PathWorkspace final : Integrator::Workspace {
     std::swap(now, next);
     next->count = 0;
   }
-  void push_shadow(int p, const V3f& o, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+  void push_shadow(int p, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
     shadow_medium[shadow_count] = in_medium;
+    shadow_normal[shadow_count] = Ng;
     shadow.set(shadow_count, o, d, distance, time[p], next_key(p));
     shadow_L[shadow_count] = contribution;
     shadow_path[shadow_count++] = p;

@@ -117,6 +117,7 @@ struct ShadingWorkspace {
   uint8_t shadow_target[capacity];
   RGB shadow_light[capacity], visible[capacity];
   int32_t shadow_medium[capacity];
+  V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
 
   RGB passed[capacity];
 

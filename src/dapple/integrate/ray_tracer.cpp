@@ -61,6 +61,32 @@ void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* mediu
   for (int i = 0; i < n; ++i) visible[i] = RGB(s.occluded[i] ? 0.0f : 1.0f);
 }
 
+int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  if (!masks_) {
+    this->visible(rays, n, medium, visible, s);
+    return 0;
+  }
+  static_assert(shading::ShadowRays::capacity == capacity);
+  int masked = 0, unmasked = 0;
+  for (int i = 0; i < n; ++i) {
+    const V3f d = rays.direction(i);
+    if (std::isinf(rays.t_max[i]) && masks_->answers(d)) {
+      s.masked.P[masked] = rays.origin(i), s.masked.Ng[masked] = Ng[i], s.masked.d[masked] = d, s.masked.key[masked] = rays.key[i];
+      s.masked_ray[masked++] = i;
+      continue;
+    }
+    s.unmasked.set(unmasked, rays.origin(i), d, rays.t_max[i], rays.time[i], rays.key[i]);
+    s.unmasked_medium[unmasked] = medium[i];
+    s.unmasked_ray[unmasked++] = i;
+  }
+  s.masked.count = masked;
+  masks_->visible(s.masked, s.found);
+  for (int k = 0; k < masked; ++k) visible[s.masked_ray[k]] = s.found[k];
+  if (unmasked > 0) this->visible(s.unmasked, unmasked, s.unmasked_medium, s.found, s);
+  for (int k = 0; k < unmasked; ++k) visible[s.unmasked_ray[k]] = s.found[k];
+  return masked;
+}
+
 // From surface to surface.
 void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   s.opaque_stops = true;

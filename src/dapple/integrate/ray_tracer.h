@@ -3,6 +3,7 @@
 
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/media_batch.h"
+#include "dapple/shading/visibility.h"
 
 namespace dapple::integrate {
 
@@ -22,6 +23,13 @@ class RayTracer {
     RGB transmittance[capacity];
     bool opaque_stops = false;
 
+    // Shadow rays that masks answer, and those that they do not.
+    shading::ShadowRays masked;
+    trace::RayBatch unmasked;
+    int masked_ray[capacity], unmasked_ray[capacity];
+    int32_t unmasked_medium[capacity];
+    RGB found[capacity];
+
     Ray segment(int i) const { return {rays.origin(i), rays.direction(i), infinity, rays.time[i]}; }
     float length(int i) const { return hits.geometry[i] == trace::no_id ? rays.t_max[i] : hits.t[i]; }
   };
@@ -36,12 +44,15 @@ class RayTracer {
   };
 
   /// Both must outlive this object. Without `media` these are not there.
-  RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true)
-      : scene_(scene), materials_(materials), media_(media) {}
+  /// masks, if given, tells what it can about shadow rays to lights at infinity; it knows nothing of media.
+  RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true, const shading::Visibility* masks = nullptr)
+      : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
 
   /// Shadow rays: writes visible[i], the fraction of light that passes ray i, which starts in medium[i]; zero where
   /// something is in the way.
   void visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
+  /// The same from surfaces of unit normals Ng (0: none), those to lights at infinity by masks where there are any. Returns how many were not traced.
+  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
 
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
@@ -60,6 +71,7 @@ class RayTracer {
   const scene::Scene& scene_;
   const MaterialTable& materials_;
   const bool media_;
+  const shading::Visibility* const masks_;
 };
 
 }  // namespace dapple::integrate

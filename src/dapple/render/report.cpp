@@ -49,7 +49,7 @@ std::string RunReport::to_json() const {
                        {"film", film_bytes}};
   const integrate::RayCounts& r = session.rays;
   j["rays"] = {{"camera", r.camera}, {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
-               {"subsurface", r.subsurface}, {"link", r.link}};
+               {"subsurface", r.subsurface}, {"link", r.link}, {"mask", r.mask}};
   for (int s = 0; s < shading::stage_count; ++s) j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
   j["shading_batches"] = session.stages.batches;
   j["shading_seconds"] = session.stages.shading_seconds;

@@ -15,6 +15,7 @@ class DistantLight final : public Light {
   float pdf(const LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }
   bool is_delta() const override { return true; }
   bool is_infinite() const override { return true; }
+  std::optional<NarrowBeam> narrow_beam() const override { return NarrowBeam{to_light_, 0}; }
   std::optional<LightBounds> bounds() const override { return std::nullopt; }
   float power(float scene_radius) const override { return pi * sqr(scene_radius) * irradiance_.luminance(); }
 

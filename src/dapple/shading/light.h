@@ -40,6 +40,12 @@ struct LightBounds {
   bool two_sided = false;  ///< emits to both sides of the normals
 };
 
+/// Light at infinity from within a small angle, such as the sun.
+struct NarrowBeam {
+  V3f to_light{0, 0, 1};  ///< unit, to the middle
+  float radius = 0;       ///< radians
+};
+
 /// A source of light that is sampled directly. Emission may be a texture. Immutable, thread-safe.
 class Light {
  public:
@@ -63,6 +69,8 @@ class Light {
   virtual bool is_delta() const { return false; }
   /// Has no place: bounds() is nullopt, and environment_at() answers rays that leave the scene.
   virtual bool is_infinite() const { return false; }
+  /// Of lights at infinity: the narrow beam in it that shadows are worth preparing for.
+  virtual std::optional<NarrowBeam> narrow_beam() const { return std::nullopt; }
   /// The program that says what it sends where; null without.
   virtual const LightShader* shader() const { return nullptr; }
   /// nullopt for infinite lights.

@@ -84,6 +84,8 @@ class TracedScene {
   /// The object that an instance places, and where: world from object space at shutter open.
   uint32_t object_of(uint32_t instance) const { return instances_[instance].object; }
   V3f instance_point(uint32_t instance, const V3f& p) const;
+  /// Rows of an instance's map, world from object space, at a time of the shutter interval.
+  void instance_rows(uint32_t instance, float time, float m[3][4]) const { instance_transform(instances_[instance], time, m); }
   const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }
   Box3f bounds() const;
   /// Bytes Embree holds now, beside the shapes themselves.

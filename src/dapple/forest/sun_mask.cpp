@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/forest/sun_mask.h"
+
+#include <stdexcept>
+
+#include "dapple/base/parallel.h"
+
+namespace dapple::forest {
+
+SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples)
+    : map_(map), samples_(samples), levels_(map.deep_levels()) {
+  const float scale = float(tangent) * map.frame().slab / map.frame().pitch;
+  for (int s = 0; s < samples.sets(); ++s)
+    for (int i = 0; i < samples.count(); ++i) {
+      const V2f p = samples.point(s, i), g = samples.dither(s, i);
+      const SlabStep step{p.x * scale, p.y * scale, g.x, g.y};
+      const std::vector<SlabRun> runs = slab_runs(step, levels_);
+      rays_.push_back({step, uint32_t(runs_.size()), uint32_t(runs.size())});
+      runs_.insert(runs_.end(), runs.begin(), runs.end());
+    }
+}
+
+int SunMask::passing(const SlabTile& tile, int channel, const SlabMap::Receiver& from, int set) const {
+  const int n = samples_.count();
+  if (from.below <= 0 || tile.words == 0) return n;
+  const Ray* const rays = rays_.data() + size_t(set) * size_t(n);
+  const bool has_runs = tile.levels() <= levels_;
+  int passed = 0;
+  for (int i = 0; i < n; ++i) {
+    const SlabStep& step = rays[i].step;
+    const int px = step.start_x(from.column, from.level), py = step.start_y(from.row, from.level);
+    passed += has_runs
+                  ? !blocked(tile, channel, runs_.data() + rays[i].first, rays[i].count, px, py, from.from, from.below)
+                  : !blocked(tile, channel, step, px, py, from.from, from.below);
+  }
+  return passed;
+}
+
+void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::span<const uint16_t> set,
+                         std::span<RGB> visible) const {
+  if (N.size() != P.size() || set.size() != P.size() || visible.size() != P.size())
+    throw std::invalid_argument("receivers' arrays differ in size");
+  const MaskFrame& frame = map_.frame();
+  const std::vector<Sorted> order = sorted_by_tile(P);
+  std::vector<size_t> starts;
+  for (size_t i = 0; i < order.size(); ++i)
+    if (i == 0 || !order[i].same_tile(order[i - 1])) starts.push_back(i);
+  starts.push_back(order.size());
+  const float weight = 1 / float(samples_.count());
+  parallel_for(starts.size() - 1, [&](size_t t) {
+    const std::span<const Sorted> receivers(order.data() + starts[t], starts[t + 1] - starts[t]);
+    const TileKey key = map_.tile_of(frame.to_grid(P[receivers[0].receiver]));
+    const V2f corner = map_.corner(key);
+    ColumnInterest interest(map_.tile_size());
+    for (const Sorted& s : receivers) {
+      const V3f at = frame.to_grid(P[s.receiver]);
+      interest.add(at.x - corner.x, at.y - corner.y, map_.reach(), at.z);
+    }
+    const SlabTile tile = map_.partial_tile(key, interest);
+    for (const Sorted& s : receivers) {
+      const uint32_t r = s.receiver;
+      const SlabMap::Receiver from =
+          map_.receiver(frame.to_grid(P[r]), length2(N[r]) > 0 ? frame.slope(N[r]) : 0, key, tile);
+      for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r])) * weight;
+      if (tile.channels == 1) visible[r] = RGB(visible[r].r);
+    }
+  });
+}
+
+/// By tile, and in a tile in the given order.
+std::vector<SunMask::Sorted> SunMask::sorted_by_tile(std::span<const V3f> P) const {
+  std::vector<Sorted> order(P.size());
+  parallel_ranges(P.size(), 16384, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const TileKey key = map_.tile_of(map_.frame().to_grid(P[i]));
+      order[i] = {uint64_t(uint32_t(key.y)) << 32 | uint32_t(key.x), uint32_t(i)};
+    }
+  });
+  // Neighbours in an image mostly share a tile: runs are sorted, not receivers.
+  struct Run {
+    uint64_t tile;
+    size_t first, count;
+  };
+  std::vector<Run> runs;
+  for (size_t i = 0; i < order.size(); ++i) {
+    if (runs.empty() || runs.back().tile != order[i].tile) runs.push_back({order[i].tile, i, 0});
+    ++runs.back().count;
+  }
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.tile < b.tile; });
+  std::vector<Sorted> sorted;
+  sorted.reserve(order.size());
+  for (const Run& r : runs)
+    sorted.insert(sorted.end(), order.begin() + std::ptrdiff_t(r.first),
+                  order.begin() + std::ptrdiff_t(r.first + r.count));
+  return sorted;
+}
+
+}  // namespace dapple::forest
