@@ -17,6 +17,11 @@ using trace::no_id;
 namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
+constexpr size_t irradiance_share = 4;  // of the memory of caches: one part in so many, where there are subsurface bodies
+
+bool has_subsurface(const scene::Scene& scene) {
+  return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
+}
 }  // namespace
 
 struct DistributionWorkspace final : Integrator::Workspace {
@@ -53,20 +58,25 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes) : nullptr),
-      shader_(scene, settings.shading, &patches_, radiosity_.get()),
+      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(settings.cache_bytes / irradiance_share) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes - (irradiance_ ? settings.cache_bytes / irradiance_share : 0)) : nullptr),
+      shader_(scene, settings.shading, &patches_, radiosity_.get(), irradiance_.get()),
       grids_(settings.grid_bytes) {}
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
   states.push_back(grids_.state());
+  const auto add = [&states](const char* name, const RadiosityCache& cache) {
+    for (int r = 0; r < resolution_count; ++r) {
+      const gi::TileCache& area = cache.area(Resolution(r));
+      // Entries are replaced, never given up: the peak is what is in use.
+      const size_t bytes = area.bytes_in_use();
+      states.push_back({std::string(name) + "." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
+    }
+  };
+  if (irradiance_) add("irradiance", *irradiance_);
   if (!radiosity_) return states;
-  for (int r = 0; r < resolution_count; ++r) {
-    const gi::TileCache& area = radiosity_->area(Resolution(r));
-    // Entries are replaced, never given up: the peak is what is in use.
-    const size_t bytes = area.bytes_in_use();
-    states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
-  }
+  add("radiosity", *radiosity_);
   for (int d = 1; d <= settings_.shading.bounces; ++d) states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
   return states;
 }
@@ -75,6 +85,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
   auto w = std::make_unique<DistributionWorkspace>();
   w->caches.resize(caches().size());
   w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
+  w->shading.irradiance_caches.by_depth.resize(size_t(settings_.shading.bounces) + 1);
   return w;
 }
 
@@ -83,8 +94,10 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.wants_features = film.settings().features;
   w.shading.rays = {};
   w.shading.stages = {};
-  std::fill_n(w.shading.caches.by_resolution, resolution_count, CacheCounts());
-  std::fill(w.shading.caches.by_depth.begin(), w.shading.caches.by_depth.end(), CacheCounts());
+  for (RadiosityCache::Counts* c : {&w.shading.caches, &w.shading.irradiance_caches}) {
+    std::fill_n(c->by_resolution, resolution_count, CacheCounts());
+    std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
+  }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
@@ -99,8 +112,10 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   });
   w.rays += w.shading.rays;
   w.stages += w.shading.stages;
-  if (!radiosity_) return;
   CacheCounts* to = &w.caches[1];
+  if (irradiance_)
+    for (const CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += c;
+  if (!radiosity_) return;
   for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
   for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;
 }

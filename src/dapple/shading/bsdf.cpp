@@ -14,6 +14,10 @@ DielectricInterface dielectric_of(const Bsdf& b) {
   return {b.ior, Ggx(b.alpha_x, b.alpha_y)};
 }
 
+Part parts_of(const Bsdf& b) {
+  return b.reflects_only ? part_reflection : part_both;
+}
+
 /// Chance with which diffuse_transmission reflects.
 float reflect_chance(const Bsdf& b) {
   const float r = b.reflectance.max(), t = b.transmittance.max();
@@ -64,6 +68,10 @@ bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_
     case BsdfKind::dielectric: {
       InterfaceSample<float> s;
       return finish(dielectric_of(b).sample(wo, u1, u2, Transport::radiance, part_both, &s), s, out);
+    }
+    case BsdfKind::subsurface: {
+      InterfaceSample<float> s;
+      return finish(dielectric_of(b).sample(wo, u1, u2, Transport::radiance, parts_of(b), &s), s, out);
     }
     case BsdfKind::coated: {
       if (wo.z == 0 || !Coat(b).sample(wo.z < 0 ? -wo : wo, u1, u2, key, out)) return false;
@@ -198,6 +206,26 @@ Bsdf Bsdf::make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_
   return b;
 }
 
+Bsdf Bsdf::make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g, RGB reflectance) {
+  Bsdf b = make_dielectric(ior, alpha_x, alpha_y);
+  b.kind = BsdfKind::subsurface;
+  b.extinction = sigma_t;
+  b.medium_albedo = albedo;
+  b.g = g;
+  b.reflectance = reflectance;
+  return b;
+}
+
+Bsdf Bsdf::make_entering(float ior) {
+  Bsdf b = make_diffuse(RGB(1));
+  b.ior = ior;
+  return b;
+}
+
+float Bsdf::entering(float cosine) const {
+  return ior == 1 ? 1 : 1 - fresnel_dielectric(std::abs(cosine), ior);
+}
+
 Bsdf Bsdf::make_passthrough() {
   Bsdf b;
   b.kind = BsdfKind::passthrough;
@@ -219,6 +247,8 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
       return conductor_of(*this).eval(wo, wi, pdf);
     case BsdfKind::dielectric:
       return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, part_both, pdf));
+    case BsdfKind::subsurface:
+      return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, parts_of(*this), pdf));
     case BsdfKind::coated: {
       if (!(wo.z * wi.z > 0)) return {};
       const Coat coat(*this);
@@ -260,6 +290,7 @@ bool Bsdf::is_delta() const {
     case BsdfKind::conductor:
       return conductor_of(*this).is_smooth();
     case BsdfKind::dielectric:
+    case BsdfKind::subsurface:
       return dielectric_of(*this).is_smooth();
     case BsdfKind::coated:
       return base == BsdfKind::conductor && medium_albedo.is_black() && dielectric_of(*this).is_smooth() &&
@@ -271,7 +302,7 @@ bool Bsdf::is_delta() const {
 
 bool Bsdf::has_transmission() const {
   return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::dielectric || kind == BsdfKind::thin_dielectric ||
-         kind == BsdfKind::passthrough;
+         kind == BsdfKind::passthrough || (kind == BsdfKind::subsurface && !reflects_only);
 }
 
 RGB Bsdf::albedo() const {
@@ -286,6 +317,10 @@ RGB Bsdf::albedo() const {
       return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
     case BsdfKind::coated:
       return coated_albedo(*this);
+    case BsdfKind::subsurface: {
+      const float reflected = float(fresnel_diffuse(double(ior)));
+      return RGB(reflected) + reflectance * (1 - reflected);
+    }
     default:
       return RGB(1);
   }

@@ -18,6 +18,7 @@ enum class BsdfKind : uint8_t {
   dielectric,            ///< GGX reflection and refraction, or smooth
   thin_dielectric,       ///< a thin sheet, straight through
   coated,                ///< a dielectric coat over a diffuse or conducting base, stochastic (Guo et al. 2018)
+  subsurface,            ///< the boundary of a body that scatters inside: scatters as dielectric does
   passthrough            ///< the surface is not there (interface, alpha)
 };
 
@@ -62,6 +63,9 @@ struct Bsdf {
   float thickness = 0, g = 0;                ///< coated: CoatLayer's
   RGB medium_albedo;                         ///< coated: CoatLayer's
   float coat_return = 0;  ///< coated over diffuse: share of the base's light a smooth coat sends back to it
+  RGB extinction;  ///< subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is
+                   ///< the share of the light that entered which leaves again
+  bool reflects_only = false;  ///< subsurface: transmission is somebody else's
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -75,7 +79,15 @@ struct Bsdf {
   /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
   static Bsdf make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
                                     float alpha_y, const CoatLayer& layer);
+  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; g: of the phase function; reflectance: of what enters (numeric/half_space.h).
+  static Bsdf make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g, RGB reflectance);
+  /// Diffuse, white, and lit through a boundary of this index: radiance by it is the irradiance that enters / pi. Its ior counts in entering()
+  /// alone.
+  static Bsdf make_entering(float ior);
   static Bsdf make_passthrough();
+
+  /// Share of light at this cosine that a smooth boundary of index ior lets in: one for all diffuse Bsdfs but make_entering's.
+  float entering(float cosine) const;
 
   /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored
   /// by others.
