@@ -38,7 +38,7 @@ void flatten_layers(Bsdf* b) {
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
   const Frame frame = b->frame;
-  *b = Bsdf::make_entering(b->kind == BsdfKind::subsurface ? b->ior : 1);
+  *b = b->kind == BsdfKind::subsurface ? Bsdf::make_entering(*b) : Bsdf::make_diffuse(RGB(1));
   b->frame = frame;
 }
 
@@ -203,7 +203,7 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
     ShadowTarget target = to_specular;
     if (bsdf.is_diffuse()) {
       target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
-      L *= bsdf.entering(cosine);
+      L *= bsdf.crossing(cosine);
       if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
     } else {
       float bsdf_pdf = 0;
@@ -265,7 +265,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
     b.ray_point[i] = k;
     b.ray_behind[i] = behind;
-    b.ray_weight[i] = RGB(pi * w.job_weight[j] * bsdf.entering(cosine) / (behind ? 1 - front : front));
+    b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
     b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
     b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
     b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
@@ -436,7 +436,7 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
-    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse[k] *= leaving(b.bsdf[k], b.wo[k]);
+    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse[k] *= b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n));
     b.Ci[k] = b.diffuse[k] + b.specular[k];
   }
   if (arrival == Arrival::view) run_view_stages(scene_, b, w);

@@ -99,7 +99,6 @@ class HitShader {
   void send_probes(const Place& place, int probes, ShadingWorkspace& w) const;
   void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
   void gather_probes(const Place& place, int probes, ShadingWorkspace& w) const;
-  RGB leaving(const shading::Bsdf& bsdf, const V3f& wo) const;
 
   RadiosityCache* cache_for(Arrival arrival) const { return arrival == Arrival::probe ? irradiance_cache_ : cache_; }
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {

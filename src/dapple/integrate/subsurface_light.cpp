@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "dapple/integrate/hit_shader.h"
-#include "dapple/numeric/fresnel.h"
 
 namespace dapple::integrate {
 
@@ -19,7 +18,7 @@ constexpr uint64_t for_probes = 16;
 }  // namespace
 
 // Light that diffusion brings to the points of the batch: b.diffuse is the radiosity of the body / pi, before the boundary
-// lets it out by direction (leaving()).
+// lets it out by direction (Bsdf::crossing).
 void HitShader::light_subsurface(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
@@ -36,11 +35,6 @@ void HitShader::light_subsurface(const Place& place, ShadingWorkspace& w) const 
   if (s.job_count > 0) send_probes(place, probes, w);
 }
 
-RGB HitShader::leaving(const Bsdf& bsdf, const V3f& wo) const {
-  const float out = 1 - fresnel_dielectric(std::abs(dot(wo, bsdf.frame.n)), bsdf.ior);
-  return RGB(out / float(1 - fresnel_diffuse(double(bsdf.ior))));
-}
-
 void HitShader::send_probes(const Place& place, int probes, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
@@ -49,10 +43,11 @@ void HitShader::send_probes(const Place& place, int probes, ShadingWorkspace& w)
     w.index[j] = uint32_t(s.number[j]);
   }
   w.draw_samples(s.job_count);
+  SubsurfaceProbe probe;
   int n = 0;
   for (int j = 0; j < s.job_count; ++j) {
     const int k = s.point[j];
-    const SubsurfaceProbe probe(b.bsdf[k], probes);
+    if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes);
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
     s.key[j] = w.seed[j] + 0x9e3779b9u * w.index[j];
@@ -105,13 +100,14 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     b.ray_count = 0;
   };
   b.ray_count = 0;
+  SubsurfaceProbe probe;
   uint32_t crossing = 0;
   for (size_t f = 0; f < s.found.size(); ++f) {
     const SubsurfaceBatch::Found& at = s.found[f];
     crossing = f > 0 && s.found[f - 1].job == at.job ? crossing + 1 : 0;
     const int k = s.point[at.job];
     const V3f offset = at.P - b.surface[k].P;
-    const SubsurfaceProbe probe(b.bsdf[k], probes);
+    if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes);
     float density;
     const RGB weight = probe.weight(offset, at.Ng, &density);
     if (weight.is_black() || !weight.is_finite()) continue;

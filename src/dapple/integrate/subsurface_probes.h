@@ -14,6 +14,7 @@ namespace dapple::integrate {
 /// together are weighed by the balance heuristic.
 class SubsurfaceProbe {
  public:
+  SubsurfaceProbe() = default;  ///< black
   /// Half of the probes go along the normal; below four, each draws its axis.
   SubsurfaceProbe(const shading::Bsdf& bsdf, int probes);
 
@@ -35,8 +36,8 @@ class SubsurfaceProbe {
  private:
   int count_along(int axis) const;
 
-  const Frame frame_;
-  const int probes_;
+  Frame frame_;
+  int probes_ = 0;
   int active_ = 0, channel_[3];  ///< channels that are not black
   shading::DiffusionProfile profile_[3];
   float r_max_ = 0, smallest_ = 0;
