@@ -150,7 +150,7 @@ IntegratorRequest preset_request(const std::string& name) {
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};
-    r.subsurface_rays = RayList{4};
+    r.subsurface_rays = RayList{8};
     r.bounces = 2;
     r.shading_rate = 4.0f;
   } else if (name == "final") {
@@ -161,7 +161,7 @@ IntegratorRequest preset_request(const std::string& name) {
   } else {
     r.pixel_samples = 16;
     r.shadow_rays = r.diffuse_rays = RayList{4};
-    r.subsurface_rays = RayList{16};
+    r.subsurface_rays = RayList{32};
   }
   return r;
 }

@@ -108,15 +108,14 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     const int k = s.point[at.job];
     const V3f offset = at.P - b.surface[k].P;
     if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes);
-    float density;
-    const RGB weight = probe.weight(offset, at.Ng, &density);
+    const RGB weight = probe.weight(offset, at.Ng);
     if (weight.is_black() || !weight.is_finite()) continue;
     const bool behind = dot(b.wo[k], b.surface[k].Ng) < 0;
     const V3f outside = behind ? -at.Ng : at.Ng;
     const int i = b.ray_count++;
     const float distance = length(offset);
     // As a ray that comes upon the place from outside, so that look-ups see the side that light enters by.
-    const float height = probe.detail(distance);
+    const float height = probe.detail(0);
     b.rays.set(i, at.P + outside * height, -outside, 2 * height, b.time[k], s.key[at.job] + 0x85ebca6bu * (crossing + 1));
     b.hits.t[i] = height, b.hits.u[i] = at.u, b.hits.v[i] = at.v;
     b.hits.nx[i] = at.nx, b.hits.ny[i] = at.ny, b.hits.nz[i] = at.nz;
@@ -124,7 +123,7 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     b.distance[i] = height;
     b.ray_point[i] = k;
     b.ray_weight[i] = weight;
-    b.ray_cone[i] = std::min(std::sqrt(1 / density), probe.detail(distance)) / height;
+    b.ray_cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
     b.ray_spread[i] = 0;
     b.ray_medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
     if (b.ray_count == PointBatch::capacity) look_up();

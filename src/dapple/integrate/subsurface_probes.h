@@ -15,7 +15,7 @@ namespace dapple::integrate {
 class SubsurfaceProbe {
  public:
   SubsurfaceProbe() = default;  ///< black
-  /// Half of the probes go along the normal; below four, each draws its axis.
+  /// Three quarters of the probes go along the normal; below eight, each draws its axis.
   SubsurfaceProbe(const shading::Bsdf& bsdf, int probes);
 
   bool is_black() const { return active_ == 0; }
@@ -28,10 +28,14 @@ class SubsurfaceProbe {
   /// Of probe number i. u: a pair, and one by itself.
   Chord chord(int i, const V2f& u, float u2) const;
   /// What light counts for that enters `offset` from the shading point, where the surface's normal is Ng: the profile over the expected
-  /// number of probes by area. *density: that number, 1/m^2.
-  RGB weight(const V3f& offset, const V3f& Ng, float* density) const;
-  /// Width over which the profile hardly changes, at this distance.
-  float detail(float distance) const { return 0.5f * distance + smallest_; }
+  /// number of probes by area.
+  RGB weight(const V3f& offset, const V3f& Ng) const;
+  /// Width over which the profile hardly changes, at this distance, in steps of four: probes of one body share the cache's entries of few
+  /// resolutions.
+  float detail(float distance) const {
+    const float near = 2 * mean_;
+    return distance < 2 * near ? near : distance < 8 * near ? 4 * near : 16 * near;
+  }
 
  private:
   int count_along(int axis) const;
@@ -40,7 +44,7 @@ class SubsurfaceProbe {
   int probes_ = 0;
   int active_ = 0, channel_[3];  ///< channels that are not black
   shading::DiffusionProfile profile_[3];
-  float r_max_ = 0, smallest_ = 0;
+  float r_max_ = 0, smallest_ = 0, mean_ = 0;  ///< m; the mean counts channels by their reflectance
 };
 
 /// Probes under way, and what they met.
