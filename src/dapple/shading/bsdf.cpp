@@ -57,14 +57,15 @@ bool finish(bool ok, const InterfaceSample<Weight>& s, BsdfSample* out) {
 }
 
 // What single scattering among facets loses, up to half from inside, is drawn anew: many internal reflections would make a dark body of it.
-// Reciprocity says how much of it leaves: of what is lost from inside a share of .21 / ior^2, our fit to our own integration for
-// indices from 1.2 to 1.8 and all roughnesses.
+// Reciprocity says how much of it leaves: of what is lost from inside a share of (.2 + .22 alpha^2) / ior^2, our fit to our
+// own integration for indices from 1.2 to 1.8 and all roughnesses.
 bool sample_lossless(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) {
   constexpr int max_draws = 64;
   const DielectricInterface boundary = dielectric_of(b);
   InterfaceSample<float> s;
   if (b.reflects_only || boundary.is_smooth()) return finish(boundary.sample(wo, u1, u2, Transport::radiance, parts_of(b), &s), s, out);
   KeyedRng rng(key);
+  const float leaving = (0.2f + 0.11f * (sqr(b.alpha_x) + sqr(b.alpha_y))) / sqr(b.ior);
   Part parts = part_both;
   V2f u = u2;
   for (int draw = 0; draw < max_draws; ++draw) {
@@ -75,7 +76,7 @@ bool sample_lossless(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint
         return true;
       }
     }
-    if (draw == 0 && wo.z < 0) parts = rng.next() < std::min(0.21f / (b.ior * b.ior), 1.0f) ? part_transmission : part_reflection;
+    if (draw == 0 && wo.z < 0) parts = rng.next() < std::min(leaving, 1.0f) ? part_transmission : part_reflection;
     u1 = rng.next();
     u.x = rng.next(), u.y = rng.next();
   }
