@@ -15,8 +15,9 @@ import common
 import path_rays
 import radiosity
 import scene_load
+import subsurface
 
-BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load}
+BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load, "subsurface": subsurface}
 
 
 def main():

@@ -12,8 +12,8 @@ namespace dapple::shading {
 /// efficient subsurface scattering"), here for light that enters diffusely ("diffuse surface transmission"):
 ///   R(r) = A (exp(-r / d) + exp(-r / 3d)) / (8 pi d r),  whose integral over the plane is A.
 /// Their fit of the width d is for index-matched media; ours is a table over albedo and index, from our own Monte Carlo of half-spaces below a
-/// smooth boundary (docs/design/009): the share of light that leaves within r is right to .02, below albedo .999; in media that hardly absorb,
-/// with their long tails, to .06.
+/// smooth boundary (docs/design/009): the share of light that leaves within r is right to .02 at indices up to 1.33 and .04 at
+/// 1.8; in media that absorb less than .001 of what they scatter, with their long tails, to .06.
 
 /// d in mean free paths of a medium of isotropic scattering. albedo: of single scattering; ior: inside over outside, taken as
 /// at least 1 and at most 1.8.
