@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subsurface scattering in whole renders: the random walk conserves energy, diffusion agrees with it, and neither depends on caches or threads.
+// Subsurface scattering in whole renders: the random walk conserves energy, diffusion agrees with it, and neither
+// depends on caches or threads.
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
@@ -32,16 +33,19 @@ std::string film(int size) {
 
 // A unit sphere that fills the picture, in light that `world` describes.
 std::string sphere(const std::string& material, const std::string& world, int size = 12) {
-  return film(size) + "LookAt 0 -4 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 16\nWorldBegin\n" + world + "\nMaterial \"subsurface\" " +
-         material + "\nShape \"sphere\" \"float radius\" 1\n";
+  return film(size) + "LookAt 0 -4 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 16\nWorldBegin\n" + world +
+         "\nMaterial \"subsurface\" " + material + "\nShape \"sphere\" \"float radius\" 1\n";
 }
 
 constexpr const char* white_sky = "LightSource \"infinite\" \"rgb L\" [ 1 1 1 ]";
 
-// Without absorption, all that is sent into a white furnace comes back: every pixel's expectation is 1. The deviation of a sample is below 1.5.
+// Without absorption, all that is sent into a white furnace comes back: every pixel's expectation is 1. The deviation
+// of a sample is below 1.5.
 TEST(SubsurfaceWalk, FurnaceIsWhite) {
-  for (const char* boundary : {"", "\"float roughness\" .1", "\"float eta\" 1", "\"float eta\" 1.8 \"float roughness\" .5", "\"float g\" .7"}) {
-    const auto built = build_text(sphere("\"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 4 4 4 ] " + std::string(boundary), white_sky));
+  for (const char* boundary : {"", "\"float roughness\" .1", "\"float eta\" 1",
+                               "\"float eta\" 1.8 \"float roughness\" .5", "\"float g\" .7"}) {
+    const auto built =
+        build_text(sphere("\"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 4 4 4 ] " + std::string(boundary), white_sky));
     expect_near(render_built(built, 128, test::bounces(1)).mean(), 1, 0.012f, boundary);
   }
 }
@@ -55,10 +59,12 @@ TEST(SubsurfaceWalk, FurnaceIsWhiteInEveryChannel) {
 // Open bodies, and others inside: walks end, and what is inside is lit.
 TEST(SubsurfaceWalk, OpenAndFilledBodiesEnd) {
   const std::string material = "Material \"subsurface\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 2 2 2 ]\n";
-  const std::string scene = film(12) + "LookAt 0 -4 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 30\nWorldBegin\n" + white_sky + "\n" + material +
-                            "Shape \"sphere\" \"float radius\" 1\n"
-                            "Shape \"bilinearmesh\" \"point3 P\" [ -2 1.5 -2  2 1.5 -2  -2 1.5 2  2 1.5 2 ]\n"
-                            "Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nShape \"sphere\" \"float radius\" .3\n";
+  const std::string scene =
+      film(12) + "LookAt 0 -4 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 30\nWorldBegin\n" + white_sky +
+      "\n" + material +
+      "Shape \"sphere\" \"float radius\" 1\n"
+      "Shape \"bilinearmesh\" \"point3 P\" [ -2 1.5 -2  2 1.5 -2  -2 1.5 2  2 1.5 2 ]\n"
+      "Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nShape \"sphere\" \"float radius\" .3\n";
   const RGB mean = test::render_text(scene, 32, test::bounces(2)).mean();
   EXPECT_GT(mean.g, 0.5f);
   EXPECT_LT(mean.g, 0.99f);
@@ -67,26 +73,35 @@ TEST(SubsurfaceWalk, OpenAndFilledBodiesEnd) {
 TEST(SubsurfaceDiffusion, FurnaceIsWhite) {
   for (const bool cache : {true, false})
     for (const char* eta : {"1", "1.33", "1.6"}) {
-      const auto built = build_text(sphere("\"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 100 200 400 ] \"float eta\" " + std::string(eta), white_sky));
+      const auto built = build_text(sphere(
+          "\"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 100 200 400 ] \"float eta\" " + std::string(eta), white_sky));
       expect_near(render_built(built, 8, settings(1, 256, cache)).mean(), 1, 0.02f, eta);
     }
 }
 
 // Where diffusion holds, it agrees with the walk: a lit sphere of 250 free paths of radius.
 TEST(SubsurfaceDiffusion, AgreesWithTheWalkOnASphere) {
-  const std::string lamp = "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ 5 5 5 ]\nTranslate -7 -9 6\nShape \"sphere\" \"float radius\" 5\nAttributeEnd\n";
-  for (const char* boundary : {"\"float eta\" 1.33", "\"float eta\" 1.45 \"float roughness\" .3 \"bool remaproughness\" false"}) {
-    const auto built = build_text(sphere("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .004 .004 .004 ] " + std::string(boundary), lamp));
-    expect_near(render_built(built, 16, settings(1, 128)).mean(), render_built(built, 512, test::bounces(2)).mean(), 0.05f, boundary);
+  const std::string lamp =
+      "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ 5 5 5 ]\nTranslate -7 -9 6\nShape \"sphere\" \"float "
+      "radius\" 5\nAttributeEnd\n";
+  for (const char* boundary :
+       {"\"float eta\" 1.33", "\"float eta\" 1.45 \"float roughness\" .3 \"bool remaproughness\" false"}) {
+    const auto built = build_text(
+        sphere("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .004 .004 .004 ] " + std::string(boundary), lamp));
+    expect_near(render_built(built, 16, settings(1, 128)).mean(), render_built(built, 512, test::bounces(2)).mean(),
+                0.05f, boundary);
   }
 }
 
 // A slab seen from above by parallel rays, so that columns are places; `z`: its lower side, `world`: its light.
 std::string slab(const std::string& material, double depth, const std::string& world, int size) {
   const std::string z = std::to_string(-depth);
-  return film(size) + "LookAt 0 0 .5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.2 .2 -.2 .2 ]\nWorldBegin\n" + world +
-         "\nMaterial \"subsurface\" " + material + "\nShape \"trianglemesh\" \"point3 P\" [ -1 -1 " + z + "  1 -1 " + z + "  1 1 " + z + "  -1 1 " + z +
-         "  -1 -1 0  1 -1 0  1 1 0  -1 1 0 ] \"integer indices\" [ 4 5 6 4 6 7  0 2 1 0 3 2  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7 ]\n";
+  return film(size) +
+         "LookAt 0 0 .5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.2 .2 -.2 .2 ]\nWorldBegin\n" +
+         world + "\nMaterial \"subsurface\" " + material + "\nShape \"trianglemesh\" \"point3 P\" [ -1 -1 " + z +
+         "  1 -1 " + z + "  1 1 " + z + "  -1 1 " + z +
+         "  -1 -1 0  1 -1 0  1 1 0  -1 1 0 ] \"integer indices\" [ 4 5 6 4 6 7  0 2 1 0 3 2  0 1 5 0 5 4  1 2 6 1 6 5  "
+         "2 3 7 2 7 6  3 0 4 3 4 7 ]\n";
 }
 
 std::vector<RGB> columns(const test::RenderedText& picture) {
@@ -100,9 +115,14 @@ std::vector<RGB> columns(const test::RenderedText& picture) {
 
 // Above the camera, half of parallel light is kept off: the picture is the profile, integrated over half a plane.
 TEST(SubsurfaceDiffusion, SpreadsLightAcrossAShadowsEdgeAsTheWalkDoes) {
-  const std::string half = "LightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 from\" [ 0 0 1 ] \"point3 to\" [ 0 0 0 ]\n"
-                           "Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nShape \"bilinearmesh\" \"point3 P\" [ 0 -9 1  9 -9 1  0 9 1  9 9 1 ]\n";
-  const auto built = build_text(slab("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .04 .04 .04 ] \"float roughness\" .3 \"bool remaproughness\" false", 1, half, 16));
+  const std::string half =
+      "LightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 from\" [ 0 0 1 ] \"point3 to\" [ 0 0 0 ]\n"
+      "Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nShape \"bilinearmesh\" \"point3 P\" [ 0 -9 1  9 -9 1  0 9 1 "
+      " 9 9 1 ]\n";
+  const auto built =
+      build_text(slab("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .04 .04 .04 ] \"float roughness\" .3 \"bool "
+                      "remaproughness\" false",
+                      1, half, 16));
   const auto expected = columns(render_built(built, 4096, test::bounces(1)));
   auto s = settings(0, 256);
   s.shading_rate = 0.25f;
@@ -110,22 +130,31 @@ TEST(SubsurfaceDiffusion, SpreadsLightAcrossAShadowsEdgeAsTheWalkDoes) {
   for (int c = 0; c < 3; ++c) {
     const float lit = expected[15][c];  // the camera's x runs the other way
     EXPECT_GT(lit, 5 * expected[0][c]);
-    for (size_t x = 0; x < 16; ++x) EXPECT_NEAR(found[x][c], expected[x][c], 0.06f * lit) << "column " << x << ", channel " << c;
+    for (size_t x = 0; x < 16; ++x)
+      EXPECT_NEAR(found[x][c], expected[x][c], 0.06f * lit) << "column " << x << ", channel " << c;
   }
 }
 
 TEST(SubsurfaceDiffusion, AgreesWithTheWalkOnASlab) {
-  const auto built = build_text(slab("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .01 .01 .01 ] \"float eta\" 1.4", 0.5, white_sky, 12));
-  expect_near(render_built(built, 16, settings(1, 64)).mean(), render_built(built, 256, test::bounces(2)).mean(), 0.05f, "slab");
+  const auto built = build_text(
+      slab("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .01 .01 .01 ] \"float eta\" 1.4", 0.5, white_sky, 12));
+  expect_near(render_built(built, 16, settings(1, 64)).mean(), render_built(built, 256, test::bounces(2)).mean(), 0.05f,
+              "slab");
 }
 
-// Lit from behind: thin parts let light through, thick ones less. Flat diffusion is crude there: the order is right, and the trend.
+// Lit from behind: thin parts let light through, thick ones less. Flat diffusion is crude there: the order is right,
+// and the trend.
 TEST(SubsurfaceDiffusion, ThinPartsLetLightThrough) {
-  const std::string below = "LightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 from\" [ 2 0 -1 ] \"point3 to\" [ 0 0 0 ]\n";
+  const std::string below =
+      "LightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 from\" [ 2 0 -1 ] \"point3 to\" [ 0 0 0 ]\n";
   float before = infinity;
   for (const double depth : {0.04, 0.08, 0.2}) {
-    const auto built = build_text(slab("\"rgb reflectance\" [ .8 .8 .8 ] \"rgb mfp\" [ .02 .02 .02 ] \"float roughness\" .3 \"bool remaproughness\" false", depth, below, 8));
-    const float walk = render_built(built, 1024, test::bounces(1)).mean().g, found = render_built(built, 4, settings(0, 512)).mean().g;
+    const auto built =
+        build_text(slab("\"rgb reflectance\" [ .8 .8 .8 ] \"rgb mfp\" [ .02 .02 .02 ] \"float roughness\" .3 \"bool "
+                        "remaproughness\" false",
+                        depth, below, 8));
+    const float walk = render_built(built, 1024, test::bounces(1)).mean().g,
+                found = render_built(built, 4, settings(0, 512)).mean().g;
     EXPECT_GT(found, walk / 3) << depth;
     EXPECT_LT(found, walk * 3) << depth;
     EXPECT_LT(found, before);
@@ -162,7 +191,8 @@ TEST(SubsurfaceDiffusion, TakesTheColourOfItsNeighbours) {
     return sum.r / sum.g;
   };
   const float direct = redness(render_built(built, 4, settings(0, 64)));
-  const float cached = redness(render_built(built, 4, settings(2, 64))), computed = redness(render_built(built, 4, settings(2, 64, false)));
+  const float cached = redness(render_built(built, 4, settings(2, 64))),
+              computed = redness(render_built(built, 4, settings(2, 64, false)));
   EXPECT_NEAR(direct, 1, 0.02f);
   EXPECT_GT(cached, 1.05f);
   EXPECT_NEAR(cached, computed, 0.02f);

@@ -38,12 +38,14 @@ double walk(double albedo, double eta, int photons, uint64_t key) {
   return sum / photons;
 }
 
-// Rationale: two independent computations. Expected: equal within four standard errors (a photon's weight varies by less than .5).
+// Rationale: two independent computations. Expected: equal within four standard errors (a photon's weight varies by
+// less than .5).
 TEST(HalfSpace, AgreesWithMonteCarlo) {
   constexpr int photons = 60000;
   for (const double eta : {1.0, 1.33, 1.5, 0.8})
     for (const double albedo : {0.3, 0.8, 0.95})
-      EXPECT_NEAR(half_space_reflectance(albedo, eta), walk(albedo, eta, photons, uint64_t(albedo * 100)), 4 * 0.5 / std::sqrt(photons))
+      EXPECT_NEAR(half_space_reflectance(albedo, eta), walk(albedo, eta, photons, uint64_t(albedo * 100)),
+                  4 * 0.5 / std::sqrt(photons))
           << albedo << ", index " << eta;
 }
 

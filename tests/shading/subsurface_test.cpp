@@ -22,21 +22,21 @@ Bsdf bsdf_of(float ior, float alpha, float albedo, float g = 0) {
 // 2 pi int R r dr = A, up to where the profile is cut, which is made up for.
 TEST(DiffusionProfile, IntegratesToTheReflectance) {
   for (const float reflectance : {0.1f, 0.6f, 1.0f}) {
-    const DiffusionProfile p{reflectance, 0.37f};
-    const float r_max = DiffusionProfile::extent * p.width;
+    const float r_max = DiffusionProfile::extent * 0.37f;
+    const DiffusionProfile p(reflectance, 0.37f, r_max);
     const auto rule = gauss_legendre(64, 0, double(r_max));
-    EXPECT_NEAR(rule.integrate([&](double r) { return 2 * pi * p.value_times_r(float(r), r_max); }), reflectance, 1e-4);
+    EXPECT_NEAR(rule.integrate([&](double r) { return 2 * pi * p.value_times_r(float(r)); }), reflectance, 1e-4);
   }
 }
 
 TEST(DiffusionProfile, SamplesHaveItsShares) {
-  const DiffusionProfile p{1, 2};
   const float r_max = 30;
+  const DiffusionProfile p(1, 2, r_max);
   for (const float u : {0.0f, 0.01f, 0.3f, 0.5f, 0.9f, 0.999f}) {
-    const float r = p.sample(u, r_max);
-    EXPECT_NEAR(DiffusionProfile::share_within(r / p.width) / DiffusionProfile::share_within(r_max / p.width), u, 2e-4) << u;
+    const float r = p.sample(u);
+    EXPECT_NEAR(DiffusionProfile::share_within(r / 2) / DiffusionProfile::share_within(r_max / 2), u, 2e-4) << u;
   }
-  EXPECT_LE(p.sample(0.9999999f, r_max), r_max);
+  EXPECT_LE(p.sample(0.9999999f), r_max);
 }
 
 TEST(DiffusionProfile, WidthsAreOrdered) {
@@ -58,7 +58,9 @@ TEST(SubsurfaceBsdf, CrossingIsNormalised) {
   for (const float ior : {1.0f, 1.33f, 1.8f})
     for (const float albedo : {0.3f, 0.9f, 1.0f}) {
       const Bsdf b = bsdf_of(ior, 0, albedo), entering = Bsdf::make_entering(b);
-      const auto mean = [&](const Bsdf& of) { return rule.integrate([&](double c) { return 2 * c * of.crossing(float(c)).g; }); };
+      const auto mean = [&](const Bsdf& of) {
+        return rule.integrate([&](double c) { return 2 * c * of.crossing(float(c)).g; });
+      };
       EXPECT_NEAR(mean(b), 1, 2e-3) << ior << ", " << albedo;
       EXPECT_NEAR(mean(entering), 1 - fresnel_diffuse(double(ior)), 2e-3);
     }
@@ -86,7 +88,8 @@ TEST(SubsurfaceBsdf, ColourIsInverted) {
     EXPECT_EQ(b.reflectance, RGB(0.8f, 0.5f, 0.1f));
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(b.extinction[c], 5, 1e-5f);
-      EXPECT_NEAR(half_space_reflectance(ReducedMedium(b.extinction[c], b.medium_albedo[c], g).albedo, 1.33), b.reflectance[c], 1e-3);
+      EXPECT_NEAR(half_space_reflectance(ReducedMedium(b.extinction[c], b.medium_albedo[c], g).albedo, 1.33),
+                  b.reflectance[c], 1e-3);
     }
   }
 }

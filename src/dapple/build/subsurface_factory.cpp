@@ -16,13 +16,17 @@ FileLoc place_of(const MaterialParams& params, std::string_view name) {
   return p ? p->loc : params.entity().loc;
 }
 
-std::string quoted(std::string_view name) { return "\"" + std::string(name) + "\""; }
+std::string quoted(std::string_view name) {
+  return "\"" + std::string(name) + "\"";
+}
 
 Input<RGB> coefficient(const MaterialParams& params, std::string_view name, RGB fallback, float least) {
   Input<RGB> input(params.textures().unbounded_texture(params.entity().params, name, fallback));
   if (const auto c = input.constant(); c && !(c->min() >= least && c->is_finite()))
-    throw InputError(place_of(params, name), quoted(name) + (c->min() < 0 ? " is negative; expected numbers " : " is out of range; expected numbers ") +
-                                                 (least > 0 ? "above zero" : "from 0 upwards"));
+    throw InputError(place_of(params, name),
+                     quoted(name) +
+                         (c->min() < 0 ? " is negative; expected numbers " : " is out of range; expected numbers ") +
+                         (least > 0 ? "above zero" : "from 0 upwards"));
   return input;
 }
 
@@ -44,12 +48,14 @@ std::string_view description(const MaterialParams& params) {
   for (const std::string_view name : {"name", "reflectance", "sigma_a", "sigma_s"}) {
     if (!p.find(name) || (name == "sigma_s" && found == "sigma_a")) continue;
     if (!found.empty())
-      throw InputError(place_of(params, name), "both " + quoted(found) + " and " + quoted(name) + " are given; expected one way to describe what is inside");
+      throw InputError(place_of(params, name), "both " + quoted(found) + " and " + quoted(name) +
+                                                   " are given; expected one way to describe what is inside");
     found = name;
   }
   if (found == "sigma_a" && !p.find("sigma_s"))
     throw InputError(place_of(params, "sigma_a"), "\"sigma_a\" is given without \"sigma_s\"; expected both");
-  if (found == "sigma_s") throw InputError(place_of(params, "sigma_s"), "\"sigma_s\" is given without \"sigma_a\"; expected both");
+  if (found == "sigma_s")
+    throw InputError(place_of(params, "sigma_s"), "\"sigma_s\" is given without \"sigma_a\"; expected both");
   return found;
 }
 
@@ -62,7 +68,8 @@ shading::MaterialPtr make_subsurface(const MaterialParams& params) {
   if (!(interior.scale > 0 && interior.scale <= 1e9f))
     throw InputError(place_of(params, "scale"), "\"scale\" is out of range; expected a number above 0, at most 1e9");
   interior.g = params.constant("g", 0);
-  if (!(std::abs(interior.g) < 1)) throw InputError(place_of(params, "g"), "\"g\" is out of range; expected a number above -1 and below 1");
+  if (!(std::abs(interior.g) < 1))
+    throw InputError(place_of(params, "g"), "\"g\" is out of range; expected a number above -1 and below 1");
   interior.g = std::clamp(interior.g, -0.99f, 0.99f);
 
   const std::string_view given = description(params);
@@ -79,7 +86,8 @@ shading::MaterialPtr make_subsurface(const MaterialParams& params) {
   }
   if (given != "reflectance" && p.find("mfp"))
     throw InputError(place_of(params, "mfp"), "\"mfp\" is given without \"reflectance\"; expected both");
-  return std::make_shared<shading::SubsurfaceMaterial>(params.ior("eta", 1.33f), params.roughness(), std::move(interior), params.detail());
+  return std::make_shared<shading::SubsurfaceMaterial>(params.ior("eta", 1.33f), params.roughness(),
+                                                       std::move(interior), params.detail());
 }
 
 }  // namespace dapple::build

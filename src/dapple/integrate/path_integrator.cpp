@@ -251,11 +251,12 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   if (!scene_.light_sampler || bsdf.is_delta()) return;
+  // What shines inside a body is found by walking: light is weakened on the way, which shadow rays do not know.
+  if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
   connect(k, receiver_at(k, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
     const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
-    // What shines inside a body is found by walking: light is weakened on the way.
     if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
     return f * std::abs(dot(wi, bsdf.frame.n));
   }, w);
@@ -310,7 +311,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
   if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
-  w.bsdf_pdf[p] = sample.pdf;
+  w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
   w.receiver[p] = receiver_at(k, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);

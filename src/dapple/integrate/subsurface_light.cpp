@@ -17,8 +17,8 @@ constexpr uint64_t for_probes = 16;
 
 }  // namespace
 
-// Light that diffusion brings to the points of the batch: b.diffuse is the radiosity of the body / pi, before the boundary
-// lets it out by direction (Bsdf::crossing).
+// Light that diffusion brings to the points of the batch: b.diffuse is the radiosity of the body / pi, before the
+// boundary lets it out by direction (Bsdf::crossing).
 void HitShader::light_subsurface(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
@@ -74,7 +74,9 @@ void HitShader::trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, Sha
       const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.rays, s.hits, i);
       const bool same = scene_.bindings[s.hits.geometry[i]].material == scene_.bindings[b.geometry[k]].material;
       const trace::HitBatch& h = s.hits;
-      if (same) s.found.push_back({j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], h.geometry[i], h.primitive[i], h.instance[i], p.P, p.Ng});
+      if (same)
+        s.found.push_back(
+            {j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], h.geometry[i], h.primitive[i], h.instance[i], p.P, p.Ng});
       const V3f d = s.rays.direction(i);
       const float left = s.rays.t_max[i] - s.hits.t[i];
       if (!(left > 0)) continue;
@@ -95,7 +97,8 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
   const auto look_up = [&] {
     std::fill_n(b.ray_L, b.ray_count, RGB());
     if (irradiance_cache_) add_radiosity(place, below, w);
-    shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i, Arrival::probe); }, w);
+    shade_hits(
+        place, below, [&](int i) { return !ends_in_cache(b, i, Arrival::probe); }, w);
     for (int i = 0; i < b.ray_count; ++i) b.diffuse[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
     b.ray_count = 0;
   };
@@ -116,7 +119,8 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     const float distance = length(offset);
     // As a ray that comes upon the place from outside, so that look-ups see the side that light enters by.
     const float height = probe.detail(0);
-    b.rays.set(i, at.P + outside * height, -outside, 2 * height, b.time[k], s.key[at.job] + 0x85ebca6bu * (crossing + 1));
+    b.rays.set(i, at.P + outside * height, -outside, 2 * height, b.time[k],
+               s.key[at.job] + 0x85ebca6bu * (crossing + 1));
     b.hits.t[i] = height, b.hits.u[i] = at.u, b.hits.v[i] = at.v;
     b.hits.nx[i] = at.nx, b.hits.ny[i] = at.ny, b.hits.nz[i] = at.nz;
     b.hits.geometry[i] = at.geometry, b.hits.primitive[i] = at.primitive, b.hits.instance[i] = at.instance;

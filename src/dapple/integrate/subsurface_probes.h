@@ -9,9 +9,9 @@
 
 namespace dapple::integrate {
 
-/// How the probes of one shading point sample the surface around it (King et al. 2013, "BSSRDF importance sampling"): a distance by the profile
-/// of one channel, then along one of three axes whatever of the body lies within the sphere that holds the profile. All axes and channels
-/// together are weighed by the balance heuristic.
+/// How the probes of one shading point sample the surface around it (King et al. 2013, "BSSRDF importance sampling"): a
+/// distance by the profile of one channel, then along one of three axes whatever of the body lies within the sphere
+/// that holds the profile. All axes and channels together are weighed by the balance heuristic.
 class SubsurfaceProbe {
  public:
   SubsurfaceProbe() = default;  ///< black
@@ -27,11 +27,11 @@ class SubsurfaceProbe {
   };
   /// Of probe number i. u: a pair, and one by itself.
   Chord chord(int i, const V2f& u, float u2) const;
-  /// What light counts for that enters `offset` from the shading point, where the surface's normal is Ng: the profile over the expected
-  /// number of probes by area.
+  /// What light counts for that enters `offset` from the shading point, where the surface's normal is Ng: the profile
+  /// over the expected number of probes by area.
   RGB weight(const V3f& offset, const V3f& Ng) const;
-  /// Width over which the profile hardly changes, at this distance, in steps of four: probes of one body share the cache's entries of few
-  /// resolutions.
+  /// Width over which the profile hardly changes, at this distance, in steps of four: probes of one body share the
+  /// cache's entries of few resolutions.
   float detail(float distance) const {
     const float near = 2 * mean_;
     return distance < 2 * near ? near : distance < 8 * near ? 4 * near : 16 * near;

@@ -7,9 +7,10 @@
 
 namespace dapple::integrate {
 
-/// The part of a light path that lies inside a subsurface body: a random walk in a homogeneous medium, bounded by whatever is hit.
-/// Distances are drawn for one channel in proportion to throughput, weighed over all of them (HomogeneousMedium); directions after Henyey and
-/// Greenstein. Unbiased: Russian roulette alone ends it, by throughput. Coefficients are those below the point where the path entered.
+/// The part of a light path that lies inside a subsurface body: a random walk in a homogeneous medium, bounded by
+/// whatever is hit. Distances are drawn for one channel in proportion to throughput, weighed over all of them
+/// (HomogeneousMedium); directions after Henyey and Greenstein. Unbiased: Russian roulette alone ends it, by
+/// throughput. Coefficients are those below the point where the path entered.
 class SubsurfaceWalk {
  public:
   /// A walk ends for good after so many scatterings: of a body that neither absorbs nor lets out.
@@ -34,8 +35,8 @@ class SubsurfaceWalk {
   }
 
   enum class Flight { arrived, scattered, ended };
-  /// Flies along the ray, at most to t_max, which must be finite. Multiplies beta by the weight; where it scatters, *P and *d become the place
-  /// and the direction that follow. `scale`: of beta in the roulette.
+  /// Flies along the ray, at most to t_max, which must be finite. Multiplies beta by the weight; where it scatters, *P
+  /// and *d become the place and the direction that follow. `scale`: of beta in the roulette.
   Flight fly(const Ray& ray, float t_max, float scale, uint64_t key, RGB* beta, V3f* P, V3f* d) {
     const shading::HenyeyGreenstein phase{g_};
     const shading::HomogeneousMedium medium(sigma_a_, sigma_s_, RGB(), phase);

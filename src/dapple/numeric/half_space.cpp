@@ -29,7 +29,8 @@ QuadratureRule inside_cosines(double eta) {
   return rule;
 }
 
-// Chandrasekhar's function for isotropic scattering, by iteration of 1 / H = sqrt(1 - a) + a / 2 int mu' H(mu') / (mu + mu') dmu'.
+// Chandrasekhar's function for isotropic scattering, by iteration of 1 / H = sqrt(1 - a) + a / 2 int mu' H(mu') / (mu +
+// mu') dmu'.
 Eigen::VectorXd h_function(double albedo, const QuadratureRule& rule) {
   const int n = int(rule.x.size());
   Eigen::VectorXd H = Eigen::VectorXd::Ones(n);
@@ -37,7 +38,8 @@ Eigen::VectorXd h_function(double albedo, const QuadratureRule& rule) {
     Eigen::VectorXd next(n);
     for (int i = 0; i < n; ++i) {
       double sum = 0;
-      for (int j = 0; j < n; ++j) sum += rule.w[size_t(j)] * rule.x[size_t(j)] * H[j] / (rule.x[size_t(i)] + rule.x[size_t(j)]);
+      for (int j = 0; j < n; ++j)
+        sum += rule.w[size_t(j)] * rule.x[size_t(j)] * H[j] / (rule.x[size_t(i)] + rule.x[size_t(j)]);
       next[i] = 1 / (std::sqrt(1 - albedo) + albedo / 2 * sum);
     }
     const double change = (next - H).cwiseAbs().maxCoeff();
@@ -83,7 +85,8 @@ HalfSpaceTable::HalfSpaceTable(double eta) : reflectance_(table_steps + 1) {
     const double x = double(i) / table_steps;
     reflectance_[size_t(i)] = float(half_space_reflectance(1 - x * x, eta));
   }
-  for (int i = table_steps; i > 0; --i) reflectance_[size_t(i - 1)] = std::max(reflectance_[size_t(i - 1)], reflectance_[size_t(i)]);
+  for (int i = table_steps; i > 0; --i)
+    reflectance_[size_t(i - 1)] = std::max(reflectance_[size_t(i - 1)], reflectance_[size_t(i)]);
 }
 
 float HalfSpaceTable::reflectance(float albedo) const {
@@ -95,7 +98,8 @@ float HalfSpaceTable::reflectance(float albedo) const {
 
 float HalfSpaceTable::albedo(float reflectance) const {
   const float r = std::clamp(reflectance, 0.0f, 1.0f);
-  const auto after = std::lower_bound(reflectance_.begin() + 1, reflectance_.end(), r, [](float a, float b) { return a > b; });
+  const auto after =
+      std::lower_bound(reflectance_.begin() + 1, reflectance_.end(), r, [](float a, float b) { return a > b; });
   if (after == reflectance_.end()) return 0;
   const size_t i = size_t(after - reflectance_.begin()) - 1;
   const float step = reflectance_[i] - reflectance_[i + 1];

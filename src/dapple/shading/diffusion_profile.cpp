@@ -9,7 +9,8 @@ namespace dapple::shading {
 namespace {
 
 constexpr int albedo_count = 12, index_count = 5;
-constexpr std::array<float, albedo_count> albedos{0.1f, 0.3f, 0.5f, 0.7f, 0.8f, 0.9f, 0.95f, 0.98f, 0.99f, 0.995f, 0.999f, 1};
+constexpr std::array<float, albedo_count> albedos{0.1f,  0.3f,  0.5f,  0.7f,   0.8f,   0.9f,
+                                                  0.95f, 0.98f, 0.99f, 0.995f, 0.999f, 1};
 constexpr std::array<float, index_count> indices{1, 1.2f, 1.33f, 1.5f, 1.8f};
 constexpr float widths[index_count][albedo_count] = {
     {0.2400f, 0.2664f, 0.3096f, 0.3791f, 0.4362f, 0.5454f, 0.6514f, 0.7992f, 0.8994f, 1.0091f, 1.2094f, 1.4984f},
@@ -31,19 +32,21 @@ float diffusion_width(float albedo, float ior) {
   const int a = interval(albedos, albedo), e = interval(indices, ior);
   // Diffusion goes by sqrt(1 - albedo).
   const auto place = [](float x) { return std::sqrt(1 - x); };
-  const float fa = (place(albedo) - place(albedos[size_t(a)])) / (place(albedos[size_t(a + 1)]) - place(albedos[size_t(a)]));
+  const float fa =
+      (place(albedo) - place(albedos[size_t(a)])) / (place(albedos[size_t(a + 1)]) - place(albedos[size_t(a)]));
   const float fe = (ior - indices[size_t(e)]) / (indices[size_t(e + 1)] - indices[size_t(e)]);
   const auto along = [&](int row) { return std::log(widths[row][a]) * (1 - fa) + std::log(widths[row][a + 1]) * fa; };
   return std::exp(along(e) * (1 - fe) + along(e + 1) * fe);
 }
 
-float DiffusionProfile::sample(float u, float r_max) const {
-  const float x_max = r_max / width, share = u * share_within(x_max);
-  // Newton's method, in y = exp(-x / 3): y^3 / 4 + 3 y / 4 = 1 - share. The left side is convex, so from y = 1 it stays above the root.
+float DiffusionProfile::sample(float u) const {
+  const float share = u * share_;
+  // Newton's method, in y = exp(-x / 3): y^3 / 4 + 3 y / 4 = 1 - share. The left side is convex, so from y = 1 it stays
+  // above the root.
   const float left = 1 - share;
   float y = 1;
   for (int i = 0; i < 6; ++i) y -= (0.25f * y * y * y + 0.75f * y - left) / (0.75f * (y * y + 1));
-  return std::clamp(-3 * std::log(std::max(y, 1e-30f)), 0.0f, x_max) * width;
+  return std::clamp(-3 * std::log(std::max(y, 1e-30f)), 0.0f, r_max_ / width_) * width_;
 }
 
 }  // namespace dapple::shading

@@ -9,12 +9,19 @@ namespace {
 
 constexpr float largest = 1e12f;  // 1/m: beyond, products overflow
 
-float clean(float v) { return v > 0 ? std::min(v, largest) : 0; }
+float clean(float v) {
+  return v > 0 ? std::min(v, largest) : 0;
+}
 
 }  // namespace
 
-SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, InteriorInput interior, SurfaceDetail detail)
-    : SurfaceMaterial(std::move(detail)), ior_(ior), roughness_(std::move(roughness)), interior_(std::move(interior)), table_(double(ior)) {
+SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, InteriorInput interior,
+                                       SurfaceDetail detail)
+    : SurfaceMaterial(std::move(detail)),
+      ior_(ior),
+      roughness_(std::move(roughness)),
+      interior_(std::move(interior)),
+      table_(double(ior)) {
   settle(all_constant(roughness_.u, roughness_.v) && interior_.is_constant());
 }
 

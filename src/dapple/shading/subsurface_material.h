@@ -21,8 +21,9 @@ struct InteriorInput {
   }
 };
 
-/// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say what is below
-/// the point where light enters, or where it is seen. From coefficients to reflectance and back by numeric/half_space.h and similarity.
+/// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say
+/// what is below the point where light enters, or where it is seen. From coefficients to reflectance and back by
+/// numeric/half_space.h and similarity.
 class SubsurfaceMaterial final : public SurfaceMaterial {
  public:
   SubsurfaceMaterial(float ior, RoughnessInput roughness, InteriorInput interior, SurfaceDetail detail);
