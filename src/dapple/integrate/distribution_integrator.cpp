@@ -17,7 +17,7 @@ using trace::no_id;
 namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
-constexpr size_t irradiance_share = 4;  // of the memory of caches: one part in so many, where there are subsurface bodies
+constexpr size_t subsurface_share = 4;  // of the memory of caches: one part in so many, where there are subsurface bodies
 
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
@@ -58,8 +58,8 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
-      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(settings.cache_bytes / irradiance_share) : nullptr),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes - (irradiance_ ? settings.cache_bytes / irradiance_share : 0)) : nullptr),
+      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(settings.cache_bytes / subsurface_share) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(settings.cache_bytes - (irradiance_ ? settings.cache_bytes / subsurface_share : 0)) : nullptr),
       shader_(scene, settings.shading, &patches_, radiosity_.get(), irradiance_.get()),
       grids_(settings.grid_bytes) {}
 
