@@ -15,11 +15,12 @@ import common
 import path_rays
 import radiosity
 import scene_load
+import subsurface
 import sun_masks
 import time_to_error
 
 BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load,
-              "sun_masks": sun_masks, "time_to_error": time_to_error}
+              "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 
 def main():

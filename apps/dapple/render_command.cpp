@@ -22,7 +22,7 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
@@ -95,10 +95,12 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.specular_depth >= 0) r.specular_depth = o.specular_depth;
   if (!o.shadow_rays.empty()) r.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
+  if (!o.subsurface_rays.empty()) r.subsurface_rays = parse_rays("--subsurface-rays", o.subsurface_rays);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
+  if (!o.subsurface_cache.empty()) r.subsurface_cache = o.subsurface_cache == "on";
   if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
@@ -146,10 +148,12 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   };
   warn(!o.shadow_rays.empty(), "--shadow-rays", {"distribution"});
   warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
+  warn(!o.subsurface_rays.empty(), "--subsurface-rays", {"distribution"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
   warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
+  warn(!o.subsurface_cache.empty(), "--subsurface-cache", {"distribution"});
   warn(o.cache_mb >= 0, "--cache-mb", {"distribution"});
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
@@ -282,8 +286,11 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")->check(CLI::NonNegativeNumber);
   app.add_option("--shadow-rays", o->shadow_rays, "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
   app.add_option("--diffuse-rays", o->diffuse_rays, "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
+  app.add_option("--subsurface-rays", o->subsurface_rays, "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--subsurface-cache", o->subsurface_cache, "distribution: the light that enters subsurface bodies is cached: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));

@@ -213,28 +213,57 @@ TEST(MaterialFactory, WarnsOfWhatItMends) {
 }
 
 TEST(MaterialFactory, StandInsAreNamedOnce) {
-  const Built built = build(
-      "Material \"subsurface\" \"string name\" \"Skin1\"\nMaterial \"subsurface\"\nMaterial \"hair\"\n"
-      "Material \"measured\" \"string filename\" \"x.bsdf\"");
-  EXPECT_EQ(built.unsupported.size(), 3u);
-  ASSERT_EQ(built.materials.size(), 5u);
-  EXPECT_EQ(built.messages.size(), 3u) << "unused parameters?";
-
-  const Bsdf skin = *built.materials[1]->constant();
-  EXPECT_EQ(skin.kind, BsdfKind::coated);
-  EXPECT_EQ(skin.ior, 1.33f);
-  EXPECT_GT(skin.reflectance.r, 2 * skin.reflectance.b);  // skin is reddish
-  const Bsdf milk = *built.materials[2]->constant();
-  EXPECT_GT(milk.reflectance.min(), 0.8f);
-  const Bsdf hair = *built.materials[3]->constant();
+  const Built built = build("Material \"hair\"\nMaterial \"hair\"\nMaterial \"measured\" \"string filename\" \"x.bsdf\"");
+  EXPECT_EQ(built.unsupported.size(), 2u);
+  ASSERT_EQ(built.materials.size(), 4u);
+  EXPECT_EQ(built.messages.size(), 2u) << "unused parameters?";
+  const Bsdf hair = *built.materials[1]->constant();
   EXPECT_EQ(hair.kind, BsdfKind::diffuse_transmission);
   EXPECT_GT(hair.reflectance.r, hair.reflectance.b);
-  EXPECT_EQ(built.materials[4]->constant()->reflectance, RGB(0.5f));
+  EXPECT_EQ(built.materials[3]->constant()->reflectance, RGB(0.5f));
 }
 
-TEST(MaterialFactory, SubsurfaceColourOfNoAbsorptionIsWhite) {
-  const Built built = build("Material \"subsurface\" \"string name\" \"Spectralon\"");
-  EXPECT_EQ(built.last().constant()->reflectance, RGB(1));
+TEST(MaterialFactory, SubsurfaceByAllItsParameterisations) {
+  const Bsdf skin = constant_of("Material \"subsurface\" \"string name\" \"Skin1\" \"float scale\" 1000");
+  EXPECT_EQ(skin.kind, BsdfKind::subsurface);
+  EXPECT_EQ(skin.ior, 1.33f);
+  EXPECT_NEAR(skin.extinction.r, 772, 0.01f);
+  EXPECT_NEAR(skin.medium_albedo.r, 0.74f / 0.772f, 1e-5f);
+  EXPECT_GT(skin.reflectance.r, 2 * skin.reflectance.b);  // skin is reddish
+  // pbrt's default is whole milk.
+  EXPECT_EQ(constant_of("Material \"subsurface\"").extinction, constant_of("Material \"subsurface\" \"string name\" \"Wholemilk\"").extinction);
+  EXPECT_EQ(constant_of("Material \"subsurface\" \"string name\" \"Spectralon\"").reflectance, RGB(1));
+  const Bsdf given = constant_of("Material \"subsurface\" \"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ 3 3 3 ] \"float g\" .5 \"float eta\" 1.5 \"float scale\" 2");
+  EXPECT_NEAR(given.extinction.r, 8, 1e-4f);
+  EXPECT_NEAR(given.medium_albedo.g, 0.75f, 1e-5f);
+  EXPECT_EQ(given.g, 0.5f);
+  EXPECT_EQ(given.ior, 1.5f);
+  const Bsdf colour = constant_of("Material \"subsurface\" \"rgb reflectance\" [ .7 .4 .2 ] \"rgb mfp\" [ .5 .5 .5 ] \"float scale\" 4 \"float roughness\" .25");
+  EXPECT_NEAR(colour.extinction.b, 0.5f, 1e-5f);
+  EXPECT_NEAR(colour.reflectance.r, 0.7f, 1e-4f);
+  EXPECT_EQ(colour.alpha_x, 0.5f);
+  // Measured coefficients are reduced ones: g does not count again.
+  EXPECT_EQ(constant_of("Material \"subsurface\" \"string name\" \"Skin2\" \"float g\" .8").g, 0);
+}
+
+TEST(MaterialFactory, SubsurfaceRejectsWhatMakesNoBody) {
+  const auto error = [](const std::string& parameters) { return error_of("Material \"subsurface\" " + parameters); };
+  expect_contains(error("\"string name\" \"Skin3\""), "expected one of: Apple");
+  expect_contains(error("\"string name\" \"Skin3\""), "test.pbrt:2");
+  expect_contains(error("\"rgb sigma_a\" [ -1 0 0 ] \"rgb sigma_s\" [ 1 1 1 ]"), "\"sigma_a\"");
+  expect_contains(error("\"rgb sigma_a\" [ nan 0 0 ] \"rgb sigma_s\" [ 1 1 1 ]"), "test.pbrt:2");
+  expect_contains(error("\"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ -1 1 1 ]"), "\"sigma_s\"");
+  expect_contains(error("\"rgb sigma_a\" [ 1 1 1 ]"), "expected both");
+  expect_contains(error("\"rgb sigma_s\" [ 1 1 1 ]"), "expected both");
+  expect_contains(error("\"rgb reflectance\" [ .5 .5 .5 ] \"string name\" \"Skin1\""), "one way");
+  expect_contains(error("\"rgb reflectance\" [ .5 .5 .5 ] \"rgb mfp\" [ 0 1 1 ]"), "\"mfp\"");
+  expect_contains(error("\"rgb mfp\" [ 1 1 1 ]"), "\"mfp\"");
+  expect_contains(error("\"float g\" 1"), "\"g\"");
+  expect_contains(error("\"float scale\" 0"), "\"scale\"");
+  expect_contains(error("\"float scale\" -3"), "\"scale\"");
+  expect_contains(error("\"float eta\" -1"), "\"eta\"");
+  expect_contains(error("\"float roughness\" -1"), "\"roughness\"");
+  EXPECT_EQ(build("Material \"subsurface\" \"float thickness\" 1").messages.size(), 1u);
 }
 
 }  // namespace

@@ -132,10 +132,12 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.specular_depth, other.specular_depth);
   fill(&r.shadow_rays, other.shadow_rays);
   fill(&r.diffuse_rays, other.diffuse_rays);
+  fill(&r.subsurface_rays, other.subsurface_rays);
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.radiosity_cache, other.radiosity_cache);
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
+  fill(&r.subsurface_cache, other.subsurface_cache);
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
   r.masks = masks.over(other.masks);
@@ -185,6 +187,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     throw InputError(e.loc, "\"bounces\" and \"speculardepth\" of distribution ray tracing go to " + std::to_string(max_depth_followed));
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
+  r.subsurface_rays = optional_rays(e, "subsurfacerays");
   r.shading_rate = optional_positive(e, "shadingrate");
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
@@ -192,6 +195,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
+  if (e.params.find("subsurfacecache")) r.subsurface_cache = e.params.get_bool("subsurfacecache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
   r.preset = e.params.get_string("preset", "");
   if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
@@ -209,7 +213,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.bounces = 4;
   r.shading_rate = 1.0f;
   r.color_bleeding = false;
-  r.radiosity_cache = true;
+  r.radiosity_cache = r.subsurface_cache = true;
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
   r.irradiance_interpolation = false;
@@ -217,6 +221,7 @@ IntegratorRequest preset_request(const std::string& name) {
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = r.diffuse_rays = RayList{1};
+    r.subsurface_rays = RayList{8};
     r.bounces = 2;
     r.shading_rate = 4.0f;
   } else if (name == "final") {
@@ -224,9 +229,11 @@ IntegratorRequest preset_request(const std::string& name) {
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
     r.irradiance_interpolation = true;
+    r.subsurface_rays = RayList{256, 32};
   } else {
     r.pixel_samples = 16;
     r.shadow_rays = r.diffuse_rays = RayList{4};
+    r.subsurface_rays = RayList{32};
   }
   return r;
 }
@@ -273,9 +280,11 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.bounces = r.bounces ? *r.bounces : std::clamp(*r.max_depth - 1, 0, *preset.bounces);
   s.shading.shadow_rays = *r.shadow_rays;
   s.shading.diffuse_rays = *r.diffuse_rays;
+  s.shading.subsurface_rays = *r.subsurface_rays;
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
   s.radiosity_cache = *r.radiosity_cache;
+  s.subsurface_cache = *r.subsurface_cache;
   s.shading.cache_width = *r.cache_width;
   s.irradiance_interpolation = *r.irradiance_interpolation;
   s.irradiance_accuracy = *r.irradiance_accuracy;

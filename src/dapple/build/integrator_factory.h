@@ -21,9 +21,9 @@ struct IntegratorRequest {
   std::optional<int> pixel_samples;
   std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
   std::optional<int> bounces, specular_depth;
-  std::optional<integrate::RayList> shadow_rays, diffuse_rays;
+  std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;
   std::optional<float> shading_rate;
-  std::optional<bool> radiosity_cache, irradiance_interpolation;
+  std::optional<bool> radiosity_cache, subsurface_cache, irradiance_interpolation;
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m

@@ -6,6 +6,7 @@
 #include "dapple/build/material_params.h"
 #include "dapple/build/material_stand_ins.h"
 #include "dapple/build/plugin_factory.h"
+#include "dapple/build/subsurface_factory.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/dielectric_material.h"
 #include "dapple/shading/diffuse_material.h"
@@ -76,7 +77,7 @@ constexpr MaterialType types[] = {
     {"coateddiffuse", make_coated_diffuse},
     {"coatedconductor", make_coated_conductor},
     {"interface", make_interface},
-    {"subsurface", make_subsurface_stand_in, "a diffuse base of its mean colour under a dielectric coat"},
+    {"subsurface", make_subsurface},
     {"hair", make_hair_stand_in, "diffuse reflection and transmission of its colour"},
     {"measured", make_measured_stand_in, "a diffuse surface of reflectance 0.5"},
 };

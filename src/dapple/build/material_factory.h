@@ -8,7 +8,7 @@
 
 namespace dapple::build {
 
-/// The materials of context.description, in its order: pbrt-v4's types (docs/guide/materials.md). subsurface, hair and
+/// The materials of context.description, in its order: pbrt-v4's types (docs/guide/materials.md). hair and
 /// measured become stand-ins, each named once. Unknown types, mixes of missing or of themselves and impossible values
 /// throw InputError; values out of range are clamped with a warning; unused parameters are reported.
 std::vector<shading::MaterialPtr> make_materials(const BuildContext& context, const TextureLibrary& textures);

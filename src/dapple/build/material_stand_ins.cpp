@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "dapple/shading/diffuse_material.h"
-#include "dapple/shading/measured_media.h"
 
 namespace dapple::build {
 
@@ -37,35 +36,8 @@ class DerivedColour final : public RgbTexture {
   Function f_;
 };
 
-float dipole_reflectance(float sigma_a, float reduced_sigma_s) {
-  const float extinction = sigma_a + reduced_sigma_s;
-  if (!(extinction > 0)) return 0;
-  const float albedo = std::clamp(reduced_sigma_s / extinction, 0.0f, 1.0f);
-  const float s = std::sqrt(3 * (1 - albedo));
-  return albedo / 2 * (1 + std::exp(-4 * s / 3)) * std::exp(-s);
-}
-
-RgbTexturePtr colour_of_medium(RgbTexturePtr sigma_a, RgbTexturePtr sigma_s, float g) {
-  return std::make_shared<DerivedColour>(std::move(sigma_a), std::move(sigma_s), [g](RGB a, RGB s) {
-    s *= 1 - g;
-    return RGB(dipole_reflectance(a.r, s.r), dipole_reflectance(a.g, s.g), dipole_reflectance(a.b, s.b));
-  });
-}
-
 RgbTexturePtr constant_colour(RGB c) {
   return std::make_shared<shading::ConstantTexture<RGB>>(c);
-}
-
-RgbTexturePtr subsurface_colour(const MaterialParams& params) {
-  const scenefile::ParamSet& p = params.entity().params;
-  const float g = std::clamp(params.constant("g", 0), -0.99f, 0.99f);
-  if (auto reflectance = params.textures().optional_reflectance_texture(p, "reflectance")) return reflectance;
-  const std::string name = p.get_string("name", "");
-  if (const auto* medium = shading::find_measured_medium(name))
-    return colour_of_medium(constant_colour(medium->absorption), constant_colour(medium->reduced_scattering), 0);
-  const shading::MeasuredMedium& fallback = *shading::find_measured_medium("Wholemilk");
-  return colour_of_medium(params.textures().unbounded_texture(p, "sigma_a", fallback.absorption),
-                         params.textures().unbounded_texture(p, "sigma_s", fallback.reduced_scattering), g);
 }
 
 RgbTexturePtr hair_colour(const MaterialParams& params) {
@@ -86,16 +58,6 @@ RgbTexturePtr hair_colour(const MaterialParams& params) {
 }
 
 }  // namespace
-
-shading::MaterialPtr make_subsurface_stand_in(const MaterialParams& params) {
-  shading::CoatInput coat;
-  coat.ior = params.ior("eta", 1.33f);
-  coat.roughness = params.roughness();
-  coat.thickness = Input<float>(0.0f);
-  params.ignore({"mfp", "scale", "name", "sigma_a", "sigma_s"});
-  return std::make_shared<shading::CoatedDiffuseMaterial>(Input<RGB>(subsurface_colour(params)), std::move(coat),
-                                                          params.detail());
-}
 
 shading::MaterialPtr make_hair_stand_in(const MaterialParams& params) {
   const RgbTexturePtr colour = hair_colour(params);

@@ -8,10 +8,6 @@ namespace dapple::build {
 
 // What stands in for materials that are not supported; the caller says so.
 
-/// subsurface: a diffuse base of the medium's colour under its dielectric coat, without transport from one point to
-/// another. The colour is `reflectance`, or the diffuse reflectance of an index-matched half-space of the coefficients
-/// (dipole approximation, Jensen et al. 2001, eq. 15).
-shading::MaterialPtr make_subsurface_stand_in(const MaterialParams& params);
 /// hair: diffuse reflection and transmission of half the hair's colour each. Absorption becomes colour by the fit of
 /// Chiang et al. 2016, eq. 9.
 shading::MaterialPtr make_hair_stand_in(const MaterialParams& params);

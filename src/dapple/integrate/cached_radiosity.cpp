@@ -36,19 +36,19 @@ class ClaimGuard {
 
 }  // namespace
 
-bool HitShader::ends_in_cache(const PointBatch& b, int ray) const {
-  return cache_ && b.hits.geometry[ray] != no_id && materials_.is_diffuse_to_rays(b.hits.geometry[ray]) && !b.uncached[ray];
+bool HitShader::ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const {
+  return cache_for(arrival) && b.hits.geometry[ray] != no_id && materials_.is_diffuse_to_rays(b.hits.geometry[ray]) && !b.uncached[ray];
 }
 
 // Finds the tile that serves each diffuse ray of the batch; rays that none serves are left to shade_hits.
-void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const {
+void HitShader::locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.count = 0;
   scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
     b.uncached[i] = false;
-    if (b.ray_weight[i].is_black() || !ends_in_cache(b, i)) continue;
+    if (b.ray_weight[i].is_black() || !ends_in_cache(b, i, arrival)) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     const float width = b.width[k] + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
@@ -71,9 +71,11 @@ void HitShader::locate_radiosity(const Place& place, ShadingWorkspace& w) const 
 void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  locate_radiosity(place, w);
+  locate_radiosity(place, below.arrival, w);
   c.entry_count = 0;
-  ClaimGuard guard(*cache_, c);
+  RadiosityCache& cache = *cache_for(below.arrival);
+  RadiosityCache::Counts& counts = counts_for(below.arrival, w);
+  ClaimGuard guard(cache, c);
   for (int n = 0; n < c.count; ++n) {
     const int look_up = c.order[n];
     if (n == 0 || c.key[look_up] != c.entry[c.entry_count - 1].key) {
@@ -81,8 +83,8 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
       e.grid = c.point[look_up].grid;
       e.key = c.key[look_up];
       e.needed = 0;
-      e.diffuse_depth = below.depth.diffuse;
-      cache_->find(e, &w.caches);
+      e.diffuse_depth = place.depth.diffuse + 1;
+      cache.find(e, &counts);
     }
     c.entry_of[look_up] = c.entry_count - 1;
     c.near[look_up] = patches_->neighbours(c.point[look_up]);
@@ -91,11 +93,12 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
   guard.publish();
-  // Threads wait only for entries that are one diffuse bounce deeper than what they fill themselves: no ring.
+  // Threads wait only for entries that are one diffuse bounce deeper than what they fill themselves, or for irradiance of the same depth, of
+  // which entries wait for deeper radiosity: no ring.
   for (int e = 0; e < c.entry_count; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
-    entry.lost = entry.found == TileCache::Found::pending && !cache_->wait(entry);
-    if (entry.lost) RadiosityCache::count_lost(entry, &w.caches), entry.found = TileCache::Found::refused;
+    entry.lost = entry.found == TileCache::Found::pending && !cache.wait(entry);
+    if (entry.lost) RadiosityCache::count_lost(entry, &counts), entry.found = TileCache::Found::refused;
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
 
@@ -144,8 +147,9 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   if (all == 0) return;
   const double seconds = timer.seconds() - (w.fill_seconds - deeper);
   w.fill_seconds += seconds;
-  for (int r = 0; r < resolution_count; ++r) w.caches.by_resolution[r].fill_seconds += seconds * points[r] / all;
-  w.caches.by_depth[size_t(below.depth.diffuse - 1)].fill_seconds += seconds;
+  RadiosityCache::Counts& counts = counts_for(below.arrival, w);
+  for (int r = 0; r < resolution_count; ++r) counts.by_resolution[r].fill_seconds += seconds * points[r] / all;
+  counts.by_depth[size_t(below.depth.diffuse - (below.arrival == Arrival::probe ? 0 : 1))].fill_seconds += seconds;
 }
 
 template <class Wanted>
@@ -161,7 +165,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wan
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
-  prelight(f, Arrival::diffuse, w);
+  prelight(f, below.arrival, w);
   f.whole_cells = true;
   light_diffuse(below, w);
   f.whole_cells = false;

@@ -17,12 +17,11 @@ using shading::Bsdf;
 using trace::no_id;
 
 namespace {
-constexpr int sample_level = 0;         // of camera samples in the recursion, and of grids
-constexpr float irradiance_share = 0.15f;  // of the memory of caches
+constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 
-IrradianceInterpolator::Settings interpolation_settings(const DistributionIntegrator::Settings& s) {
-  return {s.shading.diffuse_rays.at(0), s.irradiance_accuracy, s.shading.seed, size_t(double(s.cache_bytes) * irradiance_share)};
+bool has_subsurface(const scene::Scene& scene) {
+  return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
 }
 }  // namespace
 
@@ -58,6 +57,16 @@ struct DistributionWorkspace final : Integrator::Workspace {
 };
 
 namespace {
+// How the memory of caches is divided; what is not in use takes none.
+struct CacheShares {
+  size_t subsurface, hemispheres, radiosity;
+
+  CacheShares(const scene::Scene& scene, const DistributionIntegrator::Settings& s)
+      : subsurface(s.subsurface_cache && has_subsurface(scene) ? s.cache_bytes / 4 : 0),
+        hemispheres(s.irradiance_interpolation ? s.cache_bytes / 7 : 0),
+        radiosity(s.cache_bytes - subsurface - hemispheres) {}
+};
+
 HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
   HitShader::Settings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
@@ -69,23 +78,31 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(size_t(double(settings.cache_bytes) * (settings.irradiance_interpolation ? 1 - irradiance_share : 1))) : nullptr),
-      shader_(scene, with_masks(settings), &patches_, radiosity_.get()),
-      interpolator_(settings.irradiance_interpolation && settings.shading.bounces > 0
-                        ? std::make_unique<IrradianceInterpolator>(shader_, patches_, interpolation_settings(settings)) : nullptr),
-      grids_(settings.grid_bytes) {}
+      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity) : nullptr),
+      shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
+      grids_(settings.grid_bytes) {
+  if (!settings.irradiance_interpolation || settings.shading.bounces == 0) return;
+  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, settings.shading.seed,
+                                           CacheShares(scene, settings).hemispheres};
+  interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
+}
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
   states.push_back(grids_.state());
   if (interpolator_) states.push_back(interpolator_->state());
+  const auto add = [&states](const char* name, const RadiosityCache& cache) {
+    for (int r = 0; r < resolution_count; ++r) {
+      const gi::TileCache& area = cache.area(Resolution(r));
+      // Entries are replaced, never given up: the peak is what is in use.
+      const size_t bytes = area.bytes_in_use();
+      states.push_back({std::string(name) + "." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
+    }
+  };
+  if (irradiance_) add("irradiance", *irradiance_);
   if (!radiosity_) return with_mask_state(std::move(states));
-  for (int r = 0; r < resolution_count; ++r) {
-    const gi::TileCache& area = radiosity_->area(Resolution(r));
-    // Entries are replaced, never given up: the peak is what is in use.
-    const size_t bytes = area.bytes_in_use();
-    states.push_back({"radiosity." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
-  }
+  add("radiosity", *radiosity_);
   for (int d = 1; d <= settings_.shading.bounces; ++d) states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
   return with_mask_state(std::move(states));
 }
@@ -100,6 +117,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
   w->caches.resize(caches().size());
   w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
   if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
+  w->shading.irradiance_caches.by_depth.resize(size_t(settings_.shading.bounces) + 1);
   return w;
 }
 
@@ -108,8 +126,10 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.wants_features = film.settings().features;
   w.shading.rays = {};
   w.shading.stages = {};
-  std::fill_n(w.shading.caches.by_resolution, resolution_count, CacheCounts());
-  std::fill(w.shading.caches.by_depth.begin(), w.shading.caches.by_depth.end(), CacheCounts());
+  for (RadiosityCache::Counts* c : {&w.shading.caches, &w.shading.irradiance_caches}) {
+    std::fill_n(c->by_resolution, resolution_count, CacheCounts());
+    std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
+  }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
@@ -126,6 +146,8 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.stages += w.shading.stages;
   CacheCounts* to = &w.caches[1];
   if (interpolator_) *to++ += std::exchange(w.interpolation->counts, {});
+  if (irradiance_)
+    for (const CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += c;
   if (!radiosity_) return;
   for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
   for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;

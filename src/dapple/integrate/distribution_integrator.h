@@ -21,6 +21,7 @@ class DistributionIntegrator final : public Integrator {
     int pixel_samples = 16;        ///< that will share a pixel's work
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
+    bool subsurface_cache = true;            ///< the light that enters subsurface bodies is cached too
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
     bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
     float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
@@ -50,9 +51,9 @@ class DistributionIntegrator final : public Integrator {
   const scene::Scene& scene_;
   const Settings settings_;
   const scene::PatchTable patches_;
-  const std::unique_ptr<RadiosityCache> radiosity_;
+  const std::unique_ptr<RadiosityCache> irradiance_, radiosity_;
   const HitShader shader_;
-  const std::unique_ptr<const IrradianceInterpolator> interpolator_;
+  std::unique_ptr<const IrradianceInterpolator> interpolator_;
   mutable GridStore grids_;
 };
 

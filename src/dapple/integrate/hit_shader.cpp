@@ -29,16 +29,24 @@ bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmitta
 
 // A layered material as a diffuse ray sees it.
 void flatten_layers(Bsdf* b) {
-  if (b->kind != BsdfKind::coated || b->base != BsdfKind::diffuse) return;
+  if (b->kind != BsdfKind::subsurface && (b->kind != BsdfKind::coated || b->base != BsdfKind::diffuse)) return;
   const Frame frame = b->frame;
   *b = Bsdf::make_diffuse(clamp(b->albedo(), 0, 1));
   b->frame = frame;
 }
 
+// The boundary of a subsurface body as a probe sees it.
+void open_boundary(Bsdf* b) {
+  const Frame frame = b->frame;
+  *b = b->kind == BsdfKind::subsurface ? Bsdf::make_entering(*b) : Bsdf::make_diffuse(RGB(1));
+  b->frame = frame;
+}
+
 }  // namespace
 
-HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache)
-    : scene_(scene), patches_(patches), cache_(cache), settings_(settings), materials_(scene), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
+HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
+                     RadiosityCache* irradiance)
+    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -54,8 +62,8 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
   }, b.bsdf, w.prelighting, &w.stages);
-  if (arrival == Arrival::diffuse)
-    for (int k = 0; k < b.count; ++k) flatten_layers(&b.bsdf[k]);
+  if (arrival == Arrival::view) return;
+  for (int k = 0; k < b.count; ++k) arrival == Arrival::diffuse ? flatten_layers(&b.bsdf[k]) : open_boundary(&b.bsdf[k]);
 }
 
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float size, uint64_t key, PointBatch& b, int k) const {
@@ -146,6 +154,8 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     b.diffuse[k] = shading::lambertian_radiance(b.bsdf[k], b.irradiance[k], b.irradiance_behind[k]);
     ++w.stages[Stage::diffuselighting];
   }
+  if (place.arrival == Arrival::probe) return;
+  if (place.arrival == Arrival::view) light_subsurface(place, w);
   run_diffuselighting(scene_, b, w);
 }
 
@@ -198,6 +208,7 @@ void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const 
     ShadowTarget target = to_specular;
     if (bsdf.is_diffuse()) {
       target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
+      L *= bsdf.crossing(cosine);
       if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
     } else {
       float bsdf_pdf = 0;
@@ -260,7 +271,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     const int i = b.ray_count++;
     set_diffuse_ray(b, i, k, from, d, cosine, rays, w.seed[j] + 0x9e3779b9u * w.index[j]);
     b.ray_behind[i] = behind;
-    b.ray_weight[i] = RGB(pi * w.job_weight[j] / (behind ? 1 - front : front));
+    b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
   gather(place, w);
   // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
@@ -285,12 +296,11 @@ void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
   const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
   std::fill_n(b.ray_L, b.ray_count, RGB());
   if (cache_) add_radiosity(place, {place.level + 1, {place.depth.diffuse + 1, 0}, Arrival::diffuse, 1}, w);
-  shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i); }, w);
+  shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i, Arrival::diffuse); }, w);
 }
 
 // Shades what those rays of the batch hit for which wanted(i), and adds it to their ray_L.
-template <class Wanted>
-void HitShader::shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const {
+void HitShader::shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
   found.count = 0;
@@ -315,8 +325,9 @@ void HitShader::shade_hits(const Place& place, const Place& below, const Wanted&
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int k = 0; k < b.count; ++k) {
-    const Bsdf& bsdf = b.bsdf[k];
+    Bsdf& bsdf = b.bsdf[k];
     b.specular[k] = RGB();
+    bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
     w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place) : 1;
     if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
@@ -442,7 +453,10 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
 }
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
-  for (int k = 0; k < b.count; ++k) b.Ci[k] = b.diffuse[k] + b.specular[k];
+  for (int k = 0; k < b.count; ++k) {
+    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse[k] *= b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n));
+    b.Ci[k] = b.diffuse[k] + b.specular[k];
+  }
   if (arrival == Arrival::view) run_view_stages(scene_, b, w);
 }
 

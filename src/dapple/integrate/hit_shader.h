@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_list.h"
 
@@ -19,6 +21,7 @@ class HitShader {
     int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
     int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
+    RayList subsurface_rays{16};  ///< probes of the body around a point that is seen, by diffuse depth
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
     uint64_t seed = 0;
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
@@ -27,7 +30,8 @@ class HitShader {
 
   /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
   /// mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
-  enum class Arrival { view, diffuse };
+  /// A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
+  enum class Arrival { view, diffuse, probe };
 
   /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts are
   /// divided by it, rounded up.
@@ -38,8 +42,9 @@ class HitShader {
     int share = 1;
   };
 
-  /// Diffuse rays end in `cache`, unless it is null. All must outlive this object.
-  HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache);
+  /// Diffuse rays end in `cache`, and probes of subsurface bodies in `irradiance`, unless they are null. All must outlive this object.
+  HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
+            RadiosityCache* irradiance = nullptr);
 
   const MaterialTable& materials() const { return materials_; }
   const RayTracer& tracer() const { return tracer_; }
@@ -94,12 +99,20 @@ class HitShader {
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void add_lights_hit(PointBatch& b, const Place& place) const;
-  template <class Wanted>
-  void shade_hits(const Place& place, const Place& below, const Wanted& wanted, ShadingWorkspace& w) const;
+  void shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
 
-  bool ends_in_cache(const PointBatch& b, int ray) const;
-  void locate_radiosity(const Place& place, ShadingWorkspace& w) const;
+  void light_subsurface(const Place& place, ShadingWorkspace& w) const;
+  void send_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+  void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
+  void gather_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+
+  RadiosityCache* cache_for(Arrival arrival) const { return arrival == Arrival::probe ? irradiance_cache_ : cache_; }
+  static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
+    return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
+  }
+  bool ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const;
+  void locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
   template <class Wanted>
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
@@ -109,7 +122,7 @@ class HitShader {
 
   const scene::Scene& scene_;
   const scene::PatchTable* const patches_;
-  RadiosityCache* const cache_;
+  RadiosityCache *const cache_, *const irradiance_cache_;
   const Settings settings_;
   const MaterialTable materials_;
   const RayTracer tracer_;

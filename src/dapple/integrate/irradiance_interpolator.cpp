@@ -52,7 +52,7 @@ IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
 }
 
 CacheState IrradianceInterpolator::state() const {
-  return {"irradiance", {}, cache_.evictions(), cache_.bytes_in_use(), cache_.bytes_in_use(), cache_.bytes()};
+  return {"hemispheres", {}, cache_.evictions(), cache_.bytes_in_use(), cache_.bytes_in_use(), cache_.bytes()};
 }
 
 void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {

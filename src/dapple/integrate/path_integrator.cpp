@@ -28,14 +28,16 @@ namespace {
 enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
 
-// Surfaces without scattering between media, and cut-outs, do not count as scatterings; this ends a path caught between them.
-constexpr int max_steps = 4096;
+// Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
+constexpr int max_passes = 4096;
 
 // Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
 constexpr float diffuse_spread = 0.05f;
 
 // Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse ray brings.
 constexpr float lit_share = 0.25f;
+// Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
+constexpr float delta_cosine = 0.98f;
 
 }  // namespace
 
@@ -86,12 +88,12 @@ void PathIntegrator::start_paths(PathWorkspace& w) const {
 }
 
 void PathIntegrator::trace_paths(PathWorkspace& w) const {
-  for (int step = 0; w.now->count > 0 && step < max_steps; ++step) {
+  for (uint32_t step = 0; w.now->count > 0; ++step) {
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
     collect_hits(w);
     prelight(w);
     w.append_flights();
-    w.draw_samples(CameraBatch::dimensions + uint32_t(step) * step_dimensions);
+    w.draw_samples(CameraBatch::dimensions + step * step_dimensions);
     w.shadow_count = 0;
     for (int k = 0; k < w.surface_count; ++k) {
       if (w.bsdf[k].kind == BsdfKind::passthrough) {
@@ -122,7 +124,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
   for (int i = 0; i < w.now->count; ++i) {
     const int p = w.now->path[i];
     const V3f d = w.now->batch.direction(i);
-    if (w.medium[p] != scene::vacuum && !arrive(i, w)) continue;
+    if (w.walk[p].inside() ? !walk(i, w) : w.medium[p] != scene::vacuum && !arrive(i, w)) continue;
     if (w.hit.geometry[i] == no_id) {
       add_environment(p, w.now->batch.origin(i), d, w);
       continue;
@@ -149,7 +151,11 @@ void PathIntegrator::fly(PathWorkspace& w) const {
     const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
     out->add(ray, w.hit.geometry[i] == no_id ? infinity : w.hit.t[i], w.beta[p], w.vertex_key(p, 0));
   };
-  w.shadow_scratch.media.sample(scene_, w.now->count, [&](int i) { return w.medium[w.now->path[i]]; }, add, w.flown);
+  const auto medium = [&w](int i) {
+    const int p = w.now->path[i];
+    return w.walk[p].inside() ? scene::vacuum : w.medium[p];
+  };
+  w.shadow_scratch.media.sample(scene_, w.now->count, medium, add, w.flown);
 }
 
 // Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
@@ -162,6 +168,23 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
   if (!w.last[p]) w.flight[w.flight_count++] = {p, rays.origin(i) + rays.direction(i) * s.t, rays.direction(i)};
+  return false;
+}
+
+// The same inside a subsurface body. Where the path scatters, it goes on in the following step.
+bool PathIntegrator::walk(int i, PathWorkspace& w) const {
+  const int p = w.now->path[i];
+  if (w.hit.geometry[i] == no_id) {  // the body has no other side
+    w.walk[p].start();
+    return true;
+  }
+  const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
+  V3f P, d;
+  const auto flight = w.walk[p].fly(ray, w.hit.t[i], w.eta_scale[p], w.vertex_key(p, 2), &w.beta[p], &P, &d);
+  if (flight != SubsurfaceWalk::Flight::scattered) return flight == SubsurfaceWalk::Flight::arrived;
+  w.bsdf_pdf[p] = 0;
+  w.push_ray(p, P, d, w.next_key(p));
+  ++w.rays.subsurface;
   return false;
 }
 
@@ -216,6 +239,7 @@ void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
 
 void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
+  if (++w.passes[p] > max_passes) return;
   w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(w.wi[k], w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
 }
@@ -246,10 +270,13 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   if (!scene_.light_sampler || bsdf.is_delta()) return;
+  // What shines inside a body is found by walking: light is weakened on the way, which shadow rays do not know.
+  if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
   connect(k, receiver_at(k, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
     const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+    if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
     return f * std::abs(dot(wi, bsdf.frame.n));
   }, w);
 }
@@ -329,8 +356,9 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.beta[p] *= sample.weight;
   if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
+  if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
-  w.bsdf_pdf[p] = sample.pdf;
+  w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
   w.receiver[p] = receiver_at(k, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
@@ -338,6 +366,49 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
     w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
   ++(diffuse ? w.rays.diffuse : w.rays.specular);
+}
+
+// Into a subsurface body, out of it, or back from its boundary on either side. The way through counts as one diffuse scattering; where
+// nothing scattered it, as a specular one.
+void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const geom::SurfacePoint& s = w.surface[k];
+  SubsurfaceWalk& walk = w.walk[p];
+  const bool was_inside = walk.inside(), inwards = dot(sample.wi, s.Ng) < 0;
+  const bool diffused = was_inside && walk.scattered();
+  const bool smooth = w.bsdf[k].is_delta();
+  walk.cross(w.bsdf[k], inwards);
+  if (inwards) {
+    if (walk.is_clear() && !end_or_go_on(k, sample.lobe, w)) return;
+    w.bsdf_pdf[p] = 0;
+    ++w.rays.subsurface;
+  } else {
+    if (diffused && smooth) find_delta_light(k, sample.wi, w);
+    if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
+    w.bsdf_pdf[p] = sample.pdf;
+    w.receiver[p] = receiver_at(k, w);
+    if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+    ++(diffused ? w.rays.diffuse : w.rays.specular);
+  }
+  w.push_ray(p, offset_origin(s, sample.wi), sample.wi, w.next_key(p));
+}
+
+// Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few degrees, so such a light is
+// taken to be as wide as that.
+void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int p = w.point_path[k];
+  const shading::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
+  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
+  shading::LightSample light;
+  if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
+      !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) || dot(wi, light.wi) < delta_cosine)
+    return;
+  const RGB L = w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - delta_cosine)));
+  if (L.is_black() || !L.is_finite()) return;
+  const V3f origin = offset_origin(w.surface[k], light.wi);
+  const ShadowRay ray(receiver.p, light, origin);
+  if (ray.distance > 0 && dot(light.wi, w.surface[k].Ng) > 0) w.push_shadow(p, origin, w.surface[k].Ng, ray.d, ray.distance, L, w.medium[p]);
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {

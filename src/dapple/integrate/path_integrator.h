@@ -52,6 +52,7 @@ class PathIntegrator final : public Integrator {
   void pass_through(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
+  bool walk(int ray, PathWorkspace& w) const;
   template <class Evaluate>
   void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
                const Evaluate& evaluate, PathWorkspace& w) const;
@@ -62,6 +63,8 @@ class PathIntegrator final : public Integrator {
   void scatter_in_medium(int point, PathWorkspace& w) const;
   bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
+  void cross_boundary(int point, const shading::BsdfSample& sample, PathWorkspace& w) const;
+  void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
   shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
 

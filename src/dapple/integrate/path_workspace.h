@@ -7,6 +7,7 @@
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/integrate/subsurface_walk.h"
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
@@ -24,6 +25,8 @@ struct PathWorkspace final : Integrator::Workspace {
   shading::LightReceiver receiver[capacity];  ///< where the last scattering happened
   float eta_scale[capacity], time[capacity], cone_width[capacity], cone_spread[capacity];
   int32_t medium[capacity];
+  SubsurfaceWalk walk[capacity];  ///< while it is inside, medium[] is the one outside
+  int32_t passes[capacity];       ///< through surfaces that are not there
   int32_t scatterings[capacity], diffuse_depth[capacity], specular_depth[capacity];
   uint32_t ray_number[capacity];
   uint8_t last[capacity];  ///< the path only looks for lights any more
@@ -79,6 +82,8 @@ struct PathWorkspace final : Integrator::Workspace {
     eta_scale[p] = 1;
     scatterings[p] = diffuse_depth[p] = specular_depth[p] = 0;
     ray_number[p] = 0;
+    passes[p] = 0;
+    walk[p].start();
     last[p] = 0;
     features[p] = {};
   }

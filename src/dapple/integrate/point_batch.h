@@ -9,6 +9,7 @@
 #include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/integrate/subsurface_probes.h"
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::integrate {
@@ -98,7 +99,7 @@ struct ShadingWorkspace {
   shading::ShadingPoints points;  ///< for stages that shaders have of their own
   RayCounts rays;
   StageCounts stages;
-  RadiosityCache::Counts caches;
+  RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
 
   // Rays about to be drawn, and their random numbers.
@@ -135,10 +136,17 @@ struct ShadingWorkspace {
     while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>());
     return *cache_levels[size_t(depth)];
   }
+  SubsurfaceBatch& subsurface_level(int depth) {
+    while (int(subsurface_levels.size()) <= depth) subsurface_levels.push_back(nullptr);
+    auto& level = subsurface_levels[size_t(depth)];
+    if (!level) level = std::make_unique<SubsurfaceBatch>();
+    return *level;
+  }
 
  private:
   std::vector<std::unique_ptr<PointBatch>> levels;
   std::vector<std::unique_ptr<CacheBatch>> cache_levels;
+  std::vector<std::unique_ptr<SubsurfaceBatch>> subsurface_levels;
 };
 
 }  // namespace dapple::integrate

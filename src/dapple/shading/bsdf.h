@@ -18,6 +18,7 @@ enum class BsdfKind : uint8_t {
   dielectric,            ///< GGX reflection and refraction, or smooth
   thin_dielectric,       ///< a thin sheet, straight through
   coated,                ///< a dielectric coat over a diffuse or conducting base, stochastic (Guo et al. 2018)
+  subsurface,            ///< the boundary of a body that scatters inside: as dielectric, and samples of it lose nothing
   passthrough            ///< the surface is not there (interface, alpha)
 };
 
@@ -25,7 +26,9 @@ enum class BsdfKind : uint8_t {
 struct BsdfSample {
   V3f wi{0, 0, 1};
   RGB weight;
-  float pdf = 0;  ///< of all lobes together, solid angle; 0 for delta and passthrough lobes: MIS leaves those out
+  /// Of all lobes together, solid angle; 0 for delta and passthrough lobes, and for what light does that a rough subsurface boundary scatters
+  /// more than once: MIS leaves those out.
+  float pdf = 0;
   Lobe lobe = Lobe::none;
   bool transmitted = false;
   float eta = 1;  ///< eta transmitted / eta incident of a refraction; for Russian roulette only
@@ -62,6 +65,10 @@ struct Bsdf {
   float thickness = 0, g = 0;                ///< coated: CoatLayer's
   RGB medium_albedo;                         ///< coated: CoatLayer's
   float coat_return = 0;  ///< coated over diffuse: share of the base's light a smooth coat sends back to it
+  /// subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is the share of the light that
+  /// entered which leaves again; k and eta are parameters of crossing().
+  RGB extinction;
+  bool reflects_only = false;  ///< subsurface: transmission is somebody else's
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -75,7 +82,21 @@ struct Bsdf {
   /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
   static Bsdf make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
                                     float alpha_y, const CoatLayer& layer);
+  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; g: of the phase function; reflectance: of what enters (numeric/half_space.h).
+  static Bsdf make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g, RGB reflectance);
+  /// Diffuse, white, and lit through the boundary of a subsurface Bsdf: radiance by it is the light that enters / pi, as it counts for
+  /// diffusion: times crossing().
+  static Bsdf make_entering(const Bsdf& boundary);
   static Bsdf make_passthrough();
+
+  /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by reciprocity that which enters:
+  /// Fresnel transmittance times the share that escapes from a half-space (Chandrasekhar's H in the approximation of Hapke 2002). For
+  /// make_entering's, times the diffuse transmittance of the boundary; else the mean over a hemisphere of radiance 1 is 1. One for other
+  /// diffuse Bsdfs.
+  RGB crossing(float cosine) const {
+    if (extinction.is_black()) return RGB(1);
+    return eta * escape(cosine);
+  }
 
   /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored
   /// by others.
@@ -102,6 +123,7 @@ struct Bsdf {
   RGB albedo() const;
 
  private:
+  RGB escape(float cosine) const;
   RGB eval_pdf_general(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
   float pdf_general(const V3f& wo, const V3f& wi) const;
   bool sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;

@@ -30,13 +30,13 @@ bool is_orthonormal(const Frame& f) {
 }
 
 bool scatters_diffusely(const Bsdf& b) {
-  return b.is_diffuse() || (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
+  return b.is_diffuse() || b.kind == BsdfKind::subsurface || (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
 }
 
 // True if something had to be changed.
 bool repair(Bsdf* b, const ShadingPoints& points, int i) {
   bool bad = false;
-  for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo}) bad |= repair(c);
+  for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo, &b->extinction}) bad |= repair(c);
   const auto check = [&bad](float* v, bool right, float otherwise) {
     if (right) return;
     *v = otherwise;
@@ -61,6 +61,7 @@ GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_p
     : code_(std::move(code)), shader_(std::move(shader)), stages_(stages), name_(std::move(name)) {
   try {
     diffuse_to_rays_ = shader_->is_diffuse_to_rays();
+    subsurface_ = shader_->has_subsurface();
   } catch (...) {  // it says nothing: false is always right
   }
 }

@@ -33,6 +33,7 @@ class GuardedMaterial final : public Material {
   bool needs_differentials() const override { return true; }
   /// As the shader says, which is held to it: what else its prelighting gives is replaced.
   bool is_diffuse_to_rays() const override { return diffuse_to_rays_; }
+  bool has_subsurface() const override { return subsurface_; }
 
   const std::string& name() const { return name_; }
 
@@ -54,7 +55,7 @@ class GuardedMaterial final : public Material {
   std::shared_ptr<const void> code_;  // first, to go last
   std::unique_ptr<const Material> shader_;
   StageSet stages_;
-  bool diffuse_to_rays_ = false;
+  bool diffuse_to_rays_ = false, subsurface_ = false;
   std::string name_;
   mutable std::mutex mutex_;
   mutable std::array<Faults, stage_count> faults_;

@@ -40,6 +40,8 @@ class Material {
   virtual bool is_diffuse_to_rays() const { return is_diffuse(); }
   /// True if the surface only separates media.
   virtual bool is_interface() const { return false; }
+  /// True if some Bsdf of prelighting is of kind subsurface.
+  virtual bool has_subsurface() const { return false; }
 };
 
 using MaterialPtr = std::shared_ptr<const Material>;

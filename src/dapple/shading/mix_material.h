@@ -18,6 +18,7 @@ class MixMaterial final : public Material {
   bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
   bool is_random() const override { return !is_diffuse(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
+  bool has_subsurface() const override { return first_->has_subsurface() || second_->has_subsurface(); }
 
  private:
   void blend(const ShadingPoints& points, Bsdf* out) const;

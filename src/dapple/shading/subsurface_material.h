@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "dapple/numeric/half_space.h"
+#include "dapple/shading/surface_material.h"
+
+namespace dapple::shading {
+
+/// What is inside: coefficients, or the colour and scale they are to give.
+struct InteriorInput {
+  Input<RGB> sigma_a{RGB()}, sigma_s{RGB()};  ///< 1/m, times `scale`
+  std::optional<Input<RGB>> reflectance;      ///< given: of the light that enters, the share that leaves again
+  Input<RGB> mean_free_path{RGB(1)};          ///< with reflectance: 1 / (sigma_a + sigma_s), m, times `scale`
+  float scale = 1;
+  float g = 0;  ///< Henyey-Greenstein
+
+  bool is_constant() const {
+    return reflectance ? all_constant(*reflectance, mean_free_path) : all_constant(sigma_a, sigma_s);
+  }
+};
+
+/// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say
+/// what is below the point where light enters, or where it is seen. From coefficients to reflectance and back by
+/// numeric/half_space.h and similarity.
+class SubsurfaceMaterial final : public SurfaceMaterial {
+ public:
+  SubsurfaceMaterial(float ior, RoughnessInput roughness, InteriorInput interior, SurfaceDetail detail);
+  /// Diffuse rays see its mean albedo, as of other layered materials.
+  bool is_diffuse_to_rays() const override { return true; }
+  bool has_subsurface() const override { return true; }
+
+ private:
+  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  Bsdf from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const;
+  Bsdf from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const;
+
+  float ior_;
+  RoughnessInput roughness_;
+  InteriorInput interior_;
+  HalfSpaceTable table_;
+};
+
+}  // namespace dapple::shading
