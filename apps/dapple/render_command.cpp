@@ -299,7 +299,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [0.4]")
       ->check(CLI::Range(0.001, 10.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
-  app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or masks of what stands in its way: quick and nearly right [rays]");
+  app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
   app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [half a slab]");
   app.add_option("--mask-sky", o->masks.sky_directions, "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
