@@ -115,9 +115,9 @@ std::vector<CacheState> DistributionIntegrator::with_mask_state(std::vector<Cach
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
   auto w = std::make_unique<DistributionWorkspace>();
   w->caches.resize(caches().size());
-  w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
+  for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
+    c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
   if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
-  w->shading.irradiance_caches.by_depth.resize(size_t(settings_.shading.bounces) + 1);
   return w;
 }
 
@@ -150,7 +150,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     for (const CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += c;
   if (!radiosity_) return;
   for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
-  for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;
+  for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += w.shading.caches.by_depth[size_t(d)];
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -281,7 +281,7 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
   shader_.prelight(b, HitShader::Arrival::view, w.shading);
-  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, 1};
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
   if (interpolator_) interpolator_->interpolate(place, *w.interpolation, w.shading);
   shader_.light_diffuse(place, w.shading);
   for (int k = 0; k < b.count; ++k) {
@@ -313,7 +313,7 @@ void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGr
 // Light that depends on the view, a camera sample at a time.
 void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
-  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, settings_.pixel_samples};
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
     for (int p = 0; p < w.camera.count; ++p) {
@@ -328,6 +328,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       b.spread[k] = w.camera.ray[p].cone_spread;
       b.medium[k] = w.medium[p];
       b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
+      b.share[k] = settings_.pixel_samples;
     }
     if (b.count == 0) continue;
     if (source == Source::hit) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_list.h"
 
@@ -33,13 +31,11 @@ class HitShader {
   /// A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
   enum class Arrival { view, diffuse, probe };
 
-  /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts are
-  /// divided by it, rounded up.
+  /// Where a batch stands in the recursion.
   struct Place {
     int level = 0;
     Depth depth;
     Arrival arrival = Arrival::view;
-    int share = 1;
   };
 
   /// Diffuse rays end in `cache`, and probes of subsurface bodies in `irradiance`, unless they are null. All must outlive this object.
@@ -86,34 +82,48 @@ class HitShader {
   RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
 
  private:
-  int shadow_rays(const Place& place) const;
-  int diffuse_rays(const Place& place) const;
+  /// Which rays of a batch.
+  using RayFilter = bool (*)(const PointBatch&, int ray);
+  static bool any_ray(const PointBatch&, int) { return true; }
+  static bool is_diffuse_ray(const PointBatch& b, int ray) { return b.ray_lobe[ray] == shading::Lobe::diffuse; }
+  static bool is_specular_ray(const PointBatch& b, int ray) { return !is_diffuse_ray(b, ray); }
+
+  static Place behind_diffuse(const Place& place);
+  static int count_of(const RayList& list, const Place& place, int share) { return (list.at(place.depth.diffuse) + share - 1) / share; }
+  int shadow_rays(const Place& place, int share) const { return count_of(settings_.shadow_rays, place, share); }
+  int diffuse_rays(const Place& place, int share) const { return count_of(settings_.diffuse_rays, place, share); }
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
   float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
 
   template <class Wanted>
   void light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const;
-  void draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const;
+  void draw_lights(PointBatch& b, ShadingWorkspace& w) const;
   void trace_shadows(ShadingWorkspace& w) const;
 
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void add_lights_hit(PointBatch& b, const Place& place) const;
-  void shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const;
+  void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;
-  void send_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+  void send_probes(const Place& place, ShadingWorkspace& w) const;
   void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
-  void gather_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+  void gather_probes(const Place& place, ShadingWorkspace& w) const;
+  int probes(const Place& place, const PointBatch& b, int k) const { return count_of(settings_.subsurface_rays, place, b.share[k]); }
 
-  RadiosityCache* cache_for(Arrival arrival) const { return arrival == Arrival::probe ? irradiance_cache_ : cache_; }
+  /// None serves viewers: what they see in mirrors is sharp.
+  RadiosityCache* cache_for(Arrival arrival) const {
+    return arrival == Arrival::view ? nullptr : arrival == Arrival::probe ? irradiance_cache_ : cache_;
+  }
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const;
-  void locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const;
-  void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
+  /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
+  /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
+  void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   template <class Wanted>
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
   template <class Wanted>

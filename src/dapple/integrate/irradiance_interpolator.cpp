@@ -177,7 +177,7 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
 
 // Computes up to as many hemispheres as there is room for.
 void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
-  const HitShader::Place here{place.level + 1, place.depth, place.arrival, 1};
+  const HitShader::Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
   const int strata = strata_.count(), all = count * strata;
   for (int k = 0; k < count; ++k) {

@@ -32,6 +32,7 @@ struct PointBatch {
   float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
   uint64_t key[capacity];   ///< of all random numbers of the point
+  int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
   /// Where the rays of points start that stand for their whole cells; those of other points start at `surface`.
   static constexpr int origins = 4;
   bool whole_cells = false;
@@ -56,13 +57,13 @@ struct PointBatch {
   trace::HitBatch hits;
   float distance[capacity];
   float ray_spread[capacity];  ///< for textures
-  float ray_cone[capacity];    ///< growth of the width of what a diffuse ray stands for
-  bool uncached[capacity];     ///< the cache has no entry for what a diffuse ray met
+  float ray_cone[capacity];    ///< growth of the width of what the ray stands for
+  bool cached[capacity];       ///< a cache has said what arrives along the ray
   int32_t ray_medium[capacity];
+  int ray_share[capacity];     ///< PointBatch::share of what it meets
   float ray_pdf[capacity];
   shading::Lobe ray_lobe[capacity];
 
-  void move_point(int to, int from);
   /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i) const {
     if (whole_cells) return origin[k * origins + (i + i / origins) % origins];
