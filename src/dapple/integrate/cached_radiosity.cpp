@@ -117,13 +117,13 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
     if (!wanted(entry)) continue;
     const scene::GridId& id = entry.grid;
     const bool whole = entry.found == TileCache::Found::mine;
-    const float size = patches_->cell_size(id);
+    const scene::PatchTable::Cell cell = patches_->cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);
         if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
         const int k = f.count++;
-        set_shading_point(id, i, j, size, entry.key, f, k);
+        set_shading_point(id, i, j, cell, entry.key, f, k);
         spread_origins(id, i, j, f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;

@@ -244,12 +244,12 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
   b.count = 0;
   for (const auto& grid : w.to_shade) {
     const GridId id = patches_seen(grid->id, w);
-    const float cell_size = patches_.cell_size(id);
+    const scene::PatchTable::Cell cell = patches_.cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
-        shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
+        shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
         w.target[k] = {grid.get(), id.index(i, j)};
         if (interpolator_) w.interpolation->point[k] = {id, i, j};
         if (++b.count == PointBatch::capacity) shade_batch(w);
@@ -329,6 +329,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       b.medium[k] = w.medium[p];
       b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
       b.share[k] = settings_.pixel_samples;
+      b.set_no_cell(k);
     }
     if (b.count == 0) continue;
     if (source == Source::hit) {
@@ -361,7 +362,7 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   f.patch = id.patch;
   f.point = uint32_t(at.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
-  f.shading_rate = sqr(patches_.cell_size(id) / w.width[p]);
+  f.shading_rate = sqr(patches_.cell(id).size / w.width[p]);
 }
 
 }  // namespace dapple::integrate

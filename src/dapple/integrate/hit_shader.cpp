@@ -64,19 +64,20 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
-    scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
+    b.describe(k, points, lane);
   }, b.bsdf, w.prelighting, &w.stages);
   if (arrival == Arrival::view) return;
   for (int k = 0; k < b.count; ++k) arrival == Arrival::diffuse ? flatten_layers(&b.bsdf[k]) : open_boundary(&b.bsdf[k]);
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float size, uint64_t key, PointBatch& b, int k) const {
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const {
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
   b.geometry[k] = id.geometry;
   b.surface[k] = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.time[k] = scene::PatchTable::shading_time;
-  b.width[k] = size;
+  b.width[k] = cell.size;
+  b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
@@ -326,6 +327,7 @@ void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wan
     found.medium[c] = b.ray_medium[i];
     found.key[c] = hash(b.key[k], b.rays.key[i]);
     found.share[c] = b.ray_share[i];
+    found.set_no_cell(c);
   }
   if (found.count > 0) shade(below, w);
   for (int c = 0; c < found.count; ++c) b.ray_L[found.parent[c]] += found.Ci[c];

@@ -48,8 +48,8 @@ class HitShader {
   /// Runs all stages: b.Ci. Reads the inputs of the batch at place.level.
   void shade(const Place& place, ShadingWorkspace& w) const;
 
-  /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `size`: PatchTable::cell_size. `key`: of the tile's random numbers.
-  void set_shading_point(const scene::GridId& grid, int i, int j, float size, uint64_t key, PointBatch& b, int k) const;
+  /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `key`: of the tile's random numbers.
+  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
   void spread_origins(const scene::GridId& grid, int i, int j, PointBatch& b, int k) const;

@@ -182,7 +182,9 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   const int strata = strata_.count(), all = count * strata;
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
-    shader_.set_shading_point(at.grid, at.i, at.j, patches_.cell_size(at.grid) * ray_width, nodes[k]->key, b, k);
+    scene::PatchTable::Cell cell = patches_.cell(at.grid);
+    cell.size *= ray_width;
+    shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
   }

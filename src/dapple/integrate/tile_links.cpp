@@ -61,7 +61,7 @@ uint64_t TileLinker::link(Scratch& s) const {
 
 // From edge to edge through the middles of all cells.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
-  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell_size(job.grid);
+  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid).size;
   const TileLinks suspect{all_cells, 0};
   for (float j = 0.5f; j < h; ++j) add(job, {margin, j}, {w - margin, j}, size, suspect, s, rays);
   for (float i = 0.5f; i < w; ++i) add(job, {i, margin}, {i, h - margin}, size, suspect, s, rays);
@@ -70,7 +70,7 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
 // From each shading point to the next ones, and to the corners of its cell.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell_size(job.grid), corner = 0.5f - margin;
+  const float size = patches_->cell(job.grid).size, corner = 0.5f - margin;
   for (int j = 0; j < h; ++j)
     for (int i = 0; i < w; ++i) {
       const V2f p(float(i) + 0.5f, float(j) + 0.5f);
@@ -118,7 +118,7 @@ bool TileLinker::blocks(const Scratch& s, int ray) const {
   const GridId met = patches_->patch_of(s.hits, ray);
   const GridId& own = s.grid[ray];
   if (met.instance == own.instance && met.geometry == own.geometry && met.patch == own.patch) return false;
-  return patches_->cell_size(met) >= s.cell_size[ray];
+  return patches_->cell(met).size >= s.cell_size[ray];
 }
 
 }  // namespace dapple::integrate

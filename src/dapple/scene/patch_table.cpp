@@ -167,12 +167,12 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   return true;
 }
 
-float PatchTable::cell_size(const GridId& grid) const {
+PatchTable::Cell PatchTable::cell(const GridId& grid) const {
   if (grid.cluster_level > 0)
-    return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
+    return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance)};
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const trace::Shape& shape = scene_.shape(grid.geometry);
-  if (std::holds_alternative<trace::CurvesPtr>(shape)) return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return {curve_length(grid.instance, grid.geometry, grid.patch) / nu};
   Extent e;
   if (is_round(shape)) {
     trace::HitBatch hit;
@@ -182,7 +182,8 @@ float PatchTable::cell_size(const GridId& grid) const {
   } else {
     e = extent(grid.instance, grid.geometry, grid.patch);
   }
-  return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
+  const V3f s = e.s * (1 / nu), t = e.t * (1 / nv);
+  return {std::sqrt(std::max(length2(s), length2(t))), s, t};
 }
 
 PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {

@@ -95,8 +95,12 @@ class PatchTable {
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 
-  /// Length of a tile's micropolygons (m), the longer side; of a group, its diameter.
-  float cell_size(const GridId& grid) const;
+  /// A micropolygon of a tile.
+  struct Cell {
+    float size = 0;                        ///< m: the longer side; of a group, its diameter
+    V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
+  };
+  Cell cell(const GridId& grid) const;
 
   size_t bytes() const;
 
