@@ -135,6 +135,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.subsurface_rays, other.subsurface_rays);
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.radiosity_cache, other.radiosity_cache);
+  fill(&r.caustics, other.caustics);
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.subsurface_cache, other.subsurface_cache);
@@ -192,6 +193,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
+  if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
@@ -214,6 +216,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.shading_rate = 1.0f;
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = true;
+  r.caustics = name == "final";
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
   r.irradiance_interpolation = false;
@@ -284,6 +287,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
   s.radiosity_cache = *r.radiosity_cache;
+  s.shading.caustics = *r.caustics;
   s.subsurface_cache = *r.subsurface_cache;
   s.shading.cache_width = *r.cache_width;
   s.irradiance_interpolation = *r.irradiance_interpolation;

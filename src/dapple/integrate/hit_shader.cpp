@@ -31,14 +31,6 @@ int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, 
 
 bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
 
-// A layered material as a diffuse ray sees it.
-void flatten_layers(Bsdf* b) {
-  if (b->kind != BsdfKind::subsurface && (b->kind != BsdfKind::coated || b->base != BsdfKind::diffuse)) return;
-  const Frame frame = b->frame;
-  *b = Bsdf::make_diffuse(clamp(b->albedo(), 0, 1));
-  b->frame = frame;
-}
-
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
   const Frame frame = b->frame;
@@ -50,7 +42,7 @@ void open_boundary(Bsdf* b) {
 
 HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
                      RadiosityCache* irradiance)
-    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
+    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene, settings.caustics), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -65,9 +57,9 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     b.describe(k, points, lane);
-  }, b.bsdf, w.prelighting, &w.stages);
-  if (arrival == Arrival::view) return;
-  for (int k = 0; k < b.count; ++k) arrival == Arrival::diffuse ? flatten_layers(&b.bsdf[k]) : open_boundary(&b.bsdf[k]);
+  }, b.bsdf, w.prelighting, &w.stages, arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
+  if (arrival != Arrival::probe) return;
+  for (int k = 0; k < b.count; ++k) open_boundary(&b.bsdf[k]);
 }
 
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const {

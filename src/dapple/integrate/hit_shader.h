@@ -21,13 +21,14 @@ class HitShader {
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     RayList subsurface_rays{16};  ///< probes of the body around a point that is seen, by diffuse depth
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
+    bool caustics = true;  ///< light that metal sends on where a diffuse ray met it; else it counts as diffuse there
     uint64_t seed = 0;
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
   static constexpr int lights_apart = 6;
 
-  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
-  /// mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
+  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials, and metal if caustics are off, count as
+  /// diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
   /// A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
   enum class Arrival { view, diffuse, probe };
 
