@@ -81,14 +81,16 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
     to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
-    if (id.cluster_level > 0) continue;
     const uint64_t random = hash(b.key[k], for_origins, o);
-    const float x = float(i) + 0.5f * (float(o & 1) + to_unit_float(random));
-    const float y = float(j) + 0.5f * (float(o >> 1) + to_unit_float(random << 24));
-    trace::HitBatch& at = b.hits;
-    patches_->place_on_tile(id, x, y, &at, k);
-    const geom::SurfacePoint s = scene_.traced.surface(at, k, scene::PatchTable::shading_time);
-    // Half a patch, or the seam of a sphere: what is on its other side does not count.
+    V2f at(to_unit_float(random), to_unit_float(random << 24));
+    if (id.cluster_level > 0) {
+      patches_->place_on_tile(patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins), at.x, at.y, &b.hits, k);
+    } else {
+      at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
+      patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
+    }
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+    // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (dot(s.Ng, middle.Ng) > 0) to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
   }
 }

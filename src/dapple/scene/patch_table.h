@@ -68,6 +68,8 @@ class PatchTable {
 
   /// Patches that may stand for a group.
   static constexpr uint32_t stand_ins = 8;
+  /// The patch that stands for a group by this choice, as a tile of one cell.
+  GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
   /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
