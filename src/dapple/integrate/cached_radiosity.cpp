@@ -11,10 +11,6 @@ using trace::no_id;
 
 namespace {
 
-// Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
-// legs of chairs, asks for ever more fine cells, bounce by bounce.
-constexpr float growth = 3;
-
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
  public:
@@ -44,7 +40,6 @@ class ClaimGuard {
 void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  const float cell_growth = 1 + growth * settings_.cache_width;
   c.count = 0;
   scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
@@ -54,7 +49,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    const float width = b.width[k] * width_scale * cell_growth + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
+    const float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
     if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);

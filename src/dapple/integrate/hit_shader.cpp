@@ -22,6 +22,9 @@ enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular }
 constexpr float widest_cone = 0.5f;
 // Wider than this, textures would blur what shadows and edges do not.
 constexpr float widest_spread = 0.25f;
+// Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
+// legs of chairs, asks for ever more fine cells, bounce by bounce.
+constexpr float cell_growth = 3;
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -288,8 +291,10 @@ void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
   std::fill_n(b.ray_L, b.ray_count, RGB());
-  gather_hits(place, behind_diffuse(place), 1, any_ray, w);
+  gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
 }
+
+float HitShader::diffuse_width_scale() const { return 1 + cell_growth * settings_.cache_width; }
 
 HitShader::Place HitShader::behind_diffuse(const Place& place) {
   return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
@@ -387,7 +392,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
     gather_hits(place, below, settings_.cache_width, is_specular_ray, w);
   }
-  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), 1, is_diffuse_ray, w);
+  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
   for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
   w.job_count = 0;
 }

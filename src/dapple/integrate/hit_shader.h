@@ -90,6 +90,7 @@ class HitShader {
   static bool is_specular_ray(const PointBatch& b, int ray) { return !is_diffuse_ray(b, ray); }
 
   static Place behind_diffuse(const Place& place);
+  float diffuse_width_scale() const;
   static int count_of(const RayList& list, const Place& place, int share) { return (list.at(place.depth.diffuse) + share - 1) / share; }
   int shadow_rays(const Place& place, int share) const { return count_of(settings_.shadow_rays, place, share); }
   int diffuse_rays(const Place& place, int share) const { return count_of(settings_.diffuse_rays, place, share); }
