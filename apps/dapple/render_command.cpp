@@ -22,7 +22,7 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
@@ -101,6 +101,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
   if (!o.subsurface_cache.empty()) r.subsurface_cache = o.subsurface_cache == "on";
+  if (!o.opacity_cache.empty()) r.opacity_cache = o.opacity_cache == "on";
   if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
@@ -154,7 +155,6 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
   warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
   warn(!o.subsurface_cache.empty(), "--subsurface-cache", {"distribution"});
-  warn(o.cache_mb >= 0, "--cache-mb", {"distribution"});
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
   warn(o.color_bleeding, "--color-bleeding", {"ao"});
@@ -229,6 +229,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
+  const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
 
   scene::Film::Settings film_settings = built.scene->film;
@@ -240,7 +241,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::RenderSession session(*integrator, film, rules);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
-  const render::SessionResult result = session.run(interrupted);
+  render::SessionResult result = session.run(interrupted);
+  if (opacity) result.caches.push_back(opacity->state());
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
@@ -298,6 +300,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [0.4]")
       ->check(CLI::Range(0.001, 10.0));
+  app.add_option("--opacity-cache", o->opacity_cache, "Opacity by textures and shaders is cached for rays of all kinds: on, off [on]")
+      ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");

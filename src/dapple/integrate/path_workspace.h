@@ -94,7 +94,7 @@ struct PathWorkspace final : Integrator::Workspace {
     return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
-    next->batch.set(next->count, o, d, infinity, time[p], key);
+    next->batch.set(next->count, o, d, infinity, time[p], key, cone_width[p], cone_spread[p]);
     next->path[next->count++] = p;
   }
   void swap_rays() {
@@ -104,7 +104,7 @@ struct PathWorkspace final : Integrator::Workspace {
   void push_shadow(int p, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
     shadow_medium[shadow_count] = in_medium;
     shadow_normal[shadow_count] = Ng;
-    shadow.set(shadow_count, o, d, distance, time[p], next_key(p));
+    shadow.set(shadow_count, o, d, distance, time[p], next_key(p), cone_width[p], cone_spread[p]);
     shadow_L[shadow_count] = contribution;
     shadow_path[shadow_count++] = p;
   }
