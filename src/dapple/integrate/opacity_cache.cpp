@@ -19,7 +19,7 @@ using shading::TextureReads;
 namespace {
 
 constexpr int tile_cells = OpacityCache::tile * OpacityCache::tile;
-constexpr float cell_width = 0.5f;          // of a ray's footprint
+constexpr float cell_width = 1;             // of a ray's footprint
 constexpr uint8_t times_before_tile = 4;    // a tile costs some twenty single cells
 constexpr float widest_plane = 0x1p14f;     // |u| and |v| up to here fit the names of tiles
 constexpr float time = scene::PatchTable::shading_time;
