@@ -27,7 +27,7 @@ struct RenderOptions {
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
-  bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
   std::string canopy_gather, canopy_plot;
   int canopy_slabs = 0;
 };
@@ -225,6 +225,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
     warn_of_unused_stages(*built.scene, request.type, diagnostics);
   if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
   warn_of_unused(o, request.type);
+  if (o.light_groups && request.type != "path") throw UsageError("--light-groups goes with --integrator path only, not " + request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
@@ -235,6 +236,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   scene::Film::Settings film_settings = built.scene->film;
   render::OutputSettings output = output_settings(o, built, command_line);
   film_settings.features = !output.aovs.empty();
+  if (o.light_groups) output.light_groups = built.scene->light_groups.names;
+  film_settings.light_groups = int(output.light_groups.size());
   scene::Film film(film_settings);
 
   install_signal_handlers();
@@ -324,6 +327,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
   app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
+  app.add_flag("--light-groups", o->light_groups, "path: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");
