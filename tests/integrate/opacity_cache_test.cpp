@@ -8,6 +8,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/integrate/ambient_occlusion.h"
+#include "dapple/shading/opacity_texture.h"
 #include "tests/support/process.h"
 #include "tests/support/render_text.h"
 
@@ -262,6 +263,33 @@ TEST(OpacityCache, LeavesAloneWhatChangesInTime) {
     EXPECT_EQ(cached(deforming, hit), direct(scene, hit));
   }
   EXPECT_EQ(deforming.state().counts.lookups, 0u);
+}
+
+/// A shader with an opacity stage of its own, that counts the points it is asked for.
+class Holes final : public shading::Material {
+ public:
+  shading::StageSet stages() const override { return {shading::Stage::opacity, shading::Stage::prelighting}; }
+  void opacity(const shading::ShadingPoints& points, RGB* Oi) const override {
+    asked += points.count;
+    for (int i = 0; i < points.count; ++i) Oi[i] = RGB(length(points.P[i] - V3f(0, 0, 1)) < 0.9f ? 1.0f : 0.0f);
+  }
+  void prelighting(const shading::ShadingPoints& points, shading::Bsdf* out) const override {
+    std::fill_n(out, points.count, shading::Bsdf::make_diffuse(RGB(0.5f)));
+  }
+  bool needs_differentials() const override { return false; }
+  mutable std::atomic<int> asked{0};
+};
+
+TEST(OpacityCache, SparesTheOpacityStagesOfShaders) {
+  const auto built = build_text(head + cards("v"));
+  const auto shader = std::make_shared<Holes>();
+  built.scene->bindings[card_geometry].alpha = std::make_shared<shading::OpacityTexture>(shader, nullptr);
+  const auto without = render_built(built, 64, test::bounces(1));
+  const int asked = shader->asked.exchange(0);
+  const OpacityCache cache(*built.scene, 1 << 20);
+  const auto with = render_built(built, 64, test::bounces(1));
+  test::expect_near(with.mean(), without.mean(), 0.005f, "with the cache");
+  EXPECT_LT(shader->asked * 3, asked);
 }
 
 /// Whole renders of each kind, of leaves of each kind.

@@ -122,9 +122,13 @@ std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene
 // Of all caches of view-independent results.
 size_t cache_bytes(const IntegratorRequest& r) { return size_t(double(*r.cache_mb) * (1 << 20)); }
 
-bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) { return *r.opacity_cache && integrate::OpacityCache::has_use(scene); }
+bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) {
+  return *r.opacity_cache && integrate::OpacityCache::has_use(scene);
+}
 
-size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) { return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0; }
+size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
+  return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0;
+}
 
 }  // namespace
 

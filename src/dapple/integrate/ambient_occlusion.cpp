@@ -10,8 +10,10 @@ namespace dapple::integrate {
 
 using trace::no_id;
 
+namespace {
 // Of a pixel's footprint: that of a camera ray, one of sixteen or so.
-static constexpr float camera_share = 0.25f;
+constexpr float camera_share = 0.25f;
+}  // namespace
 
 struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   static constexpr int capacity = CameraBatch::capacity;
@@ -118,7 +120,8 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
     if (dot(frame.n, w.seen.d[k]) > 0) frame = Frame(-frame.n);
     const V3f d = frame.to_world(square_to_cosine_hemisphere(V2f(w.u[i], w.v[i])));
     const uint32_t key = w.sobol_seed[i] ^ sobol::mix32(w.sobol_index[i]);
-    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key, w.seen.width[k], spread);
+    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key,
+                w.seen.width[k], spread);
     w.medium[i] = scene::vacuum;
   }
   w.rays.diffuse += uint64_t(w.ray_count);

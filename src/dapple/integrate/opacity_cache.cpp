@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/scene/patch_table.h"
 
@@ -27,7 +28,10 @@ constexpr float time = scene::PatchTable::shading_time;
 uint8_t to_byte(float alpha) { return alpha > 0 ? uint8_t(std::lround(std::min(alpha, 1.0f) * 255)) : uint8_t(0); }
 
 // The name of a tile at a level.
-uint64_t place_of(int level, int x, int y) { return uint64_t(level) << 56 | uint64_t(uint32_t(y) & 0xfffffff) << 28 | (uint32_t(x) & 0xfffffff); }
+uint64_t place_of(int level, int x, int y) {
+  constexpr uint32_t bits = (1u << 28) - 1;
+  return uint64_t(level) << 56 | uint64_t(uint32_t(y) & bits) << 28 | (uint32_t(x) & bits);
+}
 
 bool deforms(const trace::Shape& shape) {
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) return !(*mesh)->P_end.empty();
@@ -95,19 +99,23 @@ uint32_t OpacityCache::picture_of(const FloatTexturePtr& texture, const shading:
 
 // Whole pictures as long as they fit, in the order of the scene; others are cached by tiles, to the same values.
 void OpacityCache::decode_pictures(size_t bytes) {
+  const Timer timer;
   for (Picture& p : pictures_) {
     const size_t width = size_t(p.lattice.width), height = size_t(p.lattice.height);
     if (width * height > bytes - texel_bytes_) continue;
     p.texels.resize(width * height);
     texel_bytes_ += p.texels.size();
-    uint8_t block[tile_cells];
-    for (size_t y = 0; y < height; y += tile)
+    parallel_for((height + tile - 1) / tile, [&](size_t row) {
+      const size_t y = row * tile, rows = std::min(height - y, size_t(tile));
+      uint8_t block[tile_cells];
       for (size_t x = 0; x < width; x += tile) {
         compute_texels(p, int(x), int(y), tile, block);
-        for (size_t j = 0; j < std::min(height - y, size_t(tile)); ++j)
+        for (size_t j = 0; j < rows; ++j)
           std::copy_n(block + j * tile, std::min(width - x, size_t(tile)), &p.texels[(y + j) * width + x]);
       }
+    });
   }
+  decoding_seconds_ = timer.seconds();
 }
 
 float OpacityCache::exact(const Hit& hit) const {
@@ -135,15 +143,14 @@ float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* cou
   const shading::UvImage& map = p.image;
   const auto at = p.lattice.corners(image::sane_coordinate(map.scale.x * uv.x + map.offset.x, p.lattice.wrap),
                                     image::sane_coordinate(1 - (map.scale.y * uv.y + map.offset.y), p.lattice.wrap));
-  const Lattice texels{&s, hit.geometry, hit.primitive, 0};
+  const bool whole = !p.texels.empty();
+  if (whole) ++counts->lookups, ++counts->hits;
+  const auto texel = [&](int x, int y) {
+    if (x < 0 || y < 0) return uint8_t(0);
+    return whole ? p.texels[size_t(y) * size_t(p.lattice.width) + size_t(x)] : cell({&s, hit.geometry, hit.primitive, 0}, x, y, counts);
+  };
   uint8_t value[4];
-  if (!p.texels.empty()) ++counts->lookups, ++counts->hits;
-  for (int k = 0; k < at.count; ++k) {
-    if (at.x[k] < 0 || at.y[k] < 0)
-      value[k] = 0;
-    else
-      value[k] = p.texels.empty() ? cell(texels, at.x[k], at.y[k], counts) : p.texels[size_t(at.y[k]) * size_t(p.lattice.width) + size_t(at.x[k])];
-  }
+  for (int k = 0; k < at.count; ++k) value[k] = texel(at.x[k], at.y[k]);
   // Where all agree, which is nearly everywhere, rounding must leave the ends of the range alone.
   if (at.count == 1 || (value[0] == value[1] && value[0] == value[2] && value[0] == value[3])) return float(value[0]) / 255;
   float alpha = 0;
@@ -162,7 +169,7 @@ float OpacityCache::seen_in_plane(const Source& s, const Hit& hit, Counts* count
   float uv_area;
   const V2f uv = s.mesh->uv_at(hit.primitive, hit.u, hit.v, &uv_area);
   const int level = level_of(hit.area / uv_area, hit.width);
-  if (level > max_level || !(std::max(std::abs(uv.x), std::abs(uv.y)) < widest_plane)) return exact(hit);
+  if (level > max_level || !(std::abs(uv.x) < widest_plane) || !(std::abs(uv.y) < widest_plane)) return exact(hit);
   const float cells = float(1 << level);
   const Lattice lattice{&s, hit.geometry, hit.primitive, level};
   return float(cell(lattice, int(std::floor(uv.x * cells)), int(std::floor(uv.y * cells)), counts)) / 255;
@@ -325,6 +332,7 @@ CacheState OpacityCache::state() const {
   CacheState s{"opacity", {}, cache_->evictions(), texel_bytes_ + asked_.size() + cache_->bytes_in_use()};
   for (const Tally& t : tallies_)
     s.counts += {t.lookups.load(), t.hits.load(), t.fills.load(), double(t.fill_nanoseconds.load()) * 1e-9};
+  s.counts.fill_seconds += decoding_seconds_;
   s.peak_bytes = s.bytes;
   s.capacity_bytes = texel_bytes_ + asked_.size() + cache_->bytes();
   return s;

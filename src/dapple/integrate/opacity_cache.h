@@ -101,6 +101,7 @@ class OpacityCache final : public trace::OpacityTest {
   std::vector<shading::FloatTexturePtr> picture_textures_;
   std::vector<Source> sources_;  ///< by geometry
   size_t texel_bytes_ = 0;
+  double decoding_seconds_ = 0;
   /// How often a tile was asked for that is not there, by hash: what is asked for once or twice is not worth a tile.
   mutable std::vector<std::atomic<uint8_t>> asked_;
   mutable std::unique_ptr<gi::TileCache> cache_;
