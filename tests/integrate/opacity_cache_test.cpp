@@ -265,6 +265,26 @@ TEST(OpacityCache, LeavesAloneWhatChangesInTime) {
   EXPECT_EQ(deforming.state().counts.lookups, 0u);
 }
 
+// One cap for all: opacity's share is taken from the others'. There is no cache where nothing is cut out, or where it is turned off.
+TEST(OpacityCache, IsPartOfTheCap) {
+  const auto leaves = build_text(head + cards("ragged")), nothing = build_text(head);
+  build::IntegratorRequest request;
+  request.type = "distribution";
+  request.cache_mb = 3.0f;
+  EXPECT_FALSE(build::make_opacity_cache(*nothing.scene, request));
+  for (const bool on : {true, false}) {
+    request.opacity_cache = on;
+    const auto cache = build::make_opacity_cache(*leaves.scene, request);
+    ASSERT_EQ(bool(cache), on);
+    const auto integrator = build::make_integrator(*leaves.scene, request, 16, 0);
+    uint64_t all = cache ? cache->state().capacity_bytes : 0;
+    for (const auto& state : integrator->caches())
+      if (state.name.starts_with("radiosity") || state.name == "hemispheres") all += state.capacity_bytes;
+    EXPECT_LE(all, 3u << 20);
+    EXPECT_GT(all, 3u << 19);
+  }
+}
+
 /// A shader with an opacity stage of its own, that counts the points it is asked for.
 class Holes final : public shading::Material {
  public:

@@ -265,7 +265,8 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
   const ShadowRay ray(receiver.p, light, origin);
-  if (ray.distance > 0) w.push_shadow(p, uint32_t(selection.light), origin, surface ? surface->Ng : V3f(0, 0, 0), ray.d, ray.distance, contribution, medium);
+  const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
+  if (ray.distance > 0) w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -409,7 +410,9 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = offset_origin(w.surface[k], light.wi);
   const ShadowRay ray(receiver.p, light, origin);
-  if (ray.distance > 0 && dot(light.wi, w.surface[k].Ng) > 0) w.push_shadow(p, uint32_t(selection.light), origin, w.surface[k].Ng, ray.d, ray.distance, L, w.medium[p]);
+  const V3f& Ng = w.surface[k].Ng;
+  if (ray.distance > 0 && dot(light.wi, Ng) > 0)
+    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, L, w.medium[p]);
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {

@@ -112,6 +112,8 @@ uint64_t Film::dropped_samples() const {
   return n;
 }
 
-size_t Film::bytes() const { return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double); }
+size_t Film::bytes() const {
+  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double);
+}
 
 }  // namespace dapple::scene
