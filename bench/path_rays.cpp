@@ -62,19 +62,18 @@ void load(const RecordedRay* from, int n, int* valid, RTCRay16* q) {
 
 size_t trace_packets(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
   size_t hits = 0;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  trace::TracedScene::RayContext context;
   for (int first = 0; first < b.count; first += packet) {
     alignas(64) int valid[packet];
     alignas(64) RTCRayHit16 q;
     const int n = std::min(packet, b.count - first);
     load(rays + b.first + first, n, valid, &q.ray);
     if (b.occlusion) {
-      rtcOccluded16(valid, scene, &context, &q.ray);
+      rtcOccluded16(valid, scene, &context.embree, &q.ray);
       for (int i = 0; i < n; ++i) hits += q.ray.tfar[i] < 0;
     } else {
       for (unsigned& id : q.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
-      rtcIntersect16(valid, scene, &context, &q);
+      rtcIntersect16(valid, scene, &context.embree, &q);
       for (int i = 0; i < n; ++i) hits += q.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
     }
   }
@@ -83,18 +82,17 @@ size_t trace_packets(RTCScene scene, const RecordedRay* rays, const RecordedBatc
 
 size_t trace_singly(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
   size_t hits = 0;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  trace::TracedScene::RayContext context;
   for (int i = 0; i < b.count; ++i) {
     const RecordedRay& r = rays[b.first + i];
     RTCRayHit q{};
     q.ray = {r.o[0], r.o[1], r.o[2], 0, r.d[0], r.d[1], r.d[2], r.time, r.t_max, ~0u, 0, 0};
     q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     if (b.occlusion) {
-      rtcOccluded1(scene, &context, &q.ray);
+      rtcOccluded1(scene, &context.embree, &q.ray);
       hits += q.ray.tfar < 0;
     } else {
-      rtcIntersect1(scene, &context, &q);
+      rtcIntersect1(scene, &context.embree, &q);
       hits += q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
   }

@@ -22,12 +22,12 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
-  bool color_bleeding = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
   std::string canopy_gather, canopy_plot;
   int canopy_slabs = 0;
 };
@@ -102,6 +102,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
   if (!o.subsurface_cache.empty()) r.subsurface_cache = o.subsurface_cache == "on";
+  if (!o.opacity_cache.empty()) r.opacity_cache = o.opacity_cache == "on";
   if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
@@ -156,7 +157,6 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
   warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
   warn(!o.subsurface_cache.empty(), "--subsurface-cache", {"distribution"});
-  warn(o.cache_mb >= 0, "--cache-mb", {"distribution"});
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
   warn(o.color_bleeding, "--color-bleeding", {"ao"});
@@ -227,22 +227,27 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
     warn_of_unused_stages(*built.scene, request.type, diagnostics);
   if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
   warn_of_unused(o, request.type);
+  if (o.light_groups && request.type != "path") throw UsageError("--light-groups goes with --integrator path only, not " + request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
+  const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
 
   scene::Film::Settings film_settings = built.scene->film;
   render::OutputSettings output = output_settings(o, built, command_line);
   film_settings.features = !output.aovs.empty();
+  if (o.light_groups) output.light_groups = built.scene->light_groups.names;
+  film_settings.light_groups = int(output.light_groups.size());
   scene::Film film(film_settings);
 
   install_signal_handlers();
   render::RenderSession session(*integrator, film, rules);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
-  const render::SessionResult result = session.run(interrupted);
+  render::SessionResult result = session.run(interrupted);
+  if (opacity) result.caches.push_back(opacity->state());
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
@@ -302,6 +307,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
       ->check(CLI::Range(0.001, 10.0));
+  app.add_option("--opacity-cache", o->opacity_cache, "Opacity by textures and shaders is cached for rays of all kinds: on, off [on]")
+      ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
@@ -324,6 +331,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
   app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
+  app.add_flag("--light-groups", o->light_groups, "path: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");

@@ -43,6 +43,24 @@ TEST(TileCache, GivesBackWhatWasPublished) {
   EXPECT_TRUE(holds(42, entry));
 }
 
+TEST(TileCache, PeeksAtWordsOfWholeEntriesAlone) {
+  TileCache cache(1 << 16, words);
+  Entry entry;
+  TileCache::Slot slot;
+  uint32_t word = 0;
+  EXPECT_FALSE(cache.peek(42, 3, &word));
+  EXPECT_EQ(cache.bytes_in_use(), 0u);
+  ASSERT_EQ(cache.find(42, entry.data(), &slot), Found::mine);
+  EXPECT_FALSE(cache.peek(42, 3, &word)) << "not computed yet";
+  compute(42, &entry);
+  cache.publish(slot, entry.data());
+  for (int i = 0; i < words; ++i) {
+    ASSERT_TRUE(cache.peek(42, i, &word));
+    EXPECT_EQ(word, entry[size_t(i)]);
+  }
+  EXPECT_FALSE(TileCache(0, words).peek(42, 0, &word));
+}
+
 TEST(TileCache, ForgetsWhatWasAbandoned) {
   TileCache cache(1 << 16, words);
   Entry entry;

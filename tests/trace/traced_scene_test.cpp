@@ -139,5 +139,52 @@ TEST(TracedScene, OpacityIsASharePerRay) {
   EXPECT_NEAR(hits / n, 0.5, 5 * 0.5 / std::sqrt(n));
 }
 
+class Listener final : public OpacityTest {
+ public:
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override { std::fill_n(alpha, n, 1.0f); }
+  float seen_opacity(const Hit& hit, Counts* counts) const override {
+    seen = hit;
+    ++counts->lookups;
+    return 1;
+  }
+  void add(const Counts& counts) const override { lookups += counts.lookups; }
+  mutable Hit seen{};
+  mutable uint64_t lookups = 0;
+};
+
+// A ray's footprint comes to the test in the space of what was hit, with the size of that there; counts come a batch.
+TEST(TracedScene, TellsTheOpacityTestOfTheFootprint) {
+  TracedScene scene;
+  const Listener listener;
+  scene.set_opacity_test(&listener);
+  auto quad = std::make_shared<geom::Mesh>();
+  quad->corners = 4;
+  quad->P = {V3f(-2, -3, 0), V3f(2, -3, 0), V3f(2, 3, 0), V3f(-2, 3, 0)};
+  quad->indices = {0, 1, 2, 3};
+  const uint32_t object = scene.add_object();
+  scene.add(MeshPtr(quad), true);
+  scene.add(MeshPtr(quad), true, object);
+  const Transform far = Transform::translate(V3d(100, 0, 0)) * Transform::scale(V3d(5, 5, 5));
+  scene.add_instance(object, AnimatedTransform(far, far));
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  for (const float x : {0.5f, 100.5f}) {
+    t->rays.set(0, V3f(x, 0.25f, 10), V3f(0, 0, -1), infinity, 0.5f, 0, 0.5f, 0.1f);
+    const auto check = [&](const char* kind) {
+      EXPECT_EQ(listener.seen.geometry, x < 50 ? 0u : 1u) << kind;
+      EXPECT_NEAR(listener.seen.width, x < 50 ? 1.5f : 0.3f, 1e-4f) << kind;
+      EXPECT_NEAR(listener.seen.area, 24, 1e-3f) << kind;
+      EXPECT_EQ(listener.seen.time, 0.5f) << kind;
+    };
+    scene.intersect(t->rays, 1, &t->hits);
+    check("nearest hit");
+    uint8_t hidden = 0;
+    scene.occluded(t->rays, 1, &hidden);
+    EXPECT_TRUE(hidden);
+    check("shadow ray");
+  }
+  EXPECT_EQ(listener.lookups, 4u);
+}
+
 }  // namespace
 }  // namespace dapple::trace

@@ -8,6 +8,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/camera_view.h"
 #include "dapple/build/light_factory.h"
+#include "dapple/build/light_group_factory.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/shading/opacity_texture.h"
 
@@ -254,12 +255,15 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, cons
                                      "a surface that does not shine");
     return;
   }
+  const uint8_t group = read_light_group(area_light, &scene_.light_groups);
   auto lights = make_area_lights(area_light, std::move(emitters), alpha, context_, textures_, e.loc);
   binding->first_light = uint32_t(scene_.light_table.size());
   std::vector<uint32_t> numbers;
   for (auto& light : lights) {
     numbers.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
-    if (light) scene_.lights.push_back(std::move(light));
+    if (!light) continue;
+    scene_.lights.push_back(std::move(light));
+    scene_.light_groups.of_light.push_back(group);
   }
   for (const uint32_t emitter : emitter_of) scene_.light_table.push_back(numbers[emitter]);
 }

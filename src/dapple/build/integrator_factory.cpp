@@ -120,6 +120,17 @@ std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene
   }
 }
 
+// Of all caches of view-independent results.
+size_t cache_bytes(const IntegratorRequest& r) { return size_t(double(*r.cache_mb) * (1 << 20)); }
+
+bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) {
+  return *r.opacity_cache && integrate::OpacityCache::has_use(scene);
+}
+
+size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
+  return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0;
+}
+
 }  // namespace
 
 IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const {
@@ -140,6 +151,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.subsurface_cache, other.subsurface_cache);
+  fill(&r.opacity_cache, other.opacity_cache);
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
   r.masks = masks.over(other.masks);
@@ -199,6 +211,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
   if (e.params.find("subsurfacecache")) r.subsurface_cache = e.params.get_bool("subsurfacecache", true);
+  if (e.params.find("opacitycache")) r.opacity_cache = e.params.get_bool("opacitycache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
   r.preset = e.params.get_string("preset", "");
   if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
@@ -216,7 +229,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.bounces = 4;
   r.shading_rate = 1.0f;
   r.color_bleeding = false;
-  r.radiosity_cache = r.subsurface_cache = true;
+  r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
   r.caustics = name == "final";
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
@@ -242,6 +255,11 @@ IntegratorRequest preset_request(const std::string& name) {
     r.subsurface_rays = RayList{32};
   }
   return r;
+}
+
+std::unique_ptr<integrate::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& asked) {
+  const IntegratorRequest r = asked.over(preset_request(asked.preset));
+  return wants_opacity_cache(scene, r) ? std::make_unique<integrate::OpacityCache>(scene, opacity_bytes(scene, r)) : nullptr;
 }
 
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked, int pixel_samples,
@@ -295,7 +313,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.cache_width = *r.cache_width;
   s.irradiance_interpolation = r.irradiance_interpolation.value_or(r.diffuse_rays->at(0) >= least_hemisphere);
   s.irradiance_accuracy = *r.irradiance_accuracy;
-  s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
+  s.cache_bytes = cache_bytes(r) - opacity_bytes(scene, r);
   s.masks = make_masks(scene, r.masks);
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }

@@ -10,6 +10,7 @@
 #include "dapple/build/build_context.h"
 #include "dapple/build/mask_factory.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/opacity_cache.h"
 #include "dapple/integrate/ray_list.h"
 
 namespace dapple::build {
@@ -23,7 +24,7 @@ struct IntegratorRequest {
   std::optional<int> bounces, specular_depth;
   std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;
   std::optional<float> shading_rate;
-  std::optional<bool> radiosity_cache, subsurface_cache, irradiance_interpolation, caustics;
+  std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m
@@ -52,6 +53,10 @@ IntegratorRequest make_integrator_request(const BuildContext& context);
 
 /// What a preset stands for (docs/guide/rendering.md). "" is "preview".
 IntegratorRequest preset_request(const std::string& name);
+
+/// The cache of opacity that the scene's rays will use from now on, a share of the request's memory; null if nothing is cut out, or if the
+/// request says so. The scene must outlive it.
+std::unique_ptr<integrate::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& request);
 
 /// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it. `pixel_samples`: that
 /// will be taken, 0 if that is open. InputError for a canopy that the scene has not.

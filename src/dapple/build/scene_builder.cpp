@@ -5,6 +5,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/geometry_builder.h"
 #include "dapple/build/light_factory.h"
+#include "dapple/build/light_group_factory.h"
 #include "dapple/build/material_factory.h"
 #include "dapple/build/medium_factory.h"
 #include "dapple/build/texture_factory.h"
@@ -43,11 +44,14 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.traced.commit();
   built.times.acceleration_seconds = scene.traced.build_seconds();
 
-  for (const scenefile::LightEntity& entity : description.lights)
-    if (auto light = make_light(entity, context, textures)) {
-      if (light->is_infinite()) scene.infinite_lights.push_back(uint32_t(scene.lights.size()));
-      scene.lights.push_back(std::move(light));
-    }
+  for (const scenefile::LightEntity& entity : description.lights) {
+    const uint8_t group = read_light_group(entity, &scene.light_groups);
+    auto light = make_light(entity, context, textures);
+    if (!light) continue;
+    if (light->is_infinite()) scene.infinite_lights.push_back(uint32_t(scene.lights.size()));
+    scene.lights.push_back(std::move(light));
+    scene.light_groups.of_light.push_back(group);
+  }
   if (scene.lights.empty()) diagnostics.warn({}, "the scene has no light: only ambient occlusion will show anything");
   const Box3f bounds = scene.traced.bounds();
   const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);

@@ -37,4 +37,14 @@ SurfacePoint Mesh::at(uint32_t face, float u, float v, float time, bool tangents
   return s;
 }
 
+V2f Mesh::uv_at(uint32_t face, float u, float v, float* area) const {
+  const uint32_t* index = &indices[size_t(face) * size_t(corners)];
+  V2f t0 = uv[index[0]], t1 = uv[index[1]], t2 = uv[index[corners == 3 ? 2 : 3]];
+  if (corners == 4 && u + v > 1) t0 = uv[index[2]], t2 = t1, t1 = uv[index[3]], u = 1 - u, v = 1 - v;
+  const V2f e1 = t1 - t0, e2 = t2 - t0;
+  *area = std::abs(e1.x * e2.y - e1.y * e2.x);
+  const float w = 1 - u - v;
+  return {t0.x * w + t1.x * u + t2.x * v, t0.y * w + t1.y * u + t2.y * v};
+}
+
 }  // namespace dapple::geom

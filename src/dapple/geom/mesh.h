@@ -28,6 +28,9 @@ struct Mesh {
   void corners_at(uint32_t face, float time, V3f out[4]) const;
   /// u, v: barycentric (b1, b2) of a triangle, or quad coordinates, as Embree reports them. dPdu to dNdv are set if `tangents`.
   SurfacePoint at(uint32_t face, float u, float v, float time, bool tangents = true) const;
+  /// The texture coordinates that at() gives, for meshes that have them, and the area of the parallelogram that u and v in [0, 1] span in
+  /// their plane.
+  V2f uv_at(uint32_t face, float u, float v, float* area) const;
 };
 
 }  // namespace dapple::geom

@@ -46,10 +46,27 @@ bool TileCache::read(uint32_t set, uint32_t way, uint64_t key, uint32_t version,
   return h.version[way].load(std::memory_order_acquire) == version && h.key[way].load(std::memory_order_relaxed) == key;
 }
 
+bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
+  if (set_count_ == 0) return false;
+  if (key == 0) key = 1;
+  const uint32_t set = set_of(key);
+  Header& h = headers_[set];
+  for (uint32_t way = 0; way < ways; ++way) {
+    if (h.key[way].load(std::memory_order_acquire) != key) continue;
+    const uint32_t version = h.version[way].load(std::memory_order_acquire);
+    if (version & 1) return false;
+    *out = payload(set, way)[word].load(std::memory_order_acquire);
+    if (h.version[way].load(std::memory_order_acquire) != version || h.key[way].load(std::memory_order_relaxed) != key) return false;
+    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
+    return true;
+  }
+  return false;
+}
+
 TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
   if (set_count_ == 0) return Found::refused;
   if (key == 0) key = 1;
-  const uint32_t set = uint32_t((key >> 32) * set_count_ >> 32);
+  const uint32_t set = set_of(key);
   Header& h = headers_[set];
   const auto look = [&](uint32_t way) {
     const uint32_t version = h.version[way].load(std::memory_order_acquire);

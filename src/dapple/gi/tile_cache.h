@@ -31,6 +31,8 @@ class TileCache {
   struct Slot {
     uint32_t set = 0, way = 0, version = 0;
   };
+  /// One word of an entry, if it is there and whole. For entries of which little is wanted at a time.
+  bool peek(uint64_t key, int word, uint32_t* out) const;
   /// Looks a key up; if it is absent, claims an entry for it.
   Found find(uint64_t key, uint32_t* out, Slot* slot);
   void publish(const Slot& slot, const uint32_t* words);
@@ -57,6 +59,7 @@ class TileCache {
   };
   static size_t set_bytes(int words) { return sizeof(Header) + ways * size_t(words) * sizeof(uint32_t); }
 
+  uint32_t set_of(uint64_t key) const { return uint32_t((key >> 32) * set_count_ >> 32); }
   bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
   std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const { return &payloads_[(size_t(set) * ways + way) * size_t(words_)]; }
 

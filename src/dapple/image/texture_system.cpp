@@ -13,6 +13,7 @@
 
 #include "dapple/image/mip_pyramid.h"
 #include "dapple/image/temporary_folder.h"
+#include "dapple/image/texel_lattice.h"
 #include "dapple/image/texture_source.h"
 
 namespace dapple::image {
@@ -60,12 +61,6 @@ OIIO::TextureOpt oiio_options(const TextureSampling& sampling) {
   return o;
 }
 
-/// A coordinate as OpenImageIO and integer arithmetic can take it, with the same meaning.
-float sane_coordinate(float v, Wrap wrap) {
-  if (!std::isfinite(v)) return 0;
-  return wrap == Wrap::repeat ? v - std::floor(v) : std::clamp(v, -16.0f, 17.0f);
-}
-
 float sane_derivative(float v) {
   return std::isnan(v) ? 0.0f : std::clamp(v, -widest_footprint, widest_footprint);
 }
@@ -88,44 +83,15 @@ struct Probe {
   }
 };
 
-int wrap_index(int i, int n, Wrap wrap) {
-  if (i >= 0 && i < n) return i;
-  switch (wrap) {
-    case Wrap::black:
-      return -1;
-    case Wrap::clamp:
-      return i < 0 ? 0 : n - 1;
-    case Wrap::repeat:
-      break;
-  }
-  const int m = i % n;
-  return m < 0 ? m + n : m;
-}
-
-constexpr float outside[3] = {0, 0, 0};
-
-const float* texel(const Image& image, int x, int y, Wrap wrap) {
-  const int i = wrap_index(x, image.width(), wrap), j = wrap_index(y, image.height(), wrap);
-  return i < 0 || j < 0 ? outside : image.pixel(i, j);
-}
-
 void look_up_resident(const Image& image, const Probe& p, const TextureSampling& sampling, float* out) {
-  const float x = p.s * static_cast<float>(image.width()), y = p.t * static_cast<float>(image.height());
-  const int channels = image.channels();
-  if (sampling.filter == TextureFilter::point) {
-    std::copy_n(texel(image, static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)), sampling.wrap), channels,
-                out);
-    return;
+  const TexelLattice lattice{image.width(), image.height(), sampling.wrap, sampling.filter};
+  const TexelLattice::Corners at = lattice.corners(p.s, p.t);
+  std::fill_n(out, image.channels(), 0.0f);
+  for (int k = 0; k < at.count; ++k) {
+    if (at.x[k] < 0 || at.y[k] < 0) continue;
+    const float* texel = image.pixel(at.x[k], at.y[k]);
+    for (int c = 0; c < image.channels(); ++c) out[c] += at.weight[k] * texel[c];
   }
-  const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
-  const float u = x - 0.5f - fx, v = y - 0.5f - fy;
-  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-  const float* t00 = texel(image, ix, iy, sampling.wrap);
-  const float* t10 = texel(image, ix + 1, iy, sampling.wrap);
-  const float* t01 = texel(image, ix, iy + 1, sampling.wrap);
-  const float* t11 = texel(image, ix + 1, iy + 1, sampling.wrap);
-  for (int c = 0; c < channels; ++c)
-    out[c] = (1 - v) * ((1 - u) * t00[c] + u * t10[c]) + v * ((1 - u) * t01[c] + u * t11[c]);
 }
 
 /// Writes `to` channels at out from `from` channels of a look-up.

@@ -10,6 +10,11 @@ namespace dapple::integrate {
 
 using trace::no_id;
 
+namespace {
+// Of a pixel's footprint: that of a camera ray, one of sixteen or so.
+constexpr float camera_share = 0.25f;
+}  // namespace
+
 struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   static constexpr int capacity = CameraBatch::capacity;
 
@@ -72,7 +77,8 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
 void AmbientOcclusion::trace_camera_rays(OcclusionWorkspace& w) const {
   const CameraBatch& c = w.camera;
   for (int p = 0; p < c.count; ++p) {
-    w.batch.set(p, c.ray[p].ray.o, c.ray[p].ray.d, infinity, c.ray[p].ray.time, c.seed[p] + 0x9e3779b9u * c.index[p]);
+    w.batch.set(p, c.ray[p].ray.o, c.ray[p].ray.d, infinity, c.ray[p].ray.time, c.seed[p] + 0x9e3779b9u * c.index[p],
+                c.ray[p].cone_width * camera_share, c.ray[p].cone_spread * camera_share);
     w.medium[p] = scene::vacuum;
   }
   tracer_.nearest(w.batch, c.count, w.medium, &w.hits, w.distance, w.passed, w.tracing);
@@ -107,13 +113,15 @@ void AmbientOcclusion::trace_hemispheres(OcclusionWorkspace& w) const {
 
 void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
   sample_2d(w.sobol_seed, w.sobol_index, CameraBatch::dimensions, w.ray_count, w.u, w.v);
+  const float spread = std::sqrt(pi / float(settings_.rays)) * 0.25f;
   for (int i = 0; i < w.ray_count; ++i) {
     const int k = w.ray_owner[i];
     Frame frame = w.seen.bsdf[k].frame;
     if (dot(frame.n, w.seen.d[k]) > 0) frame = Frame(-frame.n);
     const V3f d = frame.to_world(square_to_cosine_hemisphere(V2f(w.u[i], w.v[i])));
     const uint32_t key = w.sobol_seed[i] ^ sobol::mix32(w.sobol_index[i]);
-    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key);
+    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key,
+                w.seen.width[k], spread);
     w.medium[i] = scene::vacuum;
   }
   w.rays.diffuse += uint64_t(w.ray_count);
@@ -137,7 +145,7 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
     met.geometry[m] = w.hits.geometry[i];
     met.surface[m] = scene_.traced.surface(w.hits, i, w.batch.time[i]);
     met.d[m] = w.batch.direction(i);
-    met.width[m] = w.seen.width[k] + w.distance[i] * std::sqrt(pi / float(settings_.rays)) * 0.25f;
+    met.width[m] = w.seen.width[k] + w.distance[i] * spread;
   }
   w.prelight(materials_, met, [](const OcclusionWorkspace& ws, int k) { return ws.camera.ray[ws.seen.owner[k]].ray.time; });
   for (int m = 0; m < met.count; ++m) w.open[met.owner[m]] += met.bsdf[m].albedo() * 0.5f;

@@ -155,9 +155,11 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
   const CameraBatch& c = w.camera;
+  const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
   for (int p = 0; p < c.count; ++p) {
     const Ray& r = c.ray[p].ray;
-    w.camera_rays.set(p, r.o, r.d, infinity, r.time, c.seed[p] + 0x9e3779b9u * c.index[p]);
+    w.camera_rays.set(p, r.o, r.d, infinity, r.time, c.seed[p] + 0x9e3779b9u * c.index[p],
+                      c.ray[p].cone_width * share, c.ray[p].cone_spread * share);
     w.medium[p] = scene_.camera_medium;
     w.L[p] = RGB();
     w.features[p] = {};
@@ -269,7 +271,7 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
     if ((dot(s.Ng, to_eye) < 0) != bool(id.behind)) continue;
     const V3f origin = offset_origin(s, to_eye);
     const float distance = length(to_eye);
-    w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, scene::PatchTable::shading_time, 0);
+    w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, scene::PatchTable::shading_time, 0, patches_.cell(id).size);
     uint8_t hidden = 0;
     scene_.traced.occluded(w.seen_ray, 1, &hidden);
     if (!hidden) return id;

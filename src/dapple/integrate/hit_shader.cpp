@@ -216,7 +216,7 @@ void HitShader::draw_lights(PointBatch& b, ShadingWorkspace& w) const {
     const ShadowRay ray(to.p, light, origin);
     if (!(ray.distance > 0)) continue;
     const int s = w.shadow_count++;
-    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j]);
+    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
     w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
     w.shadow_normal[s] = from.Ng;
     w.shadow_point[s] = k;
@@ -276,11 +276,11 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
 }
 
 void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const {
-  b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], key);
   b.ray_point[i] = k;
   b.ray_weight[i] = RGB(1);
   b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
   b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
+  b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], key, b.width[k], b.ray_spread[i]);
   b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
   b.ray_share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
@@ -374,7 +374,6 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     if (weight.is_black() || !weight.is_finite()) continue;
     const int i = b.ray_count++;
     const uint32_t key = w.seed[j] + 0x9e3779b9u * w.index[j];
-    b.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key);
     b.ray_point[i] = k;
     b.ray_weight[i] = weight;
     b.ray_pdf[i] = s.pdf / w.job_weight[j];
@@ -382,6 +381,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     b.ray_cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(b.ray_pdf[i] * float(b.share[k]))) : 0);
     b.ray_share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
     b.ray_spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
+    b.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], b.ray_spread[i]);
     b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
@@ -450,7 +450,8 @@ void HitShader::light_flights(const RayTracer::Flights& flights, const trace::Ra
       const ShadowRay ray(to.p, light, to.p);
       if (arriving.is_black() || !arriving.is_finite() || !(ray.distance > 0)) continue;
       const int s = w.shadow_count++;
-      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f]);
+      const float width = rays.width[r] + rays.spread[r] * length(to.p - rays.origin(r));
+      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f], width, rays.spread[r]);
       w.shadow_medium[s] = flights.medium[f];
       w.shadow_normal[s] = V3f(0, 0, 0);
       w.shadow_point[s] = r;

@@ -61,13 +61,14 @@ std::vector<CacheState> PathIntegrator::caches() const {
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.wants_features = film.settings().features;
+  w.keep_groups(scene_.light_groups, film.settings().light_groups);
   for (uint32_t i = 0; i < work.sample_count; ++i)
     CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
       w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
       start_paths(w);
       trace_paths(w);
       for (int p = 0; p < w.path_count; ++p)
-        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p));
     });
 }
 
@@ -163,7 +164,7 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
   const trace::RayBatch& rays = w.now->batch;
   const shading::MediumSample& s = w.flown[i];
-  w.L[p] += w.beta[p] * s.emitted;
+  w.add_light(p, no_id, w.beta[p] * s.emitted);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
@@ -199,7 +200,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
                         light.pdf(w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
-    w.L[p] += w.beta[p] * Le * weight;
+    w.add_light(p, index, w.beta[p] * Le * weight);
   }
 }
 
@@ -214,7 +215,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
                       light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
-  w.L[p] += w.beta[p] * Le * weight;
+  w.add_light(p, index, w.beta[p] * Le * weight);
 }
 
 void PathIntegrator::prelight(PathWorkspace& w) const {
@@ -264,7 +265,8 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
   const ShadowRay ray(receiver.p, light, origin);
-  if (ray.distance > 0) w.push_shadow(p, origin, surface ? surface->Ng : V3f(0, 0, 0), ray.d, ray.distance, contribution, medium);
+  const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
+  if (ray.distance > 0) w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -288,8 +290,8 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const CanopyTransport::Sides E =
       settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]));
-  w.L[p] += w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
-                                           : bsdf.albedo() * E.front * inv_pi);
+  w.add_light(p, no_id, w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
+                                                       : bsdf.albedo() * E.front * inv_pi));
 }
 
 // Where a path ends: the canopy's light, and at some of these points that of one light.
@@ -408,7 +410,9 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = offset_origin(w.surface[k], light.wi);
   const ShadowRay ray(receiver.p, light, origin);
-  if (ray.distance > 0 && dot(light.wi, w.surface[k].Ng) > 0) w.push_shadow(p, origin, w.surface[k].Ng, ray.d, ray.distance, L, w.medium[p]);
+  const V3f& Ng = w.surface[k].Ng;
+  if (ray.distance > 0 && dot(light.wi, Ng) > 0)
+    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, L, w.medium[p]);
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
@@ -416,7 +420,7 @@ void PathIntegrator::trace_shadows(PathWorkspace& w) const {
   w.rays.mask += uint64_t(masked);
   w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)
-    if (!w.shadow_light[i].is_black()) w.L[w.shadow_path[i]] += w.shadow_L[i] * w.shadow_light[i];
+    if (!w.shadow_light[i].is_black()) w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i]);
 }
 
 }  // namespace dapple::integrate

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/integrator.h"
@@ -31,6 +34,11 @@ struct PathWorkspace final : Integrator::Workspace {
   uint32_t ray_number[capacity];
   uint8_t last[capacity];  ///< the path only looks for lights any more
   scene::Features features[capacity];
+
+  // The parts of L by groups of lights, where the film keeps them.
+  int group_count = 0;
+  const scene::LightGroups* groups = nullptr;
+  std::vector<RGB> group_L;  ///< by path and group
 
   // Rays under way, and those of the following step.
   struct Rays {
@@ -65,6 +73,7 @@ struct PathWorkspace final : Integrator::Workspace {
   trace::RayBatch shadow;
   RGB shadow_L[capacity];
   int shadow_path[capacity];
+  uint32_t shadow_source[capacity];  ///< light
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
   RGB shadow_light[capacity];  ///< fraction that arrives
@@ -75,9 +84,22 @@ struct PathWorkspace final : Integrator::Workspace {
   alignas(64) float step_x[dimensions][capacity], step_y[pairs][capacity];
   alignas(64) uint32_t point_seed[capacity], point_index[capacity];
 
+  void keep_groups(const scene::LightGroups& of_scene, int count) {
+    groups = &of_scene;
+    group_count = count;
+    group_L.resize(size_t(count) * capacity);
+  }
+  /// Adds what path p brings of a light; trace::no_id: of none, media say.
+  void add_light(int p, uint32_t light, const RGB& brought) {
+    L[p] += brought;
+    if (group_count > 0) group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
+  }
+  std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
+
   void start_path(int p) {
     beta[p] = RGB(1);
     L[p] = RGB();
+    std::fill_n(group_L.begin() + p * group_count, group_count, RGB());
     bsdf_pdf[p] = 0;
     eta_scale[p] = 1;
     scatterings[p] = diffuse_depth[p] = specular_depth[p] = 0;
@@ -94,17 +116,18 @@ struct PathWorkspace final : Integrator::Workspace {
     return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
-    next->batch.set(next->count, o, d, infinity, time[p], key);
+    next->batch.set(next->count, o, d, infinity, time[p], key, cone_width[p], cone_spread[p]);
     next->path[next->count++] = p;
   }
   void swap_rays() {
     std::swap(now, next);
     next->count = 0;
   }
-  void push_shadow(int p, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+  void push_shadow(int p, uint32_t light, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+    shadow_source[shadow_count] = light;
     shadow_medium[shadow_count] = in_medium;
     shadow_normal[shadow_count] = Ng;
-    shadow.set(shadow_count, o, d, distance, time[p], next_key(p));
+    shadow.set(shadow_count, o, d, distance, time[p], next_key(p), cone_width[p], cone_spread[p]);
     shadow_L[shadow_count] = contribution;
     shadow_path[shadow_count++] = p;
   }

@@ -50,7 +50,8 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
   const V3f d = s.rays.direction(i);
   const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.rays, s.hits, i);
   const int32_t medium = scene_.bindings[s.hits.geometry[i]].medium_beyond(d, p.Ng, s.medium[i]);
-  s.rays.set(to, offset_origin(p, d), d, s.rays.t_max[i] - s.hits.t[i], s.rays.time[i], uint32_t(key));
+  s.rays.set(to, offset_origin(p, d), d, s.rays.t_max[i] - s.hits.t[i], s.rays.time[i], uint32_t(key),
+             s.rays.width[i] + s.rays.spread[i] * s.hits.t[i], s.rays.spread[i]);
   s.medium[to] = medium;
   s.ray[to] = s.ray[i];
 }
@@ -75,7 +76,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
       s.masked_ray[masked++] = i;
       continue;
     }
-    s.unmasked.set(unmasked, rays.origin(i), d, rays.t_max[i], rays.time[i], rays.key[i]);
+    s.unmasked.set(unmasked, rays.origin(i), d, rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
     s.unmasked_medium[unmasked] = medium[i];
     s.unmasked_ray[unmasked++] = i;
   }
@@ -91,7 +92,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
 void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   s.opaque_stops = true;
   for (int i = 0; i < n; ++i) {
-    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
     s.medium[i] = medium[i];
     s.ray[i] = i;
     visible[i] = RGB(1);
@@ -129,7 +130,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   s.hits = *hits;
   s.opaque_stops = false;
   for (int i = 0; i < n; ++i) {
-    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i]);
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
     s.medium[i] = medium[i];
     s.ray[i] = i;
     distance[i] = 0;

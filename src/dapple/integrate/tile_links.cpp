@@ -94,7 +94,7 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
   const V3f way = ends[1] - ends[0];
   const float length = dapple::length(way);
   const uint64_t key = hash(job.grid.hash(), std::bit_cast<uint32_t>(from.x), std::bit_cast<uint32_t>(from.y), if_blocked.cut);
-  s.rays.set(k, ends[0], length > 0 ? way * (1 / length) : V3f(0, 0, 1), length, PatchTable::shading_time, uint32_t(key));
+  s.rays.set(k, ends[0], length > 0 ? way * (1 / length) : V3f(0, 0, 1), length, PatchTable::shading_time, uint32_t(key), length / 4);
   s.links[k] = job.links;
   s.if_blocked[k] = if_blocked;
   s.grid[k] = job.grid;

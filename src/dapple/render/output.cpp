@@ -94,6 +94,11 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.metadata = settings.metadata;
   out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) { put(film.pixel(x, y), p); }));
   for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name));
+  for (size_t g = 0; g < settings.light_groups.size(); ++g) {
+    const std::string name = "light." + settings.light_groups[g];
+    out.layers.push_back(layer(film, name, {name + ".R", name + ".G", name + ".B"}, {},
+                               [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
+  }
   return out;
 }
 

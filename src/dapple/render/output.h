@@ -18,13 +18,14 @@ std::vector<std::string> parse_aovs(const std::string& list);
 
 struct OutputSettings {
   std::vector<std::string> aovs;
+  std::vector<std::string> light_groups;  ///< names, as many as the film keeps
   image::ExrOptions exr;
   image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;
 };
 
 /// The film as a picture: R, G, B, then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
-/// alpha ("A"), patch, grid_point, dice_level, shading_rate. Crops keep the full display window.
+/// alpha ("A"), patch, grid_point, dice_level, shading_rate; then "light.NAME" for each light group. Crops keep the full display window.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

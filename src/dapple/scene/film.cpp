@@ -7,22 +7,32 @@ Film::Film(const Settings& settings) : settings_(settings) {
   const size_t count = size_t(width()) * size_t(height());
   pixels_.resize(count);
   if (settings.features) features_.resize(count);
+  group_sums_.resize(count * size_t(settings.light_groups) * 3);
 }
 
-void Film::add(int x, int y, float weight, RGB L, const Features& f) {
+void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups) {
   Pixel& p = pixels_[index(x, y)];
   ++p.samples;
+  RGB L = radiance;
+  float scale = settings_.scale;
   if (!L.is_finite() || L.min() < 0) {
     ++p.dropped;
     L = RGB();
+    groups = {};
   }
-  L *= settings_.scale;
-  if (L.max() > settings_.max_component) L *= settings_.max_component / L.max();
+  L *= scale;
+  if (L.max() > settings_.max_component) {
+    const float down = settings_.max_component / L.max();
+    L *= down, scale *= down;
+  }
   for (int c = 0; c < 3; ++c) {
     const double v = double(weight) * double(L[c]);
     p.sum[c] += v;
     p.square[c] += v * v;
   }
+  for (size_t g = 0; g < groups.size(); ++g)
+    for (int c = 0; c < 3; ++c)
+      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] += double(weight) * double(groups[g][c] * scale);
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
@@ -77,6 +87,12 @@ Features Film::features(int x, int y) const {
   return f;
 }
 
+RGB Film::light_group(int x, int y, int group) const {
+  const double weight = pixels_[index(x, y)].weight;
+  const double* sum = &group_sums_[(index(x, y) * size_t(settings_.light_groups) + size_t(group)) * 3];
+  return weight == 0 ? RGB() : RGB(float(sum[0] / weight), float(sum[1] / weight), float(sum[2] / weight));
+}
+
 double Film::relative_error() const {
   double variance_sum = 0, mean = 0;
   for (int y = settings_.crop.min.y; y < settings_.crop.max.y; ++y)
@@ -96,6 +112,8 @@ uint64_t Film::dropped_samples() const {
   return n;
 }
 
-size_t Film::bytes() const { return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums); }
+size_t Film::bytes() const {
+  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double);
+}
 
 }  // namespace dapple::scene

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "dapple/base/rgb.h"
@@ -37,13 +38,15 @@ class Film {
     float scale = 1;        ///< applied to radiance (exposure time x ISO / 100)
     float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
     bool features = false;  ///< keep AOVs
+    int light_groups = 0;   ///< images beside the picture, one for each group of lights, whose sum it is
   };
 
   Film() = default;
   explicit Film(const Settings& settings);
 
   /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped.
-  void add(int x, int y, float weight, RGB L, const Features& features);
+  /// `groups`: the parts of L, as many as the settings say.
+  void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {});
 
   const Settings& settings() const { return settings_; }
   int width() const { return settings_.crop.max.x - settings_.crop.min.x; }
@@ -53,6 +56,7 @@ class Film {
   RGB variance(int x, int y) const;    ///< of the pixel's mean; samples taken as independent (an upper estimate)
   uint32_t samples(int x, int y) const;
   Features features(int x, int y) const;
+  RGB light_group(int x, int y, int group) const;
   /// sqrt(mean variance of the pixels' luminance) / mean luminance: relative RMSE of the image by its own estimate.
   double relative_error() const;
   uint64_t dropped_samples() const;
@@ -76,6 +80,7 @@ class Film {
   Settings settings_;
   std::vector<Pixel> pixels_;
   std::vector<FeatureSums> features_;
+  std::vector<double> group_sums_;  ///< by pixel, group and channel
 };
 
 }  // namespace dapple::scene

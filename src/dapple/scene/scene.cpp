@@ -56,19 +56,8 @@ void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const f
   }
   shading::ShadingPoints points;
   points.count = n;
-  const trace::Shape& shape = traced.shape(geometry);
   for (int i = 0; i < n; ++i) {
-    geom::SurfacePoint s;
-    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape))
-      s = (*mesh)->at(primitive[i], u[i], v[i], time[i]);
-    else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape))
-      s = (*grids)->at(primitive[i], u[i], v[i], time[i]);
-    else if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape))
-      s = (*quadric)->at(u[i], v[i]);
-    else if (const auto* disks = std::get_if<trace::DisksPtr>(&shape))
-      s = (*disks)->at(primitive[i], u[i], v[i]);
-    else
-      s = std::get<trace::CurvesPtr>(shape)->at(primitive[i], u[i], v[i], V3f(0, 0, 1));
+    const geom::SurfacePoint s = traced.local_surface(geometry, primitive[i], u[i], v[i], time[i]);
     set_point(s, -s.Ng, 0, time[i], 0, &points, i);
   }
   texture.evaluate(points, alpha);

@@ -8,6 +8,7 @@
 #include "dapple/scene/camera.h"
 #include "dapple/scene/film.h"
 #include "dapple/scene/filter.h"
+#include "dapple/scene/light_groups.h"
 #include "dapple/shading/light.h"
 #include "dapple/shading/light_sampler.h"
 #include "dapple/shading/material.h"
@@ -53,6 +54,7 @@ class Scene final : public trace::OpacityTest {
   std::vector<std::unique_ptr<const shading::Light>> lights;
   std::vector<uint32_t> light_table;  ///< primitive's light, no_id where it has none (zero area)
   std::vector<uint32_t> infinite_lights;
+  LightGroups light_groups;
   std::unique_ptr<const shading::LightSampler> light_sampler;
   std::vector<std::shared_ptr<const shading::Medium>> media;
   int32_t camera_medium = vacuum;

@@ -14,6 +14,8 @@ class OpacityTexture final : public FloatTexture {
   OpacityTexture(MaterialPtr material, FloatTexturePtr alpha)
       : material_(std::move(material)), alpha_(std::move(alpha)) {}
 
+  /// A shader is trusted not to read the time (docs/guide/shaders.md).
+  TextureReads reads() const override { return alpha_ ? std::max(alpha_->reads(), TextureReads::surface) : TextureReads::surface; }
   void evaluate(const ShadingPoints& points, float* out) const override {
     RGB Oi[ShadingPoints::capacity];
     material_->opacity(points, Oi);

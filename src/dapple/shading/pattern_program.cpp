@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/shading/pattern_compiler.h"
+#include "dapple/shading/pattern_reads.h"
 
 namespace dapple::shading {
 
@@ -129,14 +130,19 @@ namespace {
 
 class FloatPattern final : public FloatTexture {
  public:
-  explicit FloatPattern(const PatternFloat& pattern) : program_(std::span(&pattern, 1)) {}
+  explicit FloatPattern(const PatternFloat& pattern)
+      : program_(std::span(&pattern, 1)), reads_(pattern_reads(pattern)), image_(pattern_uv_image(pattern)) {}
   void evaluate(const ShadingPoints& points, float* out) const override {
     const PatternProgram::Output output{out};
     program_.evaluate(points, std::span(&output, 1));
   }
+  TextureReads reads() const override { return reads_; }
+  std::optional<UvImage> uv_image() const override { return image_; }
 
  private:
-  PatternProgram program_;
+  const PatternProgram program_;
+  const TextureReads reads_;
+  const std::optional<UvImage> image_;
 };
 
 class RgbPattern final : public RgbTexture {

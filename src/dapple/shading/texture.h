@@ -7,9 +7,24 @@
 #include <span>
 
 #include "dapple/base/rgb.h"
+#include "dapple/image/texture_system.h"
 #include "dapple/shading/shading_points.h"
 
 namespace dapple::shading {
+
+/// What a texture reads of a surface point, at the most. Footprints count with what they are of.
+enum class TextureReads : uint8_t {
+  uv,       ///< u and v
+  surface,  ///< anything but the time
+  time      ///< all there is
+};
+
+/// A picture over the surface's u and v: looked up at s = scale.x u + offset.x, t = scale.y v + offset.y.
+struct UvImage {
+  image::TextureHandle image;
+  image::TextureSampling sampling;
+  V2f scale{1, 1}, offset{0, 0};
+};
 
 /// A pattern over surface points. T is float or RGB (linear). Evaluation is batched: one virtual call a batch. Graphs
 /// of patterns become one Texture, see pattern_program.h.
@@ -21,6 +36,9 @@ class Texture {
   virtual void evaluate(const ShadingPoints& points, T* out) const = 0;
   /// The value, where it is the same everywhere.
   virtual std::optional<T> constant() const { return std::nullopt; }
+  virtual TextureReads reads() const { return TextureReads::time; }
+  /// The picture, where it is one channel of a picture as it is and nothing else.
+  virtual std::optional<UvImage> uv_image() const { return std::nullopt; }
 };
 
 template <class T>
@@ -36,6 +54,7 @@ class ConstantTexture final : public Texture<T> {
   explicit ConstantTexture(T value) : value_(value) {}
   void evaluate(const ShadingPoints& points, T* out) const override { std::fill_n(out, points.count, value_); }
   std::optional<T> constant() const override { return value_; }
+  TextureReads reads() const override { return TextureReads::uv; }
 
  private:
   T value_;

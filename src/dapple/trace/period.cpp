@@ -17,7 +17,7 @@ class CellWalk {
   CellWalk(const RayBatch& rays, int n, const Box2f& cell, const Box3f& bounds) : cell_(cell), bounds_(bounds) {
     for (int i = 0; i < n; ++i) {
       const float x = into(rays.ox[i], 0), y = into(rays.oy[i], 1);
-      segments.set(i, V3f(x, y, rays.oz[i]), rays.direction(i), 0, rays.time[i], rays.key[i]);
+      segments.set(i, V3f(x, y, rays.oz[i]), rays.direction(i), 0, rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
       ray[i] = i;
       passed[i] = 0;
       left_[i] = rays.t_max[i];
@@ -53,7 +53,7 @@ class CellWalk {
       o[axis] = d[axis] > 0 ? cell_.min[axis] : cell_.max[axis];
       const int other = 1 - axis;
       o[other] = std::clamp(o[other], cell_.min[other], cell_.max[other]);
-      segments.set(i, o, d, 0, segments.time[i], segments.key[i]);
+      segments.set(i, o, d, 0, segments.time[i], segments.key[i], segments.width[i] + segments.spread[i] * length_[i], segments.spread[i]);
     }
     keep(wanted);
   }
@@ -81,7 +81,7 @@ class CellWalk {
       const float z = segments.oz[i], dz = segments.dz[i];
       const bool gone = (z > bounds_.max.z && dz >= 0) || (z < bounds_.min.z && dz <= 0);
       if (!wanted(i) || gone || !(left_[i] > 0)) continue;
-      segments.set(kept, segments.origin(i), segments.direction(i), 0, segments.time[i], segments.key[i]);
+      segments.set(kept, segments.origin(i), segments.direction(i), 0, segments.time[i], segments.key[i], segments.width[i], segments.spread[i]);
       ray[kept] = ray[i], passed[kept] = passed[i], left_[kept] = left_[i];
       ++kept;
     }

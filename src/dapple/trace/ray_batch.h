@@ -17,11 +17,14 @@ struct RayBatch {
   alignas(64) float t_max[capacity];
   alignas(64) float time[capacity];    ///< [0, 1] over the shutter interval
   alignas(64) uint32_t key[capacity];  ///< random key for stochastic opacity
+  alignas(64) float width[capacity], spread[capacity];  ///< of the footprint: at the origin, and its growth a unit of distance
 
-  void set(int i, const V3f& o, const V3f& d, float max_distance, float ray_time, uint32_t ray_key) {
+  /// Without a footprint cut-out surfaces are met as they are, uncached.
+  void set(int i, const V3f& o, const V3f& d, float max_distance, float ray_time, uint32_t ray_key, float ray_width = 0, float ray_spread = 0) {
     ox[i] = o.x, oy[i] = o.y, oz[i] = o.z;
     dx[i] = d.x, dy[i] = d.y, dz[i] = d.z;
     t_max[i] = max_distance, time[i] = ray_time, key[i] = ray_key;
+    width[i] = ray_width, spread[i] = ray_spread;
   }
   V3f origin(int i) const { return {ox[i], oy[i], oz[i]}; }
   V3f direction(int i) const { return {dx[i], dy[i], dz[i]}; }

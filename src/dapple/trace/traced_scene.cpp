@@ -15,8 +15,6 @@ namespace dapple::trace {
 
 namespace {
 
-constexpr int max_lanes = 16;  // of a callback
-
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
   if (code == RTC_ERROR_OUT_OF_MEMORY) throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
@@ -45,25 +43,24 @@ struct TracedScene::MemoryUse {
 
 /// Embree's callbacks. N lanes at a time; lanes with valid[i] == 0 are left alone.
 struct TracedScene::Callbacks {
+  static RayContext* context_of(RTCIntersectContext* embree) { return reinterpret_cast<RayContext*>(embree); }
+
   static void filter(const RTCFilterFunctionNArguments* a) {
     const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
-    uint32_t primitive[max_lanes]{}, lane[max_lanes]{}, instance[max_lanes]{}, key[max_lanes]{};
-    float u[max_lanes]{}, v[max_lanes]{}, time[max_lanes]{}, alpha[max_lanes]{};
-    int n = 0;
+    RayContext* const context = context_of(a->context);
     for (unsigned i = 0; i < a->N; ++i) {
       if (!a->valid[i]) continue;
-      lane[n] = i;
-      primitive[n] = RTCHitN_primID(a->hit, a->N, i);
-      instance[n] = RTCHitN_instID(a->hit, a->N, i, 0);
-      u[n] = RTCHitN_u(a->hit, a->N, i);
-      v[n] = RTCHitN_v(a->hit, a->N, i);
-      time[n] = RTCRayN_time(a->ray, a->N, i);
-      key[n] = RTCRayN_id(a->ray, a->N, i);
-      ++n;
+      const V3f normal(RTCHitN_Ng_x(a->hit, a->N, i), RTCHitN_Ng_y(a->hit, a->N, i), RTCHitN_Ng_z(a->hit, a->N, i));
+      const uint32_t primitive = RTCHitN_primID(a->hit, a->N, i), instance = RTCHitN_instID(a->hit, a->N, i, 0);
+      const OpacityTest::Hit hit{g.index,
+                                 primitive,
+                                 RTCHitN_u(a->hit, a->N, i),
+                                 RTCHitN_v(a->hit, a->N, i),
+                                 RTCRayN_time(a->ray, a->N, i),
+                                 g.scene->local_width(*context, RTCRayN_tfar(a->ray, a->N, i), instance),
+                                 g.scene->parameter_area(g, primitive, normal)};
+      if (!g.scene->keep_hit(hit, instance, RTCRayN_id(a->ray, a->N, i), context)) a->valid[i] = 0;
     }
-    g.scene->opacity_test_->opacity(g.index, n, primitive, u, v, time, alpha);
-    for (int i = 0; i < n; ++i)
-      if (!g.scene->keep_hit(g, instance[i], primitive[i], alpha[i], key[i])) a->valid[lane[i]] = 0;
   }
 
   static void bounds(const RTCBoundsFunctionArguments* a) {
@@ -72,8 +69,7 @@ struct TracedScene::Callbacks {
   }
 
   // One lane of a ray packet against a quadric; true if hit and kept.
-  static bool quadric(const Geometry& g, RTCRayN* ray, unsigned N, unsigned i, uint32_t instance, float* t, float* u,
-                      float* v) {
+  static bool quadric(const Geometry& g, RTCRayN* ray, unsigned N, unsigned i, RTCIntersectContext* embree, float* t, float* u, float* v) {
     const auto& q = *std::get<QuadricPtr>(g.shape);
     const V3f o(RTCRayN_org_x(ray, N, i), RTCRayN_org_y(ray, N, i), RTCRayN_org_z(ray, N, i));
     const V3f d(RTCRayN_dir_x(ray, N, i), RTCRayN_dir_y(ray, N, i), RTCRayN_dir_z(ray, N, i));
@@ -82,11 +78,10 @@ struct TracedScene::Callbacks {
     // A cut-out front side may uncover the back side.
     while (q.intersect(o, d, t_min, t_max, t, u, v)) {
       if (!g.cut_out) return true;
-      const uint32_t primitive = 0;
-      const float time = RTCRayN_time(ray, N, i);
-      float alpha = 1;
-      g.scene->opacity_test_->opacity(g.index, 1, &primitive, u, v, &time, &alpha);
-      if (g.scene->keep_hit(g, instance, primitive, alpha, RTCRayN_id(ray, N, i))) return true;
+      RayContext* const context = context_of(embree);
+      const uint32_t instance = embree->instID[0];
+      const OpacityTest::Hit hit{g.index, 0, *u, *v, RTCRayN_time(ray, N, i), g.scene->local_width(*context, *t, instance), 0};
+      if (g.scene->keep_hit(hit, instance, RTCRayN_id(ray, N, i), context)) return true;
       t_min = std::nextafter(*t, infinity);
     }
     return false;
@@ -98,7 +93,7 @@ struct TracedScene::Callbacks {
     RTCHitN* hit = RTCRayHitN_HitN(a->rayhit, a->N);
     for (unsigned i = 0; i < a->N; ++i) {
       float t, u, v;
-      if (!a->valid[i] || !quadric(g, ray, a->N, i, a->context->instID[0], &t, &u, &v)) continue;
+      if (!a->valid[i] || !quadric(g, ray, a->N, i, a->context, &t, &u, &v)) continue;
       RTCRayN_tfar(ray, a->N, i) = t;
       RTCHitN_u(hit, a->N, i) = u;
       RTCHitN_v(hit, a->N, i) = v;
@@ -114,7 +109,7 @@ struct TracedScene::Callbacks {
     const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
     for (unsigned i = 0; i < a->N; ++i) {
       float t, u, v;
-      if (a->valid[i] && quadric(g, a->ray, a->N, i, a->context->instID[0], &t, &u, &v))
+      if (a->valid[i] && quadric(g, a->ray, a->N, i, a->context, &t, &u, &v))
         RTCRayN_tfar(a->ray, a->N, i) = -infinity;
     }
   }
@@ -230,6 +225,7 @@ uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& mot
   float columns[12];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) columns[j * 3 + i] = instance.m[i][j] = float(m[i][j]);
+  for (int j = 0; j < 3; ++j) instance.scale = std::max(instance.scale, length(V3f(columns[3 * j], columns[3 * j + 1], columns[3 * j + 2])));
   if (!motion.is_animated()) {
     rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
   } else {
@@ -272,10 +268,25 @@ void TracedScene::commit() {
   build_seconds_ = timer.seconds();
 }
 
-bool TracedScene::keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t key) const {
+bool TracedScene::keep_hit(const OpacityTest::Hit& hit, uint32_t instance, uint32_t key, RayContext* context) const {
+  const float alpha = opacity_test_->seen_opacity(hit, &context->counts);
   if (alpha >= 1) return true;
   if (!(alpha > 0)) return false;
-  return to_unit_float(hash(key, g.index, instance, primitive)) < alpha;
+  return to_unit_float(hash(key, hit.geometry, instance, hit.primitive)) < alpha;
+}
+
+// The ray's footprint at distance t, in the space of what it hit. `instance`: Embree's number.
+float TracedScene::local_width(const RayContext& context, float t, uint32_t instance) const {
+  const float width = context.width + context.spread * t;
+  return instance == RTC_INVALID_GEOMETRY_ID ? width : width / instances_[instance - first_instance_].scale;
+}
+
+float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const {
+  if (std::holds_alternative<MeshPtr>(g.shape)) return length(normal);
+  const auto* grids = std::get_if<GridsPtr>(&g.shape);
+  if (!grids) return 0;
+  const geom::GridMesh::Grid& grid = (*grids)->grids[primitive];
+  return length(normal) * float((grid.columns - 1) * (grid.rows - 1));
 }
 
 // One ray at a time: as fast as packets of 16 for camera rays, faster for the others (bench/path_rays), and what a ray meets
@@ -287,13 +298,13 @@ void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
 }
 
 void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  RayContext context;
   for (int i = 0; i < n; ++i) {
+    context.width = r.width[i], context.spread = r.spread[i];
     RTCRayHit q;
     q.ray = embree_ray(r, i);
     q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(top_.scene, &context, &q);
+    rtcIntersect1(top_.scene, &context.embree, &q);
     h->t[i] = q.ray.tfar, h->u[i] = q.hit.u, h->v[i] = q.hit.v;
     h->nx[i] = q.hit.Ng_x, h->ny[i] = q.hit.Ng_y, h->nz[i] = q.hit.Ng_z;
     h->primitive[i] = q.hit.primID;
@@ -309,6 +320,7 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
     h->geometry[i] = geometry;
     h->instance[i] = instance;
   }
+  if (context.counts.lookups > 0) opacity_test_->add(context.counts);
   if (has_disks_) place_on_disks(r, n, h);
 }
 
@@ -347,13 +359,14 @@ void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
 }
 
 void TracedScene::occluded_cell(const RayBatch& r, int n, uint8_t* hit) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  RayContext context;
   for (int i = 0; i < n; ++i) {
+    context.width = r.width[i], context.spread = r.spread[i];
     RTCRay q = embree_ray(r, i);
-    rtcOccluded1(top_.scene, &context, &q);
+    rtcOccluded1(top_.scene, &context.embree, &q);
     hit[i] = q.tfar < 0;
   }
+  if (context.counts.lookups > 0) opacity_test_->add(context.counts);
 }
 
 void TracedScene::instance_transform(const Instance& instance, float time, float m[3][4]) const {
@@ -367,19 +380,18 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
+geom::SurfacePoint TracedScene::local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye) const {
+  const Shape& shape = geometries_[geometry]->shape;
+  if (const auto* mesh = std::get_if<MeshPtr>(&shape)) return (*mesh)->at(primitive, u, v, time);
+  if (const auto* grids = std::get_if<GridsPtr>(&shape)) return (*grids)->at(primitive, u, v, time);
+  if (const auto* quadric = std::get_if<QuadricPtr>(&shape)) return (*quadric)->at(u, v);
+  if (const auto* disks = std::get_if<DisksPtr>(&shape)) return (*disks)->at(primitive, u, v);
+  return std::get<CurvesPtr>(shape)->at(primitive, u, v, eye);
+}
+
 geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
-  const Geometry& g = *geometries_[h.geometry[i]];
-  geom::SurfacePoint s;
-  if (const auto* mesh = std::get_if<MeshPtr>(&g.shape))
-    s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], time);
-  else if (const auto* grids = std::get_if<GridsPtr>(&g.shape))
-    s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], time);
-  else if (const auto* quadric = std::get_if<QuadricPtr>(&g.shape))
-    s = (*quadric)->at(h.u[i], h.v[i]);
-  else if (const auto* disks = std::get_if<DisksPtr>(&g.shape))
-    s = (*disks)->at(h.primitive[i], h.u[i], h.v[i]);
-  else
-    s = std::get<CurvesPtr>(g.shape)->at(h.primitive[i], h.u[i], h.v[i], V3f(h.nx[i], h.ny[i], h.nz[i]));
+  const geom::SurfacePoint s =
+      local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], time, V3f(h.nx[i], h.ny[i], h.nz[i]));
   return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time);
 }
 
@@ -442,13 +454,6 @@ void TracedScene::face_curve(HitBatch* h, int i, const V3f& eye, float time) con
     n = face_forward(c[0] * (1 - h->u[i]) + c[3] * h->u[i], n);
   }
   h->nx[i] = n.x, h->ny[i] = n.y, h->nz[i] = n.z;
-}
-
-float TracedScene::instance_scale(uint32_t instance) const {
-  if (instance == no_id) return 1;
-  const auto& m = instances_[instance].m;
-  const V3f c0(m[0][0], m[1][0], m[2][0]), c1(m[0][1], m[1][1], m[2][1]), c2(m[0][2], m[1][2], m[2][2]);
-  return std::sqrt(std::max({length2(c0), length2(c1), length2(c2)}));
 }
 
 Box3f TracedScene::bounds() const {

@@ -67,6 +67,8 @@ class TracedScene {
   /// hit[i] = 1 where something lies within [0, t_max).
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
+  /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
+  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye = {0, 0, 1}) const;
   /// The surface at hit i of a batch, in world space, Ng and Ns on the outside.
   geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
   /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
@@ -75,7 +77,7 @@ class TracedScene {
   /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
   void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
   /// Largest scale along an axis of an instance's transform at shutter open; 1 for no_id.
-  float instance_scale(uint32_t instance) const;
+  float instance_scale(uint32_t instance) const { return instance == no_id ? 1 : instances_[instance].scale; }
 
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
@@ -91,7 +93,14 @@ class TracedScene {
   /// Bytes Embree holds now, beside the shapes themselves.
   size_t acceleration_bytes() const;
   double build_seconds() const { return build_seconds_; }
-  /// Embree's own scene, for benchmarks.
+  /// What a query of Embree's scene needs: cut-out geometry asks it for the ray's footprint.
+  struct RayContext {
+    RTCIntersectContext embree;  ///< first: Embree hands it back
+    float width = 0, spread = 0;
+    OpacityTest::Counts counts{};
+    RayContext() { rtcInitIntersectContext(&embree); }
+  };
+  /// Embree's own scene, for benchmarks. Queries take the `embree` of a RayContext.
   RTCScene embree_scene() const { return top_.scene; }
 
  private:
@@ -103,6 +112,7 @@ class TracedScene {
   };
   struct Instance {
     float m[3][4];  ///< world from object, at shutter open
+    float scale;    ///< the largest along an axis
     uint32_t object;
     RTCGeometry animated;  ///< null unless the transform moves
   };
@@ -120,7 +130,9 @@ class TracedScene {
   void place_on_disks(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
-  bool keep_hit(const Geometry& g, uint32_t instance, uint32_t primitive, float alpha, uint32_t ray_key) const;
+  bool keep_hit(const OpacityTest::Hit& hit, uint32_t instance, uint32_t ray_key, RayContext* context) const;
+  float local_width(const RayContext& context, float t, uint32_t instance) const;
+  float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
   geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time) const;
   void instance_transform(const Instance& instance, float time, float m[3][4]) const;
   V3f object_point(const Instance& instance, const V3f& world, float time) const;
