@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/numeric/distribution.h"
 
+#include <bit>
 #include <cfloat>
 #include <stdexcept>
 #include <string>
@@ -52,10 +53,34 @@ Cell cell_at(std::span<const uint32_t> upper, int i) {
   return {i, lower, upper[i] - lower};
 }
 
+/// Entries of a guide to n cells: a power of two of intervals, of about eight cells each.
+size_t guide_size(size_t n) {
+  return std::bit_floor(std::max<size_t>(n / 8, 1)) + 1;
+}
+
+/// Units of 2^-24 to the right by which an interval's number is found.
+int guide_shift(std::span<const uint32_t> guide) {
+  return 24 - std::countr_zero(guide.size() - 1);
+}
+
+/// guide[i]: the first cell whose upper end lies beyond the start of interval i; the last entry: the last such cell.
+void make_guide(std::span<const uint32_t> upper, std::span<uint32_t> guide) {
+  const int shift = guide_shift(guide);
+  uint32_t cell = 0;
+  for (size_t i = 0; i + 1 < guide.size(); ++i) {
+    while (upper[cell] <= i << shift) ++cell;
+    guide[i] = cell;
+  }
+  while (upper[cell] < one) ++cell;
+  guide.back() = cell;
+}
+
 /// The cell of positive width that holds u, and u stretched over it.
-Cell find(std::span<const uint32_t> upper, float u, float* stretched) {
+Cell find(std::span<const uint32_t> upper, std::span<const uint32_t> guide, float u, float* stretched) {
   const float units = std::clamp(u, 0.0f, one_minus_epsilon) * static_cast<float>(one);
-  const auto it = std::upper_bound(upper.begin(), upper.end(), static_cast<uint32_t>(units));
+  const uint32_t at = static_cast<uint32_t>(units);
+  const uint32_t* const interval = guide.data() + (at >> guide_shift(guide));
+  const auto it = std::upper_bound(upper.begin() + interval[0], upper.begin() + interval[1], at);
   const Cell c = cell_at(upper, static_cast<int>(it - upper.begin()));
   *stretched = std::min((units - static_cast<float>(c.lower)) / static_cast<float>(c.width), one_minus_epsilon);
   return c;
@@ -105,11 +130,13 @@ Distribution1D::Distribution1D(std::span<const float> weights) {
   check_size(static_cast<int64_t>(weights.size()));
   upper_.resize(weights.size());
   sum_ = accumulate(weights, upper_);
+  guide_.resize(guide_size(upper_.size()));
+  make_guide(upper_, guide_);
 }
 
 Distribution1D::Choice Distribution1D::sample_discrete(float u) const {
   Choice out;
-  const Cell c = find(upper_, u, &out.u);
+  const Cell c = find(upper_, guide_, u, &out.u);
   out.index = c.index;
   out.probability = probability_of(c);
   return out;
@@ -121,7 +148,7 @@ float Distribution1D::probability(int index) const {
 
 Distribution1D::Sample Distribution1D::sample(float u) const {
   float offset;
-  const Cell c = find(upper_, u, &offset);
+  const Cell c = find(upper_, guide_, u, &offset);
   return {point_in_cell(c.index, offset, upper_.size()), density_of(c, upper_.size()), c.index};
 }
 
@@ -139,12 +166,16 @@ Distribution2D::Distribution2D(int nx, int ny, const std::function<void(int y, s
   if (nx < 1 || ny < 1) throw std::length_error("a distribution without cells");
   nx_ = static_cast<size_t>(nx);
   upper_.resize(nx_ * static_cast<size_t>(ny));
+  guide_size_ = guide_size(nx_);
+  guides_.resize(guide_size_ * static_cast<size_t>(ny));
   std::vector<double> sums(static_cast<size_t>(ny));
   parallel_ranges(sums.size(), 16, [&](size_t begin, size_t end) {
     std::vector<float> weights(nx_);
     for (size_t y = begin; y < end; ++y) {
       fill_row(static_cast<int>(y), weights);
-      sums[y] = accumulate(weights, std::span(upper_).subspan(y * nx_, nx_));
+      const auto upper = std::span(upper_).subspan(y * nx_, nx_);
+      sums[y] = accumulate(weights, upper);
+      make_guide(upper, std::span(guides_).subspan(y * guide_size_, guide_size_));
     }
   });
   double largest = 0;
@@ -169,7 +200,7 @@ Distribution2D::Distribution2D(std::span<const float> weights, int nx, int ny)
 Distribution2D::Sample Distribution2D::sample(const V2f& u) const {
   const Distribution1D::Sample y = rows_.sample(u.y);
   float offset;
-  const Cell c = find(row(y.index), u.x, &offset);
+  const Cell c = find(row(y.index), guide(y.index), u.x, &offset);
   return {{point_in_cell(c.index, offset, nx_), y.x}, density_of(c, nx_) * y.pdf, c.index, y.index};
 }
 
