@@ -289,6 +289,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.irradiance_interpolation = *r.irradiance_interpolation;
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
+  s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }

@@ -101,6 +101,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
     if (entry.lost) RadiosityCache::count_lost(entry, &counts), entry.found = TileCache::Found::refused;
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
+  if (w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1) log_uses(c, w);
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
@@ -112,6 +113,14 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
     for (int j = 0; j < 4; ++j)
       if (c.near[n].weight[j] > 0) L += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
     b.ray_L[i] = L;
+  }
+}
+
+void HitShader::log_uses(const CacheBatch& c, ShadingWorkspace& w) {
+  const double now = w.cache_log->now();
+  for (int e = 0; e < c.entry_count; ++e) {
+    const TileCache::Found found = c.entry[e].found;
+    w.cache_log->add(c.entry[e].key, found == TileCache::Found::mine || found == TileCache::Found::refused, now);
   }
 }
 

@@ -138,15 +138,10 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         b.irradiance[k] += b.indirect[k];
         continue;
       }
-      for (int i = 0; i < rays; ++i) {
-        w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
-        w.index[w.job_count] = uint32_t(i);
-        w.job_weight[w.job_count] = 1 / float(rays);
-        w.job_point[w.job_count] = k;
-        if (++w.job_count == w.capacity) draw_diffuse_rays(place, w);
-      }
+      for (int i = 0; i < rays; ++i)
+        if (add_diffuse_job(b, k, i, rays, w)) light_indirectly(place, w);
     }
-    if (w.job_count > 0) draw_diffuse_rays(place, w);
+    if (w.job_count > 0) light_indirectly(place, w);
   }
   b.some_indirect_known = false;
   for (int k = 0; k < b.count; ++k) {
@@ -251,6 +246,25 @@ void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
   for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
 }
 
+// Diffuse ray i of so many from point k. True if the batch is full.
+bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w) {
+  w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
+  w.index[w.job_count] = uint32_t(i);
+  w.job_weight[w.job_count] = 1 / float(rays);
+  w.job_point[w.job_count] = k;
+  return ++w.job_count == w.capacity;
+}
+
+void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  draw_diffuse_rays(place, w);
+  gather(place, w);
+  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
+  for (int i = 0; i < b.ray_count; ++i)
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+  w.job_count = 0;
+}
+
 void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   const int rays = diffuse_rays(place);
@@ -273,11 +287,6 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     b.ray_behind[i] = behind;
     b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
-  gather(place, w);
-  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
-  for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
-  w.job_count = 0;
 }
 
 void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const {

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "dapple/integrate/cache_answers.h"
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_list.h"
 
@@ -71,6 +72,8 @@ class HitShader {
   /// Traces the diffuse rays of the batch: b.hits, b.distance, and b.ray_L of what they meet, from the cache if there is one. Weights lose
   /// what is lost on the way.
   void gather(const Place& place, ShadingWorkspace& w) const;
+  /// What answers the first diffuse rays of the points of the batch, after prelight(): answers[k]. Lights nothing and changes no cache.
+  void survey(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   void light_specular(const Place& place, ShadingWorkspace& w) const;
   /// specularlighting and postlighting, for viewers: b.Ci.
@@ -96,7 +99,9 @@ class HitShader {
   void draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const;
   void trace_shadows(ShadingWorkspace& w) const;
 
+  static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
+  void light_indirectly(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void add_lights_hit(PointBatch& b, const Place& place) const;
   void shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const;
@@ -119,6 +124,8 @@ class HitShader {
   template <class Wanted>
   void link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
+  static void log_uses(const CacheBatch& c, ShadingWorkspace& w);
+  void survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;
   const scene::PatchTable* const patches_;

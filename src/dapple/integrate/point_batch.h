@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "dapple/integrate/cache_log.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
@@ -101,6 +102,7 @@ struct ShadingWorkspace {
   StageCounts stages;
   RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
+  CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
 
   // Rays about to be drawn, and their random numbers.
   int job_count = 0;

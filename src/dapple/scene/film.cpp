@@ -7,6 +7,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   const size_t count = size_t(width()) * size_t(height());
   pixels_.resize(count);
   if (settings.features) features_.resize(count);
+  if (settings.cache_use) cache_uses_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, RGB L, const Features& f) {
@@ -96,6 +97,8 @@ uint64_t Film::dropped_samples() const {
   return n;
 }
 
-size_t Film::bytes() const { return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums); }
+size_t Film::bytes() const {
+  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + cache_uses_.size() * sizeof(CacheUse);
+}
 
 }  // namespace dapple::scene
