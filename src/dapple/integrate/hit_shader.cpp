@@ -15,7 +15,7 @@ using trace::no_id;
 
 namespace {
 
-enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins };
+enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins, for_patterns };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
@@ -79,7 +79,11 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float s
 }
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch& b, int k) const {
-  const geom::SurfacePoint& middle = b.surface[k];
+  const geom::SurfacePoint middle = b.surface[k];
+  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as regular as
+  // cells would be seen in one phase alone.
+  int seen_from = -1;
+  if (materials_.varies(id.geometry)) seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
     to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
@@ -91,8 +95,13 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch
     patches_->place_on_tile(id, x, y, &at, k);
     const geom::SurfacePoint s = scene_.traced.surface(at, k, scene::PatchTable::shading_time);
     // Half a patch, or the seam of a sphere: what is on its other side does not count.
-    if (dot(s.Ng, middle.Ng) > 0) to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+    if (!(dot(s.Ng, middle.Ng) > 0)) continue;
+    to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+    if (o == seen_from) b.surface[k] = s;
   }
+  if (seen_from < 0 || id.cluster_level > 0) return;
+  const V3f turn = middle.Ns - b.surface[k].Ns;
+  for (int o = 0; o < PointBatch::origins; ++o) b.origin[k * PointBatch::origins + o].turn += turn;
 }
 
 void HitShader::link(bool single_cells, ShadingWorkspace& w) const {

@@ -123,6 +123,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
       out->grid.patch = group;
       out->grid.cluster_level = uint8_t(k);
     }
+    if (out->grid.cluster_level > 0) out->part = uint8_t(patches.clusters->part(point.patch, out->grid.cluster_level));
     return true;
   }
   GridId& grid = out->grid;
@@ -143,6 +144,26 @@ geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) c
   trace::HitBatch point;
   shading_point(*group, 0, 0, V3f(0, 0, 0), &point, 0);
   return scene_.surface(point, 0, shading_time);
+}
+
+int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const {
+  uint32_t patches[2];
+  if (!geometries_[group.geometry].clusters->ends_of_part(group.patch, group.cluster_level, part, patches)) return 0;
+  const int count = patches[0] == patches[1] ? 1 : 2;
+  for (int end = 0; end < count; ++end) {
+    GridId patch;
+    patch.instance = group.instance, patch.geometry = group.geometry, patch.patch = patches[end];
+    trace::HitBatch point;
+    shading_point(patch, 0, 0, V3f(0, 0, 0), &point, 0);
+    ends[end] = scene_.surface(point, 0, shading_time);
+  }
+  return count;
+}
+
+bool PatchTable::is_of(const GridId& grid, const trace::HitBatch& hits, int i) const {
+  if (hits.instance[i] != grid.instance || hits.geometry[i] != grid.geometry) return false;
+  const uint32_t patch = patch_of(hits, i).patch;
+  return grid.patch == (grid.cluster_level > 0 ? geometries_[grid.geometry].clusters->group(patch, grid.cluster_level) : patch);
 }
 
 void PatchTable::turn_group(const V3f& d, uint32_t patch, GridId* group) const {

@@ -33,6 +33,7 @@ struct GridId {
 struct GridPoint {
   GridId grid;
   uint32_t patch = 0;  ///< that was hit, though a group may serve it
+  uint8_t part = 0;    ///< of that group (geom::PatchClusters::parts)
   float x = 0, y = 0;
 
   int cell() const { return grid.index(std::min(int(x), grid.width() - 1), std::min(int(y), grid.height() - 1)); }
@@ -70,6 +71,11 @@ class PatchTable {
   static constexpr uint32_t stand_ins = 8;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
+  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may end
+  /// before the part.
+  int ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const;
+  /// Whether the patch of a hit belongs to the tile's patch, or group of patches.
+  bool is_of(const GridId& grid, const trace::HitBatch& hits, int i) const;
   /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
   /// of `patch`, which was hit.
   void turn_group(const V3f& d, uint32_t patch, GridId* group) const;
