@@ -6,7 +6,7 @@ Writes OUT/radiosity_TABLE.md and .json for each of the tables named, or all:
   cornell   the Cornell box at 0 to 3 bounces, preview and final rays, without and with the cache
   shaders   the same box with networks of 200 patterns as reflectances, and what 64 camera samples cost against 4
   lights    2, 20 and 100 small lamps
-  memory    many displaced objects and caches of 0 to 256 MB
+  memory    thousands of displaced objects, and caches of 0 to 1 GB
   error     differences from path tracing against time, for values of --cache-width and for path tracing itself
 """
 import argparse
@@ -20,10 +20,10 @@ import radiosity_scenes as scenes
 
 QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
 FULL = dict(resolution=1024, qualities=["preview", "final"], bounces=3, max_rays=2e9, shader_resolution=512, copies=[1], light_resolution=512,
-            lights=[2, 20, 100], field=48, field_resolution=1024, sizes=[0, 1, 4, 16, 64, 256], error_resolution=256, reference_samples=4096,
+            lights=[2, 20, 100], hall=64, hall_resolution=1024, hall_width=.02, sizes=[0, 1, 4, 16, 64, 256, 1024], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
-QUICK = dict(FULL, resolution=128, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, field=12, field_resolution=128,
-             sizes=[0, 1, 16], error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
+QUICK = dict(FULL, resolution=128, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, hall=12, hall_resolution=128,
+             sizes=[0, 1], error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
 
 
 class Bench:
@@ -212,23 +212,49 @@ def lights(bench):
 
 
 def memory(bench):
+    """Against a cache with room for all: absolute sizes, and a quarter and a twentieth of what all takes. The smallest ones from a crop."""
     size, rows, result = bench.size, [], []
-    scene = scenes.field(bench.context.out, size.field)
-    reference = bench.context.out / "radiosity_memory.exr"
-    image = bench.context.out / "radiosity_memory_other.exr"
-    for megabytes in sorted(size.sizes, reverse=True):
-        s = bench.medians([lambda: bench.render(scene, "--cache-mb", megabytes, resolution=size.field_resolution, samples=4, bounces=2,
-                                                image=image if rows else reference)])[0]
-        caches = s["cache"].values()
-        total = lambda key: sum(c[key] for c in caches)
-        same = not rows or bench.compare(image, reference)["relative_rmse"] == 0
-        s["same_image"] = same
-        rows.append([megabytes, seconds(s["seconds"]), total("lookups"), f"{100 * total('hits') / max(1, total('lookups')):.1f} %", total("fills"),
-                     total("evictions"), f"{total('peak_bytes') / 1e6:.2f} MB", points(s), "yes" if same else "NO"])
-        result.append({"megabytes": megabytes, "stats": s})
-    text = (f"{size.field ** 2} instances of a displaced subdivision surface, {size.field_resolution} x {size.field_resolution}, 2 bounces, 4 shadow and 4 diffuse "
-            "rays, 4 camera samples. The images are compared pixel for pixel with the first.\n\n"
-            + common.table(["MB", "time", "look-ups", "hits", "fills", "evictions", "peak", "shading points", "same image"], rows))
+    scene = scenes.hall(bench.context.out, size.hall)
+    reference, image = (bench.context.out / f"radiosity_memory{name}.exr" for name in ("", "_other"))
+    side = 8
+    corners = [(size.hall_resolution * x // 4, size.hall_resolution * y // 4) for x in (1, 3) for y in (1, 3)]
+
+    def render(megabytes, *options, to=image):
+        return bench.medians([lambda: bench.render(scene, "--cache-mb", f"{megabytes:.3f}", "--cache-width", size.hall_width, *options, resolution=size.hall_resolution,
+                                                   samples=4, bounces=2, rays=((4, 1), (16, 4)), image=to)])[0]
+
+    def total(s, key):
+        return sum(s["cache"][f"radiosity.{r}"][key] for r in ("coarse", "medium", "fine"))
+
+    def row(name, s, seconds_all, all_seconds, same, cropped):
+        reuse = total(s, "lookups") / max(1, total(s, "fills"))
+        rows.append([name, seconds(seconds_all) + (" *" if cropped else ""), ratio(seconds_all, all_seconds), f"{100 * total(s, 'hits') / max(1, total(s, 'lookups')):.1f} %",
+                     total(s, "fills"), f"{reuse:.3g}", total(s, "evictions"), f"{total(s, 'peak_bytes') / 1e6:.1f} MB", points(s), "yes" if same else "NO"])
+        result.append({"cache": name, "seconds": seconds_all, "stats": s, "same_image": same})
+        print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
+
+    unlimited = render(4096, to=reference)
+    everything = total(unlimited, "bytes") / 2 ** 20
+    row("unlimited", unlimited, unlimited["seconds"], unlimited["seconds"], True, False)
+    sizes = [(f"{m} MB", m) for m in size.sizes if m < everything]
+    sizes += [("a quarter", everything / 4), ("a twentieth", everything / 20)]
+    for name, megabytes in sorted(sizes, key=lambda s: -s[1]):
+        if megabytes < everything / 50:
+            spent, same = 0, True
+            for x, y in corners:
+                crop = ["--crop", f"{x},{y},{x + side},{y + side}"]
+                render(4096, *crop, to=reference.with_suffix(".crop.exr"))
+                s = render(megabytes, *crop)
+                spent += s["seconds"]
+                same &= bench.compare(image, reference.with_suffix(".crop.exr"))["relative_rmse"] == 0
+            row(name, s, spent * size.hall_resolution ** 2 / (len(corners) * side ** 2), unlimited["seconds"], same, True)
+        else:
+            s = render(megabytes)
+            row(name, s, s["seconds"], unlimited["seconds"], bench.compare(image, reference)["relative_rmse"] == 0, False)
+    text = (f"{size.hall ** 2} instances of a displaced subdivision surface in a closed hall, {size.hall_resolution} x {size.hall_resolution}, 2 bounces, 4,1 shadow and 16,4 diffuse "
+            f"rays, 4 camera samples, `--cache-width {size.hall_width}`: all entries take {everything:.0f} MB. The images are compared pixel for pixel.\n\n"
+            + common.table(["cache", "time", "ratio", "hits", "fills", "look-ups a fill", "evictions", "peak", "shading points", "same image"], rows)
+            + f"\n\n\\* Below a fiftieth, in proportion to pixels from {len(corners)} crops of {side} x {side}; counts are those of one of them.")
     return result, text
 
 

@@ -11,6 +11,10 @@ using trace::no_id;
 
 namespace {
 
+// A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
+constexpr float near_lights = 1;
+constexpr int most_halvings = 12;
+
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
  public:
@@ -40,6 +44,21 @@ bool HitShader::ends_in_cache(const PointBatch& b, int ray, Arrival arrival) con
   return cache_for(arrival) && b.hits.geometry[ray] != no_id && materials_.is_diffuse_to_rays(b.hits.geometry[ray]) && !b.uncached[ray];
 }
 
+// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
+// thousands of rays read what they found.
+// `on_tile`: any place on it.
+bool HitShader::lies_near_light(const scene::GridId& grid, const V3f& on_tile, scene::PatchTable::Extents* memory, ShadingWorkspace& w) const {
+  if (!scene_.light_sampler || !patches_->has_lattice(grid)) return false;
+  const float cell = patches_->cell_size(grid, memory), radius = 0.71f * float(std::max(grid.width(), grid.height())) * cell;
+  const auto within = [&](const V3f& p, float reach, bool lit) {
+    return scene_.light_sampler->nearest({p, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach, lit) < reach;
+  };
+  if (!within(on_tile, 2 * radius + near_lights * cell, false)) return false;
+  patches_->place_on_tile(grid, 0.5f * float(grid.width()), 0.5f * float(grid.height()), &w.linking.hits, 0);
+  const V3f middle = scene_.traced.surface(w.linking.hits, 0, scene::PatchTable::shading_time).P;
+  return within(middle, radius + near_lights * cell, true);
+}
+
 // Finds the tile that serves each diffuse ray of the batch; rays that none serves are left to shade_hits.
 void HitShader::locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
@@ -51,7 +70,7 @@ void HitShader::locate_radiosity(const Place& place, Arrival arrival, ShadingWor
     if (b.ray_weight[i].is_black() || !ends_in_cache(b, i, arrival)) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    const float width = b.width[k] + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
+    float width = b.width[k] + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
     // The points of curves face the camera: that is no side for other rays.
     const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(b.hits.geometry[i]));
@@ -59,6 +78,9 @@ void HitShader::locate_radiosity(const Place& place, Arrival arrival, ShadingWor
       b.uncached[i] = true;
       continue;
     }
+    // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, s.P, &memory, w); ++halvings)
+      patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, place.depth.diffuse + 1);
     c.ray[c.count++] = i;

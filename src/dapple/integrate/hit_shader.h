@@ -117,6 +117,7 @@ class HitShader {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
   bool ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const;
+  bool lies_near_light(const scene::GridId& grid, const V3f& on_tile, scene::PatchTable::Extents* memory, ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
   template <class Wanted>

@@ -66,7 +66,7 @@ struct PointBatch {
   void move_point(int to, int from);
   /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i) const {
-    if (whole_cells) return origin[k * origins + (i + i / origins) % origins];
+    if (whole_cells) return origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
     return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error};
   }
 };

@@ -93,6 +93,12 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
   return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
+const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const {
+  Extent& e = memory->of(instance, geometry, patch);
+  if (e.instance != instance || e.geometry != geometry || e.patch != patch) e = extent(instance, geometry, patch);
+  return e;
+}
+
 bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extents* memory,
                       GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
@@ -108,9 +114,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   out->grid.patch = out->patch = point.patch;
   const bool quadric = is_round(scene_.shape(g));
   Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
-  Extent& e = quadric ? of_point : memory->of(hits.instance[i], g, point.patch);
-  if (!quadric && (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch))
-    e = extent(hits.instance[i], g, point.patch);
+  const Extent& e = quadric ? of_point : remembered_extent(hits.instance[i], g, point.patch, memory);
   const float s_length = across(e.s, d), t_length = across(e.t, d);
   const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
   if (std::max(s_length, t_length) <= small_patch * width) {
@@ -188,7 +192,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   return true;
 }
 
-float PatchTable::cell_size(const GridId& grid) const {
+float PatchTable::cell_size(const GridId& grid, Extents* memory) const {
   if (grid.cluster_level > 0)
     return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
@@ -201,7 +205,7 @@ float PatchTable::cell_size(const GridId& grid) const {
     const geom::SurfacePoint p = scene_.surface(hit, 0, shading_time);
     e.s = p.dPdu, e.t = p.dPdv;
   } else {
-    e = extent(grid.instance, grid.geometry, grid.patch);
+    e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory) : extent(grid.instance, grid.geometry, grid.patch);
   }
   return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
 }

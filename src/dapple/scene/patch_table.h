@@ -102,7 +102,7 @@ class PatchTable {
   bool is_outside(const GridId& grid, int i, int j) const;
 
   /// Length of a tile's micropolygons (m), the longer side; of a group, its diameter.
-  float cell_size(const GridId& grid) const;
+  float cell_size(const GridId& grid, Extents* memory = nullptr) const;
 
   size_t bytes() const;
 
@@ -112,6 +112,7 @@ class PatchTable {
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
   bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
