@@ -39,7 +39,7 @@ class Bench:
         image = image or self.context.out / "radiosity.exr"
         lists = []
         if integrator == "distribution":
-            lists = ["--radiosity-cache", "on" if cache else "off", "--shadow-rays", ",".join(map(str, rays[0])), "--diffuse-rays",
+            lists = ["--irradiance-interpolation", "off", "--radiosity-cache", "on" if cache else "off", "--shadow-rays", ",".join(map(str, rays[0])), "--diffuse-rays",
                      ",".join(map(str, rays[1]))]
         s = common.render(self.context, scene, image, "--integrator", integrator, *lists, "--resolution", f"{resolution}x{resolution}", "--bounces",
                           bounces, "--pixel-samples", samples, "--threads", threads or self.context.threads, "--float", "--quiet", *options)

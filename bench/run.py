@@ -13,13 +13,14 @@ import against_cycles
 import canopy
 import common
 import path_rays
+import presets
 import radiosity
 import scene_load
 import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "radiosity": radiosity, "scene_load": scene_load,
+BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 

@@ -3,7 +3,7 @@
 import common
 
 SCENE = common.ROOT / "scenes/bust/bust.pbrt"
-PREVIEW = ["--preset", "preview"]
+PREVIEW = ["--preset", "preview", "--diffuse-rays", 4, "--irradiance-interpolation", "off"]
 FINAL = ["--preset", "final"]
 # Name, options, size, crop; final quality without the cache is bearable in a crop alone, which does the cache no favour.
 CASES = [

@@ -22,7 +22,7 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, irradiance_interpolation, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
@@ -98,6 +98,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.subsurface_rays.empty()) r.subsurface_rays = parse_rays("--subsurface-rays", o.subsurface_rays);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
+  if (!o.caustics.empty()) r.caustics = o.caustics == "on";
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
   if (!o.subsurface_cache.empty()) r.subsurface_cache = o.subsurface_cache == "on";
@@ -157,6 +158,7 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.subsurface_rays.empty(), "--subsurface-rays", {"distribution"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
+  warn(!o.caustics.empty(), "--caustics", {"distribution"});
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
   warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
   warn(!o.subsurface_cache.empty(), "--subsurface-cache", {"distribution"});
@@ -303,15 +305,17 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--diffuse-rays", o->diffuse_rays, "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
   app.add_option("--subsurface-rays", o->subsurface_rays, "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
+  app.add_option("--caustics", o->caustics, "distribution: light that metal sends on to diffuse surfaces is sharp: on, off (metal counts as diffuse there) [on in preset final]")
+      ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--subsurface-cache", o->subsurface_cache, "distribution: the light that enters subsurface bodies is cached: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
-  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [the preset's]")
+  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [on from 16 rays]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [0.4]")
+  app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
       ->check(CLI::Range(0.001, 10.0));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
   app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");

@@ -64,7 +64,8 @@ TEST(PatchClusters, GroupsHoldTheirPatchesAndStandInForThem) {
     const V3f p(float(i % 10), float(i / 10 % 10), float(i / 100));
     boxes.push_back(Box3f(p, p + V3f(0.5f, 0.5f, 0.5f)));
   }
-  const PatchClusters clusters(boxes);
+  std::vector<float> areas(1000, 1);
+  const PatchClusters clusters(boxes, areas);
   ASSERT_EQ(clusters.levels(), 5);  // 4^5 >= 1000
   for (int k = 1; k <= clusters.levels(); ++k) {
     std::vector<Box3f> groups(1000);
@@ -89,6 +90,32 @@ TEST(PatchClusters, GroupsHoldTheirPatchesAndStandInForThem) {
   }
   // Four neighbours fit a block of 2 x 2 x 1 cells, or of 4 x 1 x 1 where the numbers do not divide.
   for (uint32_t g = 0; g < 250; ++g) EXPECT_LE(clusters.diameter(g, 1), length(V3f(3.5f, 1.5f, 0.5f)) + 1e-5f);
+}
+
+TEST(PatchClusters, LargePatchesStandInMoreOften) {
+  std::vector<Box3f> boxes;
+  std::vector<float> areas;
+  for (int i = 0; i < 64; ++i) {
+    boxes.push_back(Box3f(V3f(float(i), 0, 0), V3f(float(i) + 1, 1, 0)));
+    areas.push_back(i < 8 ? 0 : float(i));
+  }
+  const PatchClusters clusters(boxes, areas);
+  const int draws = 100000;
+  std::vector<int> count(64);
+  for (int i = 0; i < draws; ++i) ++count[clusters.representative(0, 3, uint32_t(i))];
+  const float all = 63 * 32 - 28;
+  double chi2 = 0;
+  for (int i = 0; i < 64; ++i) {
+    if (i < 8) {
+      EXPECT_EQ(count[size_t(i)], 0);
+      continue;
+    }
+    const double expected = draws * double(areas[size_t(i)] / all);
+    chi2 += sqr(count[size_t(i)] - expected) / expected;
+  }
+  EXPECT_LT(chi2, 103);  // 55 degrees of freedom: a chance of 1e-4
+  // Groups without area have stand-ins all the same.
+  EXPECT_LT(clusters.representative(0, 1, 5), 4u);
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   };
   const auto expected = render_built(bumpy, 4, dense), shown = render_built(bumpy, 4, sparse);
   EXPECT_GT(difference(expected.film, render_built(smooth, 4, dense).film), 0.1);
-  EXPECT_LT(difference(expected.film, shown.film), 0.04);  // most of it the noise of the dense one
+  EXPECT_LT(difference(expected.film, shown.film), 0.05);  // what gradients do not carry from bump to bump, and noise
   EXPECT_LT(2 * shown.result.rays.diffuse, expected.result.rays.diffuse);
 }
 

@@ -18,6 +18,7 @@ using scenefile::ParamSet;
 namespace {
 
 constexpr int default_max_depth = 5;  // pbrt's
+constexpr int least_hemisphere = 16;  // diffuse rays, from which interpolation pays
 
 template <class T>
 void fill(std::optional<T>* ours, const std::optional<T>& theirs) {
@@ -135,6 +136,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.subsurface_rays, other.subsurface_rays);
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.radiosity_cache, other.radiosity_cache);
+  fill(&r.caustics, other.caustics);
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.subsurface_cache, other.subsurface_cache);
@@ -192,6 +194,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
+  if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
@@ -214,13 +217,15 @@ IntegratorRequest preset_request(const std::string& name) {
   r.shading_rate = 1.0f;
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = true;
+  r.caustics = name == "final";
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
-  r.irradiance_interpolation = false;
   r.irradiance_accuracy = 0.4f;
   if (name == "draft") {
     r.pixel_samples = 4;
-    r.shadow_rays = r.diffuse_rays = RayList{1};
+    r.shadow_rays = RayList{2};
+    r.diffuse_rays = RayList{25, 2};
+    r.irradiance_accuracy = 0.8f;
     r.subsurface_rays = RayList{8};
     r.bounces = 2;
     r.shading_rate = 4.0f;
@@ -228,11 +233,12 @@ IntegratorRequest preset_request(const std::string& name) {
     r.pixel_samples = 64;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
-    r.irradiance_interpolation = true;
     r.subsurface_rays = RayList{256, 32};
   } else {
     r.pixel_samples = 16;
-    r.shadow_rays = r.diffuse_rays = RayList{4};
+    r.shadow_rays = RayList{4};
+    r.diffuse_rays = RayList{64, 4};
+    r.irradiance_accuracy = 0.5f;
     r.subsurface_rays = RayList{32};
   }
   return r;
@@ -284,9 +290,10 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
   s.radiosity_cache = *r.radiosity_cache;
+  s.shading.caustics = *r.caustics;
   s.subsurface_cache = *r.subsurface_cache;
   s.shading.cache_width = *r.cache_width;
-  s.irradiance_interpolation = *r.irradiance_interpolation;
+  s.irradiance_interpolation = r.irradiance_interpolation.value_or(r.diffuse_rays->at(0) >= least_hemisphere);
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = size_t(double(*r.cache_mb) * (1 << 20));
   s.log_caches = r.log_caches;

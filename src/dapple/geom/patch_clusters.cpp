@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -30,12 +31,16 @@ void order_by_halves(const std::vector<V3f>& centres, uint32_t* first, uint32_t*
 
 }  // namespace
 
-PatchClusters::PatchClusters(std::span<const Box3f> boxes) : rank_(boxes.size()), order_(boxes.size()) {
+PatchClusters::PatchClusters(std::span<const Box3f> boxes, std::span<const float> areas)
+    : rank_(boxes.size()), order_(boxes.size()), area_before_(boxes.size() + 1) {
   std::vector<V3f> centres;
   for (const Box3f& b : boxes) centres.push_back((b.min + b.max) * 0.5f);
   std::iota(order_.begin(), order_.end(), 0u);
   order_by_halves(centres, order_.data(), order_.data() + order_.size());
-  for (uint32_t r = 0; r < order_.size(); ++r) rank_[order_[r]] = r;
+  for (uint32_t r = 0; r < order_.size(); ++r) {
+    rank_[order_[r]] = r;
+    area_before_[r + 1] = area_before_[r] + double(areas[order_[r]]);
+  }
 
   std::vector<Box3f> groups;
   for (const uint32_t patch : order_) groups.push_back(boxes[patch]);
@@ -50,7 +55,13 @@ PatchClusters::PatchClusters(std::span<const Box3f> boxes) : rank_(boxes.size())
 
 uint32_t PatchClusters::representative(uint32_t group, int level, uint32_t choice) const {
   const size_t first = size_t(group) << (2 * level), last = std::min(order_.size(), first + (size_t(1) << (2 * level)));
-  return order_[first + hash(group, level, choice) % (last - first)];
+  const uint64_t random = hash(group, level, choice);
+  const double area = area_before_[last] - area_before_[first];
+  if (!(area > 0) || !(area < HUGE_VAL)) return order_[first + random % (last - first)];
+  const double at = area_before_[first] + area * double(to_unit_float(random));
+  const auto begin = area_before_.begin();
+  const auto after = std::upper_bound(begin + ptrdiff_t(first) + 1, begin + ptrdiff_t(last), at);
+  return order_[size_t(after - begin) - 1];
 }
 
 bool PatchClusters::ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const {
@@ -61,7 +72,7 @@ bool PatchClusters::ends_of_part(uint32_t group, int level, int part, uint32_t e
 }
 
 size_t PatchClusters::bytes() const {
-  size_t bytes = (rank_.capacity() + order_.capacity()) * 4;
+  size_t bytes = (rank_.capacity() + order_.capacity()) * 4 + area_before_.capacity() * 8;
   for (const auto& d : diameters_) bytes += d.capacity() * 4;
   return bytes;
 }

@@ -13,14 +13,14 @@ namespace dapple::geom {
 /// along its widest axis again and again. One patch stands for its group.
 class PatchClusters {
  public:
-  /// `boxes`: bounds of the patches.
-  explicit PatchClusters(std::span<const Box3f> boxes);
+  /// Bounds and areas of the patches.
+  PatchClusters(std::span<const Box3f> boxes, std::span<const float> areas);
 
   int levels() const { return int(diameters_.size()); }
   uint32_t group(uint32_t patch, int level) const { return uint32_t(uint64_t(rank_[patch]) >> (2 * level)); }
   /// Diagonal of the group's box, level >= 1.
   float diameter(uint32_t group, int level) const { return diameters_[size_t(level - 1)][group]; }
-  /// A patch that may stand for a group: any of it, chosen by a hash.
+  /// A patch that may stand for a group: any of it, chosen by a hash with a chance in proportion to its area.
   uint32_t representative(uint32_t group, int level, uint32_t choice) const;
   /// Groups consist of parts, as large as each other but for the last: single patches at level 1, else groups of two levels less.
   static int part_level(int level) { return level < 2 ? 0 : level - 2; }
@@ -35,6 +35,7 @@ class PatchClusters {
  private:
   std::vector<uint32_t> rank_;   ///< place of each patch in the order of halves
   std::vector<uint32_t> order_;  ///< inverse of rank_
+  std::vector<double> area_before_;            ///< by rank, of all patches of lower rank; one more than patches
   std::vector<std::vector<float>> diameters_;  ///< from level 1
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of HitShader that ends diffuse rays in the radiosity cache.
+// The part of HitShader that ends rays in the radiosity cache.
 #include <algorithm>
 
 #include "dapple/integrate/hit_shader.h"
@@ -40,16 +40,11 @@ class ClaimGuard {
 
 }  // namespace
 
-bool HitShader::ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const {
-  return cache_for(arrival) && b.hits.geometry[ray] != no_id && materials_.is_diffuse_to_rays(b.hits.geometry[ray]) && !b.uncached[ray];
-}
-
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
-// thousands of rays read what they found.
-// `on_tile`: any place on it.
+// thousands of rays read what they found. `on_tile`: any place on it.
 bool HitShader::lies_near_light(const scene::GridId& grid, const V3f& on_tile, scene::PatchTable::Extents* memory, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(grid)) return false;
-  const float cell = patches_->cell_size(grid, memory), radius = 0.71f * float(std::max(grid.width(), grid.height())) * cell;
+  const float cell = patches_->cell(grid, memory).size, radius = 0.71f * float(std::max(grid.width(), grid.height())) * cell;
   const auto within = [&](const V3f& p, float reach, bool lit) {
     return scene_.light_sampler->nearest({p, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach, lit) < reach;
   };
@@ -59,41 +54,37 @@ bool HitShader::lies_near_light(const scene::GridId& grid, const V3f& on_tile, s
   return within(middle, radius + near_lights * cell, true);
 }
 
-// Finds the tile that serves each diffuse ray of the batch; rays that none serves are left to shade_hits.
-void HitShader::locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const {
+// Finds the tile that serves each of these rays of the batch, if one does.
+void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.count = 0;
   scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
-    b.uncached[i] = false;
-    if (b.ray_weight[i].is_black() || !ends_in_cache(b, i, arrival)) continue;
+    const uint32_t geometry = b.hits.geometry[i];
+    if (!wanted(b, i) || geometry == no_id || b.ray_weight[i].is_black() || !materials_.is_flat(geometry)) continue;
+    // The points of curves face the camera: that is no side for other rays.
+    if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    float width = b.width[k] + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
+    float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
-    // The points of curves face the camera: that is no side for other rays.
-    const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(b.hits.geometry[i]));
-    if (curve || !patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) {
-      b.uncached[i] = true;
-      continue;
-    }
+    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
     for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, s.P, &memory, w); ++halvings)
       patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
-    c.key[c.count] = RadiosityCache::key(at.grid, place.depth.diffuse + 1);
+    c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
     c.ray[c.count++] = i;
   }
   for (int n = 0; n < c.count; ++n) c.order[n] = n;
   std::sort(c.order, c.order + c.count, [&c](int x, int y) { return c.key[x] != c.key[y] ? c.key[x] < c.key[y] : x < y; });
 }
 
-// Adds what the cache says to the irradiance of the points that sent the rays.
-void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const {
+void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  locate_radiosity(place, below.arrival, w);
+  locate_radiosity(place, below, width_scale, wanted, w);
   c.entry_count = 0;
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
@@ -105,7 +96,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
       e.grid = c.point[look_up].grid;
       e.key = c.key[look_up];
       e.needed = 0;
-      e.diffuse_depth = place.depth.diffuse + 1;
+      e.diffuse_depth = below.depth.diffuse;
       cache.find(e, &counts);
     }
     c.entry_of[look_up] = c.entry_count - 1;
@@ -115,7 +106,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
   guard.publish();
-  // Threads wait only for entries that are one diffuse bounce deeper than what they fill themselves, or for irradiance of the same depth, of
+  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth, of
   // which entries wait for deeper radiosity: no ring.
   for (int e = 0; e < c.entry_count; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
@@ -127,14 +118,10 @@ void HitShader::add_radiosity(const Place& place, const Place& below, ShadingWor
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
-    if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) {
-      b.uncached[i] = true;
-      continue;
-    }
-    RGB L;
+    if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) continue;
+    b.cached[i] = true;
     for (int j = 0; j < 4; ++j)
-      if (c.near[n].weight[j] > 0) L += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
-    b.ray_L[i] = L;
+      if (c.near[n].weight[j] > 0) b.ray_L[i] += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
   }
 }
 
@@ -160,14 +147,14 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
     if (!wanted(entry)) continue;
     const scene::GridId& id = entry.grid;
     const bool whole = entry.found == TileCache::Found::mine;
-    const float size = patches_->cell_size(id);
+    const scene::PatchTable::Cell cell = patches_->cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);
         if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
         const int k = f.count++;
-        set_shading_point(id, i, j, size, entry.key, f, k);
-        spread_origins(id, i, j, f, k);
+        set_shading_point(id, i, j, cell, entry.key, f, k);
+        spread_origins(id, i, j, entry.links(), f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;
@@ -180,7 +167,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   w.fill_seconds += seconds;
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   for (int r = 0; r < resolution_count; ++r) counts.by_resolution[r].fill_seconds += seconds * points[r] / all;
-  counts.by_depth[size_t(below.depth.diffuse - (below.arrival == Arrival::probe ? 0 : 1))].fill_seconds += seconds;
+  counts.by_depth[size_t(below.depth.diffuse)].fill_seconds += seconds;
 }
 
 template <class Wanted>

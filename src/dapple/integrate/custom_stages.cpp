@@ -30,7 +30,7 @@ void for_each_group(const scene::Scene& scene, Stage stage, PointBatch& b, Shadi
       if (material_of(k) != material_of(first)) continue;
       done[k] = true;
       w.prelighting.bsdf[g.count] = b.bsdf[k];
-      scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], &w.points, g.count);
+      b.describe(k, &w.points, g.count);
       g.point[g.count++] = k;
     }
     w.points.count = g.count;

@@ -117,9 +117,9 @@ std::vector<CacheState> DistributionIntegrator::with_mask_state(std::vector<Cach
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
   auto w = std::make_unique<DistributionWorkspace>();
   w->caches.resize(caches().size());
-  w->shading.caches.by_depth.resize(size_t(settings_.shading.bounces));
+  for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
+    c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
   if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
-  w->shading.irradiance_caches.by_depth.resize(size_t(settings_.shading.bounces) + 1);
   if (logs_) w->shading.cache_log = logs_->add();
   return w;
 }
@@ -153,7 +153,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     for (const CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += c;
   if (!radiosity_) return;
   for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
-  for (const CacheCounts& c : w.shading.caches.by_depth) *to++ += c;
+  for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += w.shading.caches.by_depth[size_t(d)];
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -247,12 +247,12 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
   b.count = 0;
   for (const auto& grid : w.to_shade) {
     const GridId id = patches_seen(grid->id, w);
-    const float cell_size = patches_.cell_size(id);
+    const scene::PatchTable::Cell cell = patches_.cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         if (patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
-        shader_.set_shading_point(id, i, j, cell_size, id.hash(), b, k);
+        shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
         w.target[k] = {grid.get(), id.index(i, j)};
         if (interpolator_) w.interpolation->point[k] = {id, i, j};
         if (++b.count == PointBatch::capacity) shade_batch(w);
@@ -284,7 +284,7 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
   shader_.prelight(b, HitShader::Arrival::view, w.shading);
-  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, 1};
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
   if (interpolator_) interpolator_->interpolate(place, *w.interpolation, w.shading);
   shader_.light_diffuse(place, w.shading);
   for (int k = 0; k < b.count; ++k) {
@@ -323,12 +323,14 @@ void DistributionIntegrator::set_sample_point(int p, PointBatch& b, int k, const
   b.spread[k] = w.camera.ray[p].cone_spread;
   b.medium[k] = w.medium[p];
   b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
+  b.share[k] = settings_.pixel_samples;
+  b.set_no_cell(k);
 }
 
 // Light that depends on the view, a camera sample at a time.
 void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
-  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view, settings_.pixel_samples};
+  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
     for (int p = 0; p < w.camera.count; ++p) {
@@ -368,7 +370,7 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   f.patch = id.patch;
   f.point = uint32_t(at.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
-  f.shading_rate = sqr(patches_.cell_size(id) / w.width[p]);
+  f.shading_rate = sqr(patches_.cell(id).size / w.width[p]);
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.
@@ -403,13 +405,12 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
       }
       const GridId id = patches_seen(w.point[p].grid, w);
       const int point = patches_.neighbours(w.point[p]).nearest;
-      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell_size(id), id.hash(), b, k);
+      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), b, k);
     }
     if (b.count == 0) continue;
     shader_.prelight(b, HitShader::Arrival::view, w.shading);
     CacheAnswers answers[PointBatch::capacity];
-    const int share = source == Source::hit ? settings_.pixel_samples : 1;
-    shader_.survey({sample_level, {}, HitShader::Arrival::view, share}, log, answers, w.shading);
+    shader_.survey({sample_level, {}, HitShader::Arrival::view}, log, answers, w.shading);
     for (int k = 0; k < b.count; ++k) {
       const V2i& pixel = w.camera.pixel[b.parent[k]];
       film.set_cache_use(pixel.x, pixel.y, answers[k].means(seconds));

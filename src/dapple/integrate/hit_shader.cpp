@@ -22,18 +22,17 @@ enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular }
 constexpr float widest_cone = 0.5f;
 // Wider than this, textures would blur what shadows and edges do not.
 constexpr float widest_spread = 0.25f;
+// Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
+// legs of chairs, asks for ever more fine cells, bounce by bounce.
+constexpr float cell_growth = 3;
+constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
 
-bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
+// PointBatch::share of what one of `rays` from such a point meets.
+int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, most_shares)); }
 
-// A layered material as a diffuse ray sees it.
-void flatten_layers(Bsdf* b) {
-  if (b->kind != BsdfKind::subsurface && (b->kind != BsdfKind::coated || b->base != BsdfKind::diffuse)) return;
-  const Frame frame = b->frame;
-  *b = Bsdf::make_diffuse(clamp(b->albedo(), 0, 1));
-  b->frame = frame;
-}
+bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
 
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
@@ -46,7 +45,7 @@ void open_boundary(Bsdf* b) {
 
 HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
                      RadiosityCache* irradiance)
-    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
+    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene, settings.caustics), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -60,46 +59,52 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
-    scene::Scene::set_point(b.surface[k], -b.wo[k], b.width[k], b.time[k], b.key[k], points, lane);
-  }, b.bsdf, w.prelighting, &w.stages);
-  if (arrival == Arrival::view) return;
-  for (int k = 0; k < b.count; ++k) arrival == Arrival::diffuse ? flatten_layers(&b.bsdf[k]) : open_boundary(&b.bsdf[k]);
+    b.describe(k, points, lane);
+  }, b.bsdf, w.prelighting, &w.stages, arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
+  if (arrival != Arrival::probe) return;
+  for (int k = 0; k < b.count; ++k) open_boundary(&b.bsdf[k]);
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, float size, uint64_t key, PointBatch& b, int k) const {
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const {
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
   b.geometry[k] = id.geometry;
   b.surface[k] = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.time[k] = scene::PatchTable::shading_time;
-  b.width[k] = size;
+  b.width[k] = cell.size;
+  b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
+  b.share[k] = 1;
 }
 
-void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch& b, int k) const {
+void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
   // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as regular as
   // cells would be seen in one phase alone.
   int seen_from = -1;
-  if (materials_.varies(id.geometry)) seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
+  if (materials_.varies(id.geometry) && id.cluster_level == 0) seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
     to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
-    if (id.cluster_level > 0) continue;
     const uint64_t random = hash(b.key[k], for_origins, o);
-    const float x = float(i) + 0.5f * (float(o & 1) + to_unit_float(random));
-    const float y = float(j) + 0.5f * (float(o >> 1) + to_unit_float(random << 24));
-    trace::HitBatch& at = b.hits;
-    patches_->place_on_tile(id, x, y, &at, k);
-    const geom::SurfacePoint s = scene_.traced.surface(at, k, scene::PatchTable::shading_time);
-    // Half a patch, or the seam of a sphere: what is on its other side does not count.
+    V2f at(to_unit_float(random), to_unit_float(random << 24));
+    if (id.cluster_level > 0) {
+      const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
+      if (links.divided >> patches_->part(id, patch.patch) & 1) continue;
+      patches_->place_on_tile(patch, at.x, at.y, &b.hits, k);
+    } else {
+      at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
+      patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
+    }
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+    // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
     if (o == seen_from) b.surface[k] = s;
   }
-  if (seen_from < 0 || id.cluster_level > 0) return;
+  if (seen_from < 0) return;
   const V3f turn = middle.Ns - b.surface[k].Ns;
   for (int o = 0; o < PointBatch::origins; ++o) b.origin[k * PointBatch::origins + o].turn += turn;
 }
@@ -109,14 +114,6 @@ void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
   const Timer timer;
   w.rays.link += linker_.link(w.linking);
   w.stages.tracing_seconds += timer.seconds();
-}
-
-int HitShader::shadow_rays(const Place& p) const {
-  return (settings_.shadow_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
-}
-
-int HitShader::diffuse_rays(const Place& p) const {
-  return (settings_.diffuse_rays.at(p.depth.diffuse) + p.share - 1) / p.share;
 }
 
 shading::LightReceiver HitShader::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
@@ -139,7 +136,6 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
   light_directly(b, place, [&b](int k) { return b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]); }, w);
   if (place.depth.diffuse < settings_.bounces) {
-    const int rays = diffuse_rays(place);
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {
       if (!b.bsdf[k].is_diffuse() || !scatters(b.bsdf[k])) continue;
@@ -147,6 +143,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         b.irradiance[k] += b.indirect[k];
         continue;
       }
+      const int rays = diffuse_rays(place, b.share[k]);
       for (int i = 0; i < rays; ++i)
         if (add_diffuse_job(b, k, i, rays, w)) light_indirectly(place, w);
     }
@@ -167,7 +164,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
 template <class Wanted>
 void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const {
   if (!scene_.light_sampler) return;
-  const int rays = shadow_rays(place), lights = int(scene_.lights.size());
+  const int lights = int(scene_.lights.size());
   w.job_count = 0;
   const auto add = [&](int k, int light, int i, int n) {
     w.job_point[w.job_count] = k;
@@ -175,10 +172,11 @@ void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& 
     w.job_weight[w.job_count] = 1 / float(n);
     w.seed[w.job_count] = seed_of(b.key[k], for_lights, uint32_t(light));
     w.index[w.job_count] = uint32_t(i);
-    if (++w.job_count == w.capacity) draw_lights(b, rays, w);
+    if (++w.job_count == w.capacity) draw_lights(b, w);
   };
   for (int k = 0; k < b.count; ++k) {
     if (!wanted(k)) continue;
+    const int rays = shadow_rays(place, b.share[k]);
     if (lights > lights_apart) {
       for (int i = 0; i < rays * lights_apart; ++i) add(k, -1, i, rays * lights_apart);
       continue;
@@ -188,11 +186,11 @@ void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& 
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }
-  if (w.job_count > 0) draw_lights(b, rays, w);
+  if (w.job_count > 0) draw_lights(b, w);
 }
 
 // Draws a point on a light for each job, and traces the shadow rays.
-void HitShader::draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const {
+void HitShader::draw_lights(PointBatch& b, ShadingWorkspace& w) const {
   w.draw_samples(w.job_count);
   const bool choose = int(scene_.lights.size()) > lights_apart;
   w.shadow_count = 0;
@@ -276,7 +274,6 @@ void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const 
 
 void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  const int rays = diffuse_rays(place);
   w.draw_samples(w.job_count);
   b.ray_count = 0;
   for (int j = 0; j < w.job_count; ++j) {
@@ -292,7 +289,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     const RayOrigin from = b.origin_of(k, int(w.index[j]));
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = b.ray_count++;
-    set_diffuse_ray(b, i, k, from, d, cosine, rays, w.seed[j] + 0x9e3779b9u * w.index[j]);
+    set_diffuse_ray(b, i, k, from, d, cosine, diffuse_rays(place, b.share[k]), w.seed[j] + 0x9e3779b9u * w.index[j]);
     b.ray_behind[i] = behind;
     b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
@@ -305,25 +302,38 @@ void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& fr
   b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
   b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
   b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
+  // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
+  b.ray_share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
 }
 
 void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(b, w);
-  const Place below{place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse, place.share};
   std::fill_n(b.ray_L, b.ray_count, RGB());
-  if (cache_) add_radiosity(place, {place.level + 1, {place.depth.diffuse + 1, 0}, Arrival::diffuse, 1}, w);
-  shade_hits(place, below, [&](int i) { return !ends_in_cache(b, i, Arrival::diffuse); }, w);
+  gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
 }
 
-// Shades what those rays of the batch hit for which wanted(i), and adds it to their ray_L.
-void HitShader::shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const {
+float HitShader::diffuse_width_scale() const { return 1 + cell_growth * settings_.cache_width; }
+
+HitShader::Place HitShader::behind_diffuse(const Place& place) {
+  return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
+}
+
+void HitShader::gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  std::fill_n(b.cached, b.ray_count, false);
+  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, w);
+  shade_hits(place, below, wanted, w);
+}
+
+// Shades what those rays of the batch met that no cache served.
+void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
   found.count = 0;
   for (int i = 0; i < b.ray_count; ++i) {
-    if (b.hits.geometry[i] == no_id || b.ray_weight[i].is_black() || !wanted(i)) continue;
+    if (b.hits.geometry[i] == no_id || b.ray_weight[i].is_black() || b.cached[i] || !wanted(b, i)) continue;
     const int k = b.ray_point[i], c = found.count++;
     found.parent[c] = i;
     found.geometry[c] = b.hits.geometry[i];
@@ -335,6 +345,8 @@ void HitShader::shade_hits(const Place& place, const Place& below, const std::fu
     found.spread[c] = b.ray_spread[i];
     found.medium[c] = b.ray_medium[i];
     found.key[c] = hash(b.key[k], b.rays.key[i]);
+    found.share[c] = b.ray_share[i];
+    found.set_no_cell(c);
   }
   if (found.count > 0) shade(below, w);
   for (int c = 0; c < found.count; ++c) b.ray_L[found.parent[c]] += found.Ci[c];
@@ -347,7 +359,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
     b.specular[k] = RGB();
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
-    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place) : 1;
+    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.share[k]) : 1;
     if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
@@ -387,6 +399,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     b.ray_weight[i] = weight;
     b.ray_pdf[i] = s.pdf / w.job_weight[j];
     b.ray_lobe[i] = s.lobe;
+    b.ray_cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(b.ray_pdf[i] * float(b.share[k]))) : 0);
+    b.ray_share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
     b.ray_spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
     b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
@@ -394,12 +408,11 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   trace_rays(b, w);
   add_lights_hit(b, place);
   const Depth d = place.depth;
-  if (d.specular < settings_.specular_depth)
-    shade_hits(place, {place.level + 1, {d.diffuse, d.specular + 1}, Arrival::view, place.share},
-               [&b](int i) { return b.ray_lobe[i] != Lobe::diffuse; }, w);
-  if (d.diffuse < settings_.bounces)
-    shade_hits(place, {place.level + 1, {d.diffuse + 1, d.specular}, Arrival::diffuse, place.share},
-               [&b](int i) { return b.ray_lobe[i] == Lobe::diffuse; }, w);
+  if (d.specular < settings_.specular_depth) {
+    const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
+    gather_hits(place, below, settings_.cache_width, is_specular_ray, w);
+  }
+  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
   for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
   w.job_count = 0;
 }
@@ -414,9 +427,8 @@ float HitShader::light_density(const shading::LightReceiver& to, uint32_t index,
 
 // Light sources that specular rays meet.
 void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
-  const int rays = shadow_rays(place);
   for (int i = 0; i < b.ray_count; ++i) {
-    const int k = b.ray_point[i];
+    const int k = b.ray_point[i], rays = shadow_rays(place, b.share[k]);
     b.ray_L[i] = RGB();
     const V3f d = b.rays.direction(i);
     const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
@@ -439,7 +451,7 @@ void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
 void HitShader::light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
                               ShadingWorkspace& w) const {
   if (!scene_.light_sampler) return;
-  const int n = shadow_rays({0, {}, Arrival::view, share}) * std::min(int(scene_.lights.size()), lights_apart);
+  const int n = shadow_rays({}, share) * std::min(int(scene_.lights.size()), lights_apart);
   for (int i = 0; i < n; ++i) {
     for (int f = 0; f < flights.count; ++f) {
       w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-
 #include "dapple/integrate/cache_answers.h"
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_list.h"
@@ -24,23 +22,22 @@ class HitShader {
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     RayList subsurface_rays{16};  ///< probes of the body around a point that is seen, by diffuse depth
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
+    bool caustics = true;  ///< light that metal sends on where a diffuse ray met it; else it counts as diffuse there
     uint64_t seed = 0;
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
   static constexpr int lights_apart = 6;
 
-  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials count as diffuse ones of their
-  /// mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
+  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials, and metal if caustics are off, count as
+  /// diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
   /// A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
   enum class Arrival { view, diffuse, probe };
 
-  /// Where a batch stands in the recursion. `share`: camera samples that share the work of a shading point: ray counts are
-  /// divided by it, rounded up.
+  /// Where a batch stands in the recursion.
   struct Place {
     int level = 0;
     Depth depth;
     Arrival arrival = Arrival::view;
-    int share = 1;
   };
 
   /// Diffuse rays end in `cache`, and probes of subsurface bodies in `irradiance`, unless they are null. All must outlive this object.
@@ -53,11 +50,12 @@ class HitShader {
   /// Runs all stages: b.Ci. Reads the inputs of the batch at place.level.
   void shade(const Place& place, ShadingWorkspace& w) const;
 
-  /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `size`: PatchTable::cell_size. `key`: of the tile's random numbers.
-  void set_shading_point(const scene::GridId& grid, int i, int j, float size, uint64_t key, PointBatch& b, int k) const;
+  /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `key`: of the tile's random numbers.
+  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
-  void spread_origins(const scene::GridId& grid, int i, int j, PointBatch& b, int k) const;
+  /// Of a group of patches, over four of them that are linked.
+  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   /// Finds the links of the tiles that are w.linking.jobs, those of tiles of one cell only if asked to.
   void link(bool single_cells, ShadingWorkspace& w) const;
@@ -89,14 +87,23 @@ class HitShader {
   RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
 
  private:
-  int shadow_rays(const Place& place) const;
-  int diffuse_rays(const Place& place) const;
+  /// Which rays of a batch.
+  using RayFilter = bool (*)(const PointBatch&, int ray);
+  static bool any_ray(const PointBatch&, int) { return true; }
+  static bool is_diffuse_ray(const PointBatch& b, int ray) { return b.ray_lobe[ray] == shading::Lobe::diffuse; }
+  static bool is_specular_ray(const PointBatch& b, int ray) { return !is_diffuse_ray(b, ray); }
+
+  static Place behind_diffuse(const Place& place);
+  float diffuse_width_scale() const;
+  static int count_of(const RayList& list, const Place& place, int share) { return (list.at(place.depth.diffuse) + share - 1) / share; }
+  int shadow_rays(const Place& place, int share) const { return count_of(settings_.shadow_rays, place, share); }
+  int diffuse_rays(const Place& place, int share) const { return count_of(settings_.diffuse_rays, place, share); }
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
   float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
 
   template <class Wanted>
   void light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const;
-  void draw_lights(PointBatch& b, int rays, ShadingWorkspace& w) const;
+  void draw_lights(PointBatch& b, ShadingWorkspace& w) const;
   void trace_shadows(ShadingWorkspace& w) const;
 
   static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
@@ -104,22 +111,28 @@ class HitShader {
   void light_indirectly(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void add_lights_hit(PointBatch& b, const Place& place) const;
-  void shade_hits(const Place& place, const Place& below, const std::function<bool(int)>& wanted, ShadingWorkspace& w) const;
+  void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;
-  void send_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+  void send_probes(const Place& place, ShadingWorkspace& w) const;
   void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
-  void gather_probes(const Place& place, int probes, ShadingWorkspace& w) const;
+  void gather_probes(const Place& place, ShadingWorkspace& w) const;
+  int probes(const Place& place, const PointBatch& b, int k) const { return count_of(settings_.subsurface_rays, place, b.share[k]); }
 
-  RadiosityCache* cache_for(Arrival arrival) const { return arrival == Arrival::probe ? irradiance_cache_ : cache_; }
+  /// None serves viewers: what they see in mirrors is sharp.
+  RadiosityCache* cache_for(Arrival arrival) const {
+    return arrival == Arrival::view ? nullptr : arrival == Arrival::probe ? irradiance_cache_ : cache_;
+  }
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool ends_in_cache(const PointBatch& b, int ray, Arrival arrival) const;
   bool lies_near_light(const scene::GridId& grid, const V3f& on_tile, scene::PatchTable::Extents* memory, ShadingWorkspace& w) const;
-  void locate_radiosity(const Place& place, Arrival arrival, ShadingWorkspace& w) const;
-  void add_radiosity(const Place& place, const Place& below, ShadingWorkspace& w) const;
+  /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
+  /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
+  void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   template <class Wanted>
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
   template <class Wanted>

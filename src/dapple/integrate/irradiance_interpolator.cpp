@@ -177,12 +177,14 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
 
 // Computes up to as many hemispheres as there is room for.
 void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
-  const HitShader::Place here{place.level + 1, place.depth, place.arrival, 1};
+  const HitShader::Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
   const int strata = strata_.count(), all = count * strata;
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
-    shader_.set_shading_point(at.grid, at.i, at.j, patches_.cell_size(at.grid) * ray_width, nodes[k]->key, b, k);
+    scene::PatchTable::Cell cell = patches_.cell(at.grid);
+    cell.size *= ray_width;
+    shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
   }

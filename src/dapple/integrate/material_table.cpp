@@ -3,21 +3,34 @@
 
 namespace dapple::integrate {
 
-MaterialTable::MaterialTable(const scene::Scene& scene) : scene_(scene) {
+MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(scene), caustics_(caustics) {
   for (const shading::MaterialPtr& material : scene.materials) {
     const auto& c = constants_.emplace_back(material->constant());
     needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
+    flat_.push_back(caustics ? material->is_diffuse_to_rays() : material->is_opaque_reflector());
+    flat_constants_.push_back(c);
+    if (c && flat_.back()) flat_constants_.back()->flatten();
     passes_.push_back(c && c->kind == shading::BsdfKind::passthrough);
   }
   shadows_pass_ = scene.has_media();
   for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
 }
 
-void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const {
+// What chooses at random between glass and others shows the others as diffuse rays see them.
+void MaterialTable::flatten(int n, shading::Bsdf* bsdf) const {
+  using shading::BsdfKind;
+  for (int i = 0; i < n; ++i) {
+    const bool metal = bsdf[i].kind == BsdfKind::conductor || (bsdf[i].kind == BsdfKind::coated && bsdf[i].base == BsdfKind::conductor);
+    if (!metal || !caustics_) bsdf[i].flatten();
+  }
+}
+
+void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out, For whom) const {
+  const auto& constants = whom == For::diffuse_rays ? flat_constants_ : constants_;
   for (int k = 0; k < n; ++k) {
     const size_t m = index(geometry[k]);
-    if (!constants_[m]) continue;
-    out[k] = *constants_[m];
+    if (!constants[m]) continue;
+    out[k] = *constants[m];
     out[k].frame = needs_tangents_[m] ? Frame(surface[k].Ns, surface[k].dPdu) : Frame(surface[k].Ns);
   }
 }

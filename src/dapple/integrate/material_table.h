@@ -13,7 +13,8 @@ namespace dapple::integrate {
 /// What integrators ask of the materials of a scene, and prelighting of mixed points in batches of equal material.
 class MaterialTable {
  public:
-  explicit MaterialTable(const scene::Scene& scene);
+  /// Caustics: light that metal sends on where a diffuse ray met it. Without, metal counts as diffuse there.
+  explicit MaterialTable(const scene::Scene& scene, bool caustics = true);
 
   const shading::Material& material(uint32_t geometry) const { return *scene_.materials[index(geometry)]; }
   /// Prelighting reads tangents, or u and v.
@@ -25,13 +26,16 @@ class MaterialTable {
 
   /// Prelighting chooses at random.
   bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
-  /// What a diffuse ray sees of it is diffuse.
-  bool is_diffuse_to_rays(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_diffuse_to_rays(); }
+  /// What a diffuse ray sees of it is diffuse, or counts as such.
+  bool is_flat(uint32_t geometry) const { return flat_[index(geometry)]; }
   /// Prelighting reads the points: it differs from place to place.
   bool varies(uint32_t geometry) const { return !constants_[index(geometry)]; }
 
+  /// For whom prelighting is: all, or diffuse rays, to which layers and metal may count as diffuse.
+  enum class For { viewers, diffuse_rays };
+
   /// Writes out[k] where prelighting does not vary, and leaves the others alone.
-  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out) const;
+  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out, For whom = For::viewers) const;
 
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
@@ -48,22 +52,25 @@ class MaterialTable {
   /// where a material does not scatter the same everywhere.
   template <class SetPoint>
   void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
-                Scratch& scratch, StageCounts* counts) const;
+                Scratch& scratch, StageCounts* counts, For whom = For::viewers) const;
 
  private:
+  void flatten(int n, shading::Bsdf* bsdf) const;
   size_t index(uint32_t geometry) const { return size_t(scene_.bindings[geometry].material); }
 
   const scene::Scene& scene_;
-  std::vector<std::optional<shading::Bsdf>> constants_;  ///< by material, where it scatters the same everywhere
-  std::vector<uint8_t> needs_tangents_, passes_;         ///< by material
+  const bool caustics_;
+  // By material.
+  std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
+  std::vector<uint8_t> needs_tangents_, passes_, flat_;
   bool shadows_pass_ = false;
 };
 
 template <class SetPoint>
 void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
-                             shading::Bsdf* out, Scratch& scratch, StageCounts* counts) const {
+                             shading::Bsdf* out, Scratch& scratch, StageCounts* counts, For whom) const {
   const Timer timer;
-  prelight_constant(n, geometry, surface, out);
+  prelight_constant(n, geometry, surface, out, whom);
   int batched = 0;
   for (int k = 0; k < n; ++k)
     if (varies(geometry[k])) scratch.batched[batched++] = {uint32_t(index(geometry[k])), k};
@@ -74,7 +81,13 @@ void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::Surfac
     for (; first + count < batched && scratch.batched[first + count].material == m; ++count)
       set_point(scratch.batched[first + count].point, &scratch.points, count);
     scratch.points.count = count;
-    scene_.materials[m]->prelighting(scratch.points, scratch.bsdf);
+    const shading::Material& material = *scene_.materials[m];
+    if (whom == For::diffuse_rays && flat_[m]) {
+      material.flat_prelighting(scratch.points, scratch.bsdf);
+    } else {
+      material.prelighting(scratch.points, scratch.bsdf);
+      if (whom == For::diffuse_rays) flatten(count, scratch.bsdf);
+    }
     for (int i = 0; i < count; ++i) out[scratch.batched[first + i].point] = scratch.bsdf[i];
     first += count;
     ++counts->batches;

@@ -30,9 +30,11 @@ struct PointBatch {
   V3f wo[capacity];         ///< towards the viewer; where there is none, the normal of the side to be shaded
   float time[capacity];
   float width[capacity];    ///< of the footprint, m
+  V3f cell_s[capacity], cell_t[capacity];  ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
   float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
   uint64_t key[capacity];   ///< of all random numbers of the point
+  int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
   /// Where the rays of points start that stand for their whole cells; those of other points start at `surface`.
   static constexpr int origins = 4;
   bool whole_cells = false;
@@ -57,13 +59,23 @@ struct PointBatch {
   trace::HitBatch hits;
   float distance[capacity];
   float ray_spread[capacity];  ///< for textures
-  float ray_cone[capacity];    ///< growth of the width of what a diffuse ray stands for
-  bool uncached[capacity];     ///< the cache has no entry for what a diffuse ray met
+  float ray_cone[capacity];    ///< growth of the width of what the ray stands for
+  bool cached[capacity];       ///< a cache has said what arrives along the ray
   int32_t ray_medium[capacity];
+  int ray_share[capacity];     ///< PointBatch::share of what it meets
   float ray_pdf[capacity];
   shading::Lobe ray_lobe[capacity];
 
-  void move_point(int to, int from);
+  /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
+  static constexpr float cell_filter = 0.5f;
+  void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0); }
+  /// Writes point k to a lane of what stages of shaders read.
+  void describe(int k, shading::ShadingPoints* points, int lane) const {
+    if (cell_s[k] == V3f(0, 0, 0))
+      scene::Scene::set_point(surface[k], -wo[k], width[k], time[k], key[k], points, lane);
+    else
+      scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points, lane);
+  }
   /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i) const {
     if (whole_cells) return origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];

@@ -33,9 +33,9 @@ void RadiosityCache::find(Entry& e, Counts* counts) {
 // An entry comes, and another may have to go, of any depth.
 void RadiosityCache::count_memory(const Entry& e, Counts* counts) {
   const int64_t bytes = int64_t(gi::TileCache::entry_bytes(area(e).words()));
-  counts->by_depth[size_t(e.diffuse_depth - 1)].bytes += bytes;
+  counts->by_depth[size_t(e.diffuse_depth)].bytes += bytes;
   if (e.slot.evicted < 0) return;
-  CacheCounts& gone = counts->by_depth[size_t(e.slot.evicted - 1)];
+  CacheCounts& gone = counts->by_depth[size_t(e.slot.evicted)];
   ++gone.evictions;
   gone.bytes -= bytes;
 }

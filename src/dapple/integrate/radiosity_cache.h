@@ -43,11 +43,11 @@ class RadiosityCache {
   /// What became of look-ups.
   struct Counts {
     CacheCounts by_resolution[resolution_count];
-    std::vector<CacheCounts> by_depth;  ///< of diffuse bounces: 1, 2, ...
+    std::vector<CacheCounts> by_depth;  ///< of diffuse bounces: 0, 1, 2, ...
 
     void add(const Entry& entry, const CacheCounts& c) {
       by_resolution[size_t(resolution(entry.grid))] += c;
-      by_depth[size_t(entry.diffuse_depth - 1)] += c;
+      by_depth[size_t(entry.diffuse_depth)] += c;
     }
   };
 

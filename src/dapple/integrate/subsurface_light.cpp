@@ -22,20 +22,19 @@ constexpr uint64_t for_probes = 16;
 void HitShader::light_subsurface(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
-  const int probes = (settings_.subsurface_rays.at(place.depth.diffuse) + place.share - 1) / place.share;
   s.job_count = 0;
   for (int k = 0; k < b.count; ++k) {
     if (b.bsdf[k].kind != BsdfKind::subsurface) continue;
-    for (int i = 0; i < probes; ++i) {
+    for (int i = 0; i < probes(place, b, k); ++i) {
       s.point[s.job_count] = k;
       s.number[s.job_count] = i;
-      if (++s.job_count == s.capacity) send_probes(place, probes, w);
+      if (++s.job_count == s.capacity) send_probes(place, w);
     }
   }
-  if (s.job_count > 0) send_probes(place, probes, w);
+  if (s.job_count > 0) send_probes(place, w);
 }
 
-void HitShader::send_probes(const Place& place, int probes, ShadingWorkspace& w) const {
+void HitShader::send_probes(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
   for (int j = 0; j < s.job_count; ++j) {
@@ -47,7 +46,7 @@ void HitShader::send_probes(const Place& place, int probes, ShadingWorkspace& w)
   int n = 0;
   for (int j = 0; j < s.job_count; ++j) {
     const int k = s.point[j];
-    if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes);
+    if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes(place, b, k));
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
     s.key[j] = w.seed[j] + 0x9e3779b9u * w.index[j];
@@ -57,7 +56,7 @@ void HitShader::send_probes(const Place& place, int probes, ShadingWorkspace& w)
   const Timer timer;
   trace_probes(n, b, s, w);
   w.stages.tracing_seconds += timer.seconds();
-  gather_probes(place, probes, w);
+  gather_probes(place, w);
   s.job_count = 0;
 }
 
@@ -90,15 +89,13 @@ void HitShader::trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, Sha
 }
 
 // Looks the light up that enters where probes met the body, or computes it there, a full batch at a time.
-void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& w) const {
+void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
-  const Place below{place.level + 1, {place.depth.diffuse, 0}, Arrival::probe, 1};
+  const Place below{place.level + 1, {place.depth.diffuse, 0}, Arrival::probe};
   const auto look_up = [&] {
     std::fill_n(b.ray_L, b.ray_count, RGB());
-    if (irradiance_cache_) add_radiosity(place, below, w);
-    shade_hits(
-        place, below, [&](int i) { return !ends_in_cache(b, i, Arrival::probe); }, w);
+    gather_hits(place, below, 1, any_ray, w);
     for (int i = 0; i < b.ray_count; ++i) b.diffuse[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
     b.ray_count = 0;
   };
@@ -110,7 +107,7 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     crossing = f > 0 && s.found[f - 1].job == at.job ? crossing + 1 : 0;
     const int k = s.point[at.job];
     const V3f offset = at.P - b.surface[k].P;
-    if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes);
+    if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes(place, b, k));
     const RGB weight = probe.weight(offset, at.Ng);
     if (weight.is_black() || !weight.is_finite()) continue;
     const bool behind = dot(b.wo[k], b.surface[k].Ng) < 0;
@@ -129,6 +126,7 @@ void HitShader::gather_probes(const Place& place, int probes, ShadingWorkspace& 
     b.ray_weight[i] = weight;
     b.ray_cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
     b.ray_spread[i] = 0;
+    b.ray_share[i] = 1;
     b.ray_medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
     if (b.ray_count == PointBatch::capacity) look_up();
   }

@@ -69,7 +69,7 @@ uint64_t TileLinker::link(Scratch& s) const {
 
 // From edge to edge through the middles of all cells.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
-  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell_size(job.grid);
+  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid).size;
   const TileLinks suspect{all_cells, 0};
   for (float j = 0.5f; j < h; ++j) add(job, {margin, j}, {w - margin, j}, size, suspect, s, rays);
   for (float i = 0.5f; i < w; ++i) add(job, {i, margin}, {i, h - margin}, size, suspect, s, rays);
@@ -78,7 +78,7 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
 // From each shading point to the next ones, and to the corners of its cell.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell_size(job.grid), corner = 0.5f - margin;
+  const float size = patches_->cell(job.grid).size, corner = 0.5f - margin;
   for (int j = 0; j < h; ++j)
     for (int i = 0; i < w; ++i) {
       const V2f p(float(i) + 0.5f, float(j) + 0.5f);
@@ -111,7 +111,7 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
       parts[count++] = part;
     }
   }
-  const float size = patches_->cell_size(id);
+  const float size = patches_->cell(id).size;
   for (int i = 0; i < count; ++i) {
     Way& way = new_way(job, size, {1u << parts[i], 0}, s, rays);
     way.P[0] = from.P, way.P[1] = ends[i].P;
@@ -191,7 +191,7 @@ TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
   if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return Obstacle::none;
   const Way& way = s.ways[ray];
   if (patches_->is_of(way.grid, s.hits, ray)) return Obstacle::none;
-  return patches_->cell_size(patches_->patch_of(s.hits, ray)) >= way.cell_size ? Obstacle::large : Obstacle::small;
+  return patches_->cell(patches_->patch_of(s.hits, ray)).size >= way.cell_size ? Obstacle::large : Obstacle::small;
 }
 
 }  // namespace dapple::integrate

@@ -37,25 +37,41 @@ float place(float x, int level, uint32_t* tile) {
   return at - float(*tile * GridId::tile);
 }
 
-std::vector<Box3f> patch_boxes(const geom::Mesh& mesh, const geom::PatchMap& map) {
-  std::vector<Box3f> boxes(map.patch_count());
+struct PatchSizes {
+  std::vector<Box3f> boxes;
+  std::vector<float> areas;
+
+  explicit PatchSizes(size_t patches) : boxes(patches), areas(patches) {}
+};
+
+float triangle_area(const V3f& a, const V3f& b, const V3f& c) { return length(cross(b - a, c - a)) / 2; }
+
+PatchSizes patch_sizes(const geom::Mesh& mesh, const geom::PatchMap& map) {
+  PatchSizes sizes(map.patch_count());
   for (uint32_t f = 0; f < mesh.face_count(); ++f) {
     V3f corners[4];
     mesh.corners_at(f, PatchTable::shading_time, corners);
-    Box3f& box = boxes[map.patch_point(f, 0, 0).patch];
-    for (int c = 0; c < mesh.corners; ++c) box.extendBy(corners[c]);
+    const uint32_t patch = map.patch_point(f, 0, 0).patch;
+    for (int c = 0; c < mesh.corners; ++c) sizes.boxes[patch].extendBy(corners[c]);
+    sizes.areas[patch] += triangle_area(corners[0], corners[1], corners[2]);
+    if (mesh.corners == 4) sizes.areas[patch] += triangle_area(corners[1], corners[3], corners[2]);
   }
-  return boxes;
+  return sizes;
 }
 
-std::vector<Box3f> patch_boxes(const geom::GridMesh& mesh) {
-  std::vector<Box3f> boxes(mesh.grids.size());
-  for (size_t g = 0; g < boxes.size(); ++g) {
+PatchSizes patch_sizes(const geom::GridMesh& mesh) {
+  PatchSizes sizes(mesh.grids.size());
+  for (size_t g = 0; g < mesh.grids.size(); ++g) {
     const geom::GridMesh::Grid& grid = mesh.grids[g];
+    const auto at = [&](size_t x, size_t y) { return mesh.P[grid.first + y * grid.stride + x]; };
     for (size_t y = 0; y < grid.rows; ++y)
-      for (size_t x = 0; x < grid.columns; ++x) boxes[g].extendBy(mesh.P[grid.first + y * grid.stride + x]);
+      for (size_t x = 0; x < grid.columns; ++x) {
+        sizes.boxes[g].extendBy(at(x, y));
+        if (x == 0 || y == 0) continue;
+        sizes.areas[g] += triangle_area(at(x - 1, y - 1), at(x, y - 1), at(x - 1, y)) + triangle_area(at(x, y - 1), at(x, y), at(x - 1, y));
+      }
   }
-  return boxes;
+  return sizes;
 }
 
 }  // namespace
@@ -66,14 +82,14 @@ uint64_t GridId::hash() const {
 
 PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
   parallel_for(geometries_.size(), [&](size_t g) {
-    std::vector<Box3f> boxes;
+    PatchSizes sizes(0);
     if (const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)))) {
       geometries_[g].map = std::make_unique<geom::PatchMap>(**mesh);
-      if (geometries_[g].map->patch_count() > cluster_above) boxes = patch_boxes(**mesh, *geometries_[g].map);
+      if (geometries_[g].map->patch_count() > cluster_above) sizes = patch_sizes(**mesh, *geometries_[g].map);
     } else if (const auto* grids = std::get_if<trace::GridsPtr>(&scene.shape(uint32_t(g)))) {
-      if ((*grids)->grids.size() > cluster_above) boxes = patch_boxes(**grids);
+      if ((*grids)->grids.size() > cluster_above) sizes = patch_sizes(**grids);
     }
-    if (!boxes.empty()) geometries_[g].clusters = std::make_unique<geom::PatchClusters>(boxes);
+    if (!sizes.boxes.empty()) geometries_[g].clusters = std::make_unique<geom::PatchClusters>(sizes.boxes, sizes.areas);
   });
 }
 
@@ -143,6 +159,13 @@ float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t se
   return length * scene_.instance_scale(instance);
 }
 
+GridId PatchTable::stand_in(const GridId& group, uint32_t choice) const {
+  GridId patch;
+  patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind;
+  patch.patch = geometries_[group.geometry].clusters->representative(group.patch, group.cluster_level, choice);
+  return patch;
+}
+
 geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) const {
   group->tile_u = choice;
   trace::HitBatch point;
@@ -192,12 +215,12 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   return true;
 }
 
-float PatchTable::cell_size(const GridId& grid, Extents* memory) const {
+PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   if (grid.cluster_level > 0)
-    return geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance);
+    return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance)};
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const trace::Shape& shape = scene_.shape(grid.geometry);
-  if (std::holds_alternative<trace::CurvesPtr>(shape)) return curve_length(grid.instance, grid.geometry, grid.patch) / nu;
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return {curve_length(grid.instance, grid.geometry, grid.patch) / nu};
   Extent e;
   if (is_round(shape)) {
     trace::HitBatch hit;
@@ -207,7 +230,8 @@ float PatchTable::cell_size(const GridId& grid, Extents* memory) const {
   } else {
     e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory) : extent(grid.instance, grid.geometry, grid.patch);
   }
-  return std::sqrt(std::max(length2(e.s) / sqr(nu), length2(e.t) / sqr(nv)));
+  const V3f s = e.s * (1 / nu), t = e.t * (1 / nv);
+  return {std::sqrt(std::max(length2(s), length2(t))), s, t};
 }
 
 PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
@@ -249,7 +273,7 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
 void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const {
   const GeometryPatches& patches = geometries_[grid.geometry];
   const bool group = grid.cluster_level > 0;
-  const uint32_t patch = group ? patches.clusters->representative(grid.patch, grid.cluster_level, grid.tile_u) : grid.patch;
+  const uint32_t patch = group ? stand_in(grid, grid.tile_u).patch : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;

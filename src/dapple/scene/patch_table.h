@@ -69,11 +69,15 @@ class PatchTable {
 
   /// Patches that may stand for a group.
   static constexpr uint32_t stand_ins = 8;
+  /// The patch that stands for a group by this choice, as a tile of one cell.
+  GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
   /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may end
   /// before the part.
   int ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const;
+  /// Part of the group in which a patch of it is.
+  int part(const GridId& group, uint32_t patch) const { return geometries_[group.geometry].clusters->part(patch, group.cluster_level); }
   /// Whether the patch of a hit belongs to the tile's patch, or group of patches.
   bool is_of(const GridId& grid, const trace::HitBatch& hits, int i) const;
   /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
@@ -101,8 +105,12 @@ class PatchTable {
   /// Cells outside the patch (the other half of a single triangle).
   bool is_outside(const GridId& grid, int i, int j) const;
 
-  /// Length of a tile's micropolygons (m), the longer side; of a group, its diameter.
-  float cell_size(const GridId& grid, Extents* memory = nullptr) const;
+  /// A micropolygon of a tile.
+  struct Cell {
+    float size = 0;                        ///< m: the longer side; of a group, its diameter
+    V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
+  };
+  Cell cell(const GridId& grid, Extents* memory = nullptr) const;
 
   size_t bytes() const;
 

@@ -5,18 +5,6 @@ namespace dapple::scene {
 
 void Scene::set_point(const geom::SurfacePoint& s, const V3f& d, float width, float time, uint64_t key,
                       shading::ShadingPoints* p, int i) {
-  p->P.set(i, s.P);
-  p->Ng.set(i, s.Ng);
-  p->Ns.set(i, s.Ns);
-  p->dPdu.set(i, s.dPdu);
-  p->dPdv.set(i, s.dPdv);
-  p->dNdu.set(i, s.dNdu);
-  p->dNdv.set(i, s.dNdv);
-  p->u[i] = s.u;
-  p->v[i] = s.v;
-  p->time[i] = time;
-  p->key[i] = key;
-
   // The cone meets the tangent plane in an ellipse, long along the direction of travel.
   const float c = dot(d, s.Ng);
   V3f along = d - s.Ng * c;
@@ -28,7 +16,22 @@ void Scene::set_point(const geom::SurfacePoint& s, const V3f& d, float width, fl
   } else {
     coordinate_system(s.Ng, &along, &across);
   }
-  const V3f dx = along * (width / std::max(std::abs(c), 0.05f)), dy = across * width;
+  set_point(s, along * (width / std::max(std::abs(c), 0.05f)), across * width, time, key, p, i);
+}
+
+void Scene::set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy, float time, uint64_t key,
+                      shading::ShadingPoints* p, int i) {
+  p->P.set(i, s.P);
+  p->Ng.set(i, s.Ng);
+  p->Ns.set(i, s.Ns);
+  p->dPdu.set(i, s.dPdu);
+  p->dPdv.set(i, s.dPdv);
+  p->dNdu.set(i, s.dNdu);
+  p->dNdv.set(i, s.dNdv);
+  p->u[i] = s.u;
+  p->v[i] = s.v;
+  p->time[i] = time;
+  p->key[i] = key;
   p->dPdx.set(i, dx);
   p->dPdy.set(i, dy);
   // Least squares of dP = dPdu du + dPdv dv.

@@ -71,7 +71,10 @@ class Scene final : public trace::OpacityTest {
     return first == trace::no_id ? trace::no_id : light_table[first + primitive];
   }
   bool has_media() const { return !media.empty(); }
-  /// Writes lane `lane` of `points` from a surface point; the footprint is a cone of width `width` around direction d.
+  /// Writes lane `lane` of `points` from a surface point, whose footprint has the sides dx and dy.
+  static void set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy, float time, uint64_t key,
+                        shading::ShadingPoints* points, int lane);
+  /// The same with a footprint that is where a cone of width `width` around direction d meets the surface.
   static void set_point(const geom::SurfacePoint& s, const V3f& d, float width, float time, uint64_t key,
                         shading::ShadingPoints* points, int lane);
 

@@ -377,4 +377,11 @@ RGB Bsdf::albedo() const {
   }
 }
 
+void Bsdf::flatten() {
+  if (is_diffuse() || (kind != BsdfKind::conductor && kind != BsdfKind::coated && kind != BsdfKind::subsurface)) return;
+  const Frame of_surface = frame;
+  *this = make_diffuse(clamp(albedo(), 0, 1));
+  frame = of_surface;
+}
+
 }  // namespace dapple::shading

@@ -121,6 +121,9 @@ struct Bsdf {
   /// mirror and a diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs
   /// at albedo 0. Those are within 0.25.
   RGB albedo() const;
+  /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter. Glass and what is not
+  /// there stay as they are.
+  void flatten();
 
  private:
   RGB escape(float cosine) const;

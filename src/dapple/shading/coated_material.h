@@ -35,6 +35,7 @@ class CoatedDiffuseMaterial final : public SurfaceMaterial {
 class CoatedConductorMaterial final : public SurfaceMaterial {
  public:
   CoatedConductorMaterial(MetalInput metal, RoughnessInput roughness, CoatInput coat, SurfaceDetail detail);
+  bool is_opaque_reflector() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

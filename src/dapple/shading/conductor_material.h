@@ -43,6 +43,7 @@ class MetalInput {
 class ConductorMaterial final : public SurfaceMaterial {
  public:
   ConductorMaterial(MetalInput metal, RoughnessInput roughness, SurfaceDetail detail);
+  bool is_opaque_reflector() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

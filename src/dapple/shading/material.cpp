@@ -9,6 +9,11 @@ void Material::displacement(const ShadingPoints& points, V3f* P) const {
 
 void Material::opacity(const ShadingPoints& points, RGB* Oi) const { std::fill_n(Oi, points.count, RGB(1)); }
 
+void Material::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
+  prelighting(points, out);
+  for (int i = 0; i < points.count; ++i) out[i].flatten();
+}
+
 void Material::diffuselighting(const DiffuseLighting& in) const {
   for (int i = 0; i < in.points.count; ++i) in.diffuse[i] = lambertian_radiance(in.bsdf[i], in.irradiance[i], in.irradiance_behind[i]);
 }

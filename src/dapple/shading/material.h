@@ -23,6 +23,8 @@ class Material {
   virtual void opacity(const ShadingPoints& points, RGB* Oi) const;
   /// Evaluates textures, bump and normal maps, and writes the scattering at each point: out[0, points.count).
   virtual void prelighting(const ShadingPoints& points, Bsdf* out) const = 0;
+  /// Prelighting of a surface that stands for a diffuse one (Bsdf::flatten).
+  virtual void flat_prelighting(const ShadingPoints& points, Bsdf* out) const;
   virtual void diffuselighting(const DiffuseLighting& in) const;
   virtual void specularlighting(const SpecularLighting& in) const;
   virtual void postlighting(const PostLighting& in) const;
@@ -38,6 +40,8 @@ class Material {
   /// True if every Bsdf of prelighting is diffuse, or a coat over a diffuse base: then all that a diffuse ray sees of the surface is
   /// view-independent, and can be cached.
   virtual bool is_diffuse_to_rays() const { return is_diffuse(); }
+  /// True if a diffuse surface can stand for it: as above, or of metal, bare or coated, where caustics are not wanted.
+  virtual bool is_opaque_reflector() const { return is_diffuse_to_rays(); }
   /// True if the surface only separates media.
   virtual bool is_interface() const { return false; }
   /// True if some Bsdf of prelighting is of kind subsurface.

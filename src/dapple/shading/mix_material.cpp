@@ -11,6 +11,15 @@ namespace dapple::shading {
 
 namespace {
 constexpr float like_normals = 0.99999f;  // cosine: bump maps that differ are not blended
+
+// A batch of Bsdfs that are not worth initialising for few points.
+class BsdfStorage {
+ public:
+  Bsdf* bsdf() { return reinterpret_cast<Bsdf*>(bytes_); }
+
+ private:
+  alignas(Bsdf) std::byte bytes_[sizeof(Bsdf) * ShadingPoints::capacity];
+};
 }
 
 MixMaterial::MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt)
@@ -20,8 +29,22 @@ bool MixMaterial::needs_differentials() const {
   return !amount_.constant() || first_->needs_differentials() || second_->needs_differentials();
 }
 
+void MixMaterial::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
+  if (!is_opaque_reflector()) return Material::flat_prelighting(points, out);
+  BsdfStorage second;
+  first_->flat_prelighting(points, out);
+  second_->flat_prelighting(points, second.bsdf());
+  blend(points, out, second.bsdf());
+}
+
 void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
-  if (is_diffuse()) return blend(points, out);
+  BsdfStorage storage;
+  Bsdf* const shaded = storage.bsdf();
+  if (is_diffuse()) {
+    first_->prelighting(points, out);
+    second_->prelighting(points, shaded);
+    return blend(points, out, shaded);
+  }
   const InputValues<float> amount(amount_, points);
   int lanes[ShadingPoints::capacity];  // the first's from the front, the second's from the back
   int firsts = 0, seconds = 0;
@@ -36,8 +59,6 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
   if (firsts == 0) return second_->prelighting(points, out);
 
   ShadingPoints part;
-  alignas(Bsdf) std::byte storage[sizeof(Bsdf) * ShadingPoints::capacity];  // not worth initialising for few points
-  Bsdf* const shaded = reinterpret_cast<Bsdf*>(storage);
   const auto shade = [&](const Material& material, std::span<const int> chosen) {
     part.gather(points, chosen);
     material.prelighting(part, shaded);
@@ -47,12 +68,9 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
   shade(*second_, {lanes + firsts, static_cast<size_t>(seconds)});
 }
 
-void MixMaterial::blend(const ShadingPoints& points, Bsdf* out) const {
+// Of diffuse Bsdfs. The result takes the place of the first.
+void MixMaterial::blend(const ShadingPoints& points, Bsdf* out, const Bsdf* second) const {
   const InputValues<float> amount(amount_, points);
-  alignas(Bsdf) std::byte storage[sizeof(Bsdf) * ShadingPoints::capacity];
-  Bsdf* const second = reinterpret_cast<Bsdf*>(storage);
-  first_->prelighting(points, out);
-  second_->prelighting(points, second);
   for (int i = 0; i < points.count; ++i) {
     const float t = amount[i] > 0 ? std::min(amount[i], 1.0f) : 0.0f;
     if (dot(out[i].frame.n, second[i].frame.n) < like_normals) {

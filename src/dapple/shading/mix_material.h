@@ -6,22 +6,25 @@
 
 namespace dapple::shading {
 
-/// A share `amount` (clamped to [0, 1]; NaN is 0) of the second material. Where both are diffuse and their frames agree, reflectances are
-/// blended; else one of the two at each point, at random: a hash of the point's key and of `salt`, which must differ between mixes that
+/// A share `amount` (clamped to [0, 1]; NaN is 0) of the second material. Where both are diffuse, or stand for diffuse ones, and their
+/// frames agree, reflectances are blended; else one of the two at each point, at random: a hash of the point's key and of `salt`, which must differ between mixes that
 /// nest.
 class MixMaterial final : public Material {
  public:
   MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);
 
   void prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  void flat_prelighting(const ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override;
+  bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
+  bool is_opaque_reflector() const override { return first_->is_opaque_reflector() && second_->is_opaque_reflector(); }
   bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
   bool is_random() const override { return !is_diffuse(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
   bool has_subsurface() const override { return first_->has_subsurface() || second_->has_subsurface(); }
 
  private:
-  void blend(const ShadingPoints& points, Bsdf* out) const;
+  void blend(const ShadingPoints& points, Bsdf* first, const Bsdf* second) const;
 
   MaterialPtr first_, second_;
   Input<float> amount_;
