@@ -41,17 +41,14 @@ class ClaimGuard {
 }  // namespace
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
-// thousands of rays read what they found. `on_tile`: any place on it.
-bool HitShader::lies_near_light(const scene::GridId& grid, const V3f& on_tile, scene::PatchTable::Extents* memory, ShadingWorkspace& w) const {
-  if (!scene_.light_sampler || !patches_->has_lattice(grid)) return false;
-  const float cell = patches_->cell(grid, memory).size, radius = 0.71f * float(std::max(grid.width(), grid.height())) * cell;
-  const auto within = [&](const V3f& p, float reach, bool lit) {
-    return scene_.light_sampler->nearest({p, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach, lit) < reach;
-  };
-  if (!within(on_tile, 2 * radius + near_lights * cell, false)) return false;
-  patches_->place_on_tile(grid, 0.5f * float(grid.width()), 0.5f * float(grid.height()), &w.linking.hits, 0);
-  const V3f middle = scene_.traced.surface(w.linking.hits, 0, scene::PatchTable::shading_time).P;
-  return within(middle, radius + near_lights * cell, true);
+// thousands of rays read what they found. P: of the place on it. The tile's middle decides, for all places alike; as if it were flat.
+bool HitShader::lies_near_light(const scene::GridPoint& at, const V3f& P, scene::PatchTable::Extents* memory) const {
+  const scene::GridId& id = at.grid;
+  if (!scene_.light_sampler || !patches_->has_lattice(id)) return false;
+  const scene::PatchTable::Cell cell = patches_->cell(id, memory);
+  const V3f middle = P + cell.s * (0.5f * float(id.width()) - at.x) + cell.t * (0.5f * float(id.height()) - at.y);
+  const float reach = (0.71f * float(std::max(id.width(), id.height())) + near_lights) * cell.size;
+  return scene_.light_sampler->nearest({middle, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach, true) < reach;
 }
 
 // Finds the tile that serves each of these rays of the batch, if one does.
@@ -71,7 +68,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     scene::GridPoint& at = c.point[c.count];
     if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, s.P, &memory, w); ++halvings)
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at, s.P, &memory); ++halvings)
       patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
