@@ -6,7 +6,7 @@ Writes OUT/radiosity_TABLE.md and .json for each of the tables named, or all:
   cornell   the Cornell box at 0 to 3 bounces, preview and final rays, without and with the cache
   shaders   the same box with networks of 200 patterns as reflectances, and what 64 camera samples cost against 4
   lights    2, 20 and 100 small lamps
-  memory    many displaced objects and caches of 0 to 256 MB
+  memory    thousands of displaced objects, and caches of parts of what all their entries take
   error     differences from path tracing against time, for values of --cache-width and for path tracing itself
 """
 import argparse
@@ -18,12 +18,13 @@ from types import SimpleNamespace
 import common
 import radiosity_scenes as scenes
 
+HALL_WIDTH = .02  # cells of a critical look, of which there are many
 QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
-FULL = dict(resolution=1024, qualities=["preview", "final"], bounces=3, max_rays=2e9, shader_resolution=512, copies=[1], light_resolution=512,
-            lights=[2, 20, 100], field=48, field_resolution=1024, sizes=[0, 1, 4, 16, 64, 256], error_resolution=256, reference_samples=4096,
+FULL = dict(resolution=1024, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=256, copies=[1, 12], light_resolution=512,
+            lights=[2, 20, 100], halls=[(64, 1024, [1 / 4]), (12, 128, [1 / 2, 1 / 4, 1 / 10, 1 / 20, 0])], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
-QUICK = dict(FULL, resolution=128, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, field=12, field_resolution=128,
-             sizes=[0, 1, 16], error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
+QUICK = dict(FULL, resolution=128, final_resolution=32, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, halls=[(12, 96, [1 / 4, 0])],
+             error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
 
 
 class Bench:
@@ -38,7 +39,7 @@ class Bench:
         image = image or self.context.out / "radiosity.exr"
         lists = []
         if integrator == "distribution":
-            lists = ["--radiosity-cache", "on" if cache else "off", "--shadow-rays", ",".join(map(str, rays[0])), "--diffuse-rays",
+            lists = ["--irradiance-interpolation", "off", "--radiosity-cache", "on" if cache else "off", "--shadow-rays", ",".join(map(str, rays[0])), "--diffuse-rays",
                      ",".join(map(str, rays[1]))]
         s = common.render(self.context, scene, image, "--integrator", integrator, *lists, "--resolution", f"{resolution}x{resolution}", "--bounces",
                           bounces, "--pixel-samples", samples, "--threads", threads or self.context.threads, "--float", "--quiet", *options)
@@ -105,9 +106,9 @@ def rays_a_point(rays, bounces):
     return total
 
 
-def from_crops(bench, scene, zero, rays, samples, bounces):
+def from_crops(bench, scene, pixels, zero, rays, samples, bounces):
     """Time and counts without the cache from small crops on a lattice, in proportion to visible shading points; None if that is too much."""
-    size, pixels = bench.size, bench.size.resolution
+    size = bench.size
     cost = rays_a_point(rays, bounces) * 2  # visible points a pixel, where crops cut tiles
     counts = [n for n in (4, 3, 2) if n * n * 16 * cost <= size.max_rays]
     if not counts:
@@ -135,15 +136,16 @@ def cornell(bench):
     for quality in size.qualities:
         shadow, diffuse, samples = QUALITIES[quality]
         rays = shadow, diffuse
+        pixels = size.resolution if quality == "preview" else size.final_resolution
         for bounces in range(size.bounces + 1):
-            what = dict(resolution=size.resolution, samples=samples, bounces=bounces, rays=rays)
-            if bounces == 0 or rays_a_point(rays, bounces) * size.resolution ** 2 <= size.max_rays:
+            what = dict(resolution=pixels, samples=samples, bounces=bounces, rays=rays)
+            if bounces == 0 or rays_a_point(rays, bounces) * pixels ** 2 <= size.max_rays:
                 without, cached = bench.pair(scenes.CORNELL, **what)
                 if bounces == 0:
                     zero = without
             else:
                 cached = bench.medians([lambda: bench.render(scenes.CORNELL, **what)])[0]
-                without = from_crops(bench, scenes.CORNELL, zero, rays, samples, bounces)
+                without = from_crops(bench, scenes.CORNELL, pixels, zero, rays, samples, bounces)
             if without is None:
                 rows.append([quality, bounces, "not run", seconds(cached["seconds"]), "-", "-", "-"])
             else:
@@ -154,7 +156,7 @@ def cornell(bench):
                 rows.append([quality, bounces, *columns])
             result.append({"quality": quality, "bounces": bounces, "without": without, "with": cached})
             print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
-    text = (f"{size.resolution} x {size.resolution}; preview: 4 shadow and 4 diffuse rays, 16 camera samples; final: 64,16 and 1024,16, 64 camera samples. "
+    text = (f"Preview: {size.resolution} x {size.resolution}, 4 shadow and 4 diffuse rays, 16 camera samples; final: {size.final_resolution} x {size.final_resolution}, 64,16 and 1024,16 rays, 64 camera samples. "
             "The ratio of rays, without camera rays, is what the cache could gain at most if shading and look-ups were free.\n\n"
             + common.table(["rays", "bounces"] + PAIR_HEADER, rows))
     if crops:
@@ -212,23 +214,56 @@ def lights(bench):
 
 
 def memory(bench):
-    size, rows, result = bench.size, [], []
-    scene = scenes.field(bench.context.out, size.field)
-    reference = bench.context.out / "radiosity_memory.exr"
-    image = bench.context.out / "radiosity_memory_other.exr"
-    for megabytes in sorted(size.sizes, reverse=True):
-        s = bench.medians([lambda: bench.render(scene, "--cache-mb", megabytes, resolution=size.field_resolution, samples=4, bounces=2,
-                                                image=image if rows else reference)])[0]
-        caches = s["cache"].values()
-        total = lambda key: sum(c[key] for c in caches)
-        same = not rows or bench.compare(image, reference)["relative_rmse"] == 0
-        s["same_image"] = same
-        rows.append([megabytes, seconds(s["seconds"]), total("lookups"), f"{100 * total('hits') / max(1, total('lookups')):.1f} %", total("fills"),
-                     total("evictions"), f"{total('peak_bytes') / 1e6:.2f} MB", points(s), "yes" if same else "NO"])
-        result.append({"megabytes": megabytes, "stats": s})
-    text = (f"{size.field ** 2} instances of a displaced subdivision surface, {size.field_resolution} x {size.field_resolution}, 2 bounces, 4 shadow and 4 diffuse "
-            "rays, 4 camera samples. The images are compared pixel for pixel with the first.\n\n"
-            + common.table(["MB", "time", "look-ups", "hits", "fills", "evictions", "peak", "shading points", "same image"], rows))
+    """Against a cache with room for all entries: at a large working set what keeps most of it, and the whole curve at a small one."""
+    results, texts = [], []
+    for stones, pixels, fractions in bench.size.halls:
+        result, text = memory_curve(bench, stones, pixels, fractions)
+        results += result
+        texts.append(text)
+    return results, "\n\n".join(texts)
+
+
+def memory_curve(bench, stones, pixels, fractions):
+    rows, result = [], []
+    scene = scenes.hall(bench.context.out, stones)
+    reference, image, cropped = (bench.context.out / f"radiosity_memory_{name}.exr" for name in ("reference", "image", "crop"))
+
+    def render(megabytes, *options, to=image):
+        return bench.medians([lambda: bench.render(scene, "--cache-mb", f"{megabytes:.4f}", "--cache-width", HALL_WIDTH, *options, resolution=pixels, samples=4, bounces=2,
+                                                   rays=((4, 1), (16, 4)), image=to)])[0]
+
+    def total(s, key):
+        return sum(s["cache"][f"radiosity.{r}"][key] for r in ("coarse", "medium", "fine"))
+
+    def row(name, s, time, same):
+        rows.append([name, time, f"{100 * total(s, 'hits') / max(1, total(s, 'lookups')):.1f} %", total(s, "fills"), f"{total(s, 'lookups') / max(1, total(s, 'fills')):.3g}",
+                     total(s, "evictions"), f"{total(s, 'peak_bytes') / 1e6:.1f} MB", points(s), "yes" if same else "NO"])
+        rows[-1][1:2] = [seconds(time), ratio(time, result[0]["seconds"] if result else time)]
+        result.append({"stones": stones ** 2, "pixels": pixels, "cache": name, "seconds": time, "stats": s, "same_image": same})
+        print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
+
+    unlimited = render(4096, to=reference)
+    everything = total(unlimited, "bytes") / 2 ** 20
+    row("unlimited", unlimited, unlimited["seconds"], True)
+    for f in fractions:
+        if f > 0:
+            s = render(everything * f)
+            row(f"{everything * f:.3g} MB (1/{1 / f:.3g})", s, s["seconds"], bench.compare(image, reference)["relative_rmse"] == 0)
+            continue
+        spent, same, side = 0, True, 8
+        corners = [(pixels * x // 4, pixels * y // 4) for x in (1, 3) for y in (1, 3)]
+        for x, y in corners:
+            crop = ["--crop", f"{x},{y},{x + side},{y + side}"]
+            render(4096, *crop, to=cropped)
+            s = render(0, *crop)
+            spent += s["seconds"]
+            same &= bench.compare(image, cropped)["relative_rmse"] == 0
+        row("0 MB *", s, spent * pixels ** 2 / (len(corners) * side ** 2), same)
+    text = (f"{stones ** 2} instances of a displaced subdivision surface in a closed hall, {pixels} x {pixels}, 2 bounces, 4,1 shadow and 16,4 diffuse rays, 4 camera samples, "
+            f"`--cache-width {HALL_WIDTH}`: all entries take {everything:.3g} MB. The images are compared pixel for pixel.\n\n"
+            + common.table(["cache", "time", "ratio", "hits", "fills", "look-ups a fill", "evictions", "peak", "shading points", "same image"], rows))
+    if 0 in fractions:
+        text += "\n\n\\* In proportion to pixels from 4 crops of 8 x 8; the counts are those of one of them."
     return result, text
 
 
@@ -282,6 +317,8 @@ def main():
                         "which say more where others use the machine")
     sizes = parser.add_argument_group("sizes")
     for name, value in FULL.items():
+        if name == "halls":
+            continue
         if isinstance(value, list):
             sizes.add_argument("--" + name.replace("_", "-"), nargs="+", type=type(value[0]) if name != "errors" else float)
         else:
@@ -293,7 +330,7 @@ def main():
             parser.error(f"no table {name}; there are {', '.join(TABLES)}")
 
     context = common.Context(options.build, options.out, options.repeats or (1 if options.quick else 3), options.threads)
-    chosen = {name: getattr(options, name) for name in FULL if getattr(options, name) is not None}
+    chosen = {name: getattr(options, name) for name in FULL if getattr(options, name, None) is not None}
     runner = Bench(context, options.clock, **{**(QUICK if options.quick else FULL), **chosen})
     for name in options.names or TABLES:
         load = os.getloadavg()[0]

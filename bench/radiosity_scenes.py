@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes that bench/radiosity.py generates: the Cornell box with other shaders and lights, and a field of displaced objects."""
+"""Scenes that bench/radiosity.py generates: the Cornell box with other shaders and lights, and a hall full of displaced objects."""
 import random
 import re
 
@@ -89,22 +89,29 @@ def quad(material, x, y, z, width, depth):
     return named + f'Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [{points}]\n'
 
 
-FIELD = '''# Written by bench/radiosity_scenes.py: {count} instances of a displaced subdivision surface under a sun and an even sky.
-LookAt 0 -34 20  0 0 0  0 0 1
-Camera "perspective" "float fov" 40
-Film "rgb" "integer xresolution" 512 "integer yresolution" 512 "string filename" "field.exr" "bool savefp16" false
+HALL = '''# Written by bench/radiosity_scenes.py: {count} instances of a displaced subdivision surface in a closed hall with a ceiling of light.
+LookAt 0 -12.5 9  0 0 0  0 0 1
+Camera "perspective" "float fov" 60
+Film "rgb" "integer xresolution" 512 "integer yresolution" 512 "string filename" "hall.exr" "bool savefp16" false
 PixelFilter "box" "float xradius" .5 "float yradius" .5
 Sampler "zsobol" "integer pixelsamples" 4
-Integrator "path" "integer maxdepth" 3
+Integrator "distribution" "integer bounces" 3
 WorldBegin
-LightSource "distant" "rgb L" [ 2.5 2.3 2 ] "point3 from" [ -2 -1 1.5 ] "point3 to" [ 0 0 0 ]
-LightSource "infinite" "rgb L" [ .4 .5 .7 ]
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 6 5.6 5 ]
+  Shape "bilinearmesh" "point3 P" [-5 -5 11.9  -5 5 11.9  5 -5 11.9  5 5 11.9]
+AttributeEnd
 Texture "grain" "float" "fbm" "integer octaves" 6 "float roughness" .6
 Texture "bumps" "float" "scale" "texture tex" "grain" "float scale" .12
 MakeNamedMaterial "sand" "string type" "diffuse" "rgb reflectance" [ .5 .45 .36 ]
 MakeNamedMaterial "clay" "string type" "diffuse" "rgb reflectance" [ .62 .38 .26 ]
 NamedMaterial "sand"
-Shape "bilinearmesh" "point3 P" [-40 -40 -.6  40 -40 -.6  -40 40 -.6  40 40 -.6]
+Shape "bilinearmesh" "point3 P" [-13 -13 -.6  13 -13 -.6  -13 13 -.6  13 13 -.6]
+Shape "bilinearmesh" "point3 P" [-13 -13 12  -13 13 12  13 -13 12  13 13 12]
+Shape "bilinearmesh" "point3 P" [-13 13 -.6  13 13 -.6  -13 13 12  13 13 12]
+Shape "bilinearmesh" "point3 P" [13 -13 -.6  -13 -13 -.6  13 -13 12  -13 -13 12]
+Shape "bilinearmesh" "point3 P" [-13 -13 -.6  -13 13 -.6  -13 -13 12  -13 13 12]
+Shape "bilinearmesh" "point3 P" [13 13 -.6  13 -13 -.6  13 13 12  13 -13 12]
 ObjectBegin "stone"
 NamedMaterial "clay"
 Shape "catmullclark" "point3 P" [-.7 -.7 -.7  .7 -.7 -.7  .7 .7 -.7  -.7 .7 -.7  -.7 -.7 .7  .7 -.7 .7  .7 .7 .7  -.7 .7 .7]
@@ -114,8 +121,8 @@ ObjectEnd
 '''
 
 
-def field(folder, side):
-    """side x side displaced stones on a plane."""
+def hall(folder, side):
+    """side x side displaced stones on the floor of a closed hall: every ray meets something."""
     rng = random.Random(1)
     lines = []
     for i in range(side):
@@ -124,7 +131,7 @@ def field(folder, side):
             size = 16 / side * rng.uniform(.7, 1.1)
             lines += ["AttributeBegin", f"Translate {x:.3f} {y:.3f} 0 Rotate {rng.uniform(0, 360):.1f} {rng.gauss(0, 1):.3f} {rng.gauss(0, 1):.3f} 1",
                       f"Scale {size:.3f} {size:.3f} {size:.3f}", 'ObjectInstance "stone"', "AttributeEnd"]
-    return write(folder / f"field_{side}.pbrt", FIELD.format(count=side * side) + "\n".join(lines) + "\n")
+    return write(folder / f"hall_{side}.pbrt", HALL.format(count=side * side) + "\n".join(lines) + "\n")
 
 
 def write(path, text):

@@ -28,7 +28,7 @@ struct RenderOptions {
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
-  std::string canopy_gather, canopy_plot;
+  std::string canopy_gather, canopy_plot, show_cache;
   int canopy_slabs = 0;
 };
 
@@ -142,6 +142,12 @@ bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, siz
   return (!faults.errors.empty() && !o.keep_going) || (!faults.warnings.empty() && o.strict);
 }
 
+// What fills the radiosity cache, if anything does.
+void check_cache_views(const std::string& option, const build::IntegratorRequest& r) {
+  if (r.type != "distribution" || !r.radiosity_cache.value_or(true))
+    throw UsageError(option + " needs --integrator distribution and its radiosity cache");
+}
+
 // Names options that the integrator has no use for.
 void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   const auto warn = [&](bool given, const char* option, std::initializer_list<std::string_view> users) {
@@ -171,6 +177,12 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   render::OutputSettings s;
   s.aovs = render::parse_aovs(o.aovs);
   if (s.aovs.empty() && built.film.gbuffer) s.aovs = render::aov_names();
+  if (!o.show_cache.empty()) {
+    const auto name = std::find(std::begin(render::cache_view_names), std::end(render::cache_view_names), o.show_cache);
+    s.cache_view = render::CacheView(name - std::begin(render::cache_view_names));
+    for (const std::string& aov : render::cache_aov_names())
+      if (std::find(s.aovs.begin(), s.aovs.end(), aov) == s.aovs.end()) s.aovs.push_back(aov);
+  }
   const bool half = o.half || (built.film.half && !o.full_float);
   s.exr.type = half ? image::SampleType::half_float : image::SampleType::full_float;
   s.exr.multi_part = o.multi_part;
@@ -222,7 +234,10 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   // A limit of time or noise without a number of samples leaves the number open.
   const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
   render::StopRules rules;
-  const build::IntegratorRequest request = integrator_request(o).over(built.request);
+  build::IntegratorRequest request = integrator_request(o).over(built.request);
+  render::OutputSettings output = output_settings(o, built, command_line);
+  request.log_caches = render::show_cache_use(output.aovs);
+  if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
   if (request.type == "path" || request.type == "canopy")
     warn_of_unused_stages(*built.scene, request.type, diagnostics);
   if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
@@ -236,10 +251,10 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
 
   scene::Film::Settings film_settings = built.scene->film;
-  render::OutputSettings output = output_settings(o, built, command_line);
   film_settings.features = !output.aovs.empty();
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
   film_settings.light_groups = int(output.light_groups.size());
+  film_settings.cache_use = request.log_caches;
   scene::Film film(film_settings);
 
   install_signal_handlers();
@@ -330,8 +345,10 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
-  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all [none]");
+  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all; cache_level,cache_age,cache_fills,cache_reuse [none]");
   app.add_flag("--light-groups", o->light_groups, "path: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
+  app.add_option("--show-cache", o->show_cache, "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");

@@ -192,6 +192,30 @@ TEST(Render, WritesTheLayersAskedFor) {
     EXPECT_GE(in->spec().channelindex(channel), 0) << channel;
 }
 
+// Rationale: what is asked of a cache that does not exist is wrong use; pictures of it come with their numbers.
+TEST(Render, ShowsTheRadiosityCache) {
+  ScratchFolder folder;
+  const std::string out = folder.file("a.exr");
+  const std::vector<std::string> cached{"--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "2", "--shadow-rays", "1"};
+  const auto run = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {cornell, "-o", out});
+    options.insert(options.end(), cached.begin() + 2, cached.end());
+    return render_quickly(options).exit_code;
+  };
+  EXPECT_EQ(run({"--show-cache", "level", "--integrator", "path"}), 2);
+  EXPECT_EQ(run({"--show-cache", "level", "--integrator", "distribution", "--radiosity-cache", "off"}), 2);
+  EXPECT_EQ(run({"--aov", "cache_reuse", "--integrator", "path"}), 2);
+  EXPECT_NE(run({"--show-cache", "size", "--integrator", "distribution"}), 0);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  for (const char* view : {"level", "age", "fills", "reuse"}) {
+    ASSERT_EQ(run({"--show-cache", view, "--integrator", "distribution"}), 0) << view;
+    const auto in = OIIO::ImageInput::open(out);
+    ASSERT_TRUE(in);
+    for (const char* channel : {"R", "cache_level.coarse", "cache_level.shaded", "cache_age", "cache_fills", "cache_reuse"})
+      EXPECT_GE(in->spec().channelindex(channel), 0) << channel;
+  }
+}
+
 TEST(Render, MissingTextureIsAStandInWithKeepGoing) {
   ScratchFolder folder;
   const std::string scene = source_path("tests/cli/bad/texture_missing.pbrt");

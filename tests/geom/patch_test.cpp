@@ -78,6 +78,14 @@ TEST(PatchClusters, GroupsHoldTheirPatchesAndStandInForThem) {
       EXPECT_LE(sizes[g], 1 << (2 * k));
       EXPECT_FLOAT_EQ(clusters.diameter(g, k), length(groups[g].max - groups[g].min));
       EXPECT_EQ(clusters.group(clusters.representative(g, k, 1), k), g);
+      for (int part = 0; part < PatchClusters::parts(k); ++part) {
+        uint32_t ends[2];
+        if (!clusters.ends_of_part(g, k, part, ends)) continue;
+        for (const uint32_t end : ends) {
+          EXPECT_EQ(clusters.group(end, k), g);
+          EXPECT_EQ(clusters.part(end, k), part);
+        }
+      }
     }
   }
   // Four neighbours fit a block of 2 x 2 x 1 cells, or of 4 x 1 x 1 where the numbers do not divide.

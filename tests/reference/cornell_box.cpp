@@ -54,7 +54,7 @@ class CornellBoxDistribution : public testing::TestWithParam<const char*> {};
 TEST_P(CornellBoxDistribution, AgreesWithThePathTracer) {
   const std::string scene = source_path("scenes/cornell-box/cornell.pbrt"), bounces = GetParam();
   const Picture expected = render(scene, {"--integrator", "path", "--bounces", bounces, "--pixel-samples", "256"});
-  const Picture picture = render(scene, {"--integrator", "distribution", "--radiosity-cache", "off", "--bounces", bounces, "--pixel-samples", "16",
+  const Picture picture = render(scene, {"--integrator", "distribution", "--radiosity-cache", "off", "--irradiance-interpolation", "off", "--bounces", bounces, "--pixel-samples", "16",
                                          "--shadow-rays", "16,2", "--diffuse-rays", "32,2"});
   Mask mask(expected.width, expected.height);
   mask.leave_out_brightest(expected, 0.007);

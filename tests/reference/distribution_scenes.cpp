@@ -32,7 +32,7 @@ TEST_P(DistributionScene, AgreesWithThePathTracer) {
   if (!std::filesystem::exists(scene)) GTEST_SKIP() << "absent: " << scene;
 
   std::vector<std::string> path{"--integrator", "path", "--bounces", s.bounces, "--pixel-samples", s.path_samples, "--seed", "1"};
-  std::vector<std::string> grids{"--integrator", "distribution", "--radiosity-cache", "off", "--bounces", s.bounces,
+  std::vector<std::string> grids{"--integrator", "distribution", "--radiosity-cache", "off", "--irradiance-interpolation", "off", "--caustics", "on", "--bounces", s.bounces,
                                  "--pixel-samples", s.samples, "--shadow-rays", s.shadow_rays, "--diffuse-rays", s.diffuse_rays};
   for (auto* options : {&path, &grids}) options->insert(options->end(), s.view.begin(), s.view.end());
   const Picture expected = render(scene, path, 1200);

@@ -67,6 +67,25 @@ LightReceiver receiver(int i) {
   return to;
 }
 
+TEST(LightSampler, NearestIsThatOfAllStrongLights) {
+  Lights lights;
+  std::vector<V3f> places;
+  for (int i = 0; i < 10; ++i) {  // a tenth of all light each
+    KeyedRng rng(hash(3, i));
+    places.push_back(random_point(rng, 10));
+    lights.add(std::make_unique<PointLight>(places.back(), RGB(1)));
+  }
+  lights.add(std::make_unique<PointLight>(V3f(0, 0, 0), RGB(0.1f)));  // does not count
+  const LightSampler sampler(lights.all(), 20);
+  for (int i = 0; i < 100; ++i) {
+    KeyedRng rng(hash(4, i));
+    const V3f p = random_point(rng, 12);
+    float expected = 5;
+    for (const V3f& light : places) expected = std::min(expected, length(p - light));
+    EXPECT_NEAR(sampler.nearest({p}, 5), expected, 1e-4f);
+  }
+}
+
 TEST(LightSampler, NoLights) {
   const LightSampler none({}, 1);
   EXPECT_EQ(none.select(receiver(0), 0.5f).light, -1);

@@ -25,6 +25,7 @@ struct IntegratorRequest {
   std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;
   std::optional<float> shading_rate;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
+  bool log_caches = false;  ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m

@@ -64,6 +64,13 @@ uint32_t PatchClusters::representative(uint32_t group, int level, uint32_t choic
   return order_[size_t(after - begin) - 1];
 }
 
+bool PatchClusters::ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const {
+  const size_t size = size_t(1) << (2 * part_level(level)), first = (size_t(group) * size_t(parts(level)) + size_t(part)) * size;
+  if (first >= order_.size()) return false;
+  ends[0] = order_[first], ends[1] = order_[std::min(first + size, order_.size()) - 1];
+  return true;
+}
+
 size_t PatchClusters::bytes() const {
   size_t bytes = (rank_.capacity() + order_.capacity()) * 4 + area_before_.capacity() * 8;
   for (const auto& d : diameters_) bytes += d.capacity() * 4;

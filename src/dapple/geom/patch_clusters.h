@@ -22,6 +22,14 @@ class PatchClusters {
   float diameter(uint32_t group, int level) const { return diameters_[size_t(level - 1)][group]; }
   /// A patch that may stand for a group: any of it, chosen by a hash with a chance in proportion to its area.
   uint32_t representative(uint32_t group, int level, uint32_t choice) const;
+  /// Groups consist of parts, as large as each other but for the last: single patches at level 1, else groups of two levels less.
+  static int part_level(int level) { return level < 2 ? 0 : level - 2; }
+  static constexpr int most_parts = 16;
+  static int parts(int level) { return level < 2 ? 4 : most_parts; }
+  /// Part of its group of this level in which a patch is.
+  int part(uint32_t patch, int level) const { return int(group(patch, part_level(level)) % uint32_t(parts(level))); }
+  /// The first and the last patch of that part, which lie at its opposite ends; false where the last group ends before it.
+  bool ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const;
   size_t bytes() const;
 
  private:

@@ -63,7 +63,7 @@ bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
   return false;
 }
 
-TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
+TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag) {
   if (set_count_ == 0) return Found::refused;
   if (key == 0) key = 1;
   const uint32_t set = set_of(key);
@@ -71,7 +71,7 @@ TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
   const auto look = [&](uint32_t way) {
     const uint32_t version = h.version[way].load(std::memory_order_acquire);
     if (h.key[way].load(std::memory_order_acquire) != key) return Found::refused;
-    *slot = {set, way, version};
+    *slot = {set, way, version, -1};
     if (version & 1) return Found::pending;
     if (!read(set, way, key, version, out)) return Found::refused;
     if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
@@ -92,7 +92,8 @@ TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot) {
     (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);
     h.version[way].store(version + 1, std::memory_order_release);
     h.key[way].store(key, std::memory_order_release);
-    *slot = {set, way, version + 1};
+    *slot = {set, way, version + 1, empty ? -1 : h.tag[way]};
+    h.tag[way] = tag;
     return Found::mine;
   }
   return Found::refused;

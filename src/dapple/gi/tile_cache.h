@@ -30,11 +30,12 @@ class TileCache {
   };
   struct Slot {
     uint32_t set = 0, way = 0, version = 0;
+    int evicted = -1;  ///< with Found::mine: tag of the entry that had to go, -1 = none
   };
   /// One word of an entry, if it is there and whole. For entries of which little is wanted at a time.
   bool peek(uint64_t key, int word, uint32_t* out) const;
-  /// Looks a key up; if it is absent, claims an entry for it.
-  Found find(uint64_t key, uint32_t* out, Slot* slot);
+  /// Looks a key up; if it is absent, claims an entry for it. `tag`: what kind of entry, to be told when it is evicted.
+  Found find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag = 0);
   void publish(const Slot& slot, const uint32_t* words);
   void abandon(const Slot& slot);  ///< forgets the key
   /// Waits for an entry that was pending. False if it has been replaced or abandoned in the meantime.
@@ -54,6 +55,7 @@ class TileCache {
     std::atomic<uint64_t> key[ways];      ///< 0 = empty
     std::atomic<uint32_t> version[ways];
     std::atomic<uint8_t> recent[ways];    ///< looked up since the hand came by
+    uint8_t tag[ways];                    ///< under the lock
     std::atomic<uint32_t> lock;
     uint32_t hand;
   };

@@ -11,6 +11,10 @@ using trace::no_id;
 
 namespace {
 
+// A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
+constexpr float near_lights = 1;
+constexpr int most_halvings = 12;
+
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
  public:
@@ -36,6 +40,17 @@ class ClaimGuard {
 
 }  // namespace
 
+// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
+// thousands of rays read what they found. P: of the place on it. The tile's middle decides, for all places alike; as if it were flat.
+bool HitShader::lies_near_light(const scene::GridPoint& at, const V3f& P, scene::PatchTable::Extents* memory) const {
+  const scene::GridId& id = at.grid;
+  if (!scene_.light_sampler || !patches_->has_lattice(id)) return false;
+  const scene::PatchTable::Cell cell = patches_->cell(id, memory);
+  const V3f middle = P + cell.s * (0.5f * float(id.width()) - at.x) + cell.t * (0.5f * float(id.height()) - at.y);
+  const float reach = (0.71f * float(std::max(id.width(), id.height())) + near_lights) * cell.size;
+  return scene_.light_sampler->nearest({middle, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach) < reach;
+}
+
 // Finds the tile that serves each of these rays of the batch, if one does.
 void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
@@ -49,9 +64,12 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
     const int k = b.ray_point[i];
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    const float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
+    float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
     if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
+    // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at, s.P, &memory); ++halvings)
+      patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
     c.ray[c.count++] = i;
@@ -93,6 +111,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
     if (entry.lost) RadiosityCache::count_lost(entry, &counts), entry.found = TileCache::Found::refused;
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
+  if (w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1) log_uses(c, w);
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
@@ -100,6 +119,14 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
     b.cached[i] = true;
     for (int j = 0; j < 4; ++j)
       if (c.near[n].weight[j] > 0) b.ray_L[i] += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
+  }
+}
+
+void HitShader::log_uses(const CacheBatch& c, ShadingWorkspace& w) {
+  const double now = w.cache_log->now();
+  for (int e = 0; e < c.entry_count; ++e) {
+    const TileCache::Found found = c.entry[e].found;
+    w.cache_log->add(c.entry[e].key, found == TileCache::Found::mine || found == TileCache::Found::refused, now);
   }
 }
 
@@ -124,7 +151,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
         if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
         const int k = f.count++;
         set_shading_point(id, i, j, cell, entry.key, f, k);
-        spread_origins(id, i, j, f, k);
+        spread_origins(id, i, j, entry.links(), f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dapple/base/parallel.h"
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/mask_scene.h"
@@ -81,7 +82,8 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface) : nullptr),
       radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity) : nullptr),
       shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
-      grids_(settings.grid_bytes) {
+      grids_(settings.grid_bytes),
+      logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (!settings.irradiance_interpolation || settings.shading.bounces == 0) return;
   const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, settings.shading.seed,
                                            CacheShares(scene, settings).hemispheres};
@@ -118,6 +120,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
   for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
     c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
   if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
+  if (logs_) w->shading.cache_log = logs_->add();
   return w;
 }
 
@@ -312,6 +315,20 @@ void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGr
   if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
 }
 
+// Writes point k: what camera sample p met.
+void DistributionIntegrator::set_sample_point(int p, PointBatch& b, int k, const DistributionWorkspace& w) const {
+  b.geometry[k] = w.hits.geometry[p];
+  b.surface[k] = w.surface[p];
+  b.wo[k] = -w.camera_rays.direction(p);
+  b.time[k] = w.camera.ray[p].ray.time;
+  b.width[k] = w.width[p];
+  b.spread[k] = w.camera.ray[p].cone_spread;
+  b.medium[k] = w.medium[p];
+  b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
+  b.share[k] = settings_.pixel_samples;
+  b.set_no_cell(k);
+}
+
 // Light that depends on the view, a camera sample at a time.
 void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
@@ -322,16 +339,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       if (w.source[p] != source) continue;
       const int k = b.count++;
       b.parent[k] = p;
-      b.geometry[k] = w.hits.geometry[p];
-      b.surface[k] = w.surface[p];
-      b.wo[k] = -w.camera_rays.direction(p);
-      b.time[k] = w.camera.ray[p].ray.time;
-      b.width[k] = w.width[p];
-      b.spread[k] = w.camera.ray[p].cone_spread;
-      b.medium[k] = w.medium[p];
-      b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
-      b.share[k] = settings_.pixel_samples;
-      b.set_no_cell(k);
+      set_sample_point(p, b, k, w);
     }
     if (b.count == 0) continue;
     if (source == Source::hit) {
@@ -365,6 +373,51 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   f.point = uint32_t(at.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
   f.shading_rate = sqr(patches_.cell(id).size / w.width[p]);
+}
+
+// The rays that shading points send are functions of their names: sent once more, they say what answered them.
+void DistributionIntegrator::view_caches(scene::Film& film) const {
+  if (!logs_ || settings_.shading.bounces == 0) return;
+  const double seconds = logs_->now();
+  const CacheLog log = logs_->merged();
+  std::vector<Box2i> strips;
+  const Box2i& crop = film.settings().crop;
+  for (int y = crop.min.y; y < crop.max.y; y += 2 * CameraBatch::block)
+    strips.push_back({V2i(crop.min.x, y), V2i(crop.max.x, std::min(y + 2 * CameraBatch::block, crop.max.y))});
+  parallel_for(strips.size(), [&](size_t i) {
+    const auto w = std::make_unique<DistributionWorkspace>();
+    CameraBatch::for_each_block(strips[i], [&](const Box2i& box) { view_block(box, log, seconds, *w, film); });
+  });
+}
+
+void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const {
+  w.camera.generate(scene_, pixels, 0, settings_.shading.seed);
+  trace_camera_rays(w);
+  locate_hits(w);
+  PointBatch& b = w.shading.level(sample_level);
+  for (const Source source : {Source::grid, Source::hit}) {
+    b.count = 0;
+    for (int p = 0; p < w.camera.count; ++p) {
+      if (w.source[p] != source) continue;
+      const int k = b.count++;
+      b.parent[k] = p;
+      if (source == Source::hit) {
+        set_sample_point(p, b, k, w);
+        continue;
+      }
+      const GridId id = patches_seen(w.point[p].grid, w);
+      const int point = patches_.neighbours(w.point[p]).nearest;
+      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), b, k);
+    }
+    if (b.count == 0) continue;
+    shader_.prelight(b, HitShader::Arrival::view, w.shading);
+    CacheAnswers answers[PointBatch::capacity];
+    shader_.survey({sample_level, {}, HitShader::Arrival::view}, log, answers, w.shading);
+    for (int k = 0; k < b.count; ++k) {
+      const V2i& pixel = w.camera.pixel[b.parent[k]];
+      film.set_cache_use(pixel.x, pixel.y, answers[k].means(seconds));
+    }
+  }
 }
 
 }  // namespace dapple::integrate

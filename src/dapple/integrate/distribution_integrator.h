@@ -25,6 +25,7 @@ class DistributionIntegrator final : public Integrator {
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
     bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
     float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
+    bool log_caches = false;                 ///< for view_caches(): at most 70 MB a thread
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };
 
@@ -34,6 +35,7 @@ class DistributionIntegrator final : public Integrator {
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
 
   std::vector<CacheState> caches() const override;
+  void view_caches(scene::Film& film) const override;
 
  private:
   std::vector<CacheState> with_mask_state(std::vector<CacheState> states) const;
@@ -47,6 +49,8 @@ class DistributionIntegrator final : public Integrator {
   void look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const;
   void add_media(DistributionWorkspace& w) const;
   void describe_grid(int p, DistributionWorkspace& w) const;
+  void set_sample_point(int p, PointBatch& b, int k, const DistributionWorkspace& w) const;
+  void view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const;
 
   const scene::Scene& scene_;
   const Settings settings_;
@@ -55,6 +59,7 @@ class DistributionIntegrator final : public Integrator {
   const HitShader shader_;
   std::unique_ptr<const IrradianceInterpolator> interpolator_;
   mutable GridStore grids_;
+  const std::unique_ptr<CacheLogs> logs_;
 };
 
 }  // namespace dapple::integrate

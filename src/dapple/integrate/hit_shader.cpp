@@ -15,7 +15,7 @@ using trace::no_id;
 
 namespace {
 
-enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins };
+enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins, for_patterns };
 enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
@@ -79,23 +79,34 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
   b.share[k] = 1;
 }
 
-void HitShader::spread_origins(const scene::GridId& id, int i, int j, PointBatch& b, int k) const {
-  const geom::SurfacePoint& middle = b.surface[k];
+void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
+  const geom::SurfacePoint middle = b.surface[k];
+  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as regular as
+  // cells would be seen in one phase alone.
+  int seen_from = -1;
+  if (materials_.varies(id.geometry) && id.cluster_level == 0) seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
     to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
     const uint64_t random = hash(b.key[k], for_origins, o);
     V2f at(to_unit_float(random), to_unit_float(random << 24));
     if (id.cluster_level > 0) {
-      patches_->place_on_tile(patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins), at.x, at.y, &b.hits, k);
+      const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
+      if (links.divided >> patches_->part(id, patch.patch) & 1) continue;
+      patches_->place_on_tile(patch, at.x, at.y, &b.hits, k);
     } else {
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
       patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
     }
     const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
-    if (dot(s.Ng, middle.Ng) > 0) to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+    if (!(dot(s.Ng, middle.Ng) > 0)) continue;
+    to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+    if (o == seen_from) b.surface[k] = s;
   }
+  if (seen_from < 0) return;
+  const V3f turn = middle.Ns - b.surface[k].Ns;
+  for (int o = 0; o < PointBatch::origins; ++o) b.origin[k * PointBatch::origins + o].turn += turn;
 }
 
 void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
@@ -133,15 +144,10 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         continue;
       }
       const int rays = diffuse_rays(place, b.share[k]);
-      for (int i = 0; i < rays; ++i) {
-        w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
-        w.index[w.job_count] = uint32_t(i);
-        w.job_weight[w.job_count] = 1 / float(rays);
-        w.job_point[w.job_count] = k;
-        if (++w.job_count == w.capacity) draw_diffuse_rays(place, w);
-      }
+      for (int i = 0; i < rays; ++i)
+        if (add_diffuse_job(b, k, i, rays, w)) light_indirectly(place, w);
     }
-    if (w.job_count > 0) draw_diffuse_rays(place, w);
+    if (w.job_count > 0) light_indirectly(place, w);
   }
   b.some_indirect_known = false;
   for (int k = 0; k < b.count; ++k) {
@@ -247,6 +253,25 @@ void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
   for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
 }
 
+// Diffuse ray i of so many from point k. True if the batch is full.
+bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w) {
+  w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
+  w.index[w.job_count] = uint32_t(i);
+  w.job_weight[w.job_count] = 1 / float(rays);
+  w.job_point[w.job_count] = k;
+  return ++w.job_count == w.capacity;
+}
+
+void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  draw_diffuse_rays(place, w);
+  gather(place, w);
+  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
+  for (int i = 0; i < b.ray_count; ++i)
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+  w.job_count = 0;
+}
+
 void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   w.draw_samples(w.job_count);
@@ -268,11 +293,6 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     b.ray_behind[i] = behind;
     b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
-  gather(place, w);
-  // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
-  for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
-  w.job_count = 0;
 }
 
 void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const {

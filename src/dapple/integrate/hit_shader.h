@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/integrate/cache_answers.h"
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_list.h"
 
@@ -53,7 +54,8 @@ class HitShader {
   void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
-  void spread_origins(const scene::GridId& grid, int i, int j, PointBatch& b, int k) const;
+  /// Of a group of patches, over four of them that are linked.
+  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   /// Finds the links of the tiles that are w.linking.jobs, those of tiles of one cell only if asked to.
   void link(bool single_cells, ShadingWorkspace& w) const;
@@ -68,6 +70,8 @@ class HitShader {
   /// Traces the diffuse rays of the batch: b.hits, b.distance, and b.ray_L of what they meet, from the cache if there is one. Weights lose
   /// what is lost on the way.
   void gather(const Place& place, ShadingWorkspace& w) const;
+  /// What answers the first diffuse rays of the points of the batch, after prelight(): answers[k]. Lights nothing and changes no cache.
+  void survey(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
   void light_specular(const Place& place, ShadingWorkspace& w) const;
   /// specularlighting and postlighting, for viewers: b.Ci.
@@ -102,7 +106,9 @@ class HitShader {
   void draw_lights(PointBatch& b, ShadingWorkspace& w) const;
   void trace_shadows(ShadingWorkspace& w) const;
 
+  static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
+  void light_indirectly(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void add_lights_hit(PointBatch& b, const Place& place) const;
   void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
@@ -121,6 +127,7 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
+  bool lies_near_light(const scene::GridPoint& at, const V3f& P, scene::PatchTable::Extents* memory) const;
   /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
   /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
@@ -131,6 +138,8 @@ class HitShader {
   template <class Wanted>
   void link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
+  static void log_uses(const CacheBatch& c, ShadingWorkspace& w);
+  void survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;
   const scene::PatchTable* const patches_;

@@ -49,13 +49,17 @@ inline constexpr std::array<std::string_view, resolution_count> resolution_names
 struct CacheCounts {
   uint64_t lookups = 0, hits = 0, fills = 0;
   double fill_seconds = 0;  ///< of all threads, fills of deeper bounces included
+  // Of look-ups that have no memory of their own (CacheState::has_memory):
+  uint64_t evictions = 0;
+  int64_t bytes = 0;  ///< of entries that came, less those that went
   CacheCounts& operator+=(const CacheCounts& o) {
     lookups += o.lookups, hits += o.hits, fills += o.fills, fill_seconds += o.fill_seconds;
+    evictions += o.evictions, bytes += o.bytes;
     return *this;
   }
 };
 
-/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own.
+/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own: evictions and bytes are among their counts.
 struct CacheState {
   std::string name;  ///< "radiosity.fine", "radiosity.depth1"
   CacheCounts counts{};
@@ -86,6 +90,8 @@ class Integrator {
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
+  /// After the last call of render(): writes what caches did for each pixel, where the film keeps that (Film::Settings::cache_use).
+  virtual void view_caches(scene::Film&) const {}
 };
 
 }  // namespace dapple::integrate

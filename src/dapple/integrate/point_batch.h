@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "dapple/integrate/cache_log.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
@@ -77,7 +78,7 @@ struct PointBatch {
   }
   /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i) const {
-    if (whole_cells) return origin[k * origins + (i + i / origins) % origins];
+    if (whole_cells) return origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
     return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error};
   }
 };
@@ -113,6 +114,7 @@ struct ShadingWorkspace {
   StageCounts stages;
   RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
+  CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
 
   // Rays about to be drawn, and their random numbers.
   int job_count = 0;

@@ -23,10 +23,21 @@ Resolution RadiosityCache::resolution(const scene::GridId& grid) {
 }
 
 void RadiosityCache::find(Entry& e, Counts* counts) {
-  e.found = area(e).find(e.key, e.words, &e.slot);
+  e.found = area(e).find(e.key, e.words, &e.slot, uint8_t(e.diffuse_depth));
   const bool hit = e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending;
   counts->add(e, {1, hit, !hit, 0});
+  if (e.found == gi::TileCache::Found::mine) count_memory(e, counts);
   if (!hit) std::memset(e.words, 0, sizeof e.words);  // points outside the patch are not computed
+}
+
+// An entry comes, and another may have to go, of any depth.
+void RadiosityCache::count_memory(const Entry& e, Counts* counts) {
+  const int64_t bytes = int64_t(gi::TileCache::entry_bytes(area(e).words()));
+  counts->by_depth[size_t(e.diffuse_depth)].bytes += bytes;
+  if (e.slot.evicted < 0) return;
+  CacheCounts& gone = counts->by_depth[size_t(e.slot.evicted)];
+  ++gone.evictions;
+  gone.bytes -= bytes;
 }
 
 void RadiosityCache::Entry::set(int point, const RGB& value) {

@@ -62,6 +62,7 @@ class RadiosityCache {
   const gi::TileCache& area(Resolution r) const { return areas_[size_t(r)]; }
 
  private:
+  void count_memory(const Entry& entry, Counts* counts);
   gi::TileCache& area(const Entry& e) { return areas_[size_t(resolution(e.grid))]; }
 
   gi::TileCache areas_[resolution_count];

@@ -11,9 +11,16 @@ using trace::no_id;
 
 namespace {
 
-// In cells. Rays keep this far above the surface, and from the ends of their ways: of a room's floor, these are its walls.
+// In cells, or lengths of ways within groups. Rays keep this far above the surface, and from the ends of their ways: of a room's floor, these are its walls.
 constexpr float height = 0.03f;
 constexpr float margin = 0.04f;
+// Where, beside that, something small must stand in a way to part it.
+struct Offset {
+  float height, aside;
+};
+constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.35f, 0}};
+// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the angle.
+constexpr float like_normals = 0.7f, near_plane = 0.3f;
 
 constexpr uint32_t all_cells = (1u << TileLinks::side * TileLinks::side) - 1;
 
@@ -22,6 +29,7 @@ constexpr uint32_t all_cells = (1u << TileLinks::side * TileLinks::side) - 1;
 bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* near) const {
   if (divided == 0 && cut == 0) return true;
   const GridId& id = at.grid;
+  if (id.cluster_level > 0) return !(divided >> at.part & 1);
   const int i0 = near->nearest % id.width(), j0 = near->nearest / id.width();
   if (near->nearest != at.cell() || is_divided(i0, j0)) return false;
   const auto open_u = [&](int i, int j, int to) { return i == to || !is_cut_in_u(std::min(i, to), j); };
@@ -45,13 +53,13 @@ uint64_t TileLinker::link(Scratch& s) const {
   for (int i = 0; i < s.job_count; ++i) {
     *s.jobs[i].links = {};
     const GridId& id = s.jobs[i].grid;
-    if (id.cluster_level > 0 || (id.count() == 1 && !s.single_cells)) continue;
+    if (id.count() == 1 && !s.single_cells) continue;
     if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) continue;
-    add_lines(s.jobs[i], s, &rays);
+    id.cluster_level > 0 ? add_parts(s.jobs[i], s, &rays) : add_lines(s.jobs[i], s, &rays);
   }
   trace(s, &rays);
   for (int i = 0; i < s.job_count; ++i)
-    if (s.jobs[i].links->divided != 0) {
+    if (s.jobs[i].grid.cluster_level == 0 && s.jobs[i].links->divided != 0) {
       *s.jobs[i].links = {};
       add_ways(s.jobs[i], s, &rays);
     }
@@ -81,44 +89,109 @@ void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
     }
 }
 
+// From the patch that stands for a group to both ends of its parts, where they lie in a surface with it.
+void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
+  const GridId& id = job.grid;
+  const float side = id.behind ? -1.0f : 1.0f;
+  GridId group = id;
+  const geom::SurfacePoint from = patches_->choose_stand_in(&group, id.tile_u);
+  geom::SurfacePoint ends[2 * geom::PatchClusters::most_parts];
+  int parts[2 * geom::PatchClusters::most_parts], count = 0, elsewhere = 0;
+  const int part_count = geom::PatchClusters::parts(id.cluster_level);
+  for (int part = 0; part < part_count; ++part) {
+    geom::SurfacePoint of_part[2];
+    const int n = patches_->ends_of_part(id, part, of_part);
+    for (int end = 0; end < n; ++end) {
+      const V3f way = of_part[end].P - from.P;
+      if (dot(of_part[end].Ng, from.Ng) < like_normals || std::abs(dot(way, from.Ng)) > near_plane * length(way)) {
+        if (4 * ++elsewhere > part_count) return;
+        continue;
+      }
+      ends[count] = of_part[end];
+      parts[count++] = part;
+    }
+  }
+  const float size = patches_->cell(id).size;
+  for (int i = 0; i < count; ++i) {
+    Way& way = new_way(job, size, {1u << parts[i], 0}, s, rays);
+    way.P[0] = from.P, way.P[1] = ends[i].P;
+    way.N[0] = from.Ng * side, way.N[1] = ends[i].Ng * side;
+    way.error = std::max(from.error, ends[i].error);
+    way.unit = length(way.P[1] - way.P[0]);
+    way.key = uint32_t(hash(id.hash(), i));
+  }
+}
+
 void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_size, const TileLinks& if_blocked, Scratch& s,
                      uint64_t* rays) const {
-  const int k = s.count++;
-  V3f ends[2];
+  Way& way = new_way(job, cell_size, if_blocked, s, rays);
+  way.error = 0;
   for (const bool end : {false, true}) {
     const V2f& at = end ? to : from;
-    patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, k);
-    const geom::SurfacePoint p = scene_.traced.surface(s.hits, k, PatchTable::shading_time);
-    ends[end] = p.P + p.Ng * (std::max(p.error, height * cell_size) * (job.grid.behind ? -1.0f : 1.0f));
+    patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, 0);
+    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, PatchTable::shading_time);
+    way.P[end] = p.P;
+    way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
+    way.error = std::max(way.error, p.error);
   }
-  const V3f way = ends[1] - ends[0];
-  const float length = dapple::length(way);
-  const uint64_t key = hash(job.grid.hash(), std::bit_cast<uint32_t>(from.x), std::bit_cast<uint32_t>(from.y), if_blocked.cut);
-  s.rays.set(k, ends[0], length > 0 ? way * (1 / length) : V3f(0, 0, 1), length, PatchTable::shading_time, uint32_t(key), length / 4);
-  s.links[k] = job.links;
-  s.if_blocked[k] = if_blocked;
-  s.grid[k] = job.grid;
-  s.cell_size[k] = cell_size;
+  way.key = uint32_t(hash(job.grid.hash(), std::bit_cast<uint32_t>(from.x), std::bit_cast<uint32_t>(from.y), if_blocked.cut));
+}
+
+TileLinker::Way& TileLinker::new_way(const Job& job, float cell_size, const TileLinks& if_blocked, Scratch& s, uint64_t* rays) const {
   if (s.count == Scratch::capacity) trace(s, rays);
+  Way& way = s.ways[s.count++];
+  way.links = job.links;
+  way.if_blocked = if_blocked;
+  way.grid = job.grid;
+  way.cell_size = way.unit = cell_size;
+  return way;
 }
 
 void TileLinker::trace(Scratch& s, uint64_t* rays) const {
-  if (s.count == 0) return;
-  scene_.traced.intersect(s.rays, s.count, &s.hits);
-  for (int k = 0; k < s.count; ++k)
-    if (blocks(s, k)) s.links[k]->divided |= s.if_blocked[k].divided, s.links[k]->cut |= s.if_blocked[k].cut;
-  *rays += uint64_t(s.count);
+  trace_at(height, 0, s, rays);
+  int doubtful = 0;
+  for (int k = 0; k < s.count; ++k) {
+    const Obstacle o = obstacle(s, k);
+    if (o == Obstacle::large) s.ways[k].part();
+    if (o == Obstacle::small) s.ways[doubtful++] = s.ways[k];
+  }
+  s.count = doubtful;
+  for (const Offset& o : other_ways) {
+    trace_at(o.height, o.aside, s, rays);
+    int blocked = 0;
+    for (int k = 0; k < s.count; ++k)
+      if (obstacle(s, k) != Obstacle::none) s.ways[blocked++] = s.ways[k];
+    s.count = blocked;
+  }
+  for (int k = 0; k < s.count; ++k) s.ways[k].part();
   s.count = 0;
 }
 
-bool TileLinker::blocks(const Scratch& s, int ray) const {
+// Traces all ways, so many of their units above the surface and to the side.
+void TileLinker::trace_at(float above, float aside, Scratch& s, uint64_t* rays) const {
+  if (s.count == 0) return;
+  for (int k = 0; k < s.count; ++k) {
+    const Way& way = s.ways[k];
+    V3f ends[2];
+    for (const int end : {0, 1}) ends[end] = way.P[end] + way.N[end] * std::max(way.error, above * way.unit);
+    const V3f d = ends[1] - ends[0];
+    const float length = dapple::length(d);
+    const V3f across = cross(way.N[0], d);
+    const float sine = dapple::length(across);
+    const V3f shift = sine > 0 ? across * (aside * way.unit / sine) : V3f(0, 0, 0);
+    s.rays.set(k, ends[0] + shift, length > 0 ? d * (1 / length) : V3f(0, 0, 1), length, PatchTable::shading_time, way.key, length / 4);
+  }
+  scene_.traced.intersect(s.rays, s.count, &s.hits);
+  *rays += uint64_t(s.count);
+}
+
+TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
   const uint32_t geometry = s.hits.geometry[ray];
-  if (geometry == no_id || materials_.passes(geometry)) return false;
-  if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return false;
-  const GridId met = patches_->patch_of(s.hits, ray);
-  const GridId& own = s.grid[ray];
-  if (met.instance == own.instance && met.geometry == own.geometry && met.patch == own.patch) return false;
-  return patches_->cell(met).size >= s.cell_size[ray];
+  if (geometry == no_id || materials_.passes(geometry)) return Obstacle::none;
+  if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return Obstacle::none;
+  const Way& way = s.ways[ray];
+  if (patches_->is_of(way.grid, s.hits, ray)) return Obstacle::none;
+  return patches_->cell(patches_->patch_of(s.hits, ray)).size >= way.cell_size ? Obstacle::large : Obstacle::small;
 }
 
 }  // namespace dapple::integrate

@@ -6,14 +6,14 @@
 
 namespace dapple::integrate {
 
-/// Which shading points of a tile belong together. Where other geometry stands on a surface (a wall on a floor that runs on under it), the
+/// Which shading points of a tile belong together, or which parts of a group of patches to the patch that stands for it. Where other geometry stands on a surface (a wall on a floor that runs on under it), the
 /// light on either side has nothing to do with that on the other, and interpolation between them would leak
 /// (methods page section 2.1, the connectivity mask).
 struct TileLinks {
   static constexpr int words = 2;
   static constexpr int side = scene::GridId::tile;
 
-  uint32_t divided = 0;  ///< by cell: something stands in it, so its shading point says nothing about all of it
+  uint32_t divided = 0;  ///< by cell: something stands in it, so its shading point says nothing about all of it; by part of a group: the same
   uint32_t cut = 0;      ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
 
   static constexpr int bit(int i, int j) { return j * side + i; }
@@ -26,7 +26,9 @@ struct TileLinks {
 };
 
 /// Finds links by rays just above the surface: lines across the whole tile first, and the ways between its points only where something
-/// stands in a line. What is smaller than a cell parts nothing, and a surface does not part itself. A pure function of the tile.
+/// stands in a line. A group of patches that lie in a surface, as leaves do not, is tried from the patch that stands for it to each of its parts.
+/// What is smaller than a cell parts nothing (grass on a meadow), unless more of the kind stands in the way higher up and beside it, as a wall
+/// of many small patches does. A surface does not part itself. A pure function of the tile.
 class TileLinker {
  public:
   TileLinker(const scene::Scene& scene, const MaterialTable& materials, const scene::PatchTable* patches)
@@ -36,6 +38,19 @@ class TileLinker {
     scene::GridId grid;
     TileLinks* links;
   };
+  /// From one place on a tile to another.
+  struct Way {
+    TileLinks* links;
+    TileLinks if_blocked;
+    scene::GridId grid;
+    float cell_size;  ///< of a group its diameter
+    float unit;       ///< of heights above the surface
+    V3f P[2], N[2];   ///< N: to the side that is shaded
+    float error;
+    uint32_t key;
+
+    void part() const { links->divided |= if_blocked.divided, links->cut |= if_blocked.cut; }
+  };
   struct Scratch {
     static constexpr int capacity = trace::RayBatch::capacity;
     int job_count = 0;
@@ -44,10 +59,7 @@ class TileLinker {
 
     // Ways across or along tiles that are to be traced.
     int count = 0;
-    TileLinks* links[capacity];
-    TileLinks if_blocked[capacity];
-    scene::GridId grid[capacity];
-    float cell_size[capacity];
+    Way ways[capacity];
     trace::RayBatch rays;
     trace::HitBatch hits;
   };
@@ -58,9 +70,13 @@ class TileLinker {
  private:
   void add_lines(const Job& job, Scratch& s, uint64_t* rays) const;
   void add_ways(const Job& job, Scratch& s, uint64_t* rays) const;
+  void add_parts(const Job& job, Scratch& s, uint64_t* rays) const;
   void add(const Job& job, const V2f& from, const V2f& to, float cell_size, const TileLinks& if_blocked, Scratch& s, uint64_t* rays) const;
+  Way& new_way(const Job& job, float cell_size, const TileLinks& if_blocked, Scratch& s, uint64_t* rays) const;
   void trace(Scratch& s, uint64_t* rays) const;
-  bool blocks(const Scratch& s, int ray) const;
+  void trace_at(float above, float aside, Scratch& s, uint64_t* rays) const;
+  enum class Obstacle { none, small, large };
+  Obstacle obstacle(const Scratch& s, int ray) const;
 
   const scene::Scene& scene_;
   const MaterialTable& materials_;

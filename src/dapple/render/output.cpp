@@ -53,6 +53,17 @@ ImageLayer aov_layer(const Film& film, const std::string& name) {
     return layer(film, name, {"dice_level"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.level; });
   if (name == "shading_rate")
     return layer(film, name, {"shading_rate"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.shading_rate; });
+  if (name == "cache_level")
+    return layer(film, name, {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"}, full, [&](int x, int y, float* out) {
+      const scene::CacheUse use = film.cache_use(x, y);
+      out[0] = use.coarse, out[1] = use.medium, out[2] = use.fine, out[3] = use.shaded;
+    });
+  if (name == "cache_age")
+    return layer(film, name, {"cache_age"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).age; });
+  if (name == "cache_fills")
+    return layer(film, name, {"cache_fills"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).fills; });
+  if (name == "cache_reuse")
+    return layer(film, name, {"cache_reuse"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).reuse; });
   if (name == "samples")
     return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
   return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
@@ -66,15 +77,26 @@ const std::vector<std::string>& aov_names() {
   return names;
 }
 
+const std::vector<std::string>& cache_aov_names() {
+  static const std::vector<std::string> names = {"cache_level", "cache_age", "cache_fills", "cache_reuse"};
+  return names;
+}
+
+bool show_cache_use(const std::vector<std::string>& aovs) {
+  const auto& names = cache_aov_names();
+  return std::find_first_of(aovs.begin(), aovs.end(), names.begin(), names.end()) != aovs.end();
+}
+
 std::vector<std::string> parse_aovs(const std::string& list) {
-  std::vector<std::string> chosen;
+  std::vector<std::string> known = aov_names(), chosen;
+  known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {
     const size_t end = std::min(list.find(',', begin), list.size());
     const std::string name = list.substr(begin, end - begin);
     begin = end + 1;
     if (name == "all") return aov_names();
-    if (std::find(aov_names().begin(), aov_names().end(), name) == aov_names().end()) {
-      std::vector<std::string_view> legal(aov_names().begin(), aov_names().end());
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      std::vector<std::string_view> legal(known.begin(), known.end());
       legal.push_back("all");
       throw UsageError("--aov: \"" + name + "\" is unknown; " + one_of(legal));
     }
@@ -92,7 +114,9 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.display_width = f.resolution.x;
   out.display_height = f.resolution.y;
   out.metadata = settings.metadata;
-  out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) { put(film.pixel(x, y), p); }));
+  out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) {
+    put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_use(x, y)) : film.pixel(x, y), p);
+  }));
   for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name));
   for (size_t g = 0; g < settings.light_groups.size(); ++g) {
     const std::string name = "light." + settings.light_groups[g];

@@ -1,31 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "dapple/image/image_writer.h"
+#include "dapple/render/cache_colors.h"
 #include "dapple/scene/film.h"
 
 namespace dapple::render {
 
-/// Names that --aov takes, in the order they are written.
+/// Names that --aov takes, in the order they are written: those that "all" means, and those of the radiosity cache.
 const std::vector<std::string>& aov_names();
+const std::vector<std::string>& cache_aov_names();
 
-/// Splits "albedo,normal" and checks each name; "all" means all of them. UsageError lists the legal names.
+/// Splits "albedo,normal" and checks each name. UsageError lists the legal names.
 std::vector<std::string> parse_aovs(const std::string& list);
+/// Whether these need Film::Settings::cache_use.
+bool show_cache_use(const std::vector<std::string>& aovs);
 
 struct OutputSettings {
   std::vector<std::string> aovs;
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
+  std::optional<CacheView> cache_view;  ///< in place of the picture
   image::ExrOptions exr;
   image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;
 };
 
 /// The film as a picture: R, G, B, then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
-/// alpha ("A"), patch, grid_point, dice_level, shading_rate; then "light.NAME" for each light group. Crops keep the full display window.
+/// alpha ("A"), patch, grid_point, dice_level, shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light
+/// group. Crops keep the full display window.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

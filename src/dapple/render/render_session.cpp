@@ -103,6 +103,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     for (size_t c = 0; c < result.caches.size(); ++c) result.caches[c].counts += w->caches[c];
   }
   result.seconds = timer.seconds();
+  if (film_.settings().cache_use) integrator_.view_caches(film_);
   return result;
 }
 

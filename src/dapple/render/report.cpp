@@ -58,7 +58,10 @@ std::string RunReport::to_json() const {
     auto& to = j["cache"][c.name] = {{"lookups", c.counts.lookups}, {"hits", c.counts.hits}, {"fills", c.counts.fills},
                                      {"fill_seconds", c.counts.fill_seconds}};
     if (c.counts.fills > 0) to["mean_reuse"] = double(c.counts.lookups) / double(c.counts.fills);
-    if (!c.has_memory) continue;
+    if (!c.has_memory) {
+      to["evictions"] = c.counts.evictions, to["bytes"] = c.counts.bytes;
+      continue;
+    }
     to["evictions"] = c.evictions, to["bytes"] = c.bytes, to["peak_bytes"] = c.peak_bytes, to["capacity_bytes"] = c.capacity_bytes;
   }
   j["dropped_samples"] = dropped_samples;

@@ -8,6 +8,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   pixels_.resize(count);
   if (settings.features) features_.resize(count);
   group_sums_.resize(count * size_t(settings.light_groups) * 3);
+  if (settings.cache_use) cache_uses_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups) {
@@ -113,7 +114,8 @@ uint64_t Film::dropped_samples() const {
 }
 
 size_t Film::bytes() const {
-  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double);
+  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double) +
+         cache_uses_.size() * sizeof(CacheUse);
 }
 
 }  // namespace dapple::scene

@@ -18,6 +18,15 @@ struct GridFeatures {
   float shading_rate = 0;   ///< pixels a shading point
 };
 
+/// What the radiosity cache did for the diffuse rays of the shading point that a pixel's first sample met.
+struct CacheUse {
+  float coarse = 0, medium = 0, fine = 0;  ///< shares of its rays that ended in entries of these resolutions
+  float shaded = 0;                        ///< share whose hits were shaded by themselves
+  float fills = 0;  ///< how often the entries were filled, mean over rays
+  float age = 0;    ///< share of the time of rendering since they were last filled, mean over rays
+  float reuse = 0;  ///< look-ups a fill: harmonic mean over rays
+};
+
 /// What the first surface along a camera ray shows, for AOVs.
 struct Features {
   RGB albedo;
@@ -39,6 +48,7 @@ class Film {
     float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
     bool features = false;  ///< keep AOVs
     int light_groups = 0;   ///< images beside the picture, one for each group of lights, whose sum it is
+    bool cache_use = false;  ///< keep what the radiosity cache did
   };
 
   Film() = default;
@@ -57,6 +67,8 @@ class Film {
   uint32_t samples(int x, int y) const;
   Features features(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
+  void set_cache_use(int x, int y, const CacheUse& use) { cache_uses_[index(x, y)] = use; }  ///< with Settings::cache_use
+  CacheUse cache_use(int x, int y) const { return cache_uses_.empty() ? CacheUse() : cache_uses_[index(x, y)]; }
   /// sqrt(mean variance of the pixels' luminance) / mean luminance: relative RMSE of the image by its own estimate.
   double relative_error() const;
   uint64_t dropped_samples() const;
@@ -81,6 +93,7 @@ class Film {
   std::vector<Pixel> pixels_;
   std::vector<FeatureSums> features_;
   std::vector<double> group_sums_;  ///< by pixel, group and channel
+  std::vector<CacheUse> cache_uses_;
 };
 
 }  // namespace dapple::scene

@@ -109,6 +109,12 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
   return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
+const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const {
+  Extent& e = memory->of(instance, geometry, patch);
+  if (e.instance != instance || e.geometry != geometry || e.patch != patch) e = extent(instance, geometry, patch);
+  return e;
+}
+
 bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extents* memory,
                       GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
@@ -124,9 +130,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
   out->grid.patch = out->patch = point.patch;
   const bool quadric = is_round(scene_.shape(g));
   Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
-  Extent& e = quadric ? of_point : memory->of(hits.instance[i], g, point.patch);
-  if (!quadric && (e.instance != hits.instance[i] || e.geometry != g || e.patch != point.patch))
-    e = extent(hits.instance[i], g, point.patch);
+  const Extent& e = quadric ? of_point : remembered_extent(hits.instance[i], g, point.patch, memory);
   const float s_length = across(e.s, d), t_length = across(e.t, d);
   const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
   if (std::max(s_length, t_length) <= small_patch * width) {
@@ -139,6 +143,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const ge
       out->grid.patch = group;
       out->grid.cluster_level = uint8_t(k);
     }
+    if (out->grid.cluster_level > 0) out->part = uint8_t(patches.clusters->part(point.patch, out->grid.cluster_level));
     return true;
   }
   GridId& grid = out->grid;
@@ -168,6 +173,26 @@ geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) c
   return scene_.surface(point, 0, shading_time);
 }
 
+int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const {
+  uint32_t patches[2];
+  if (!geometries_[group.geometry].clusters->ends_of_part(group.patch, group.cluster_level, part, patches)) return 0;
+  const int count = patches[0] == patches[1] ? 1 : 2;
+  for (int end = 0; end < count; ++end) {
+    GridId patch;
+    patch.instance = group.instance, patch.geometry = group.geometry, patch.patch = patches[end];
+    trace::HitBatch point;
+    shading_point(patch, 0, 0, V3f(0, 0, 0), &point, 0);
+    ends[end] = scene_.surface(point, 0, shading_time);
+  }
+  return count;
+}
+
+bool PatchTable::is_of(const GridId& grid, const trace::HitBatch& hits, int i) const {
+  if (hits.instance[i] != grid.instance || hits.geometry[i] != grid.geometry) return false;
+  const uint32_t patch = patch_of(hits, i).patch;
+  return grid.patch == (grid.cluster_level > 0 ? geometries_[grid.geometry].clusters->group(patch, grid.cluster_level) : patch);
+}
+
 void PatchTable::turn_group(const V3f& d, uint32_t patch, GridId* group) const {
   for (uint32_t choice = 0; choice < stand_ins; ++choice)
     if ((dot(choose_stand_in(group, choice).Ng, d) > 0) == bool(group->behind)) return;
@@ -190,7 +215,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   return true;
 }
 
-PatchTable::Cell PatchTable::cell(const GridId& grid) const {
+PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   if (grid.cluster_level > 0)
     return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance)};
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
@@ -203,7 +228,7 @@ PatchTable::Cell PatchTable::cell(const GridId& grid) const {
     const geom::SurfacePoint p = scene_.surface(hit, 0, shading_time);
     e.s = p.dPdu, e.t = p.dPdv;
   } else {
-    e = extent(grid.instance, grid.geometry, grid.patch);
+    e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory) : extent(grid.instance, grid.geometry, grid.patch);
   }
   const V3f s = e.s * (1 / nu), t = e.t * (1 / nv);
   return {std::sqrt(std::max(length2(s), length2(t))), s, t};

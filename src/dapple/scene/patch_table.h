@@ -33,6 +33,7 @@ struct GridId {
 struct GridPoint {
   GridId grid;
   uint32_t patch = 0;  ///< that was hit, though a group may serve it
+  uint8_t part = 0;    ///< of that group (geom::PatchClusters::parts)
   float x = 0, y = 0;
 
   int cell() const { return grid.index(std::min(int(x), grid.width() - 1), std::min(int(y), grid.height() - 1)); }
@@ -72,6 +73,13 @@ class PatchTable {
   GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
+  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may end
+  /// before the part.
+  int ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const;
+  /// Part of the group in which a patch of it is.
+  int part(const GridId& group, uint32_t patch) const { return geometries_[group.geometry].clusters->part(patch, group.cluster_level); }
+  /// Whether the patch of a hit belongs to the tile's patch, or group of patches.
+  bool is_of(const GridId& grid, const trace::HitBatch& hits, int i) const;
   /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
   /// of `patch`, which was hit.
   void turn_group(const V3f& d, uint32_t patch, GridId* group) const;
@@ -102,7 +110,7 @@ class PatchTable {
     float size = 0;                        ///< m: the longer side; of a group, its diameter
     V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
   };
-  Cell cell(const GridId& grid) const;
+  Cell cell(const GridId& grid, Extents* memory = nullptr) const;
 
   size_t bytes() const;
 
@@ -112,6 +120,7 @@ class PatchTable {
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
   bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;

@@ -36,6 +36,9 @@ class LightSampler {
   /// The probability with which select() returns this light.
   float probability(const LightReceiver& to, int light) const;
 
+  /// LightTree::nearest: over how much space light from the nearest source changes, and no more than `within`.
+  float nearest(const LightReceiver& to, float within) const { return tree_.empty() ? within : tree_.nearest(to, within); }
+
   size_t bytes() const;
 
  private:

@@ -248,6 +248,22 @@ float LightTree::first_probability(uint32_t children, const LightReceiver& to) c
   return sum > 0 ? first / sum : -1;
 }
 
+float LightTree::nearest(const LightReceiver& to, float within) const {
+  uint32_t stack[max_depth + 1] = {0};
+  for (int left = 1; left > 0;) {
+    const Node& node = nodes_[stack[--left]];
+    const float d2 = length2(to.p - node.centre);
+    if (node.intensity < strong_share * nodes_[0].intensity || d2 >= sqr(within + node.radius) || importance(node, to) == 0) continue;
+    if (node.link & leaf_flag) {
+      within = std::min(within, std::sqrt(d2 + sqr(node.radius)));
+    } else {
+      stack[left++] = node.link & link_mask;
+      stack[left++] = (node.link & link_mask) + 1;
+    }
+  }
+  return within;
+}
+
 int LightTree::select(const LightReceiver& to, double u, float* probability) const {
   const Node* node = &nodes_[0];
   while (!(node->link & leaf_flag)) {

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part of HitShader that says what answers diffuse rays, for pictures of the radiosity cache.
+#include "dapple/integrate/hit_shader.h"
+
+namespace dapple::integrate {
+
+void HitShader::survey(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const {
+  const PointBatch& b = w.level(place.level);
+  w.job_count = 0;
+  for (int k = 0; k < b.count; ++k) {
+    answers[k] = {};
+    if (!b.bsdf[k].is_diffuse() || b.bsdf[k].albedo().is_black()) continue;
+    const int rays = diffuse_rays(place, b.share[k]);
+    for (int i = 0; i < std::min(rays, CacheAnswers::max_rays); ++i)
+      if (add_diffuse_job(b, k, i, rays, w)) survey_rays(place, log, answers, w);
+  }
+  if (w.job_count > 0) survey_rays(place, log, answers, w);
+}
+
+// Goes the way of gather() up to the cache, and does not ask it.
+void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  CacheBatch& c = w.cache_level(place.level);
+  draw_diffuse_rays(place, w);
+  w.job_count = 0;
+  trace_rays(b, w);
+  locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
+  std::fill_n(b.cached, b.ray_count, false);
+  TileLinks links[CacheBatch::capacity];
+  c.entry_count = w.linking.job_count = 0;
+  for (int n = 0; n < c.count; ++n) {
+    const int look_up = c.order[n];
+    if (n == 0 || c.key[look_up] != c.entry[c.entry_count - 1].key) {
+      w.linking.jobs[w.linking.job_count++] = {c.point[look_up].grid, &links[c.entry_count]};
+      c.entry[c.entry_count++].key = c.key[look_up];
+    }
+    c.entry_of[look_up] = c.entry_count - 1;
+  }
+  link(true, w);
+  for (int n = 0; n < c.count; ++n) {
+    auto near = patches_->neighbours(c.point[n]);
+    if (!links[c.entry_of[n]].restrict_to(c.point[n], &near)) continue;
+    b.cached[c.ray[n]] = true;
+    answers[b.ray_point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.key[n]));
+  }
+  for (int i = 0; i < b.ray_count; ++i) {
+    CacheAnswers& of_point = answers[b.ray_point[i]];
+    ++of_point.rays;
+    if (b.hits.geometry[i] != trace::no_id && !b.cached[i]) ++of_point.shaded;
+  }
+}
+
+}  // namespace dapple::integrate
