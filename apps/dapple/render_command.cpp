@@ -318,7 +318,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
-  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [on from 16 rays]")
+  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [on, but for --diffuse-rays below 64]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
       ->check(CLI::Range(0.001, 10.0));

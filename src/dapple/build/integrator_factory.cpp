@@ -18,7 +18,7 @@ using scenefile::ParamSet;
 namespace {
 
 constexpr int default_max_depth = 5;  // pbrt's
-constexpr int least_hemisphere = 16;  // diffuse rays, from which interpolation pays
+constexpr int least_hemisphere = 64;  // diffuse rays, from which interpolation pays where nobody asked for it
 
 template <class T>
 void fill(std::optional<T>* ours, const std::optional<T>& theirs) {
@@ -311,7 +311,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.caustics = *r.caustics;
   s.subsurface_cache = *r.subsurface_cache;
   s.shading.cache_width = *r.cache_width;
-  s.irradiance_interpolation = r.irradiance_interpolation.value_or(r.diffuse_rays->at(0) >= least_hemisphere);
+  s.irradiance_interpolation = asked.irradiance_interpolation.value_or(!asked.diffuse_rays || asked.diffuse_rays->at(0) >= least_hemisphere);
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = cache_bytes(r) - opacity_bytes(scene, r);
   s.log_caches = r.log_caches;
