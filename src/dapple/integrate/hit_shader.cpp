@@ -45,7 +45,14 @@ void open_boundary(Bsdf* b) {
 
 HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
                      RadiosityCache* irradiance)
-    : scene_(scene), patches_(patches), cache_(cache), irradiance_cache_(irradiance), settings_(settings), materials_(scene, settings.caustics), tracer_(scene, materials_, true, settings.visibility), linker_(scene, materials_, patches) {
+    : scene_(scene),
+      patches_(patches),
+      cache_(cache),
+      irradiance_cache_(irradiance),
+      settings_(settings),
+      materials_(scene, settings.caustics),
+      tracer_(scene, materials_, true, settings.visibility),
+      linker_(scene, materials_, patches) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
 }
 
@@ -84,7 +91,8 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
   // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as regular as
   // cells would be seen in one phase alone.
   int seen_from = -1;
-  if (materials_.varies(id.geometry) && id.cluster_level == 0) seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
+  if (materials_.varies(id.geometry) && id.cluster_level == 0)
+    seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
     to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
