@@ -14,6 +14,8 @@ if(DAPPLE_WERROR)
 endif()
 # Determinism (DESIGN promise 3): no contraction, no fast-math. The two flags below change no result.
 target_compile_options(dapple_options INTERFACE -ffp-contract=off -fno-math-errno -fno-trapping-math)
+# Position-independent for plug-ins and Python, but nobody replaces our functions at load time: they may be inlined.
+target_compile_options(dapple_options INTERFACE -fno-semantic-interposition)
 
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(isa ${DAPPLE_ISA})

@@ -16,7 +16,7 @@ void CameraBatch::generate(const scene::Scene& scene, const Box2i& box, uint32_t
       index[count] = sample;
     }
   sample_2d(seed, index, dim_filter, count, u0_, u1_);
-  sample_2d(seed, index, dim_lens, count, u2_, u3_);
+  if (scene.camera.has_lens()) sample_2d(seed, index, dim_lens, count, u2_, u3_);
   sample_1d(seed, index, dim_time, count, u4_);
   for (int p = 0; p < count; ++p) {
     const scene::Filter::Sample f = scene.filter.sample(V2f(u0_[p], u1_[p]));

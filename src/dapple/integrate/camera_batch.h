@@ -29,7 +29,7 @@ struct CameraBatch {
   }
 
  private:
-  alignas(64) float u0_[capacity], u1_[capacity], u2_[capacity], u3_[capacity], u4_[capacity];
+  alignas(64) float u0_[capacity], u1_[capacity], u2_[capacity] = {}, u3_[capacity] = {}, u4_[capacity];
 };
 
 }  // namespace dapple::integrate

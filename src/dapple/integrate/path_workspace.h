@@ -107,7 +107,7 @@ struct PathWorkspace final : Integrator::Workspace {
     passes[p] = 0;
     walk[p].start();
     last[p] = 0;
-    features[p] = {};
+    if (wants_features) features[p] = {};
   }
   /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
   uint32_t next_key(int p) { return camera.seed[p] + 0x9e3779b9u * (camera.index[p] * 64 + ++ray_number[p]); }

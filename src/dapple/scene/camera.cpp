@@ -17,6 +17,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
   for (int i = 0; i < 3; ++i) axes_[i] = world_start_.vector(V3f(i == 0, i == 1, i == 2));
   const float height = (settings.screen_max_y - settings.screen_min_y) * tan_half;
   pixel_ = height / float(settings.resolution.y);
+  spread_ = pixel_ * length(axes_[2]);
   pinhole_ = settings.projection == Projection::perspective && settings.lens_radius == 0 &&
              !settings.camera_to_world.is_animated();
   corner_ = axes_[0] * (settings.screen_min_x * tan_half) + axes_[1] * (settings.screen_max_y * tan_half) + axes_[2];
@@ -24,18 +25,9 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
   per_y_ = axes_[1] * (-height / float(settings.resolution.y));
 }
 
-CameraRay Camera::generate(const V2f& film, const V2f& lens, float time) const {
+CameraRay Camera::generate_general(const V2f& film, const V2f& lens, float time) const {
   const Settings& s = settings_;
   CameraRay r;
-  if (pinhole_) {
-    const V3f v = corner_ + per_x_ * film.x + per_y_ * film.y;
-    const float inv_length = 1 / length(v);
-    r.ray.o = origin_;
-    r.ray.d = v * inv_length;
-    r.ray.time = lerp(time, s.time_open, s.time_close);
-    r.cone_spread = pixel_ * length(axes_[2]) * inv_length;
-    return r;
-  }
   const float x = film.x / float(s.resolution.x), y = film.y / float(s.resolution.y);
   const float sx = lerp(x, s.screen_min_x, s.screen_max_x) * half_width_;
   const float sy = lerp(y, s.screen_max_y, s.screen_min_y) * half_height_;

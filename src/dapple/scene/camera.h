@@ -13,7 +13,6 @@ struct CameraRay {
   Ray ray;
   float cone_width = 0;   ///< width of the pixel's footprint at the origin
   float cone_spread = 0;  ///< growth of that width per unit distance
-  bool valid = true;      ///< false where no ray exists (outside a spherical image)
 };
 
 /// A camera: film positions to rays. Camera space has +z ahead, +x to the right on the screen, +y up (pbrt's).
@@ -35,7 +34,10 @@ class Camera {
   explicit Camera(const Settings& settings);
 
   /// Ray through film position `film` (pixels from the upper left); lens and time samples uniform in [0, 1).
-  CameraRay generate(const V2f& film, const V2f& lens, float time) const;
+  CameraRay generate(const V2f& film, const V2f& lens, float time) const {
+    return pinhole_ ? through_pinhole(film, time) : generate_general(film, lens, time);
+  }
+  bool has_lens() const { return settings_.lens_radius > 0; }
   const Settings& settings() const { return settings_; }
   /// World position of the camera at shutter open.
   V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
@@ -45,12 +47,25 @@ class Camera {
   const Transform& world_to_camera() const { return camera_start_; }
 
  private:
+  CameraRay through_pinhole(const V2f& film, float time) const {
+    const V3f v = corner_ + per_x_ * film.x + per_y_ * film.y;
+    const float inv_length = 1 / length(v);
+    CameraRay r;
+    r.ray.o = origin_;
+    r.ray.d = v * inv_length;
+    r.ray.time = lerp(time, settings_.time_open, settings_.time_close);
+    r.cone_spread = spread_ * inv_length;
+    return r;
+  }
+  CameraRay generate_general(const V2f& film, const V2f& lens, float time) const;
+
   Settings settings_;
   Transform world_start_, camera_start_;
   V3f origin_, axes_[3];  ///< of a still camera, in world space
   bool pinhole_ = false;  ///< still, perspective, no lens: the common case, by the three vectors below
   V3f corner_, per_x_, per_y_;  ///< unnormalised direction through the film's corner, and its change a pixel
   float half_width_ = 1, half_height_ = 1, pixel_ = 0;
+  float spread_ = 0;  ///< pinhole: of a ray whose unnormalised direction is of unit length
 };
 
 }  // namespace dapple::scene

@@ -52,7 +52,6 @@ float Filter::evaluate(int axis, float x) const {
 
 float Filter::sample_axis(int axis, float u, float* weight) const {
   const float r = radius_[axis];
-  if (kind_ == FilterKind::box) return (2 * u - 1) * r;
   if (kind_ == FilterKind::triangle)
     return u < .5f ? r * (std::sqrt(2 * u) - 1) : r * (1 - std::sqrt(2 * (1 - u)));
   const auto& cdf = axes_[axis].cdf;
@@ -65,7 +64,7 @@ float Filter::sample_axis(int axis, float u, float* weight) const {
   return x;
 }
 
-Filter::Sample Filter::sample(const V2f& u) const {
+Filter::Sample Filter::sample_general(const V2f& u) const {
   Sample s{V2f(0, 0), 1};
   s.offset.x = sample_axis(0, u.x, &s.weight);
   s.offset.y = sample_axis(1, u.y, &s.weight);

@@ -21,7 +21,10 @@ class Filter {
     V2f offset;    ///< from the pixel's centre, pixels
     float weight;  ///< relative, negative in negative lobes; the pixel is sum(weight L) / sum(weight)
   };
-  Sample sample(const V2f& u) const;
+  Sample sample(const V2f& u) const {
+    if (kind_ == FilterKind::box) return {V2f((2 * u.x - 1) * radius_.x, (2 * u.y - 1) * radius_.y), 1};
+    return sample_general(u);
+  }
   float evaluate(const V2f& offset) const { return evaluate(0, offset.x) * evaluate(1, offset.y); }
   const V2f& radius() const { return radius_; }
 
@@ -31,6 +34,7 @@ class Filter {
     float total = 0;         ///< integral of |f| over the axis
   };
   float evaluate(int axis, float x) const;
+  Sample sample_general(const V2f& u) const;
   float sample_axis(int axis, float u, float* weight) const;
 
   FilterKind kind_;

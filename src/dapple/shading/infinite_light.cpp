@@ -15,7 +15,7 @@ bool InfiniteLight::sample(const LightReceiver& to, const V2f& u, LightSample* o
     if (to.transmits) v.x = below ? 2 * u.x - 1 : 2 * u.x;
     V3f local = square_to_cosine_hemisphere(v);
     if (below) local.z = -local.z;
-    wi = normalize(Frame(to.n).to_world(local));
+    wi = Frame(to.n).to_world(local);
   }
   *out = {.wi = wi, .distance = infinity, .radiance = radiance_, .pdf = pdf(to, wi, wi, wi), .delta = false};
   return out->pdf > 0 && !radiance_.is_black();
