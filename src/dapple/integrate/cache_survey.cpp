@@ -27,15 +27,8 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
   std::fill_n(b.cached, b.ray_count, false);
   TileLinks links[CacheBatch::capacity];
-  c.entry_count = w.linking.job_count = 0;
-  for (int n = 0; n < c.count; ++n) {
-    const int look_up = c.order[n];
-    if (n == 0 || c.key[look_up] != c.entry[c.entry_count - 1].key) {
-      w.linking.jobs[w.linking.job_count++] = {c.point[look_up].grid, &links[c.entry_count]};
-      c.entry[c.entry_count++].key = c.key[look_up];
-    }
-    c.entry_of[look_up] = c.entry_count - 1;
-  }
+  for (int e = 0; e < c.entry_count; ++e) w.linking.jobs[e] = {c.entry[e].grid, &links[e]};
+  w.linking.job_count = c.entry_count;
   link(true, w);
   for (int n = 0; n < c.count; ++n) {
     auto near = patches_->neighbours(c.point[n]);

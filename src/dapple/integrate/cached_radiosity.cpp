@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of HitShader that ends rays in the radiosity cache.
-#include <algorithm>
-
 #include "dapple/integrate/hit_shader.h"
 
 namespace dapple::integrate {
@@ -41,21 +39,28 @@ class ClaimGuard {
 }  // namespace
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
-// thousands of rays read what they found. P: of the place on it. The tile's middle decides, for all places alike; as if it were flat.
-bool HitShader::lies_near_light(const scene::GridPoint& at, const V3f& P, scene::PatchTable::Extents* memory) const {
-  const scene::GridId& id = at.grid;
-  if (!scene_.light_sampler || !patches_->has_lattice(id)) return false;
-  const scene::PatchTable::Cell cell = patches_->cell(id, memory);
-  const V3f middle = P + cell.s * (0.5f * float(id.width()) - at.x) + cell.t * (0.5f * float(id.height()) - at.y);
-  const float reach = (0.71f * float(std::max(id.width(), id.height())) + near_lights) * cell.size;
-  return scene_.light_sampler->nearest({middle, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach) < reach;
+// thousands of rays read what they found.
+bool HitShader::lies_near_light(const scene::GridId& tile, NearLights* known) const {
+  if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
+  const uint64_t hash = tile.hash();
+  uint64_t& slot = known->slot[(hash >> 1) % NearLights::slot_count];
+  if ((slot ^ hash) > 1) {
+    const scene::PatchTable::Cell cell = patches_->cell(tile);
+    trace::HitBatch middle;
+    patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
+    const V3f P = scene_.traced.surface(middle, 0, scene::PatchTable::shading_time).P;
+    const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
+    const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach) < reach;
+    slot = (hash & ~uint64_t(1)) | uint64_t(near);
+  }
+  return slot & 1;
 }
 
-// Finds the tile that serves each of these rays of the batch, if one does.
+// Finds the tile that serves each of these rays of the batch, if one does, and groups them by it.
 void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  c.count = 0;
+  c.clear();
   scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
     const uint32_t geometry = b.hits.geometry[i];
@@ -68,38 +73,27 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     scene::GridPoint& at = c.point[c.count];
     if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-    for (int halvings = 0; halvings < most_halvings && lies_near_light(at, s.P, &memory); ++halvings)
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, &w.near_lights); ++halvings)
       patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
+    c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
     c.ray[c.count++] = i;
   }
-  for (int n = 0; n < c.count; ++n) c.order[n] = n;
-  std::sort(c.order, c.order + c.count, [&c](int x, int y) { return c.key[x] != c.key[y] ? c.key[x] < c.key[y] : x < y; });
 }
 
 void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   locate_radiosity(place, below, width_scale, wanted, w);
-  c.entry_count = 0;
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   ClaimGuard guard(cache, c);
+  for (int e = 0; e < c.entry_count; ++e) cache.find(c.entry[e], &counts);
   for (int n = 0; n < c.count; ++n) {
-    const int look_up = c.order[n];
-    if (n == 0 || c.key[look_up] != c.entry[c.entry_count - 1].key) {
-      RadiosityCache::Entry& e = c.entry[c.entry_count++];
-      e.grid = c.point[look_up].grid;
-      e.key = c.key[look_up];
-      e.needed = 0;
-      e.diffuse_depth = below.depth.diffuse;
-      cache.find(e, &counts);
-    }
-    c.entry_of[look_up] = c.entry_count - 1;
-    c.near[look_up] = patches_->neighbours(c.point[look_up]);
+    c.near[n] = patches_->neighbours(c.point[n]);
     for (int i = 0; i < 4; ++i)
-      if (c.near[look_up].weight[i] > 0) c.entry[c.entry_count - 1].needed |= 1u << c.near[look_up].index[i];
+      if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
   fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
   guard.publish();

@@ -182,7 +182,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
     if (w.hits.geometry[p] == no_id) {
-      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.environment(w.camera_rays.origin(p), d);
+      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.direct().environment(w.camera_rays.origin(p), d);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
@@ -190,7 +190,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
                           scene_.emitter_index(w.hits.geometry[p], w.hits.primitive[p]) != no_id;
     w.surface[p] = tangents ? scene_.traced.surface(w.hits, p, r.ray.time)
                             : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
-    w.L[p] = w.passed[p] * shader_.emission(w.hits, p, w.surface[p], d);
+    w.L[p] = w.passed[p] * shader_.direct().emission(w.hits, p, w.surface[p], d);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
     const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
@@ -362,7 +362,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p) w.L[p] += w.flights.emitted[p];
-  shader_.light_flights(w.flights, w.camera_rays, w.passed, settings_.pixel_samples, w.L, w.shading);
+  shader_.direct().light_flights(w.flights, w.camera_rays, w.passed, settings_.pixel_samples, w.L, w.shading);
 }
 
 void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {

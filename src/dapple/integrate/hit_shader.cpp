@@ -3,7 +3,6 @@
 
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
 
@@ -15,8 +14,7 @@ using trace::no_id;
 
 namespace {
 
-enum Purpose : uint32_t { for_lights = 1, for_diffuse_rays, for_specular_rays, for_walks, for_origins, for_patterns };
-enum ShadowTarget : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
+enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns };
 
 // A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
 constexpr float widest_cone = 0.5f;
@@ -52,9 +50,8 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
       settings_(settings),
       materials_(scene, settings.caustics),
       tracer_(scene, materials_, true, settings.visibility),
-      linker_(scene, materials_, patches) {
-  for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
-}
+      direct_(scene, tracer_, settings.shadow_rays),
+      linker_(scene, materials_, patches) {}
 
 void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
@@ -124,29 +121,18 @@ void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
   w.stages.tracing_seconds += timer.seconds();
 }
 
-shading::LightReceiver HitShader::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
-  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
-}
-
-RGB HitShader::environment(const V3f& o, const V3f& d) const {
-  RGB L;
-  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment_at(o, d, 0);
-  return L;
-}
-
-RGB HitShader::emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const {
-  const shading::Light* light = scene_.emitter(hits.geometry[i], hits.primitive[i]);
-  return light ? light->emitted(s.P, s.Ng, V2f(s.u, s.v), -d) : RGB();
-}
-
 void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  for (int k = 0; k < b.count; ++k) b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
-  light_directly(b, place, [&b](int k) { return b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]); }, w);
+  bool scattering[PointBatch::capacity];
+  for (int k = 0; k < b.count; ++k) {
+    b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
+    scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
+  }
+  direct_.light(b, place.depth.diffuse, scattering, w);
   if (place.depth.diffuse < settings_.bounces) {
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {
-      if (!b.bsdf[k].is_diffuse() || !scatters(b.bsdf[k])) continue;
+      if (!scattering[k]) continue;
       if (b.some_indirect_known && b.indirect_known[k]) {
         b.irradiance[k] += b.indirect[k];
         continue;
@@ -166,90 +152,6 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   if (place.arrival == Arrival::probe) return;
   if (place.arrival == Arrival::view) light_subsurface(place, w);
   run_diffuselighting(scene_, b, w);
-}
-
-// Sends shadow rays from the points for which wanted(k).
-template <class Wanted>
-void HitShader::light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const {
-  if (!scene_.light_sampler) return;
-  const int lights = int(scene_.lights.size());
-  w.job_count = 0;
-  const auto add = [&](int k, int light, int i, int n) {
-    w.job_point[w.job_count] = k;
-    w.job_light[w.job_count] = light;
-    w.job_weight[w.job_count] = 1 / float(n);
-    w.seed[w.job_count] = seed_of(b.key[k], for_lights, uint32_t(light));
-    w.index[w.job_count] = uint32_t(i);
-    if (++w.job_count == w.capacity) draw_lights(b, w);
-  };
-  for (int k = 0; k < b.count; ++k) {
-    if (!wanted(k)) continue;
-    const int rays = shadow_rays(place, b.share[k]);
-    if (lights > lights_apart) {
-      for (int i = 0; i < rays * lights_apart; ++i) add(k, -1, i, rays * lights_apart);
-      continue;
-    }
-    for (int light = 0; light < lights; ++light) {
-      const int n = light_is_delta_[size_t(light)] ? (b.whole_cells ? std::min(rays, PointBatch::origins) : 1) : rays;
-      for (int i = 0; i < n; ++i) add(k, light, i, n);
-    }
-  }
-  if (w.job_count > 0) draw_lights(b, w);
-}
-
-// Draws a point on a light for each job, and traces the shadow rays.
-void HitShader::draw_lights(PointBatch& b, ShadingWorkspace& w) const {
-  w.draw_samples(w.job_count);
-  const bool choose = int(scene_.lights.size()) > lights_apart;
-  w.shadow_count = 0;
-  for (int j = 0; j < w.job_count; ++j) {
-    const int k = w.job_point[j];
-    const Bsdf& bsdf = b.bsdf[k];
-    const RayOrigin from = b.origin_of(k, int(w.index[j]));
-    const V3f n = from.normal(bsdf.frame.n);
-    const shading::LightReceiver to = receiver(b, k, from.P, n);
-    shading::LightSampler::Selection chosen{w.job_light[j], 1};
-    if (choose) chosen = scene_.light_sampler->select(to, w.u2[j]);
-    if (chosen.light < 0) continue;
-    shading::LightSample light;
-    if (!scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[j], w.u1[j]), &light)) continue;
-    const float cosine = dot(light.wi, n), pdf = light.pdf * chosen.probability;
-    RGB L = light.radiance * (w.job_weight[j] * std::abs(cosine) / pdf);
-    ShadowTarget target = to_specular;
-    if (bsdf.is_diffuse()) {
-      target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
-      L *= bsdf.crossing(cosine);
-      if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
-    } else {
-      float bsdf_pdf = 0;
-      L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[j], w.index[j]), &bsdf_pdf);
-      if (!light.delta) L *= power_heuristic(pdf / w.job_weight[j], bsdf_pdf * float(w.counts[k]));
-    }
-    if (L.is_black() || !L.is_finite()) continue;
-    const V3f origin = offset_origin(from, light.wi);
-    const ShadowRay ray(to.p, light, origin);
-    if (!(ray.distance > 0)) continue;
-    const int s = w.shadow_count++;
-    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
-    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
-    w.shadow_normal[s] = from.Ng;
-    w.shadow_point[s] = k;
-    w.shadow_target[s] = target;
-    w.shadow_light[s] = L;
-  }
-  trace_shadows(w);
-  RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
-  for (int s = 0; s < w.shadow_count; ++s)
-    if (!w.visible[s].is_black()) sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
-  w.job_count = 0;
-}
-
-void HitShader::trace_shadows(ShadingWorkspace& w) const {
-  const Timer timer;
-  const int masked = tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
-  w.stages.tracing_seconds += timer.seconds();
-  w.rays.mask += uint64_t(masked);
-  w.rays.shadow += uint64_t(w.shadow_count - masked);
 }
 
 // Nearest hits of b.rays; weights lose what is lost on the way.
@@ -372,7 +274,9 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
   std::copy_n(w.counts, b.count, counts);
-  light_directly(b, place, [&](int k) { return counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough; }, w);
+  bool lit[PointBatch::capacity];
+  for (int k = 0; k < b.count; ++k) lit[k] = counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough;
+  direct_.light(b, place.depth.diffuse, lit, w);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
     for (int i = 0; i < counts[k]; ++i) {
@@ -414,7 +318,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   trace_rays(b, w);
-  add_lights_hit(b, place);
+  direct_.add_lights_hit(b, place.depth.diffuse);
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
@@ -423,72 +327,6 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
   for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
   w.job_count = 0;
-}
-
-// Density, a steradian and in expected rays, of shadow rays that find wi on this light.
-float HitShader::light_density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
-                               int rays) const {
-  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng) * float(rays);
-  if (int(scene_.lights.size()) <= lights_apart) return pdf;
-  return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
-}
-
-// Light sources that specular rays meet.
-void HitShader::add_lights_hit(PointBatch& b, const Place& place) const {
-  for (int i = 0; i < b.ray_count; ++i) {
-    const int k = b.ray_point[i], rays = shadow_rays(place, b.share[k]);
-    b.ray_L[i] = RGB();
-    const V3f d = b.rays.direction(i);
-    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
-    const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
-      if (Le.is_black()) return;
-      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], light_density(to, light, d, s, rays)) : 1;
-      b.ray_L[i] += Le * weight;
-    };
-    if (b.hits.geometry[i] == no_id) {
-      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(b.rays.origin(i), d, 0), {});
-      continue;
-    }
-    const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);
-    if (light == no_id) continue;
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
-    add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
-  }
-}
-
-void HitShader::light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
-                              ShadingWorkspace& w) const {
-  if (!scene_.light_sampler) return;
-  const int n = shadow_rays({}, share) * std::min(int(scene_.lights.size()), lights_apart);
-  for (int i = 0; i < n; ++i) {
-    for (int f = 0; f < flights.count; ++f) {
-      w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
-      w.index[f] = uint32_t(i);
-    }
-    w.draw_samples(flights.count);
-    w.shadow_count = 0;
-    for (int f = 0; f < flights.count; ++f) {
-      const int r = flights.ray[f];
-      const shading::LightReceiver to{flights.P[f], V3f(0, 0, 0), rays.time[r]};
-      const auto chosen = scene_.light_sampler->select(to, w.u2[f]);
-      shading::LightSample light;
-      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[f], w.u1[f]), &light)) continue;
-      const float phase = scene_.media[size_t(flights.medium[f])]->phase().eval(-rays.direction(r), light.wi);
-      const RGB arriving = weight[r] * light.radiance * (phase / (light.pdf * chosen.probability * float(n)));
-      const ShadowRay ray(to.p, light, to.p);
-      if (arriving.is_black() || !arriving.is_finite() || !(ray.distance > 0)) continue;
-      const int s = w.shadow_count++;
-      const float width = rays.width[r] + rays.spread[r] * length(to.p - rays.origin(r));
-      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f], width, rays.spread[r]);
-      w.shadow_medium[s] = flights.medium[f];
-      w.shadow_normal[s] = V3f(0, 0, 0);
-      w.shadow_point[s] = r;
-      w.shadow_light[s] = arriving;
-    }
-    trace_shadows(w);
-    for (int s = 0; s < w.shadow_count; ++s)
-      if (!w.visible[s].is_black()) L[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
-  }
 }
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {

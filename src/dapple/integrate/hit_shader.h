@@ -2,8 +2,7 @@
 #pragma once
 
 #include "dapple/integrate/cache_answers.h"
-#include "dapple/integrate/point_batch.h"
-#include "dapple/integrate/ray_list.h"
+#include "dapple/integrate/direct_light.h"
 
 namespace dapple::integrate {
 
@@ -11,9 +10,7 @@ namespace dapple::integrate {
 /// the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased estimates, but
 /// for what `arrival` says.
 ///
-/// Lights: each light gets its own stratified shadow rays; where there are more than `lights_apart`, that many times the shadow rays of
-/// one choose lights by importance. Purely diffuse points take light sources by shadow rays only; other points combine them with specular rays
-/// that meet the source (power heuristic, Veach 1997).
+/// Purely diffuse points take light sources by shadow rays only (DirectLight); other points combine them with specular rays that meet the source.
 class HitShader {
  public:
   struct Settings {
@@ -26,7 +23,6 @@ class HitShader {
     uint64_t seed = 0;
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
-  static constexpr int lights_apart = 6;
 
   /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials, and metal if caustics are off, count as
   /// diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
@@ -46,6 +42,7 @@ class HitShader {
 
   const MaterialTable& materials() const { return materials_; }
   const RayTracer& tracer() const { return tracer_; }
+  const DirectLight& direct() const { return direct_; }
 
   /// Runs all stages: b.Ci. Reads the inputs of the batch at place.level.
   void shade(const Place& place, ShadingWorkspace& w) const;
@@ -77,15 +74,6 @@ class HitShader {
   /// specularlighting and postlighting, for viewers: b.Ci.
   void finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
 
-  /// Single scattering: adds to L[flights.ray[i]] the light that reaches flight i directly and goes back along its ray, times
-  /// weight[flights.ray[i]].
-  void light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
-                     ShadingWorkspace& w) const;
-
-  /// Radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
-  RGB environment(const V3f& o, const V3f& d) const;
-  RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
-
  private:
   /// Which rays of a batch.
   using RayFilter = bool (*)(const PointBatch&, int ray);
@@ -95,22 +83,12 @@ class HitShader {
 
   static Place behind_diffuse(const Place& place);
   float diffuse_width_scale() const;
-  static int count_of(const RayList& list, const Place& place, int share) { return (list.at(place.depth.diffuse) + share - 1) / share; }
-  int shadow_rays(const Place& place, int share) const { return count_of(settings_.shadow_rays, place, share); }
-  int diffuse_rays(const Place& place, int share) const { return count_of(settings_.diffuse_rays, place, share); }
-  shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
-  float light_density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
-
-  template <class Wanted>
-  void light_directly(PointBatch& b, const Place& place, const Wanted& wanted, ShadingWorkspace& w) const;
-  void draw_lights(PointBatch& b, ShadingWorkspace& w) const;
-  void trace_shadows(ShadingWorkspace& w) const;
+  int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(place.depth.diffuse, share); }
 
   static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
   void light_indirectly(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
-  void add_lights_hit(PointBatch& b, const Place& place) const;
   void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
 
@@ -118,7 +96,7 @@ class HitShader {
   void send_probes(const Place& place, ShadingWorkspace& w) const;
   void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
   void gather_probes(const Place& place, ShadingWorkspace& w) const;
-  int probes(const Place& place, const PointBatch& b, int k) const { return count_of(settings_.subsurface_rays, place, b.share[k]); }
+  int probes(const Place& place, const PointBatch& b, int k) const { return settings_.subsurface_rays.at(place.depth.diffuse, b.share[k]); }
 
   /// None serves viewers: what they see in mirrors is sharp.
   RadiosityCache* cache_for(Arrival arrival) const {
@@ -127,7 +105,7 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool lies_near_light(const scene::GridPoint& at, const V3f& P, scene::PatchTable::Extents* memory) const;
+  bool lies_near_light(const scene::GridId& tile, NearLights* known) const;
   /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
   /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
@@ -147,8 +125,8 @@ class HitShader {
   const Settings settings_;
   const MaterialTable materials_;
   const RayTracer tracer_;
+  const DirectLight direct_;
   const TileLinker linker_;
-  std::vector<uint8_t> light_is_delta_;
 };
 
 }  // namespace dapple::integrate

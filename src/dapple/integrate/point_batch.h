@@ -92,7 +92,6 @@ struct CacheBatch {
   scene::GridPoint point[capacity];
   scene::PatchTable::Neighbours near[capacity];
   uint64_t key[capacity];
-  int order[capacity];  ///< by key
   int entry_of[capacity];
 
   int entry_count = 0;
@@ -100,6 +99,40 @@ struct CacheBatch {
 
   // Where the points under way belong.
   int target_entry[capacity], target_point[capacity];
+
+  /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
+  int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
+  void clear() {
+    count = entry_count = 0;
+    std::fill_n(slots, slot_count, uint16_t(0));
+  }
+
+ private:
+  static constexpr int slot_count = 4 * capacity;
+  uint16_t slots[slot_count];  ///< a hash table of entries + 1; 0: empty
+};
+
+inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth) {
+  for (uint64_t slot = of_key;; ++slot) {
+    uint16_t& found = slots[slot % slot_count];
+    if (found > 0 && entry[found - 1].key != of_key) continue;
+    if (found == 0) {
+      found = uint16_t(++entry_count);
+      RadiosityCache::Entry& e = entry[found - 1];
+      e.grid = grid;
+      e.key = of_key;
+      e.diffuse_depth = diffuse_depth;
+      e.needed = 0;
+      e.found = gi::TileCache::Found::refused;
+    }
+    return found - 1;
+  }
+}
+
+/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes nothing.
+struct NearLights {
+  static constexpr int slot_count = 4096;
+  uint64_t slot[slot_count] = {};  ///< the hash of a tile but for its lowest bit, which is the answer
 };
 
 /// Scratch of a thread that does not outlive a step, and the batches of its recursion.
@@ -114,6 +147,7 @@ struct ShadingWorkspace {
   StageCounts stages;
   RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
+  NearLights near_lights;
   CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
 
   // Rays about to be drawn, and their random numbers.

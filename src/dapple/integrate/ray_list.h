@@ -12,6 +12,8 @@ class RayList {
   RayList(std::initializer_list<int> counts) : counts_(counts) {}
   explicit RayList(std::vector<int> counts) : counts_(std::move(counts)) {}
   int at(int depth) const { return counts_[std::min(size_t(depth), counts_.size() - 1)]; }
+  /// Where so many points do the work of one between them: their part, rounded up.
+  int at(int depth, int share) const { return (at(depth) + share - 1) / share; }
   const std::vector<int>& counts() const { return counts_; }
 
  private:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scene/patch_table.h"
 
+#include <bit>
+
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 
@@ -22,7 +24,8 @@ constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this long
 // The rate whose cells are nearest to `width` long where the patch is `length`.
 int level_of(float length, float width) {
   if (!(length > width) || !(width > 0)) return 0;
-  return std::min(int(std::lround(std::log2(length / width))), max_level);
+  const uint32_t bits = std::bit_cast<uint32_t>(length / width * std::numbers::sqrt2_v<float>);
+  return std::min(int(bits >> 23) - 127, max_level);  // its exponent: of what rounds up
 }
 
 float across(const V3f& v, const V3f& d) {
@@ -32,7 +35,7 @@ float across(const V3f& v, const V3f& d) {
 
 // Cells from the corner of the tile that holds x in [0, 1].
 float place(float x, int level, uint32_t* tile) {
-  const float cells = float(1u << level), at = std::clamp(x * cells, 0.0f, std::nextafter(cells, 0.0f));
+  const float cells = float(1u << level), at = std::clamp(x * cells, 0.0f, cells * one_minus_epsilon);
   *tile = uint32_t(at) / GridId::tile;
   return at - float(*tile * GridId::tile);
 }
@@ -77,7 +80,8 @@ PatchSizes patch_sizes(const geom::GridMesh& mesh) {
 }  // namespace
 
 uint64_t GridId::hash() const {
-  return dapple::hash(instance, geometry, patch, uint64_t(tile_u) << 32 | tile_v, u_level, v_level, cluster_level, behind);
+  const uint64_t levels = uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | behind;
+  return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels, uint64_t(tile_u) << 32 | tile_v);
 }
 
 PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
@@ -240,6 +244,14 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
   const int i0 = int(x), j0 = int(y);
   const float fx = x - float(i0), fy = y - float(j0);
   Neighbours n;
+  if (!is_half(id)) {
+    for (int c = 0; c < 4; ++c) {
+      n.weight[c] = ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
+      n.index[c] = id.index(std::min(i0 + (c & 1), id.width() - 1), std::min(j0 + (c >> 1), id.height() - 1));
+    }
+    n.nearest = n.index[(fx > 0.5f ? 1 : 0) + (fy > 0.5f ? 2 : 0)];
+    return n;
+  }
   float sum = 0, largest = -1;
   for (int c = 0; c < 4; ++c) {
     const int i = std::min(i0 + (c & 1), id.width() - 1), j = std::min(j0 + (c >> 1), id.height() - 1);
@@ -261,9 +273,13 @@ bool PatchTable::has_lattice(const GridId& grid) const {
   return grid.cluster_level == 0 && !std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
 }
 
-bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
+bool PatchTable::is_half(const GridId& grid) const {
   const auto& map = geometries_[grid.geometry].map;
-  if (!map || grid.cluster_level > 0 || !map->is_half(grid.patch)) return false;
+  return map && grid.cluster_level == 0 && map->is_half(grid.patch);
+}
+
+bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
+  if (!is_half(grid)) return false;
   // The lattice may be finer along one side: a cell is out where its corner of largest s - t is.
   const float s = float(grid.tile_u * GridId::tile + uint32_t(i) + 1) / float(1u << grid.u_level);
   const float t = float(grid.tile_v * GridId::tile + uint32_t(j)) / float(1u << grid.v_level);

@@ -119,6 +119,7 @@ class PatchTable {
     std::unique_ptr<const geom::PatchMap> map;            ///< meshes only
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
+  bool is_half(const GridId& grid) const;
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
   const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
