@@ -12,8 +12,10 @@ REFERENCE_B2 = common.ROOT / "tests/reference/images/cornell-b2.exr"  # Cycles, 
 LIGHT = ["--times-median", 8, "--dilate", 2]  # leaves out the light and its edge
 SIZE, BOUNCES, REFERENCE_SAMPLES = 512, 8, 256
 PEER_SAMPLES = 64
-# Diffuse rays, shadow rays, accuracy, pixel samples.
-SETTINGS = [("64,4", "4", 0.5, 4), ("100,6,4", "6,4", 0.45, 4), ("144,9,4", "9,4", 0.4, 9), ("256,16,9", "16,4", 0.3, 16), ("484,25,9", "25,9", 0.25, 16)]
+# Diffuse rays, shadow rays, accuracy, pixel samples, cache width.
+SETTINGS = [("64,4", "4", 0.5, 4, 0.35), ("100,4", "4", 0.45, 8, 0.35), ("144,4", "9,4", 0.3, 16, 0.35), ("256,9,4", "16,9,4", 0.2, 16, 0.25),
+            ("324,9,4", "16,9,4", 0.2, 16, 0.35)]
+TARGETS = (0.05, 0.02)  # relative RMSE
 
 
 def compare(context, image, reference):
@@ -39,10 +41,10 @@ def without_noise(context, image, pair):
     return rmse, block, (a[2] + b[2]) / 2
 
 
-def cached(context, image, diffuse, shadow, accuracy, samples, *options):
+def cached(context, image, diffuse, shadow, accuracy, samples, width, *options):
     return common.render(context, SCENE, image, "--integrator", "distribution", "--irradiance-interpolation", "on", "--diffuse-rays", diffuse,
-                         "--shadow-rays", shadow, "--irradiance-accuracy", accuracy, "--pixel-samples", samples, "--threads", context.threads,
-                         "--float", *options)
+                         "--shadow-rays", shadow, "--irradiance-accuracy", accuracy, "--pixel-samples", samples, "--cache-width", width,
+                         "--threads", context.threads, "--float", *options)
 
 
 def times(context):
@@ -54,10 +56,12 @@ def times(context):
         rows.append([name, f"{seconds:.2f} s", f"{100 * rmse:.2f} %", f"{100 * block:.2f} %", f"{100 * mean:.2f} %"])
         result.append({"name": name, "seconds": seconds, "rmse": rmse, "block_rmse": block, "mean_error": mean})
 
-    for diffuse, shadow, accuracy, samples in SETTINGS:
+    for diffuse, shadow, accuracy, samples, width in SETTINGS:
         image = context.out / "time_to_error_cached.exr"
-        seconds = common.median([cached(context, image, diffuse, shadow, accuracy, samples, *frame)["render_seconds"] for _ in range(min(3, context.repeats))])
-        add(f"cached, --diffuse-rays {diffuse} --shadow-rays {shadow} --irradiance-accuracy {accuracy} --pixel-samples {samples}", seconds, image)
+        seconds = common.median([cached(context, image, diffuse, shadow, accuracy, samples, width, *frame)["render_seconds"]
+                                 for _ in range(min(3, context.repeats))])
+        add(f"cached, --diffuse-rays {diffuse} --shadow-rays {shadow} --irradiance-accuracy {accuracy} --pixel-samples {samples} "
+            f"--cache-width {width}", seconds, image)
     image = context.out / "time_to_error_path.exr"
     add(f"path, {PEER_SAMPLES} samples", common.render(context, SCENE, image, "--integrator", "path", "--pixel-samples", PEER_SAMPLES, "--threads",
                                                         context.threads, "--float", *frame)["render_seconds"], image)
@@ -69,6 +73,21 @@ def times(context):
         minutes, seconds = re.search(r'cycles\.ViewLayer\.render_time: "(\d+):([\d.]+)"', header).groups()
         add(f"Cycles, {PEER_SAMPLES} samples", 60 * int(minutes) + float(seconds), image)
     return rows, result
+
+
+def ratios(frames):
+    """Sentences: how many times sooner the cache reaches each target than the others would, whose errors fall with the square root of time."""
+    text = []
+    for target in TARGETS:
+        enough = [f for f in frames if f["name"].startswith("cached") and f["rmse"] <= target]
+        if not enough:
+            text.append(f"No setting reaches {100 * target:.0f} %.")
+            continue
+        ours = min(f["seconds"] for f in enough)
+        peers = ", ".join(f"{f['seconds'] * (f['rmse'] / target) ** 2 / ours:.0f} times as long by {f['name'].split(',')[0]}"
+                          for f in frames if not f["name"].startswith("cached"))
+        text.append(f"To {100 * target:.0f} %: {ours:.2f} s; {peers}.")
+    return " ".join(text)
 
 
 def savings(context):
@@ -92,7 +111,7 @@ def bench(context):
     text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, against twice {REFERENCE_SAMPLES} samples of the "
             "path integrator, whose own noise is taken off; the light is left out. Errors of path tracers fall with the square root of their time.\n\n"
             + common.table(["rendering", *head], frames)
-            + "\n\nPreset final at 256x256, two bounces, against Cycles with 4096 samples:\n\n"
+            + "\n\n" + ratios(errors) + "\n\nPreset final at 256x256, two bounces, against Cycles with 4096 samples:\n\n"
             + common.table(["interpolation", "seconds", "diffuse rays", *head[1:]], saved)
             + f"\n\nInterpolation sends **{rays[0]['diffuse_rays'] / rays[1]['diffuse_rays']:.1f}** times fewer diffuse rays.")
     return {"errors": errors, "interpolation": rays}, text
