@@ -23,7 +23,7 @@ namespace {
 struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
@@ -97,6 +97,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
   if (!o.subsurface_rays.empty()) r.subsurface_rays = parse_rays("--subsurface-rays", o.subsurface_rays);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
+  if (o.pixel_points >= 0) r.pixel_points = o.pixel_points;
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
   if (!o.caustics.empty()) r.caustics = o.caustics == "on";
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
@@ -158,6 +159,7 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
   warn(!o.subsurface_rays.empty(), "--subsurface-rays", {"distribution"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
+  warn(o.pixel_points >= 0, "--pixel-points", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
   warn(!o.caustics.empty(), "--caustics", {"distribution"});
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
@@ -310,6 +312,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--diffuse-rays", o->diffuse_rays, "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
   app.add_option("--subsurface-rays", o->subsurface_rays, "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
+  app.add_option("--pixel-points", o->pixel_points, "distribution: most leaves, and other patches as small as a shading point, to be shaded of what a pixel sees; 0 = all [the preset's]")
+      ->check(CLI::Range(0, build::max_pixel_points));
   app.add_option("--caustics", o->caustics, "distribution: light that metal sends on to diffuse surfaces is sharp: on, off (metal counts as diffuse there) [on in preset final]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")

@@ -267,6 +267,48 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
   compare(mesh, .02f, "sheet");
 }
 
+// Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the number of samples; the image's mean
+// stays, and it does not depend on threads or on what the store of grids forgets.
+TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {
+  std::string leaves, indices;
+  KeyedRng rng(2);
+  for (int leaf = 0; leaf < 3000; ++leaf) {
+    const V3f n = normalize(square_to_sphere(V2f(rng.next(), rng.next())));
+    V3f s, t;
+    coordinate_system(n, &s, &t);
+    const V3f c(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next() - 1);
+    for (const V2f& q : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)})
+      for (int axis = 0; axis < 3; ++axis) leaves += std::to_string((c + (s * q.x + t * q.y) * 0.05f)[axis]) + " ";
+    for (int v = 0; v < 4; ++v) indices += std::to_string(4 * leaf + v) + " ";
+  }
+  const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.8 .8 -.8 .8 ]
+WorldBegin
+LightSource "distant" "point3 from" [ 1 0 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ )" + leaves + "] \"integer indices\" [ " + indices + "]");
+  auto s = settings(0, {1}, {1});
+  s.pixel_points = 0;
+  const auto all = render_built(built, 256, s);
+  s.pixel_points = 4;
+  const auto few = render_built(built, 256, s);
+  const uint64_t pixels = 64;
+  EXPECT_GT(all.result.stages[Stage::prelighting], 10 * pixels);
+  EXPECT_LT(few.result.stages[Stage::prelighting], 6 * pixels);
+  // A few dark or bright leaves of about 4 x 64 change it by some per cent.
+  expect_near(few.mean(), all.mean(), .05f, "four points");
+  // As many as there are: what stands for others are all that the pixel sees.
+  s.pixel_points = 128;
+  expect_near(render_built(built, 256, s).mean(), all.mean(), .01f, "128 points");
+
+  s.pixel_points = 4;
+  s.grid_bytes = 0;
+  set_thread_count(1);
+  const auto again = render_built(built, 256, s);
+  set_thread_count(0);
+  EXPECT_TRUE(same_bits(few.film, again.film));
+}
+
 // The recursion is as deep as bounces and specular depth say: they are bounded.
 TEST(DistributionDepth, IsBounded) {
   const auto with = [](const std::string& parameter) { return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n"); };

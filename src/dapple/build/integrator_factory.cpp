@@ -146,6 +146,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.diffuse_rays, other.diffuse_rays);
   fill(&r.subsurface_rays, other.subsurface_rays);
   fill(&r.shading_rate, other.shading_rate);
+  fill(&r.pixel_points, other.pixel_points);
   fill(&r.radiosity_cache, other.radiosity_cache);
   fill(&r.caustics, other.caustics);
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
@@ -203,6 +204,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.subsurface_rays = optional_rays(e, "subsurfacerays");
   r.shading_rate = optional_positive(e, "shadingrate");
+  r.pixel_points = optional_int(e, "pixelpoints", 0);
+  if (r.pixel_points.value_or(0) > max_pixel_points) throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " + std::to_string(max_pixel_points));
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
@@ -228,6 +231,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.specular_depth = 16;
   r.bounces = 4;
   r.shading_rate = 1.0f;
+  r.pixel_points = 4;
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
   r.caustics = name == "final";
@@ -242,8 +246,10 @@ IntegratorRequest preset_request(const std::string& name) {
     r.subsurface_rays = RayList{8};
     r.bounces = 2;
     r.shading_rate = 4.0f;
+    r.pixel_points = 1;
   } else if (name == "final") {
     r.pixel_samples = 64;
+    r.pixel_points = 16;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
     r.subsurface_rays = RayList{256, 32};
@@ -307,6 +313,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.subsurface_rays = *r.subsurface_rays;
   s.pixel_samples = samples;
   s.shading_rate = *r.shading_rate;
+  s.pixel_points = *r.pixel_points;
   s.radiosity_cache = *r.radiosity_cache;
   s.shading.caustics = *r.caustics;
   s.subsurface_cache = *r.subsurface_cache;

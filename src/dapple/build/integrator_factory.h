@@ -24,6 +24,7 @@ struct IntegratorRequest {
   std::optional<int> bounces, specular_depth;
   std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;
   std::optional<float> shading_rate;
+  std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
   bool log_caches = false;  ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
@@ -48,6 +49,7 @@ inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"}
 inline constexpr int max_rays = 65536;
 inline constexpr int max_depth_followed = 32;
 inline constexpr int max_canopy_slabs = 1000;
+inline constexpr int max_pixel_points = 256;
 
 /// The scene's Sampler and Integrator directives. Throws InputError.
 IntegratorRequest make_integrator_request(const BuildContext& context);

@@ -21,6 +21,9 @@ namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 
+// Patches, or groups of them, of so few points that a pixel's samples may see many.
+bool is_small(const GridId& grid) { return grid.u_level + grid.v_level <= 4; }
+
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
 }
@@ -47,8 +50,17 @@ struct DistributionWorkspace final : Integrator::Workspace {
   scene::GridPoint point[capacity];
   GridStore::GridPtr grid[capacity];
   std::vector<GridStore::GridPtr> to_shade;
+  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: none has been seen that could be lent
   int order[capacity];
   trace::RayBatch seen_ray;
+
+  // What the pixels of the block have seen of patches of one point, if that is known.
+  struct Seen {
+    scene::GridPoint point;
+    GridStore::GridPtr grid;
+  };
+  bool seen_known = false;
+  std::vector<Seen> seen[capacity];
 
   // Where the points of the batch under way belong.
   struct Target {
@@ -134,11 +146,13 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
   }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
+    w.seen_known = false;
     for (uint32_t i = 0; i < work.sample_count; ++i) {
-      w.camera.generate(scene_, box, work.first_sample + i, settings_.shading.seed);
-      trace_camera_rays(w);
-      locate_hits(w);
+      locate_samples(box, work.first_sample + i, w);
+      w.rays.camera += uint64_t(w.camera.count);
+      if (settings_.pixel_points > 0 && work.first_sample + i >= uint32_t(settings_.pixel_points)) lend_points(box, work.first_sample + i, w);
       fetch_grids(w);
+      remember_points(w);
       shade_samples(w);
       if (scene_.has_media()) add_media(w);
       for (int p = 0; p < w.camera.count; ++p)
@@ -156,6 +170,59 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += w.shading.caches.by_depth[size_t(d)];
 }
 
+// Which shading points one sample of each pixel sees.
+void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
+  w.camera.generate(scene_, pixels, sample, settings_.shading.seed);
+  trace_camera_rays(w);
+  locate_hits(w);
+  std::fill_n(w.loan, w.camera.count, DistributionWorkspace::Loan::none);
+}
+
+// Patches of one point, leaves say: however many of them a pixel's samples see, those that its first samples saw are shaded, and one of these,
+// of the same material and side, stands for any other. The first samples are traced once more, which costs less than to remember them.
+void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
+  using Loan = DistributionWorkspace::Loan;
+  const auto wants = [&w](int p) { return w.source[p] == Source::grid && is_small(w.point[p].grid); };
+  bool any = false;
+  for (int p = 0; p < w.camera.count; ++p) any |= wants(p);
+  if (!any) return;
+  if (!w.seen_known) {
+    for (auto& seen : w.seen) seen.clear();
+    for (int s = 0; s < settings_.pixel_points; ++s) {
+      locate_samples(pixels, uint32_t(s), w);
+      fetch_grids(w);
+      std::fill_n(w.loan, w.camera.count, Loan::first);
+      remember_points(w);
+    }
+    w.seen_known = true;
+    locate_samples(pixels, sample, w);
+  }
+  for (int p = 0; p < w.camera.count; ++p) {
+    if (!wants(p)) continue;
+    const GridId id = w.point[p].grid;
+    const int32_t material = scene_.bindings[id.geometry].material;
+    w.loan[p] = Loan::first;
+    uint64_t count = 0;
+    for (const auto& seen : w.seen[p]) {
+      if (seen.point.grid.behind != id.behind || scene_.bindings[seen.point.grid.geometry].material != material) continue;
+      // Itself, else any with the same chance.
+      const bool same = seen.point.grid == id;
+      ++count;
+      if (!same && hash(w.camera.seed[p], sample, count) % count != 0) continue;
+      w.point[p] = seen.point;
+      w.grid[p] = seen.grid;
+      w.loan[p] = Loan::lent;
+      if (same) break;
+    }
+  }
+}
+
+void DistributionIntegrator::remember_points(DistributionWorkspace& w) const {
+  for (int p = 0; p < w.camera.count; ++p)
+    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid && is_small(w.point[p].grid))
+      w.seen[p].push_back({w.point[p], w.grid[p]});
+}
+
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
   const CameraBatch& c = w.camera;
   const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
@@ -171,7 +238,6 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
   const Timer timer;
   shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing, flights);
   w.shading.stages.tracing_seconds += timer.seconds();
-  w.rays.camera += uint64_t(c.count);
 }
 
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
@@ -201,9 +267,30 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
 
 // Finds the grids of all samples in the store, and shades those that nobody has shaded.
 void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
-  int n = 0;
+  int n = 0, alone = 0;
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.source[p] == Source::grid) w.order[n++] = p;
+    if (w.source[p] == Source::grid && w.loan[p] != DistributionWorkspace::Loan::lent) w.order[n++] = p;
+  claim_grids(n, w);
+  for (int i = 0; i < n; ++i) {
+    const int p = w.order[i];
+    scene::PatchTable::Neighbours near = patches_.neighbours(w.point[p]);
+    if (w.grid[p]->links.restrict_to(w.point[p], &near)) continue;
+    w.source[p] = Source::hit;
+    if (w.point[p].grid.cluster_level == 0) continue;
+    // Another part of the group does not speak for it: it has a point of its own.
+    const uint8_t behind = w.point[p].grid.behind;
+    w.point[p] = {};
+    w.point[p].grid = patches_.patch_of(w.hits, p);
+    w.point[p].grid.behind = behind;
+    w.point[p].patch = w.point[p].grid.patch;
+    w.source[p] = Source::grid;
+    w.order[alone++] = p;
+  }
+  claim_grids(alone, w);
+}
+
+// The grids of the first n samples in w.order.
+void DistributionIntegrator::claim_grids(int n, DistributionWorkspace& w) const {
   std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
   w.to_shade.clear();
   w.to_shade.reserve(DistributionWorkspace::capacity);
@@ -232,12 +319,7 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     throw;
   }
   publish();
-  for (int i = 0; i < n; ++i) {
-    const int p = w.order[i];
-    GridStore::wait(*w.grid[p]);
-    scene::PatchTable::Neighbours near = patches_.neighbours(w.point[p]);
-    if (!w.grid[p]->links.restrict_to(w.point[p], &near)) w.source[p] = Source::hit;
-  }
+  for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
 }
 
 // Gathers the points of the grids into full batches.
@@ -391,9 +473,7 @@ void DistributionIntegrator::view_caches(scene::Film& film) const {
 }
 
 void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const {
-  w.camera.generate(scene_, pixels, 0, settings_.shading.seed);
-  trace_camera_rays(w);
-  locate_hits(w);
+  locate_samples(pixels, 0, w);
   PointBatch& b = w.shading.level(sample_level);
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;

@@ -19,6 +19,9 @@ class DistributionIntegrator final : public Integrator {
     HitShader::Settings shading;
     float shading_rate = 1;        ///< area of a micropolygon in pixels
     int pixel_samples = 16;        ///< that will share a pixel's work
+    /// Of patches that are one point each, as leaves are, at most so many are shaded that one pixel's samples see, of a material and side, but
+    /// for those that its neighbours see; 0: all.
+    int pixel_points = 4;
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
     bool subsurface_cache = true;            ///< the light that enters subsurface bodies is cached too
@@ -39,9 +42,13 @@ class DistributionIntegrator final : public Integrator {
 
  private:
   std::vector<CacheState> with_mask_state(std::vector<CacheState> states) const;
+  void locate_samples(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
+  void lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
+  void remember_points(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;
+  void claim_grids(int n, DistributionWorkspace& w) const;
   void shade_grids(DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;

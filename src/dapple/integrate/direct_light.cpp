@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/integrate/direct_light.h"
+
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/shading/medium.h"
+
+namespace dapple::integrate {
+
+using shading::Bsdf;
+using trace::no_id;
+
+namespace {
+
+constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
+enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
+
+}  // namespace
+
+DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
+    : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
+  for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
+}
+
+shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
+  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
+}
+
+RGB DirectLight::environment(const V3f& o, const V3f& d) const {
+  RGB L;
+  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment_at(o, d, 0);
+  return L;
+}
+
+RGB DirectLight::emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const {
+  const shading::Light* light = scene_.emitter(hits.geometry[i], hits.primitive[i]);
+  return light ? light->emitted(s.P, s.Ng, V2f(s.u, s.v), -d) : RGB();
+}
+
+void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int lights = int(scene_.lights.size());
+  w.job_count = 0;
+  const auto add = [&](int k, int light, int i, int n) {
+    w.job_point[w.job_count] = k;
+    w.job_light[w.job_count] = light;
+    w.job_weight[w.job_count] = 1 / float(n);
+    w.seed[w.job_count] = uint32_t(hash(b.key[k], for_lights, uint32_t(light)));
+    w.index[w.job_count] = uint32_t(i);
+    if (++w.job_count == w.capacity) draw(b, w);
+  };
+  for (int k = 0; k < b.count; ++k) {
+    if (!wanted[k]) continue;
+    const int rays = shadow_rays_.at(diffuse_depth, b.share[k]);
+    if (chooses()) {
+      for (int i = 0; i < rays * lights_apart; ++i) add(k, -1, i, rays * lights_apart);
+      continue;
+    }
+    for (int light = 0; light < lights; ++light) {
+      const int n = light_is_delta_[size_t(light)] ? (b.whole_cells ? std::min(rays, PointBatch::origins) : 1) : rays;
+      for (int i = 0; i < n; ++i) add(k, light, i, n);
+    }
+  }
+  if (w.job_count > 0) draw(b, w);
+}
+
+// Draws a point on a light for each job, and traces the shadow rays.
+void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
+  w.draw_samples(w.job_count);
+  w.shadow_count = 0;
+  for (int j = 0; j < w.job_count; ++j) {
+    const int k = w.job_point[j];
+    const Bsdf& bsdf = b.bsdf[k];
+    const RayOrigin from = b.origin_of(k, int(w.index[j]));
+    const V3f n = from.normal(bsdf.frame.n);
+    const shading::LightReceiver to = receiver(b, k, from.P, n);
+    shading::LightSampler::Selection chosen{w.job_light[j], 1};
+    if (chooses()) chosen = scene_.light_sampler->select(to, w.u2[j]);
+    if (chosen.light < 0) continue;
+    shading::LightSample light;
+    if (!scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[j], w.u1[j]), &light)) continue;
+    const float cosine = dot(light.wi, n), pdf = light.pdf * chosen.probability;
+    RGB L = light.radiance * (w.job_weight[j] * std::abs(cosine) / pdf);
+    Target target = to_specular;
+    if (bsdf.is_diffuse()) {
+      target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
+      L *= bsdf.crossing(cosine);
+      if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
+    } else {
+      float bsdf_pdf = 0;
+      L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[j], w.index[j]), &bsdf_pdf);
+      if (!light.delta) L *= power_heuristic(pdf / w.job_weight[j], bsdf_pdf * float(w.counts[k]));
+    }
+    if (L.is_black() || !L.is_finite()) continue;
+    const V3f origin = offset_origin(from, light.wi);
+    const ShadowRay ray(to.p, light, origin);
+    if (!(ray.distance > 0)) continue;
+    const int s = w.shadow_count++;
+    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
+    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
+    w.shadow_normal[s] = from.Ng;
+    w.shadow_point[s] = k;
+    w.shadow_target[s] = target;
+    w.shadow_light[s] = L;
+  }
+  trace(w);
+  RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
+  for (int s = 0; s < w.shadow_count; ++s)
+    if (!w.visible[s].is_black()) sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+  w.job_count = 0;
+}
+
+void DirectLight::trace(ShadingWorkspace& w) const {
+  const Timer timer;
+  const int masked = tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  w.stages.tracing_seconds += timer.seconds();
+  w.rays.mask += uint64_t(masked);
+  w.rays.shadow += uint64_t(w.shadow_count - masked);
+}
+
+// Density, a steradian and in expected rays, of shadow rays that find wi on this light.
+float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
+                               int rays) const {
+  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng) * float(rays);
+  if (!chooses()) return pdf;
+  return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
+}
+
+void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
+  for (int i = 0; i < b.ray_count; ++i) {
+    const int k = b.ray_point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
+    b.ray_L[i] = RGB();
+    const V3f d = b.rays.direction(i);
+    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
+    const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
+      if (Le.is_black()) return;
+      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], density(to, light, d, s, rays)) : 1;
+      b.ray_L[i] += Le * weight;
+    };
+    if (b.hits.geometry[i] == no_id) {
+      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(b.rays.origin(i), d, 0), {});
+      continue;
+    }
+    const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);
+    if (light == no_id) continue;
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
+    add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
+  }
+}
+
+void DirectLight::light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
+                              ShadingWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int n = shadow_rays_.at(0, share) * std::min(int(scene_.lights.size()), lights_apart);
+  for (int i = 0; i < n; ++i) {
+    for (int f = 0; f < flights.count; ++f) {
+      w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
+      w.index[f] = uint32_t(i);
+    }
+    w.draw_samples(flights.count);
+    w.shadow_count = 0;
+    for (int f = 0; f < flights.count; ++f) {
+      const int r = flights.ray[f];
+      const shading::LightReceiver to{flights.P[f], V3f(0, 0, 0), rays.time[r]};
+      const auto chosen = scene_.light_sampler->select(to, w.u2[f]);
+      shading::LightSample light;
+      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[f], w.u1[f]), &light)) continue;
+      const float phase = scene_.media[size_t(flights.medium[f])]->phase().eval(-rays.direction(r), light.wi);
+      const RGB arriving = weight[r] * light.radiance * (phase / (light.pdf * chosen.probability * float(n)));
+      const ShadowRay ray(to.p, light, to.p);
+      if (arriving.is_black() || !arriving.is_finite() || !(ray.distance > 0)) continue;
+      const int s = w.shadow_count++;
+      const float width = rays.width[r] + rays.spread[r] * length(to.p - rays.origin(r));
+      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f], width, rays.spread[r]);
+      w.shadow_medium[s] = flights.medium[f];
+      w.shadow_normal[s] = V3f(0, 0, 0);
+      w.shadow_point[s] = r;
+      w.shadow_light[s] = arriving;
+    }
+    trace(w);
+    for (int s = 0; s < w.shadow_count; ++s)
+      if (!w.visible[s].is_black()) L[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+  }
+}
+
+}  // namespace dapple::integrate

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/integrate/point_batch.h"
+#include "dapple/integrate/ray_list.h"
+
+namespace dapple::integrate {
+
+/// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each light gets its own stratified
+/// shadow rays; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
+class DirectLight {
+ public:
+  static constexpr int lights_apart = 6;
+
+  /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
+  DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays);
+
+  /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely diffuse,
+  /// and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides, and the two
+  /// share by the power heuristic (Veach 1997).
+  void light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const;
+  /// The other part: sets b.ray_L of rays by Bsdfs that were traced, of density b.ray_pdf, to what shines where they ended.
+  void add_lights_hit(PointBatch& b, int diffuse_depth) const;
+  /// Single scattering: adds to L[flights.ray[i]] the light that reaches flight i directly and goes back along its ray, times
+  /// weight[flights.ray[i]].
+  void light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
+                     ShadingWorkspace& w) const;
+
+  /// Radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
+  RGB environment(const V3f& o, const V3f& d) const;
+  RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
+
+ private:
+  bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
+  shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
+  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
+  void draw(PointBatch& b, ShadingWorkspace& w) const;
+  void trace(ShadingWorkspace& w) const;
+
+  const scene::Scene& scene_;
+  const RayTracer& tracer_;
+  const RayList shadow_rays_;
+  std::vector<uint8_t> light_is_delta_;
+};
+
+}  // namespace dapple::integrate
