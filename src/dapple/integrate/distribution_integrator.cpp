@@ -21,6 +21,9 @@ namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 
+// Of a pixel, whose small patches are lent to all.
+constexpr uint32_t remembered_samples = 16;
+
 // Patches, or groups of them, of so few points that a pixel's samples may see many.
 bool is_small(const GridId& grid) { return grid.u_level + grid.v_level <= 4; }
 
@@ -50,11 +53,11 @@ struct DistributionWorkspace final : Integrator::Workspace {
   scene::GridPoint point[capacity];
   GridStore::GridPtr grid[capacity];
   std::vector<GridStore::GridPtr> to_shade;
-  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: none has been seen that could be lent
+  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: one that may be lent
   int order[capacity];
   trace::RayBatch seen_ray;
 
-  // What the pixels of the block have seen of patches of one point, if that is known.
+  // Small patches that pixels of the block have seen and shaded, if that is known.
   struct Seen {
     scene::GridPoint point;
     GridStore::GridPtr grid;
@@ -146,11 +149,12 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
   }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
-    w.seen_known = false;
+    w.seen_known = work.first_sample == 0;
+    for (auto& seen : w.seen) seen.clear();
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       locate_samples(box, work.first_sample + i, w);
       w.rays.camera += uint64_t(w.camera.count);
-      if (settings_.pixel_points > 0 && work.first_sample + i >= uint32_t(settings_.pixel_points)) lend_points(box, work.first_sample + i, w);
+      if (settings_.pixel_points > 0) lend_points(box, work.first_sample + i, w);
       fetch_grids(w);
       remember_points(w);
       shade_samples(w);
@@ -178,30 +182,36 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
   std::fill_n(w.loan, w.camera.count, DistributionWorkspace::Loan::none);
 }
 
-// Patches of one point, leaves say: however many of them a pixel's samples see, those that its first samples saw are shaded, and one of these,
-// of the same material and side, stands for any other. The first samples are traced once more, which costs less than to remember them.
+// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded, and one of these, of the same material and side, stands for
+// any other. A function of the scene and the sample's number: what earlier passes have seen is traced once more, which costs less than to keep it.
 void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  using Loan = DistributionWorkspace::Loan;
-  const auto wants = [&w](int p) { return w.source[p] == Source::grid && is_small(w.point[p].grid); };
   bool any = false;
-  for (int p = 0; p < w.camera.count; ++p) any |= wants(p);
+  for (int p = 0; p < w.camera.count; ++p) any |= w.source[p] == Source::grid && is_small(w.point[p].grid);
   if (!any) return;
-  if (!w.seen_known) {
+  if (!w.seen_known && sample >= uint32_t(settings_.pixel_points)) {
     for (auto& seen : w.seen) seen.clear();
-    for (int s = 0; s < settings_.pixel_points; ++s) {
-      locate_samples(pixels, uint32_t(s), w);
+    for (uint32_t s = 0; s < std::min(sample, remembered_samples); ++s) {
+      locate_samples(pixels, s, w);
+      choose_loans(s, w);
+      for (int p = 0; p < w.camera.count; ++p)
+        if (w.loan[p] != DistributionWorkspace::Loan::first) w.source[p] = Source::nothing;
       fetch_grids(w);
-      std::fill_n(w.loan, w.camera.count, Loan::first);
       remember_points(w);
     }
     w.seen_known = true;
     locate_samples(pixels, sample, w);
   }
+  choose_loans(sample, w);
+}
+
+void DistributionIntegrator::choose_loans(uint32_t sample, DistributionWorkspace& w) const {
+  using Loan = DistributionWorkspace::Loan;
   for (int p = 0; p < w.camera.count; ++p) {
-    if (!wants(p)) continue;
     const GridId id = w.point[p].grid;
+    if (w.source[p] != Source::grid || !is_small(id)) continue;
+    w.loan[p] = sample < remembered_samples ? Loan::first : Loan::none;
+    if (w.seen[p].size() < size_t(settings_.pixel_points)) continue;
     const int32_t material = scene_.bindings[id.geometry].material;
-    w.loan[p] = Loan::first;
     uint64_t count = 0;
     for (const auto& seen : w.seen[p]) {
       if (seen.point.grid.behind != id.behind || scene_.bindings[seen.point.grid.geometry].material != material) continue;
@@ -219,8 +229,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
 
 void DistributionIntegrator::remember_points(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid && is_small(w.point[p].grid))
-      w.seen[p].push_back({w.point[p], w.grid[p]});
+    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid) w.seen[p].push_back({w.point[p], w.grid[p]});
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -276,8 +285,8 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     scene::PatchTable::Neighbours near = patches_.neighbours(w.point[p]);
     if (w.grid[p]->links.restrict_to(w.point[p], &near)) continue;
     w.source[p] = Source::hit;
-    if (w.point[p].grid.cluster_level == 0) continue;
-    // Another part of the group does not speak for it: it has a point of its own.
+    // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
+    if (w.point[p].grid.cluster_level == 0 && w.loan[p] == DistributionWorkspace::Loan::none) continue;
     const uint8_t behind = w.point[p].grid.behind;
     w.point[p] = {};
     w.point[p].grid = patches_.patch_of(w.hits, p);

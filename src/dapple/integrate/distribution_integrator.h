@@ -19,9 +19,8 @@ class DistributionIntegrator final : public Integrator {
     HitShader::Settings shading;
     float shading_rate = 1;        ///< area of a micropolygon in pixels
     int pixel_samples = 16;        ///< that will share a pixel's work
-    /// Of patches that are one point each, as leaves are, at most so many are shaded that one pixel's samples see, of a material and side, but
-    /// for those that its neighbours see; 0: all.
-    int pixel_points = 4;
+    /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further material and side; 0: all.
+    int pixel_points = 3;
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
     bool subsurface_cache = true;            ///< the light that enters subsurface bodies is cached too
@@ -46,6 +45,7 @@ class DistributionIntegrator final : public Integrator {
   void lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
+  void choose_loans(uint32_t sample, DistributionWorkspace& w) const;
   void remember_points(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;
   void claim_grids(int n, DistributionWorkspace& w) const;
