@@ -205,7 +205,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.subsurface_rays = optional_rays(e, "subsurfacerays");
   r.shading_rate = optional_positive(e, "shadingrate");
   r.pixel_points = optional_int(e, "pixelpoints", 0);
-  if (r.pixel_points.value_or(0) > max_pixel_points) throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " + std::to_string(max_pixel_points));
+  if (r.pixel_points.value_or(0) > max_pixel_points)
+    throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " + std::to_string(max_pixel_points));
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
