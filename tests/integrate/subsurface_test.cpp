@@ -88,7 +88,7 @@ TEST(SubsurfaceDiffusion, AgreesWithTheWalkOnASphere) {
        {"\"float eta\" 1.33", "\"float eta\" 1.45 \"float roughness\" .3 \"bool remaproughness\" false"}) {
     const auto built = build_text(
         sphere("\"rgb reflectance\" [ .7 .5 .3 ] \"rgb mfp\" [ .004 .004 .004 ] " + std::string(boundary), lamp));
-    expect_near(render_built(built, 16, settings(1, 128)).mean(), render_built(built, 512, test::bounces(2)).mean(),
+    expect_near(render_built(built, 16, settings(1, 128)).mean(), render_built(built, 2048, test::bounces(2)).mean(),
                 0.05f, boundary);
   }
 }

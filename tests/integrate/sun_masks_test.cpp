@@ -69,7 +69,7 @@ class MaskedShapes : public testing::TestWithParam<Thing> {};
 // sqrt(294).
 TEST_P(MaskedShapes, CastTheShadowsOfRays) {
   const auto built = build_text(ground(GetParam().text, sun));
-  auto settings = direct_light(32);
+  auto settings = direct_light(128);
   const auto rays = render_built(built, 4, settings);
   settings.masks = masks_of(*built.scene, 256, 0.01f);
   const auto masks = render_built(built, 4, settings);

@@ -25,7 +25,7 @@ enum class Source : uint8_t { nothing, grid, hit };
 constexpr uint32_t remembered_samples = 16;
 
 // Patches, or groups of them, of so few points that a pixel's samples may see many.
-bool is_small(const GridId& grid) { return grid.u_level + grid.v_level <= 4; }
+bool is_small(const GridId& grid) { return grid.u_level + grid.v_level <= 2; }
 
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
