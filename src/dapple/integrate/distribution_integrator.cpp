@@ -8,6 +8,7 @@
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/mask_scene.h"
+#include "dapple/integrate/pixel_points.h"
 #include "dapple/integrate/ray_origin.h"
 
 namespace dapple::integrate {
@@ -20,12 +21,6 @@ using trace::no_id;
 namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
-
-// Of a pixel, whose small patches are lent to all.
-constexpr uint32_t remembered_samples = 16;
-
-// Patches, or groups of them, of so few points that a pixel's samples may see many.
-bool is_small(const GridId& grid) { return grid.u_level + grid.v_level <= 2; }
 
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
@@ -53,17 +48,12 @@ struct DistributionWorkspace final : Integrator::Workspace {
   scene::GridPoint point[capacity];
   GridStore::GridPtr grid[capacity];
   std::vector<GridStore::GridPtr> to_shade;
-  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: one that may be lent
+  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: its own, which may be lent
   int order[capacity];
   trace::RayBatch seen_ray;
 
-  // Small patches that pixels of the block have seen and shaded, if that is known.
-  struct Seen {
-    scene::GridPoint point;
-    GridStore::GridPtr grid;
-  };
+  PixelPoints seen;         ///< by the samples before, if that is known
   bool seen_known = false;
-  std::vector<Seen> seen[capacity];
 
   // Where the points of the batch under way belong.
   struct Target {
@@ -150,7 +140,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     w.seen_known = work.first_sample == 0;
-    for (auto& seen : w.seen) seen.clear();
+    w.seen.clear();
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       locate_samples(box, work.first_sample + i, w);
       w.rays.camera += uint64_t(w.camera.count);
@@ -186,11 +176,11 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
 // any other. A function of the scene and the sample's number: what earlier passes have seen is traced once more, which costs less than to keep it.
 void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
   bool any = false;
-  for (int p = 0; p < w.camera.count; ++p) any |= w.source[p] == Source::grid && is_small(w.point[p].grid);
+  for (int p = 0; p < w.camera.count; ++p) any |= w.source[p] == Source::grid && PixelPoints::is_small(w.point[p].grid);
   if (!any) return;
   if (!w.seen_known && sample >= uint32_t(settings_.pixel_points)) {
-    for (auto& seen : w.seen) seen.clear();
-    for (uint32_t s = 0; s < std::min(sample, remembered_samples); ++s) {
+    w.seen.clear();
+    for (uint32_t s = 0; s < std::min(sample, PixelPoints::remembered_samples); ++s) {
       locate_samples(pixels, s, w);
       choose_loans(s, w);
       for (int p = 0; p < w.camera.count; ++p)
@@ -207,29 +197,17 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
 void DistributionIntegrator::choose_loans(uint32_t sample, DistributionWorkspace& w) const {
   using Loan = DistributionWorkspace::Loan;
   for (int p = 0; p < w.camera.count; ++p) {
-    const GridId id = w.point[p].grid;
-    if (w.source[p] != Source::grid || !is_small(id)) continue;
-    w.loan[p] = sample < remembered_samples ? Loan::first : Loan::none;
-    if (w.seen[p].size() < size_t(settings_.pixel_points)) continue;
-    const int32_t material = scene_.bindings[id.geometry].material;
-    uint64_t count = 0;
-    for (const auto& seen : w.seen[p]) {
-      if (seen.point.grid.behind != id.behind || scene_.bindings[seen.point.grid.geometry].material != material) continue;
-      // Itself, else any with the same chance.
-      const bool same = seen.point.grid == id;
-      ++count;
-      if (!same && hash(w.camera.seed[p], sample, count) % count != 0) continue;
-      w.point[p] = seen.point;
-      w.grid[p] = seen.grid;
+    if (w.source[p] != Source::grid || !PixelPoints::is_small(w.point[p].grid)) continue;
+    if (w.seen.lend(scene_, p, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p], &w.grid[p]))
       w.loan[p] = Loan::lent;
-      if (same) break;
-    }
+    else if (sample < PixelPoints::remembered_samples)
+      w.loan[p] = Loan::first;
   }
 }
 
 void DistributionIntegrator::remember_points(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid) w.seen[p].push_back({w.point[p], w.grid[p]});
+    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid) w.seen.remember(p, w.point[p], w.grid[p]);
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
