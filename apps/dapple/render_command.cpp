@@ -126,12 +126,6 @@ void warn_of_unused_stages(const scene::Scene& scene, const std::string& integra
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
-// Distribution ray tracing shows the glow of media to camera rays alone.
-void warn_of_glow(const scene::Scene& scene, Diagnostics& diagnostics) {
-  for (const auto& medium : scene.media)
-    if (medium->emits()) return diagnostics.unsupported({}, "what a glowing medium lights, with --integrator distribution", "unlit by it");
-}
-
 // Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene asks for.
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
   shading::ShaderFaults faults = shading::shader_faults(scene.materials);
@@ -242,7 +236,6 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
   if (request.type == "path" || request.type == "canopy")
     warn_of_unused_stages(*built.scene, request.type, diagnostics);
-  if (request.type == "distribution") warn_of_glow(*built.scene, diagnostics);
   warn_of_unused(o, request.type);
   if (o.light_groups && request.type != "path") throw UsageError("--light-groups goes with --integrator path only, not " + request.type);
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);

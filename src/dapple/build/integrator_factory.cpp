@@ -175,14 +175,14 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   static const std::vector<std::string_view> paths = {"path", "volpath", "simplepath", "simplevolpath"};
   static const std::vector<std::string_view> others = {"bdpt", "mlt", "sppm", "lightpath", "randomwalk", "function"};
   const auto is_one_of = [&e](const auto& names) { return std::find(names.begin(), names.end(), e.type) != names.end(); };
-  if (e.type == "distribution") {
+  if (e.type.empty() || e.type == "distribution") {
     r.type = "distribution";
   } else if (e.type == "ambientocclusion") {
     r.type = "ao";
   } else if (e.type == "canopy") {
     r.type = "canopy";
     read_canopy(context, &r);
-  } else if (e.type.empty() || is_one_of(paths)) {
+  } else if (is_one_of(paths)) {
     r.type = "path";
   } else {
     if (!is_one_of(others)) {

@@ -23,7 +23,7 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   CacheBatch& c = w.cache_level(place.level);
   draw_diffuse_rays(place, w);
   w.job_count = 0;
-  trace_rays(b, w);
+  trace_rays(place, w);
   locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
   std::fill_n(b.cached, b.ray_count, false);
   TileLinks links[CacheBatch::capacity];

@@ -137,6 +137,7 @@ void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
       b.ray_L[i] += Le * weight;
     };
     if (b.hits.geometry[i] == no_id) {
+      if (b.distance[i] < infinity) continue;  // it scattered in a medium
       for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(b.rays.origin(i), d, 0), {});
       continue;
     }
@@ -147,38 +148,41 @@ void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
   }
 }
 
-void DirectLight::light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
-                              ShadingWorkspace& w) const {
+void DirectLight::light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const {
   if (!scene_.light_sampler) return;
-  const int n = shadow_rays_.at(0, share) * std::min(int(scene_.lights.size()), lights_apart);
-  for (int i = 0; i < n; ++i) {
-    for (int f = 0; f < flights.count; ++f) {
-      w.seed[f] = uint32_t(hash(rays.key[flights.ray[f]], for_lights));
-      w.index[f] = uint32_t(i);
+  int rays[PointBatch::capacity], most = 0;
+  for (int k = 0; k < b.count; ++k) {
+    rays[k] = shadow_rays_.at(diffuse_depth, b.share[k]) * std::min(int(scene_.lights.size()), lights_apart);
+    most = std::max(most, rays[k]);
+  }
+  for (int i = 0; i < most; ++i) {
+    for (int k = 0; k < b.count; ++k) {
+      w.seed[k] = uint32_t(hash(b.key[k], for_lights));
+      w.index[k] = uint32_t(i);
     }
-    w.draw_samples(flights.count);
+    w.draw_samples(b.count);
     w.shadow_count = 0;
-    for (int f = 0; f < flights.count; ++f) {
-      const int r = flights.ray[f];
-      const shading::LightReceiver to{flights.P[f], V3f(0, 0, 0), rays.time[r]};
-      const auto chosen = scene_.light_sampler->select(to, w.u2[f]);
+    for (int k = 0; k < b.count; ++k) {
+      if (i >= rays[k]) continue;
+      const V3f& P = b.surface[k].P;
+      const shading::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
+      const auto chosen = scene_.light_sampler->select(to, w.u2[k]);
       shading::LightSample light;
-      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[f], w.u1[f]), &light)) continue;
-      const float phase = scene_.media[size_t(flights.medium[f])]->phase().eval(-rays.direction(r), light.wi);
-      const RGB arriving = weight[r] * light.radiance * (phase / (light.pdf * chosen.probability * float(n)));
-      const ShadowRay ray(to.p, light, to.p);
-      if (arriving.is_black() || !arriving.is_finite() || !(ray.distance > 0)) continue;
+      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[k], w.u1[k]), &light)) continue;
+      const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
+      const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));
+      const ShadowRay ray(to.p, light, P);
+      if (L.is_black() || !L.is_finite() || !(ray.distance > 0)) continue;
       const int s = w.shadow_count++;
-      const float width = rays.width[r] + rays.spread[r] * length(to.p - rays.origin(r));
-      w.shadow.set(s, to.p, ray.d, ray.distance, rays.time[r], w.seed[f] + 0x9e3779b9u * w.index[f], width, rays.spread[r]);
-      w.shadow_medium[s] = flights.medium[f];
+      w.shadow.set(s, P, ray.d, ray.distance, b.time[k], w.seed[k] + 0x9e3779b9u * w.index[k], b.width[k], b.spread[k]);
+      w.shadow_medium[s] = b.medium[k];
       w.shadow_normal[s] = V3f(0, 0, 0);
-      w.shadow_point[s] = r;
-      w.shadow_light[s] = arriving;
+      w.shadow_point[s] = k;
+      w.shadow_light[s] = L;
     }
     trace(w);
     for (int s = 0; s < w.shadow_count; ++s)
-      if (!w.visible[s].is_black()) L[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+      if (!w.visible[s].is_black()) b.Ci[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
   }
 }
 

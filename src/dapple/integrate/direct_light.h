@@ -21,10 +21,8 @@ class DirectLight {
   void light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const;
   /// The other part: sets b.ray_L of rays by Bsdfs that were traced, of density b.ray_pdf, to what shines where they ended.
   void add_lights_hit(PointBatch& b, int diffuse_depth) const;
-  /// Single scattering: adds to L[flights.ray[i]] the light that reaches flight i directly and goes back along its ray, times
-  /// weight[flights.ray[i]].
-  void light_flights(const RayTracer::Flights& flights, const trace::RayBatch& rays, const RGB* weight, int share, RGB* L,
-                     ShadingWorkspace& w) const;
+  /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
+  void light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const;
 
   /// Radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
   RGB environment(const V3f& o, const V3f& d) const;

@@ -431,7 +431,11 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p) w.L[p] += w.flights.emitted[p];
-  shader_.direct().light_flights(w.flights, w.camera_rays, w.passed, settings_.pixel_samples, w.L, w.shading);
+  PointBatch& b = w.shading.level(sample_level);
+  b.count = w.flights.count;
+  for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, settings_.pixel_samples, b, f);
+  shader_.shade_media({sample_level, {}, HitShader::Arrival::view}, w.shading);
+  for (int k = 0; k < b.count; ++k) w.L[b.parent[k]] += w.passed[b.parent[k]] * b.Ci[k];
 }
 
 void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {

@@ -16,10 +16,6 @@ namespace {
 
 enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns };
 
-// A diffuse ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
-constexpr float widest_cone = 0.5f;
-// Wider than this, textures would blur what shadows and edges do not.
-constexpr float widest_spread = 0.25f;
 // Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
 // legs of chairs, asks for ever more fine cells, bounce by bounce.
 constexpr float cell_growth = 3;
@@ -154,11 +150,14 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   run_diffuselighting(scene_, b, w);
 }
 
-// Nearest hits of b.rays; weights lose what is lost on the way.
-void HitShader::trace_rays(PointBatch& b, ShadingWorkspace& w) const {
+// Nearest hits of the batch's rays, what media on the way glow, and where rays ended in these; weights lose what is lost on the way.
+void HitShader::trace_rays(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  RayTracer::Flights* const flights = scene_.has_media() ? &w.flights_level(place.level) : nullptr;
   const Timer timer;
-  tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing);
+  tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing, flights);
   w.stages.tracing_seconds += timer.seconds();
+  for (int i = 0; i < b.ray_count; ++i) b.ray_glow[i] = flights ? b.ray_weight[i] * flights->emitted[i] : RGB();
   if (!materials_.shadows_pass()) return;
   for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
 }
@@ -178,7 +177,7 @@ void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const 
   gather(place, w);
   // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
   for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.arriving(i);
   w.job_count = 0;
 }
 
@@ -219,7 +218,7 @@ void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& fr
 void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   w.rays.diffuse += uint64_t(b.ray_count);
-  trace_rays(b, w);
+  trace_rays(place, w);
   std::fill_n(b.ray_L, b.ray_count, RGB());
   gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
 }
@@ -235,6 +234,7 @@ void HitShader::gather_hits(const Place& place, const Place& below, float width_
   std::fill_n(b.cached, b.ray_count, false);
   if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, w);
   shade_hits(place, below, wanted, w);
+  if (scene_.has_media()) add_media(place, below, wanted, w);
 }
 
 // Shades what those rays of the batch met that no cache served.
@@ -317,7 +317,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
-  trace_rays(b, w);
+  trace_rays(place, w);
   direct_.add_lights_hit(b, place.depth.diffuse);
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
@@ -325,7 +325,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     gather_hits(place, below, settings_.cache_width, is_specular_ray, w);
   }
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
-  for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+  for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.arriving(i);
   w.job_count = 0;
 }
 

@@ -67,6 +67,10 @@ class HitShader {
   /// Traces the diffuse rays of the batch: b.hits, b.distance, and b.ray_L of what they meet, from the cache if there is one. Weights lose
   /// what is lost on the way.
   void gather(const Place& place, ShadingWorkspace& w) const;
+  /// Writes the inputs of point k of a batch: where flight f of these rays scattered in a medium. b.parent[k] is its ray.
+  static void set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share, PointBatch& b, int k);
+  /// b.Ci of such points: the lights' and, up to the specular depth, what one ray by the phase function brings.
+  void shade_media(const Place& place, ShadingWorkspace& w) const;
   /// What answers the first diffuse rays of the points of the batch, after prelight(): answers[k]. Lights nothing and changes no cache.
   void survey(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
@@ -75,6 +79,11 @@ class HitShader {
   void finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
 
  private:
+  /// A ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a whole wall.
+  static constexpr float widest_cone = 0.5f;
+  /// Wider than this, textures would blur what shadows and edges do not.
+  static constexpr float widest_spread = 0.25f;
+
   /// Which rays of a batch.
   using RayFilter = bool (*)(const PointBatch&, int ray);
   static bool any_ray(const PointBatch&, int) { return true; }
@@ -90,7 +99,7 @@ class HitShader {
   void light_indirectly(const Place& place, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
   void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
-  void trace_rays(PointBatch& b, ShadingWorkspace& w) const;
+  void trace_rays(const Place& place, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;
   void send_probes(const Place& place, ShadingWorkspace& w) const;
@@ -109,6 +118,8 @@ class HitShader {
   /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
   /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  /// Adds to ray_L of these rays what scatters into them where they ended in media.
+  void add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   template <class Wanted>

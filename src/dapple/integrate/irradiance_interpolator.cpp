@@ -200,7 +200,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     }
     shader_.gather(here, s);
     for (int i = 0; i < n; ++i) {
-      w.L[size_t(first + i)] = b.ray_weight[i] * b.ray_L[i];
+      w.L[size_t(first + i)] = b.arriving(i);
       w.distance[size_t(first + i)] = b.distance[i];
     }
   }

@@ -54,6 +54,7 @@ struct PointBatch {
   int ray_point[capacity];
   RGB ray_weight[capacity];
   RGB ray_L[capacity];  ///< what arrives along the ray
+  RGB ray_glow[capacity];  ///< radiance of the media on the way, weighted
   uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
@@ -63,6 +64,7 @@ struct PointBatch {
   bool cached[capacity];       ///< a cache has said what arrives along the ray
   int32_t ray_medium[capacity];
   int ray_share[capacity];     ///< PointBatch::share of what it meets
+  RGB arriving(int ray) const { return ray_weight[ray] * ray_L[ray] + ray_glow[ray]; }
   float ray_pdf[capacity];
   shading::Lobe ray_lobe[capacity];
 
@@ -180,6 +182,12 @@ struct ShadingWorkspace {
     while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());
     return *levels[size_t(depth)];
   }
+  RayTracer::Flights& flights_level(int depth) {
+    while (int(flights_levels.size()) <= depth) flights_levels.push_back(nullptr);
+    auto& level = flights_levels[size_t(depth)];
+    if (!level) level = std::make_unique<RayTracer::Flights>();
+    return *level;
+  }
   CacheBatch& cache_level(int depth) {
     while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>());
     return *cache_levels[size_t(depth)];
@@ -193,6 +201,7 @@ struct ShadingWorkspace {
 
  private:
   std::vector<std::unique_ptr<PointBatch>> levels;
+  std::vector<std::unique_ptr<RayTracer::Flights>> flights_levels;
   std::vector<std::unique_ptr<CacheBatch>> cache_levels;
   std::vector<std::unique_ptr<SubsurfaceBatch>> subsurface_levels;
 };

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part of HitShader that follows light through media.
+#include "dapple/integrate/hit_shader.h"
+
+namespace dapple::integrate {
+
+namespace {
+constexpr uint32_t for_flights = 0x666c79, for_phase = 0x706873;  // of random numbers
+}  // namespace
+
+void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share, PointBatch& b, int k) {
+  const int r = flights.ray[f];
+  b.parent[k] = r;
+  b.surface[k] = {};
+  b.surface[k].P = flights.P[f];
+  b.geometry[k] = trace::no_id;
+  b.wo[k] = -rays.direction(r);
+  b.time[k] = rays.time[r];
+  b.width[k] = rays.width[r] + rays.spread[r] * length(flights.P[f] - rays.origin(r));
+  b.spread[k] = rays.spread[r];
+  b.medium[k] = flights.medium[f];
+  b.key[k] = hash(rays.key[r], for_flights);
+  b.share[k] = share;
+}
+
+void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  std::fill_n(b.Ci, b.count, RGB());
+  direct_.light_media(b, place.depth.diffuse, w);
+  if (place.depth.specular >= settings_.specular_depth) return;
+  for (int k = 0; k < b.count; ++k) w.seed[k] = uint32_t(hash(b.key[k], for_phase)), w.index[k] = 0;
+  w.draw_samples(b.count);
+  for (int k = 0; k < b.count; ++k) {
+    V3f d;
+    const float pdf = scene_.media[size_t(b.medium[k])]->phase().sample(b.wo[k], V2f(w.u0[k], w.u1[k]), &d);
+    b.ray_point[k] = k;
+    b.ray_weight[k] = RGB(1);
+    b.ray_cone[k] = std::max(b.spread[k], std::min(widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
+    b.ray_spread[k] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[k]));
+    b.ray_share[k] = b.share[k];
+    b.ray_medium[k] = b.medium[k];
+    b.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], b.ray_spread[k]);
+  }
+  b.ray_count = b.count;
+  w.rays.specular += uint64_t(b.ray_count);
+  trace_rays(place, w);
+  std::fill_n(b.ray_L, b.ray_count, RGB());
+  // What they meet counts as met by diffuse rays: shadow rays have found the lights.
+  gather_hits(place, {place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse}, diffuse_width_scale(), any_ray, w);
+  for (int i = 0; i < b.ray_count; ++i) b.Ci[b.ray_point[i]] += b.arriving(i);
+}
+
+void HitShader::add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  const RayTracer::Flights& flights = w.flights_level(place.level);
+  PointBatch& in_media = w.level(below.level);
+  in_media.count = 0;
+  for (int f = 0; f < flights.count; ++f) {
+    const int ray = flights.ray[f];
+    if (wanted(b, ray)) set_flight(flights, f, b.rays, b.ray_share[ray], in_media, in_media.count++);
+  }
+  if (in_media.count == 0) return;
+  shade_media(below, w);
+  for (int k = 0; k < in_media.count; ++k) b.ray_L[in_media.parent[k]] += in_media.Ci[k];
+}
+
+}  // namespace dapple::integrate
