@@ -237,7 +237,9 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (request.type == "path" || request.type == "canopy")
     warn_of_unused_stages(*built.scene, request.type, diagnostics);
   warn_of_unused(o, request.type);
-  if (o.light_groups && request.type != "path") throw UsageError("--light-groups goes with --integrator path only, not " + request.type);
+  if (o.light_groups && request.type != "path" && request.type != "distribution")
+    throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
+  request.light_groups = o.light_groups;
   const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.time_limit = o.time_limit;
@@ -343,7 +345,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
   app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all; cache_level,cache_age,cache_fills,cache_reuse [none]");
-  app.add_flag("--light-groups", o->light_groups, "path: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
+  app.add_flag("--light-groups", o->light_groups, "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
   app.add_option("--show-cache", o->show_cache, "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");

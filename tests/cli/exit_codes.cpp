@@ -42,7 +42,7 @@ TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(run_dapple({"render", cornell, "--pixel-samples", "-1"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--resolution", "16"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--opacity-cache", "perhaps"}, 60).exit_code, 2);
-  EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--light-groups", "--integrator", "distribution"}).exit_code, 2);
+  EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--light-groups", "--integrator", "ao"}).exit_code, 2);
 }
 
 TEST(ExitCode, MissingSceneIs3) {

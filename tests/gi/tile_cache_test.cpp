@@ -14,7 +14,7 @@ namespace {
 
 using Found = TileCache::Found;
 constexpr int words = 6;
-using Entry = std::array<uint32_t, TileCache::max_words>;
+using Entry = std::array<uint32_t, words>;
 
 // What an entry is to hold: a function of its key.
 void compute(uint64_t key, Entry* out) {

@@ -322,6 +322,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.irradiance_interpolation = asked.irradiance_interpolation.value_or(!asked.diffuse_rays || asked.diffuse_rays->at(0) >= least_hemisphere);
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = cache_bytes(r) - opacity_bytes(scene, r);
+  s.light_groups = r.light_groups;
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);

@@ -26,7 +26,8 @@ struct IntegratorRequest {
   std::optional<float> shading_rate;
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
-  bool log_caches = false;  ///< for pictures of the radiosity cache
+  bool light_groups = false;  ///< distribution: what each gives is kept apart
+  bool log_caches = false;    ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m

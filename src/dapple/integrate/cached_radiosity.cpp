@@ -112,7 +112,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
     if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) continue;
     b.cached[i] = true;
     for (int j = 0; j < 4; ++j)
-      if (c.near[n].weight[j] > 0) b.ray_L[i] += c.entry[c.entry_of[n]].get(c.near[n].index[j]) * c.near[n].weight[j];
+      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(b.ray_L, i, c.near[n].index[j], c.near[n].weight[j]);
   }
 }
 
@@ -178,7 +178,7 @@ void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& 
   f.whole_cells = true;
   light_diffuse(below, w);
   f.whole_cells = false;
-  for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse[k]);
+  for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse.at(k));
   f.count = 0;
 }
 

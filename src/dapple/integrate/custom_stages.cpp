@@ -40,11 +40,11 @@ void for_each_group(const scene::Scene& scene, Stage stage, PointBatch& b, Shadi
   }
 }
 
-void gather(const Group& g, const RGB* from, RGB* to) {
+void gather(const Group& g, const LightSums& from, RGB* to) {
   for (int i = 0; i < g.count; ++i) to[i] = from[g.point[i]];
 }
-void scatter(const Group& g, const RGB* from, RGB* to) {
-  for (int i = 0; i < g.count; ++i) to[g.point[i]] = from[i];
+void scatter(const Group& g, const RGB* from, LightSums& to) {
+  for (int i = 0; i < g.count; ++i) to.change(g.point[i], from[i]);
 }
 
 }  // namespace

@@ -19,21 +19,21 @@ enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
   for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
+  group_ = scene.light_groups.of_light;
+  group_.resize(scene.lights.size());
 }
 
 shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
   return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
 }
 
-RGB DirectLight::environment(const V3f& o, const V3f& d) const {
-  RGB L;
-  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment_at(o, d, 0);
-  return L;
+void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {
+  for (const uint32_t light : scene_.infinite_lights) L.add(p, scene_.lights[light]->environment_at(o, d, 0), group_[light]);
 }
 
-RGB DirectLight::emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const {
-  const shading::Light* light = scene_.emitter(hits.geometry[i], hits.primitive[i]);
-  return light ? light->emitted(s.P, s.Ng, V2f(s.u, s.v), -d) : RGB();
+void DirectLight::add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, LightSums& L, int p) const {
+  const uint32_t light = scene_.emitter_index(hits.geometry[i], hits.primitive[i]);
+  if (light != no_id) L.add(p, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), group_[light]);
 }
 
 void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const {
@@ -101,11 +101,12 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
     w.shadow_point[s] = k;
     w.shadow_target[s] = target;
     w.shadow_light[s] = L;
+    w.shadow_source[s] = chosen.light;
   }
   trace(w);
-  RGB* const sums[] = {b.irradiance, b.irradiance_behind, b.specular};
+  LightSums* const sums[] = {&b.irradiance, &b.irradiance_behind, &b.specular};
   for (int s = 0; s < w.shadow_count; ++s)
-    if (!w.visible[s].is_black()) sums[w.shadow_target[s]][w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+    if (!w.visible[s].is_black()) sums[w.shadow_target[s]]->add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
   w.job_count = 0;
 }
 
@@ -128,13 +129,13 @@ float DirectLight::density(const shading::LightReceiver& to, uint32_t index, con
 void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
   for (int i = 0; i < b.ray_count; ++i) {
     const int k = b.ray_point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
-    b.ray_L[i] = RGB();
+    b.ray_L.clear(i);
     const V3f d = b.rays.direction(i);
     const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
       const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], density(to, light, d, s, rays)) : 1;
-      b.ray_L[i] += Le * weight;
+      b.ray_L.add(i, Le * weight, group_[light]);
     };
     if (b.hits.geometry[i] == no_id) {
       if (b.distance[i] < infinity) continue;  // it scattered in a medium
@@ -179,10 +180,11 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace
       w.shadow_normal[s] = V3f(0, 0, 0);
       w.shadow_point[s] = k;
       w.shadow_light[s] = L;
+      w.shadow_source[s] = chosen.light;
     }
     trace(w);
     for (int s = 0; s < w.shadow_count; ++s)
-      if (!w.visible[s].is_black()) b.Ci[w.shadow_point[s]] += w.shadow_light[s] * w.visible[s];
+      if (!w.visible[s].is_black()) b.Ci.add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
   }
 }
 

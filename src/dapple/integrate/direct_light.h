@@ -24,9 +24,9 @@ class DirectLight {
   /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
   void light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const;
 
-  /// Radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
-  RGB environment(const V3f& o, const V3f& d) const;
-  RGB emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d) const;
+  /// Add to L[p] the radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
+  void add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const;
+  void add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, LightSums& L, int p) const;
 
  private:
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
@@ -38,7 +38,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const RayTracer& tracer_;
   const RayList shadow_rays_;
-  std::vector<uint8_t> light_is_delta_;
+  std::vector<uint8_t> light_is_delta_, group_;  // by light
 };
 
 }  // namespace dapple::integrate

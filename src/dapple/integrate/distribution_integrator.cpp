@@ -30,6 +30,8 @@ bool has_subsurface(const scene::Scene& scene) {
 struct DistributionWorkspace final : Integrator::Workspace {
   static constexpr int capacity = CameraBatch::capacity;
 
+  explicit DistributionWorkspace(int groups = 0) : shading(groups), L(groups) {}
+
   CameraBatch camera;
   ShadingWorkspace shading;
   std::unique_ptr<IrradianceInterpolator::Workspace> interpolation;
@@ -41,7 +43,8 @@ struct DistributionWorkspace final : Integrator::Workspace {
   RayTracer::Flights flights;
   float distance[capacity], width[capacity];
   int32_t medium[capacity];
-  RGB passed[capacity], L[capacity];
+  RGB passed[capacity];
+  LightSums L;
   Features features[capacity];
   geom::SurfacePoint surface[capacity];
   Source source[capacity];
@@ -73,6 +76,10 @@ struct CacheShares {
         radiosity(s.cache_bytes - subsurface - hemispheres) {}
 };
 
+int groups_of(const scene::Scene& scene, const DistributionIntegrator::Settings& s) {
+  return s.light_groups ? int(scene.light_groups.names.size()) : 0;
+}
+
 HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
   HitShader::Settings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
@@ -84,14 +91,14 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       patches_(scene.traced),
-      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface) : nullptr),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity) : nullptr),
+      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface, groups_of(scene, settings)) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity, groups_of(scene, settings)) : nullptr),
       shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
-      grids_(settings.grid_bytes),
+      grids_(settings.grid_bytes, groups_of(scene, settings)),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (!settings.irradiance_interpolation || settings.shading.bounces == 0) return;
   const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, settings.shading.seed,
-                                           CacheShares(scene, settings).hemispheres};
+                                           CacheShares(scene, settings).hemispheres, groups_of(scene, settings)};
   interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
 }
 
@@ -120,7 +127,7 @@ std::vector<CacheState> DistributionIntegrator::with_mask_state(std::vector<Cach
 }
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
-  auto w = std::make_unique<DistributionWorkspace>();
+  auto w = std::make_unique<DistributionWorkspace>(groups_of(scene_, settings_));
   w->caches.resize(caches().size());
   for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
     c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
@@ -132,6 +139,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<DistributionWorkspace&>(workspace);
   w.wants_features = film.settings().features;
+  const size_t groups = size_t(std::min(film.settings().light_groups, w.shading.groups));
   w.shading.rays = {};
   w.shading.stages = {};
   for (RadiosityCache::Counts* c : {&w.shading.caches, &w.shading.irradiance_caches}) {
@@ -150,7 +158,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
       shade_samples(w);
       if (scene_.has_media()) add_media(w);
       for (int p = 0; p < w.camera.count; ++p)
-        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p]);
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.L.parts(p).first(groups));
     }
   });
   w.rays += w.shading.rays;
@@ -218,7 +226,7 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
     w.camera_rays.set(p, r.o, r.d, infinity, r.time, c.seed[p] + 0x9e3779b9u * c.index[p],
                       c.ray[p].cone_width * share, c.ray[p].cone_spread * share);
     w.medium[p] = scene_.camera_medium;
-    w.L[p] = RGB();
+    w.L.clear(p);
     w.features[p] = {};
   }
   RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
@@ -235,7 +243,9 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
     if (w.hits.geometry[p] == no_id) {
-      if (w.distance[p] == infinity) w.L[p] = w.passed[p] * shader_.direct().environment(w.camera_rays.origin(p), d);
+      if (w.distance[p] < infinity) continue;
+      shader_.direct().add_environment(w.camera_rays.origin(p), d, w.L, p);
+      w.L.scale(p, w.passed[p]);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
@@ -243,7 +253,8 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
                           scene_.emitter_index(w.hits.geometry[p], w.hits.primitive[p]) != no_id;
     w.surface[p] = tangents ? scene_.traced.surface(w.hits, p, r.ray.time)
                             : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
-    w.L[p] = w.passed[p] * shader_.direct().emission(w.hits, p, w.surface[p], d);
+    shader_.direct().add_emission(w.hits, p, w.surface[p], d, w.L, p);
+    w.L.scale(p, w.passed[p]);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
     const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
@@ -361,6 +372,7 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     ShadingGrid& grid = *w.target[k].grid;
     grid.diffuse[size_t(w.target[k].index)] = b.diffuse[k];
+    std::copy_n(b.diffuse.at(k).parts, grid.groups, grid.parts(w.target[k].index));
     if (!shader_.materials().varies(b.geometry[k])) continue;
     if (!grid.bsdf) grid.bsdf = std::make_unique<Bsdf[]>(size_t(grid.id.count()));
     grid.bsdf[size_t(w.target[k].index)] = b.bsdf[k];
@@ -372,9 +384,9 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
 void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
   auto near = patches_.neighbours(at);
   grid.links.restrict_to(at, &near);
-  b.diffuse[k] = RGB();
+  b.diffuse.clear(k);
   for (int c = 0; c < 4; ++c)
-    if (near.weight[c] > 0) b.diffuse[k] += grid.diffuse[size_t(near.index[c])] * near.weight[c];
+    if (near.weight[c] > 0) b.diffuse.add(k, RGB(near.weight[c]), {grid.diffuse[size_t(near.index[c])], grid.parts(near.index[c])});
   if (!grid.bsdf) return;
   Bsdf& bsdf = b.bsdf[k];
   bsdf = grid.bsdf[size_t(near.nearest)];
@@ -421,7 +433,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
     }
     for (int k = 0; k < b.count; ++k) {
       const int p = b.parent[k];
-      w.L[p] += w.passed[p] * b.Ci[k];
+      w.L.add(p, w.passed[p], b.Ci.at(k));
       if (!w.wants_features) continue;
       w.features[p] = describe(scene_, b.surface[k], b.bsdf[k], b.wo[k]);
       if (source == Source::grid) describe_grid(p, w);
@@ -430,12 +442,12 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
 }
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
-  for (int p = 0; p < w.camera.count; ++p) w.L[p] += w.flights.emitted[p];
+  for (int p = 0; p < w.camera.count; ++p) w.L.add(p, w.flights.emitted[p], 0);
   PointBatch& b = w.shading.level(sample_level);
   b.count = w.flights.count;
   for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, settings_.pixel_samples, b, f);
   shader_.shade_media({sample_level, {}, HitShader::Arrival::view}, w.shading);
-  for (int k = 0; k < b.count; ++k) w.L[b.parent[k]] += w.passed[b.parent[k]] * b.Ci[k];
+  for (int k = 0; k < b.count; ++k) w.L.add(b.parent[k], w.passed[b.parent[k]], b.Ci.at(k));
 }
 
 void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {

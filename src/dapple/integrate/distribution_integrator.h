@@ -27,6 +27,7 @@ class DistributionIntegrator final : public Integrator {
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
     bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
     float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
+    bool light_groups = false;               ///< what groups of lights give is kept apart, for films that ask for it
     bool log_caches = false;                 ///< for view_caches(): at most 70 MB a thread
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   };

@@ -9,7 +9,7 @@ constexpr size_t overhead = 4 * sizeof(void*) + sizeof(scene::GridId) + 2 * size
 }  // namespace
 
 size_t ShadingGrid::bytes() const {
-  return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) + (bsdf ? sizeof(shading::Bsdf) : 0));
+  return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
 }
 
 GridStore::Claim GridStore::claim(const scene::GridId& id) {
@@ -21,7 +21,7 @@ GridStore::Claim GridStore::claim(const scene::GridId& id) {
     return {found->second, false};
   }
   make_room(shard);
-  auto grid = std::make_shared<ShadingGrid>(id);
+  auto grid = std::make_shared<ShadingGrid>(id, groups_);
   shard.queue.push_back(grid);
   shard.grids.emplace(id, grid);
   return {std::move(grid), true};

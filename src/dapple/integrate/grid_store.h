@@ -16,15 +16,18 @@ namespace dapple::integrate {
 
 /// The shading points of one tile: what its shaders gave that all camera samples share.
 struct ShadingGrid {
-  explicit ShadingGrid(const scene::GridId& grid_id) : id(grid_id), diffuse(std::make_unique<RGB[]>(size_t(grid_id.count()))) {}
+  ShadingGrid(const scene::GridId& grid_id, int light_groups)
+      : id(grid_id), groups(light_groups), diffuse(std::make_unique<RGB[]>(size_t(grid_id.count() * (1 + groups)))) {}
 
   scene::GridId id;
-  std::unique_ptr<RGB[]> diffuse;          ///< radiance by diffuse lobes
+  int groups;  ///< of lights
+  std::unique_ptr<RGB[]> diffuse;  ///< radiance by diffuse lobes: of all points, then its parts, point by point
   TileLinks links;
   std::unique_ptr<shading::Bsdf[]> bsdf;   ///< null where the material scatters the same everywhere
   std::atomic<bool> ready{false};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
 
+  RGB* parts(int point) const { return diffuse.get() + id.count() + point * groups; }
   size_t bytes() const;
 };
 
@@ -34,7 +37,7 @@ class GridStore {
  public:
   using GridPtr = std::shared_ptr<ShadingGrid>;
 
-  explicit GridStore(size_t max_bytes) : max_bytes_(max_bytes) {}
+  GridStore(size_t max_bytes, int light_groups) : max_bytes_(max_bytes), groups_(light_groups) {}
 
   struct Claim {
     GridPtr grid;
@@ -63,6 +66,7 @@ class GridStore {
   void make_room(Shard& shard);
 
   const size_t max_bytes_;
+  const int groups_;
   std::atomic<size_t> bytes_{0}, peak_bytes_{0};
   std::atomic<uint64_t> evictions_{0};
   Shard shards_[shard_count];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/hit_shader.h"
 
+#include <functional>
+
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
 
@@ -121,7 +123,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   bool scattering[PointBatch::capacity];
   for (int k = 0; k < b.count; ++k) {
-    b.irradiance[k] = b.irradiance_behind[k] = b.diffuse[k] = RGB();
+    for (LightSums* sums : {&b.irradiance, &b.irradiance_behind, &b.diffuse}) sums->clear(k);
     scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
   }
   direct_.light(b, place.depth.diffuse, scattering, w);
@@ -130,7 +132,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     for (int k = 0; k < b.count; ++k) {
       if (!scattering[k]) continue;
       if (b.some_indirect_known && b.indirect_known[k]) {
-        b.irradiance[k] += b.indirect[k];
+        b.irradiance.add(k, b.indirect.at(k));
         continue;
       }
       const int rays = diffuse_rays(place, b.share[k]);
@@ -142,7 +144,9 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   b.some_indirect_known = false;
   for (int k = 0; k < b.count; ++k) {
     if (!b.bsdf[k].is_diffuse()) continue;
-    b.diffuse[k] = shading::lambertian_radiance(b.bsdf[k], b.irradiance[k], b.irradiance_behind[k]);
+    b.diffuse.set(k, b.irradiance, b.irradiance_behind, [&bsdf = b.bsdf[k]](const RGB& E, const RGB& behind) {
+      return shading::lambertian_radiance(bsdf, E, behind);
+    });
     ++w.stages[Stage::diffuselighting];
   }
   if (place.arrival == Arrival::probe) return;
@@ -175,9 +179,10 @@ void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const 
   PointBatch& b = w.level(place.level);
   draw_diffuse_rays(place, w);
   gather(place, w);
+  b.weigh_rays();
   // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
   for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance)[b.ray_point[i]] += b.arriving(i);
+    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance).add(b.ray_point[i], b.ray_L.at(i));
   w.job_count = 0;
 }
 
@@ -219,7 +224,7 @@ void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   w.rays.diffuse += uint64_t(b.ray_count);
   trace_rays(place, w);
-  std::fill_n(b.ray_L, b.ray_count, RGB());
+  b.ray_L.clear_all(b.ray_count);
   gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
 }
 
@@ -259,14 +264,14 @@ void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wan
     found.set_no_cell(c);
   }
   if (found.count > 0) shade(below, w);
-  for (int c = 0; c < found.count; ++c) b.ray_L[found.parent[c]] += found.Ci[c];
+  for (int c = 0; c < found.count; ++c) b.ray_L.add(found.parent[c], found.Ci.at(c));
 }
 
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int k = 0; k < b.count; ++k) {
     Bsdf& bsdf = b.bsdf[k];
-    b.specular[k] = RGB();
+    b.specular.clear(k);
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
     w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.share[k]) : 1;
@@ -325,14 +330,15 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     gather_hits(place, below, settings_.cache_width, is_specular_ray, w);
   }
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
-  for (int i = 0; i < b.ray_count; ++i) b.specular[b.ray_point[i]] += b.arriving(i);
+  b.weigh_rays();
+  for (int i = 0; i < b.ray_count; ++i) b.specular.add(b.ray_point[i], b.ray_L.at(i));
   w.job_count = 0;
 }
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
-    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse[k] *= b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n));
-    b.Ci[k] = b.diffuse[k] + b.specular[k];
+    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse.scale(k, b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n)));
+    b.Ci.set(k, b.diffuse, b.specular, std::plus<>());
   }
   if (arrival == Arrival::view) run_view_stages(scene_, b, w);
 }

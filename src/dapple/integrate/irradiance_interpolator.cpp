@@ -19,36 +19,44 @@ constexpr float tolerance = 0.25f;
 // nothing near that would need finer cells.
 constexpr float ray_width = 0.25f;
 
-// What is kept of a node.
+// What is kept of a node, before its parts by groups of lights.
 struct Kept {
   gi::IrradianceRecord record;
   V3f P, n;
 };
-constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t);
-static_assert(sizeof(Kept) % sizeof(uint32_t) == 0 && kept_words <= TileCache::max_words);
-
-void unpack(const uint32_t* words, Node* node) {
-  Kept kept;
-  std::memcpy(static_cast<void*>(&kept), words, sizeof kept);
-  node->record = kept.record, node->P = kept.P, node->n = kept.n;
-}
-
-void pack(const Node& node, uint32_t* words) {
-  const Kept kept{node.record, node.P, node.n};
-  std::memcpy(words, &kept, sizeof kept);
-}
+constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t), part_words = sizeof(gi::IrradianceRecord) / sizeof(uint32_t);
+static_assert(sizeof(Kept) == kept_words * sizeof(uint32_t) && sizeof(gi::IrradianceRecord) == part_words * sizeof(uint32_t));
 
 bool is_mine(const Node& n) { return n.found == TileCache::Found::mine; }
 
 }  // namespace
 
 IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings)
-    : shader_(shader), patches_(patches), settings_(settings), strata_(settings.rays), cache_(settings.bytes, kept_words) {}
+    : shader_(shader), patches_(patches), settings_(settings), strata_(settings.rays),
+      cache_(settings.bytes, kept_words + settings.light_groups * part_words) {}
 
 IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
   const int group = std::max(1, capacity / of.strata_.count());
   L.resize(size_t(group * of.strata_.count()));
   distance.resize(L.size());
+  part_L.resize(L.size() * size_t(of.settings_.light_groups));
+  parts.resize(size_t(capacity * corners * of.settings_.light_groups));
+  words.resize(size_t(of.cache_.words()));
+}
+
+void IrradianceInterpolator::unpack(int n, Workspace& w) const {
+  const size_t groups = size_t(settings_.light_groups);
+  Kept kept;
+  std::memcpy(static_cast<void*>(&kept), w.words.data(), sizeof kept);
+  w.node[n].record = kept.record, w.node[n].P = kept.P, w.node[n].n = kept.n;
+  if (groups > 0) std::memcpy(static_cast<void*>(&w.parts[size_t(n) * groups]), &w.words[kept_words], groups * sizeof w.parts[0]);
+}
+
+void IrradianceInterpolator::pack(int n, Workspace& w) const {
+  const size_t groups = size_t(settings_.light_groups);
+  const Kept kept{w.node[n].record, w.node[n].P, w.node[n].n};
+  std::memcpy(w.words.data(), &kept, sizeof kept);
+  if (groups > 0) std::memcpy(&w.words[kept_words], &w.parts[size_t(n) * groups], groups * sizeof w.parts[0]);
 }
 
 CacheState IrradianceInterpolator::state() const {
@@ -77,10 +85,9 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     // Whoever computes a hemisphere waits for the radiosity cache, never for hemispheres: no ring.
     for (int n = 0; n < w.node_count; ++n) {
       Node& node = w.node[n];
-      uint32_t words[TileCache::max_words];
       if (node.found != TileCache::Found::pending) continue;
-      if (cache_.wait(node.key, node.slot, words)) {
-        unpack(words, &node);
+      if (cache_.wait(node.key, node.slot, w.words.data())) {
+        unpack(n, w);
         node.found = TileCache::Found::ready;
       }
     }
@@ -88,7 +95,7 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     for (int n = 0; n < w.pending_count; ++n) {
       const int k = w.pending[n];
       const V3f& normal = b.bsdf[k].frame.n;
-      const int finer = blend(n, b.surface[k].P, dot(b.wo[k], normal) < 0 ? -normal : normal, w, &b.indirect[k]);
+      const int finer = blend(n, b.surface[k].P, dot(b.wo[k], normal) < 0 ? -normal : normal, w, b.indirect, k);
       b.indirect_known[k] = finer == 0;
       next_step[k] = step - finer;
     }
@@ -132,10 +139,9 @@ void IrradianceInterpolator::find_nodes(Workspace& w) const {
     if (n == 0 || wanted.key != w.node[w.node_count - 1].key) {
       Node& node = w.node[w.node_count++];
       node.at = wanted.at, node.key = wanted.key;
-      uint32_t words[TileCache::max_words];
-      node.found = cache_.find(node.key, words, &node.slot);
+      node.found = cache_.find(node.key, w.words.data(), &node.slot);
       const bool ready = node.found == TileCache::Found::ready;
-      if (ready) unpack(words, &node);
+      if (ready) unpack(w.node_count - 1, w);
       const bool hit = ready || node.found == TileCache::Found::pending;
       w.counts += {1, hit, !hit, 0};
     }
@@ -167,9 +173,8 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
   for (int n = 0; n < w.node_count; ++n) {
     Node& node = w.node[n];
     if (!is_mine(node)) continue;
-    uint32_t words[TileCache::max_words];
-    pack(node, words);
-    cache_.publish(node.slot, words);
+    pack(n, w);
+    cache_.publish(node.slot, w.words.data());
     node.found = TileCache::Found::ready;
   }
   w.counts.fill_seconds += timer.seconds();
@@ -180,6 +185,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   const HitShader::Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
   const int strata = strata_.count(), all = count * strata;
+  const size_t groups = size_t(settings_.light_groups);
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
     scene::PatchTable::Cell cell = patches_.cell(at.grid);
@@ -199,28 +205,37 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       shader_.set_diffuse_ray(b, b.ray_count++, k, b.origin_of(k, 0), Frame(nodes[k]->n).to_world(local), local.z, strata, uint32_t(random >> 8));
     }
     shader_.gather(here, s);
+    b.weigh_rays();
     for (int i = 0; i < n; ++i) {
-      w.L[size_t(first + i)] = b.arriving(i);
+      w.L[size_t(first + i)] = b.ray_L[i];
+      for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + size_t(first + i)] = b.ray_L.parts(i)[g];
       w.distance[size_t(first + i)] = b.distance[i];
     }
   }
-  for (int k = 0; k < count; ++k) nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[size_t(k * strata)], &w.distance[size_t(k * strata)]);
+  for (int k = 0; k < count; ++k) {
+    const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);
+    nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[at], &w.distance[at]);
+    for (size_t g = 0; g < groups; ++g)
+      w.parts[node * groups + g] = gi::integrate_hemisphere(strata_, &w.part_L[g * w.L.size() + at], &w.distance[at]);
+  }
 }
 
 // What the nodes say of a point at P with normal n: 0, or if they are too far away, or do not agree, how many steps finer they should be.
-int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const Workspace& w, RGB* E) const {
+// Sets E[k] to it.
+int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const Workspace& w, LightSums& E, int k) const {
   RGB value[Workspace::corners], sum;
+  V3f way[Workspace::corners], turned[Workspace::corners];
   float all = 0, reach = 0, difference = 0;
   for (int c = 0; c < w.corners; ++c) {
     const float weight = w.weight[n][c];
     if (!(weight > 0)) continue;
     const Node& node = w.node[w.node_of[n * w.corners + c]];
     const Frame frame(node.n);
-    const V3f way = frame.to_local(P - node.P), turned = frame.to_local(normal);
-    if (!(turned.z >= least_cosine)) return 1;
-    value[c] = node.record.at(way.x, way.y, turned);
+    way[c] = frame.to_local(P - node.P), turned[c] = frame.to_local(normal);
+    if (!(turned[c].z >= least_cosine)) return 1;
+    value[c] = node.record.at(way[c].x, way[c].y, turned[c]);
     sum += value[c] * weight;
-    reach += weight * length(way) / node.record.distance;
+    reach += weight * length(way[c]) / node.record.distance;
     all += weight;
   }
   if (!(reach <= settings_.accuracy * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
@@ -231,7 +246,16 @@ int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const 
     difference += w.weight[n][c] * std::max({std::abs(off.r), std::abs(off.g), std::abs(off.b)});
   }
   if (!(difference <= tolerance * settings_.accuracy * sum.max() * all)) return 1;
-  *E = sum;
+  if (settings_.light_groups == 0) return E.set(k, {sum}), 0;
+  RGB parts[scene::LightGroups::max_count];
+  const size_t groups = size_t(settings_.light_groups);
+  for (int c = 0; c < w.corners; ++c) {
+    if (!(w.weight[n][c] > 0)) continue;
+    const gi::IrradianceRecord* of_node = &w.parts[size_t(w.node_of[n * w.corners + c]) * groups];
+    for (size_t g = 0; g < groups; ++g) parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c]) * w.weight[n][c];
+  }
+  share_out(sum, {parts, groups});  // none was below zero, nor was the sum
+  E.set(k, {sum, parts});
   return 0;
 }
 

@@ -21,6 +21,7 @@ class IrradianceInterpolator {
     float accuracy = 0.4f;
     uint64_t seed = 0;
     size_t bytes = size_t(16) << 20;  ///< of the cache
+    int light_groups = 0;
   };
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
@@ -55,8 +56,10 @@ class IrradianceInterpolator {
     int order[capacity * corners], order_count = 0;
     int node_of[capacity * corners], node_count = 0;
     Node node[capacity * corners];
+    std::vector<gi::IrradianceRecord> parts;  ///< by node and group of lights
+    std::vector<uint32_t> words;              ///< of a node, as it is kept
     // Hemispheres under way.
-    std::vector<RGB> L;
+    std::vector<RGB> L, part_L;  ///< part_L: of one group after the other
     std::vector<float> distance;
   };
 
@@ -71,7 +74,9 @@ class IrradianceInterpolator {
   template <class Wanted>
   void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  int blend(int k, const V3f& P, const V3f& n, const Workspace& w, RGB* E) const;
+  int blend(int n, const V3f& P, const V3f& normal, const Workspace& w, LightSums& E, int k) const;
+  void pack(int node, Workspace& w) const;
+  void unpack(int node, Workspace& w) const;
 
   const HitShader& shader_;
   const scene::PatchTable& patches_;

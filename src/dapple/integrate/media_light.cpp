@@ -25,7 +25,7 @@ void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace
 
 void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  std::fill_n(b.Ci, b.count, RGB());
+  b.Ci.clear_all(b.count);
   direct_.light_media(b, place.depth.diffuse, w);
   if (place.depth.specular >= settings_.specular_depth) return;
   for (int k = 0; k < b.count; ++k) w.seed[k] = uint32_t(hash(b.key[k], for_phase)), w.index[k] = 0;
@@ -44,10 +44,11 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   b.ray_count = b.count;
   w.rays.specular += uint64_t(b.ray_count);
   trace_rays(place, w);
-  std::fill_n(b.ray_L, b.ray_count, RGB());
+  b.ray_L.clear_all(b.ray_count);
   // What they meet counts as met by diffuse rays: shadow rays have found the lights.
   gather_hits(place, {place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse}, diffuse_width_scale(), any_ray, w);
-  for (int i = 0; i < b.ray_count; ++i) b.Ci[b.ray_point[i]] += b.arriving(i);
+  b.weigh_rays();
+  for (int i = 0; i < b.ray_count; ++i) b.Ci.add(b.ray_point[i], b.ray_L.at(i));
 }
 
 void HitShader::add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
@@ -61,7 +62,7 @@ void HitShader::add_media(const Place& place, const Place& below, RayFilter want
   }
   if (in_media.count == 0) return;
   shade_media(below, w);
-  for (int k = 0; k < in_media.count; ++k) b.ray_L[in_media.parent[k]] += in_media.Ci[k];
+  for (int k = 0; k < in_media.count; ++k) b.ray_L.add(in_media.parent[k], in_media.Ci.at(k));
 }
 
 }  // namespace dapple::integrate

@@ -6,6 +6,7 @@
 
 #include "dapple/integrate/cache_log.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/light_sums.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_origin.h"
@@ -23,6 +24,10 @@ struct Depth {
 /// Points on their way through the stages of their shaders. A batch lives as long as the recursion below it.
 struct PointBatch {
   static constexpr int capacity = trace::RayBatch::capacity;
+
+  /// `groups`: of lights, whose parts are kept apart.
+  explicit PointBatch(int groups)
+      : irradiance(groups), irradiance_behind(groups), indirect(groups), diffuse(groups), specular(groups), Ci(groups), ray_L(groups) {}
 
   int count = 0;
   geom::SurfacePoint surface[capacity];
@@ -42,18 +47,18 @@ struct PointBatch {
   int parent[capacity];     ///< ray of the batch above that found the point
 
   shading::Bsdf bsdf[capacity];
-  RGB irradiance[capacity], irradiance_behind[capacity];
+  LightSums irradiance, irradiance_behind;
   /// Indirect irradiance that need not be found by rays.
   bool some_indirect_known = false, indirect_known[capacity];
-  RGB indirect[capacity];
-  RGB diffuse[capacity], specular[capacity];
-  RGB Ci[capacity];
+  LightSums indirect;
+  LightSums diffuse, specular;
+  LightSums Ci;
 
   // Rays that the points sent, while what they found is being shaded.
   int ray_count = 0;
   int ray_point[capacity];
   RGB ray_weight[capacity];
-  RGB ray_L[capacity];  ///< what arrives along the ray
+  LightSums ray_L;  ///< what arrives along the ray
   RGB ray_glow[capacity];  ///< radiance of the media on the way, weighted
   uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
@@ -64,7 +69,6 @@ struct PointBatch {
   bool cached[capacity];       ///< a cache has said what arrives along the ray
   int32_t ray_medium[capacity];
   int ray_share[capacity];     ///< PointBatch::share of what it meets
-  RGB arriving(int ray) const { return ray_weight[ray] * ray_L[ray] + ray_glow[ray]; }
   float ray_pdf[capacity];
   shading::Lobe ray_lobe[capacity];
 
@@ -78,6 +82,13 @@ struct PointBatch {
     else
       scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points, lane);
   }
+  /// Makes ray_L what the rays bring to their points: weighted, and with the glow of media, which belongs to no light.
+  void weigh_rays() {
+    for (int i = 0; i < ray_count; ++i) {
+      ray_L.scale(i, ray_weight[i]);
+      ray_L.add(i, ray_glow[i], 0);
+    }
+  }
   /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i) const {
     if (whole_cells) return origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
@@ -88,6 +99,8 @@ struct PointBatch {
 /// Look-ups of a batch's diffuse rays in the radiosity cache.
 struct CacheBatch {
   static constexpr int capacity = PointBatch::capacity;
+
+  explicit CacheBatch(int groups);
 
   int count = 0;  ///< rays that end in the cache
   int ray[capacity];
@@ -112,7 +125,14 @@ struct CacheBatch {
  private:
   static constexpr int slot_count = 4 * capacity;
   uint16_t slots[slot_count];  ///< a hash table of entries + 1; 0: empty
+  std::vector<uint32_t> words;  ///< of the entries
 };
+
+inline CacheBatch::CacheBatch(int groups) {
+  const int each = RadiosityCache::words(RadiosityCache::max_points, groups);
+  words.resize(size_t(each) * capacity);
+  for (int e = 0; e < capacity; ++e) entry[e].words = words.data() + e * each, entry[e].groups = groups;
+}
 
 inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth) {
   for (uint64_t slot = of_key;; ++slot) {
@@ -141,6 +161,10 @@ struct NearLights {
 struct ShadingWorkspace {
   static constexpr int capacity = PointBatch::capacity;
 
+  explicit ShadingWorkspace(int light_groups = 0) : groups(light_groups) {}
+
+  const int groups;  ///< of lights, whose parts are kept apart
+
   MaterialTable::Scratch prelighting;
   RayTracer::Scratch tracing;
   TileLinker::Scratch linking;
@@ -167,6 +191,7 @@ struct ShadingWorkspace {
   int shadow_point[capacity];
   uint8_t shadow_target[capacity];
   RGB shadow_light[capacity], visible[capacity];
+  int shadow_source[capacity];  ///< light
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
 
@@ -179,7 +204,7 @@ struct ShadingWorkspace {
   }
 
   PointBatch& level(int depth) {
-    while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>());
+    while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>(groups));
     return *levels[size_t(depth)];
   }
   RayTracer::Flights& flights_level(int depth) {
@@ -189,7 +214,7 @@ struct ShadingWorkspace {
     return *level;
   }
   CacheBatch& cache_level(int depth) {
-    while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>());
+    while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>(groups));
     return *cache_levels[size_t(depth)];
   }
   SubsurfaceBatch& subsurface_level(int depth) {

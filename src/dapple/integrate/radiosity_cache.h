@@ -3,6 +3,7 @@
 
 #include "dapple/gi/tile_cache.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/integrate/light_sums.h"
 #include "dapple/integrate/tile_links.h"
 #include "dapple/scene/patch_table.h"
 
@@ -13,7 +14,8 @@ namespace dapple::integrate {
 /// group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
 ///
 /// An entry also says which of its points belong together (TileLinks).
-/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h).
+/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and the parts of it
+/// by groups of lights, where they are kept.
 class RadiosityCache {
  public:
   static constexpr int max_points = scene::GridId::tile * scene::GridId::tile;
@@ -27,15 +29,21 @@ class RadiosityCache {
     gi::TileCache::Found found = gi::TileCache::Found::refused;
     gi::TileCache::Slot slot;
     bool lost = false;  ///< another thread's, and replaced before it could be read
-    uint32_t words[gi::TileCache::max_words];
+    uint32_t* words = nullptr;  ///< room for those of max_points
+    int groups = 0;
 
-    void set(int point, const RGB& value);
-    RGB get(int point) const;
+    void set(int point, const LightParts& value);
+    /// Adds a point's value to sum i.
+    void add_to(LightSums& sums, int i, int point, float weight) const;
     void set_links(const TileLinks& links);
     TileLinks links() const;
   };
 
-  explicit RadiosityCache(size_t bytes);
+  /// `groups`: of lights.
+  RadiosityCache(size_t bytes, int groups);
+
+  /// Of an entry of so many points.
+  static constexpr int words(int points, int groups) { return TileLinks::words + points * (1 + groups) * 3 / 2; }
 
   static Resolution resolution(const scene::GridId& grid);
   static uint64_t key(const scene::GridId& grid, int diffuse_depth) { return hash(grid.hash(), diffuse_depth); }

@@ -94,9 +94,9 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
   SubsurfaceBatch& s = w.subsurface_level(place.level);
   const Place below{place.level + 1, {place.depth.diffuse, 0}, Arrival::probe};
   const auto look_up = [&] {
-    std::fill_n(b.ray_L, b.ray_count, RGB());
+    b.ray_L.clear_all(b.ray_count);
     gather_hits(place, below, 1, any_ray, w);
-    for (int i = 0; i < b.ray_count; ++i) b.diffuse[b.ray_point[i]] += b.ray_weight[i] * b.ray_L[i];
+    for (int i = 0; i < b.ray_count; ++i) b.diffuse.add(b.ray_point[i], b.ray_weight[i], b.ray_L.at(i));
     b.ray_count = 0;
   };
   b.ray_count = 0;
