@@ -95,6 +95,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
   const Place below{place.level + 1, {place.depth.diffuse, 0}, Arrival::probe};
   const auto look_up = [&] {
     b.ray_L.clear_all(b.ray_count);
+    if (scene_.has_media()) w.flights_level(place.level).count = 0;  // those of rays before: probes scatter nowhere
     gather_hits(place, below, 1, any_ray, w);
     for (int i = 0; i < b.ray_count; ++i) b.diffuse.add(b.ray_point[i], b.ray_weight[i], b.ray_L.at(i));
     b.ray_count = 0;
