@@ -49,7 +49,8 @@ AttributeBegin
 AttributeEnd
 )";
 
-test::RenderedText render(const build::BuiltScene& built, const integrate::Integrator& integrator, int samples, bool groups, float max_component = infinity) {
+test::RenderedText render(const build::BuiltScene& built, const integrate::Integrator& integrator, int samples, bool groups,
+                          float max_component = infinity) {
   scene::Film::Settings film = built.scene->film;
   film.max_component = max_component;
   film.light_groups = groups ? int(built.scene->light_groups.names.size()) : 0;
@@ -167,7 +168,8 @@ TEST_P(DistributionLightGroups, AddUpToTheImageAndLeaveItAsItIs) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DistributionLightGroups,
-                         testing::Values(Way{"rays", false, false}, Way{"caches", true, false}, Way{"interpolation", false, true}, Way{"all", true, true}),
+                         testing::Values(Way{"rays", false, false}, Way{"caches", true, false},
+                                         Way{"interpolation", false, true}, Way{"all", true, true}),
                          [](const auto& way) { return way.param.name; });
 
 // Half of a room in the light of one lamp, half in that of another one.

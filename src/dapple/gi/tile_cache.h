@@ -17,7 +17,8 @@ namespace dapple::gi {
 /// the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
 class TileCache {
  public:
-  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry. Throws MemoryError.
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry. Throws
+  /// MemoryError.
   TileCache(size_t bytes, int words);
 
   enum class Found : uint8_t {

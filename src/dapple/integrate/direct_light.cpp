@@ -106,7 +106,8 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
   trace(w);
   LightSums* const sums[] = {&b.irradiance, &b.irradiance_behind, &b.specular};
   for (int s = 0; s < w.shadow_count; ++s)
-    if (!w.visible[s].is_black()) sums[w.shadow_target[s]]->add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
+    if (!w.visible[s].is_black())
+      sums[w.shadow_target[s]]->add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
   w.job_count = 0;
 }
 

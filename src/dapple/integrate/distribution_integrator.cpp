@@ -76,10 +76,6 @@ struct CacheShares {
         radiosity(s.cache_bytes - subsurface - hemispheres) {}
 };
 
-int groups_of(const scene::Scene& scene, const DistributionIntegrator::Settings& s) {
-  return s.light_groups ? int(scene.light_groups.names.size()) : 0;
-}
-
 HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
   HitShader::Settings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
@@ -90,15 +86,18 @@ HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings)
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
+      groups_(settings.light_groups ? int(scene.light_groups.names.size()) : 0),
       patches_(scene.traced),
-      irradiance_(settings.subsurface_cache && has_subsurface(scene) ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface, groups_of(scene, settings)) : nullptr),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity, groups_of(scene, settings)) : nullptr),
+      irradiance_(settings.subsurface_cache && has_subsurface(scene)
+                      ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface, groups_)
+                      : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity, groups_) : nullptr),
       shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
-      grids_(settings.grid_bytes, groups_of(scene, settings)),
+      grids_(settings.grid_bytes, groups_),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (!settings.irradiance_interpolation || settings.shading.bounces == 0) return;
   const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, settings.shading.seed,
-                                           CacheShares(scene, settings).hemispheres, groups_of(scene, settings)};
+                                           CacheShares(scene, settings).hemispheres, groups_};
   interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
 }
 
@@ -127,7 +126,7 @@ std::vector<CacheState> DistributionIntegrator::with_mask_state(std::vector<Cach
 }
 
 std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() const {
-  auto w = std::make_unique<DistributionWorkspace>(groups_of(scene_, settings_));
+  auto w = std::make_unique<DistributionWorkspace>(groups_);
   w->caches.resize(caches().size());
   for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
     c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
@@ -139,7 +138,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<DistributionWorkspace&>(workspace);
   w.wants_features = film.settings().features;
-  const size_t groups = size_t(std::min(film.settings().light_groups, w.shading.groups));
+  const size_t groups = size_t(std::min(film.settings().light_groups, groups_));
   w.shading.rays = {};
   w.shading.stages = {};
   for (RadiosityCache::Counts* c : {&w.shading.caches, &w.shading.irradiance_caches}) {

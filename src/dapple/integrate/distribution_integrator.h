@@ -62,6 +62,7 @@ class DistributionIntegrator final : public Integrator {
 
   const scene::Scene& scene_;
   const Settings settings_;
+  const int groups_;  // of lights, whose parts are kept apart
   const scene::PatchTable patches_;
   const std::unique_ptr<RadiosityCache> irradiance_, radiosity_;
   const HitShader shader_;

@@ -19,8 +19,8 @@ struct LightParts {
 /// Scales parts so that they make up this sum, channel by channel. Where there is no light to share it among, it falls to group 0.
 void share_out(const RGB& sum, std::span<RGB> parts);
 
-/// Radiance or irradiance at each element of a batch, and where groups of lights have images of their own, its parts by group. All that is done to
-/// a sum is done to its parts, which add up to it but for rounding; the sums are the same, bit for bit, with parts and without.
+/// Radiance or irradiance at each element of a batch, and where groups of lights have images of their own, its parts by group. All that is
+/// done to a sum is done to its parts, which add up to it but for rounding; the sums are the same, bit for bit, with parts and without.
 class LightSums {
  public:
   static constexpr int capacity = trace::RayBatch::capacity;

@@ -25,7 +25,9 @@ RGB load(const std::byte* from) {
 }  // namespace
 
 RadiosityCache::RadiosityCache(size_t bytes, int groups)
-    : areas_{{bytes / 4, words(1 << coarse_level, groups)}, {bytes / 4, words(max_points, groups)}, {bytes / 2, words(max_points, groups)}} {}
+    : areas_{{bytes / 4, words(1 << coarse_level, groups)},
+             {bytes / 4, words(max_points, groups)},
+             {bytes / 2, words(max_points, groups)}} {}
 
 Resolution RadiosityCache::resolution(const scene::GridId& grid) {
   const int level = grid.u_level + grid.v_level;

@@ -14,8 +14,8 @@ namespace dapple::integrate {
 /// group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
 ///
 /// An entry also says which of its points belong together (TileLinks).
-/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and the parts of it
-/// by groups of lights, where they are kept.
+/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and
+/// where they are kept, the parts of it by groups of lights.
 class RadiosityCache {
  public:
   static constexpr int max_points = scene::GridId::tile * scene::GridId::tile;
