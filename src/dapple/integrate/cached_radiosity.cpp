@@ -76,6 +76,8 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
     for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, &w.near_lights); ++halvings)
       patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width *= 0.5f, &memory, &at);
+    if (const scene::Motion& motion = patches_->motion(); !motion.moves(b.hits.instance[i], geometry))
+      at.grid.span = motion.span_near(s.P, width, b.rays.time[i], settings_.diffuse_rays.at(below.depth.diffuse));
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
     c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);

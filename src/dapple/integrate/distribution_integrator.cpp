@@ -250,7 +250,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
                        patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
     if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
-      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time);
+      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, settings_.shading.diffuse_rays.at(0));
   }
 }
 

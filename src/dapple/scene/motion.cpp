@@ -13,8 +13,12 @@ using trace::no_id;
 
 namespace {
 
-constexpr float most_turn = pi / 6;    // within a segment
-constexpr float most_cells = 8;        // that a point crosses within a segment
+constexpr float most_turn = pi / 12;  // within a segment
+// Cells that something crosses within a segment: of those that are seen, which its motion blurs, unless the camera follows it; and of those that
+// diffuse rays read, which are wide.
+constexpr float most_cells = 8, most_cells_followed = 1, most_wide_cells = 4;
+constexpr int most_segments = 8;  // of what moves, and of what diffuse rays read
+constexpr float most_sizes = 1.0f / 3;  // of itself that something goes within a segment of what it hides
 constexpr int most_passages = 32;
 
 float angle(const V3f& a, const V3f& b) {
@@ -67,11 +71,16 @@ Motion::Motion(const Scene& scene) : open_(scene.camera.settings().time_open), c
     }
   if (deforms)
     for (const uint32_t g : traced.geometries_in(no_id))
-      if (of_geometry_[g].travel > 0) passages_.push_back({trace::bounds_of(traced.shape(g)), of_geometry_[g].travel});
+      if (of_geometry_[g].travel > 0) add_passage(trace::bounds_of(traced.shape(g)), of_geometry_[g].travel, trace::bounds_of(traced.shape(g)), 1);
   surfaces_move_ = !passages_.empty();
-  lights_move_ = std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& light) { return light->moves(); });
+  for (const auto& light : scene.lights) {
+    if (!light->moves()) continue;
+    any_ = true;
+    const auto bounds = light->bounds();
+    if (bounds) passages_.push_back({bounds->box, length(bounds->box.max - bounds->box.min), 0, false});
+  }
   camera_moves_ = scene.camera.settings().camera_to_world.is_animated();
-  any_ = (surfaces_move_ || lights_move_) && close_ > open_;
+  any_ = (surfaces_move_ || any_) && close_ > open_;
   for (const Passage& p : passages_) longest_travel_ = std::max(longest_travel_, p.travel);
   std::vector<Passage> merged;
   merge_passages(0, passages_.size(), most_passages, &merged);
@@ -121,18 +130,30 @@ Motion::Amount Motion::add_instance(const trace::TracedScene& traced, uint32_t i
   for (int i = 0; i < 3; ++i) rows(float(i) / 2, at[i]);
   moved.turn = angle(at[0], at[1]) + angle(at[1], at[2]);
   const float travel = moved.travel + deformed * traced.instance_scale(instance);
-  if (travel > 0) passages_.push_back({passage, travel});
+  if (travel > 0) add_passage(passage, travel, box, traced.instance_scale(instance));
   return traced.is_animated(instance) ? moved : Amount();
+}
+
+// Notes where something passes, whose own box is `box` before it is scaled.
+void Motion::add_passage(const Box3f& passage, float travel, const Box3f& box, float scale) {
+  const float size = length(box.max - box.min) * (scale / std::numbers::sqrt3_v<float>);
+  passages_.push_back({passage, travel, travel / std::max(size, 1e-30f)});
 }
 
 // Few boxes around many: halves along the widest axis.
 void Motion::merge_passages(size_t first, size_t last, int leaves, std::vector<Passage>* out) {
   if (first == last) return;
   Box3f all;
-  float travel = 0;
-  for (size_t i = first; i < last; ++i) all.extendBy(passages_[i].box), travel = std::max(travel, passages_[i].travel);
+  float travel = 0, sizes = 0;
+  bool hides = false;
+  for (size_t i = first; i < last; ++i) {
+    all.extendBy(passages_[i].box);
+    travel = std::max(travel, passages_[i].travel);
+    sizes = std::max(sizes, passages_[i].sizes);
+    hides |= passages_[i].hides;
+  }
   if (leaves == 1 || last - first == 1) {
-    out->push_back({all, travel});
+    out->push_back({all, travel, sizes, hides});
     return;
   }
   const int axis = int(all.majorAxis());
@@ -153,9 +174,10 @@ Motion::Amount Motion::amount(uint32_t instance, uint32_t geometry) const {
   return a;
 }
 
-uint8_t Motion::span_at(float segments, float time) const {
+uint8_t Motion::span_at(float segments, float time, int most) const {
   if (!(segments > 1)) return 0;
-  const int level = segments < float(1 << max_level) ? int(std::ceil(std::log2(segments))) : max_level, count = 1 << level;
+  const auto wanted = uint32_t(std::ceil(std::min(segments, float(max_segments))));
+  const int count = int(std::min(std::bit_ceil(wanted), std::bit_floor(uint32_t(std::max(most, 1)))));
   const float x = (time - open_) / (close_ - open_) * float(count);
   return uint8_t(count - 1 + std::clamp(int(x), 0, count - 1));
 }
@@ -163,23 +185,34 @@ uint8_t Motion::span_at(float segments, float time) const {
 uint8_t Motion::span(uint32_t instance, uint32_t geometry, float width, float time) const {
   if (!surfaces_move_) return 0;
   const Amount a = amount(instance, geometry);
-  return a.travel > 0 ? span_at(std::max(a.turn / most_turn, a.travel / (most_cells * width)), time) : 0;
+  return a.travel > 0 ? span_at(std::max(a.turn / most_turn, a.travel / (most_cells * width)), time, most_segments) : 0;
 }
 
-uint8_t Motion::span_seen(const V3f& o, const V3f& d, float t, float width, float time) const {
+uint8_t Motion::span_seen(const V3f& o, const V3f& d, float t, float width, float time, int most) const {
   if (!any_) return 0;
-  if (camera_moves_) return span_at(lights_move_ ? infinity : longest_travel_ / (most_cells * width), time);
-  float travel = 0;
+  if (camera_moves_) return span_at(longest_travel_ / (most_cells_followed * width), time, most);
+  float travel = 0, sizes = 0;
   for (const Passage& p : passages_) {
-    if (p.travel <= travel) continue;
+    if (!p.hides || (p.travel <= travel && p.sizes <= sizes)) continue;
     float near = 0, far = t;
     for (int axis = 0; axis < 3; ++axis) {
       const float inverse = 1 / d[axis], a = (p.box.min[axis] - o[axis]) * inverse, b = (p.box.max[axis] - o[axis]) * inverse;
       near = std::max(near, std::min(a, b)), far = std::min(far, std::max(a, b));
     }
-    if (near <= far) travel = p.travel;
+    if (near <= far) travel = std::max(travel, p.travel), sizes = std::max(sizes, p.sizes);
   }
-  return span_at(travel / (most_cells * width), time);
+  return span_at(std::min(std::max(travel / (most_cells * width), sizes / most_sizes), travel / width), time, most);
+}
+
+uint8_t Motion::span_near(const V3f& at, float width, float time, int most) const {
+  if (!any_) return 0;
+  float travel = 0;
+  for (const Passage& p : passages_) {
+    V3f apart;
+    for (int axis = 0; axis < 3; ++axis) apart[axis] = std::max({p.box.min[axis] - at[axis], at[axis] - p.box.max[axis], 0.0f});
+    if (length2(apart) < length2(p.box.max - p.box.min)) travel = std::max(travel, p.travel);
+  }
+  return span_at(travel / (most_wide_cells * width), time, std::min(most, most_segments));
 }
 
 }  // namespace dapple::scene

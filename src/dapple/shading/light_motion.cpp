@@ -5,15 +5,26 @@
 
 namespace dapple::shading {
 
-LightMotion::Place::Place(const Transform& now_from_open) : now_from_open_(now_from_open), open_from_now_(now_from_open.inverse()) {
-  const auto& m = open_from_now_.matrix();
-  determinant_ = float(std::abs(m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-                                m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])));
+LightMotion::Place::Place(const M44d& m) : shift_(float(m[0][3]), float(m[1][3]), float(m[2][3])) {
+  for (int j = 0; j < 3; ++j) columns_[j] = V3f(float(m[0][j]), float(m[1][j]), float(m[2][j]));
+  const V3f cofactors[3] = {cross(columns_[1], columns_[2]), cross(columns_[2], columns_[0]), cross(columns_[0], columns_[1])};
+  const float back = 1 / dot(columns_[0], cofactors[0]);
+  for (int j = 0; j < 3; ++j) rows_back_[j] = cofactors[j] * back;
+  determinant_back_ = std::abs(back);
 }
 
 float LightMotion::Place::density(const V3f& d) const {
   const float l2 = length2(vector_at_open(d));
-  return determinant_ / (l2 * std::sqrt(l2));
+  return determinant_back_ / (l2 * std::sqrt(l2));
+}
+
+LightMotion::Place LightMotion::at(float time) const {
+  const M44d now = motion_.matrix_at(double(time)), &back = object_from_open_.matrix();
+  M44d m;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j)
+      m[i][j] = now[i][0] * back[0][j] + now[i][1] * back[1][j] + now[i][2] * back[2][j] + (j == 3 ? now[i][3] : 0);
+  return Place(m);
 }
 
 LightBounds LightMotion::bounds(const LightBounds& at_open) const {

@@ -17,21 +17,21 @@ class LightMotion {
   /// World space at a time ("now") from world space at shutter open.
   class Place {
    public:
-    explicit Place(const Transform& now_from_open);
-    V3f point(const V3f& p) const { return now_from_open_.point(p); }
-    V3f vector(const V3f& v) const { return now_from_open_.vector(v); }
-    V3f normal(const V3f& n) const { return normalize(now_from_open_.normal(n)); }
-    V3f point_at_open(const V3f& p) const { return open_from_now_.point(p); }
-    V3f vector_at_open(const V3f& v) const { return open_from_now_.vector(v); }
-    V3f normal_at_open(const V3f& n) const { return normalize(open_from_now_.normal(n)); }
+    explicit Place(const M44d& now_from_open);
+    V3f point(const V3f& p) const { return vector(p) + shift_; }
+    V3f vector(const V3f& v) const { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; }
+    V3f normal(const V3f& n) const { return normalize(rows_back_[0] * n.x + rows_back_[1] * n.y + rows_back_[2] * n.z); }
+    V3f point_at_open(const V3f& p) const { return vector_at_open(p - shift_); }
+    V3f vector_at_open(const V3f& v) const { return V3f(dot(rows_back_[0], v), dot(rows_back_[1], v), dot(rows_back_[2], v)); }
+    V3f normal_at_open(const V3f& n) const { return normalize(V3f(dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n))); }
     /// Density over solid angle now over that at open, of a unit direction d: |det A| / |A d|^3, A taking vectors back to open.
     float density(const V3f& d) const;
 
    private:
-    Transform now_from_open_, open_from_now_;
-    float determinant_;
+    V3f columns_[3], shift_, rows_back_[3];  ///< of the map, and of its inverse
+    float determinant_back_;
   };
-  Place at(float time) const { return Place(motion_.at(double(time)) * object_from_open_); }
+  Place at(float time) const;
 
   /// What holds all the time of a light that has these at shutter open.
   LightBounds bounds(const LightBounds& at_open) const;
