@@ -156,7 +156,7 @@ TEST(Motion, SameBitsForAnyThreadsAndCache) {
 }
 
 // A ball rolls along a floor. Where pixels see the floor before and after it, that lies in the light; while the ball is there it hides the floor
-// in its shadow. With one value of the floor for all the time these pixels come out 14 % too dark.
+// in its shadow. With one value of the floor for all the time these pixels come out 16 % too dark.
 TEST(Motion, FloorBehindWhatPasses) {
   const auto built = build_text(film(48, 32) + camera + R"(LightSource "distant" "rgb L" [ 3 3 3 ] "point3 from" [ 0 -2 2 ]
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
