@@ -14,8 +14,8 @@ using trace::no_id;
 namespace {
 
 constexpr float most_turn = pi / 12;  // within a segment
-// Cells that something crosses within a segment: of those that are seen, which its motion blurs, unless the camera follows it; and of those that
-// diffuse rays read, which are wide.
+// Cells that something crosses within a segment: of those that are seen, which its motion blurs, unless the camera follows it; and of
+// those that diffuse rays read, which are wide.
 constexpr float most_cells = 8, most_cells_followed = 1, most_wide_cells = 4;
 constexpr int most_segments = 8;  // of what moves, and of what diffuse rays read
 constexpr float most_sizes = 1.0f / 3;  // of itself that something goes within a segment of what it hides
@@ -71,7 +71,10 @@ Motion::Motion(const Scene& scene) : open_(scene.camera.settings().time_open), c
     }
   if (deforms)
     for (const uint32_t g : traced.geometries_in(no_id))
-      if (of_geometry_[g].travel > 0) add_passage(trace::bounds_of(traced.shape(g)), of_geometry_[g].travel, trace::bounds_of(traced.shape(g)), 1);
+      if (of_geometry_[g].travel > 0) {
+        const Box3f box = trace::bounds_of(traced.shape(g));
+        add_passage(box, of_geometry_[g].travel, box, 1);
+      }
   surfaces_move_ = !passages_.empty();
   for (const auto& light : scene.lights) {
     if (!light->moves()) continue;

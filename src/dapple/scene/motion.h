@@ -32,11 +32,11 @@ class Motion {
   float middle(uint8_t span) const { return open_ + (float(span + 1 - segments(span)) + 0.5f) * duration(span); }
   float duration(uint8_t span) const { return (close_ - open_) / float(segments(span)); }
 
-  /// The span around `time` for the points of a surface, `width` (m) apart: there a point goes no farther than a few times that, and the surface
-  /// turns by no more than 15 degrees. 0 for what is still.
+  /// The span around `time` for the points of a surface, `width` (m) apart: there a point goes no farther than a few times that, and the
+  /// surface turns by no more than 15 degrees. 0 for what is still.
   uint8_t span(uint32_t instance, uint32_t geometry, float width, float time) const;
-  /// The same for a still surface that is seen at distance t along a ray: whether it is seen, and how it is lit, may go together where something passes
-  /// in front of it, or the camera moves. Of at most `most` segments.
+  /// The same for a still surface that is seen at distance t along a ray: whether it is seen, and how it is lit, may go together where
+  /// something passes in front of it, or the camera moves. Of at most `most` segments.
   uint8_t span_seen(const V3f& o, const V3f& d, float t, float width, float time, int most) const;
   /// The same for a place on a still surface whose light other surfaces gather: where something passes by, these may move with it.
   uint8_t span_near(const V3f& p, float width, float time, int most) const;

@@ -41,12 +41,13 @@ class LightMotion {
   Transform object_from_open_;
 };
 
-/// A light without area, not at infinity or in one direction only, that moves. Its irradiance falls with the square of the world's distance, whatever
-/// the transform scales.
+/// A light without area that moves: one at a point, or that shines in one direction. Irradiance by the former falls with the square of the
+/// world's distance, whatever the transform scales.
 class MovingLight final : public Light {
  public:
   /// light: as it is at shutter open; its samples are delta ones.
-  MovingLight(std::unique_ptr<const Light> light, const AnimatedTransform& world_from_light) : light_(std::move(light)), motion_(world_from_light) {}
+  MovingLight(std::unique_ptr<const Light> light, const AnimatedTransform& world_from_light)
+      : light_(std::move(light)), motion_(world_from_light) {}
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;
   float pdf(const LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }
