@@ -12,6 +12,7 @@ import sys
 import against_cycles
 import canopy
 import common
+import motion
 import opacity
 import path_rays
 import presets
@@ -21,7 +22,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
+BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "motion": motion, "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 

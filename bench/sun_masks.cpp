@@ -88,7 +88,7 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
           const V2f p = samples.point(r.set[at], i) * tangent;
           const V3f d = normalize(frame.to_light + frame.x * p.x + frame.y * p.y);
           rays.set(k * n + i,
-                   integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at]}, d), d,
+                   integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at], 0}, d), d,
                    infinity, 0.5f, uint32_t(at * size_t(n)) + uint32_t(i));
         }
       scene.traced.occluded(rays, count * n, hit);

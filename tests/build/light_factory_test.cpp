@@ -44,7 +44,7 @@ class LightFactory : public testing::Test {
     const scenefile::ShapeEntity& shape = description_.shapes.at(0);
     std::vector<std::unique_ptr<Light>> out;
     for (const trace::Shape& s : make_shapes(context, shape, shape.transform.start))
-      for (auto& l : make_area_lights(description_.area_lights.at(0), make_emitters(s), alpha, context,
+      for (auto& l : make_area_lights(description_.area_lights.at(0), make_emitters(s), alpha, nullptr, context,
                                       TextureLibrary(context), shape.loc))
         out.push_back(std::move(l));
     return out;

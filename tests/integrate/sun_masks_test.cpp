@@ -214,7 +214,7 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
       for (int i = 0; i < 32; ++i) {
         const V2f p = samples.point(sets[r], i) * tangent;
         const V3f d = normalize(frame.to_light + frame.x * p.x + frame.y * p.y);
-        const V3f o = offset_origin(integrate::RayOrigin{P[r], N[r], V3f(0, 0, 0), error[r]}, d);
+        const V3f o = offset_origin(integrate::RayOrigin{P[r], N[r], V3f(0, 0, 0), error[r], 0}, d);
         rays.set(i, o + d * start, d, infinity, 0.5f, uint32_t(r * 32 + size_t(i)));
       }
       scene.traced.occluded(rays, 32, hit);

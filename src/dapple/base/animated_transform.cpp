@@ -31,7 +31,7 @@ Decomposition::Decomposition(const Transform& t) {
   rotation = Imath::extractQuat(r).normalized();
 }
 
-Transform Decomposition::compose() const {
+M44d Decomposition::compose() const {
   const Imath::M33d r = rotation.toMatrix33();
   M44d m;
   for (int i = 0; i < 3; ++i) {
@@ -41,7 +41,7 @@ Transform Decomposition::compose() const {
     }
     m[i][3] = translation[i];
   }
-  return Transform(m);
+  return m;
 }
 
 AnimatedTransform::AnimatedTransform(const Transform& start, const Transform& end)
@@ -51,7 +51,12 @@ AnimatedTransform::AnimatedTransform(const Transform& start, const Transform& en
 
 Transform AnimatedTransform::at(double time) const {
   if (!animated_ || time <= 0) return start_transform_;
-  if (time >= 1) return end_transform_;
+  return time >= 1 ? end_transform_ : Transform(matrix_at(time));
+}
+
+M44d AnimatedTransform::matrix_at(double time) const {
+  if (!animated_ || time <= 0) return start_transform_.matrix();
+  if (time >= 1) return end_transform_.matrix();
   Decomposition d = start_;
   d.translation = start_.translation * (1 - time) + end_.translation * time;
   d.rotation = Imath::slerp(start_.rotation, end_.rotation, time);

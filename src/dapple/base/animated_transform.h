@@ -15,7 +15,7 @@ struct Decomposition {
   double scale[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< zero below the diagonal
 
   explicit Decomposition(const Transform& affine);
-  Transform compose() const;
+  M44d compose() const;
 };
 
 /// A transform that moves over the shutter interval: translation and scale linearly, rotation by slerp.
@@ -29,6 +29,7 @@ class AnimatedTransform {
   const Transform& end() const { return end_transform_; }
   const Decomposition& decomposition(int end) const { return end ? end_ : start_; }
   Transform at(double time) const;  ///< time in [0, 1]
+  M44d matrix_at(double time) const;
 
  private:
   Transform start_transform_, end_transform_;

@@ -10,6 +10,7 @@
 #include "dapple/build/light_factory.h"
 #include "dapple/build/light_group_factory.h"
 #include "dapple/build/shape_factory.h"
+#include "dapple/shading/light_motion.h"
 #include "dapple/shading/opacity_texture.h"
 
 namespace dapple::build {
@@ -69,7 +70,7 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
     check_transform(e.transform, e.loc);
     if (e.transform.is_animated() && object != no_id)
       context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
-    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}, 0});
+    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}, 0, {}});
   };
   for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
   for (size_t i = 0; i < d.objects.size(); ++i)
@@ -119,7 +120,13 @@ void GeometryBuilder::build() {
   std::vector<std::exception_ptr> errors(jobs.size());
   parallel_for(jobs.size(), [&](size_t i) {
     try {
-      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : jobs[i].entity->transform.start, dicing_of(jobs[i]));
+      const Transform& at_open = jobs[i].entity->transform.start;
+      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : at_open, dicing_of(jobs[i]));
+      if (jobs[i].own_object && jobs[i].entity->area_light >= 0) {
+        Diagnostics said_already;
+        const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going};
+        jobs[i].emitters = make_shapes(quiet, *jobs[i].entity, at_open, dicing_of(jobs[i]));
+      }
     } catch (...) {
       errors[i] = std::current_exception();
     }
@@ -152,12 +159,13 @@ void GeometryBuilder::add(Job& job) {
     }
     scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
   }
-  for (const trace::Shape& shape : job.shapes) {
+  for (size_t i = 0; i < job.shapes.size(); ++i) {
+    const trace::Shape& shape = job.shapes[i];
     if (!std::holds_alternative<trace::GridsPtr>(shape) && scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
       context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader", "the shape as it is");
     const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
     if (!curves) {
-      add_shape(shape, job, alpha, object);
+      add_shape(shape, job, alpha, object, job.emitters.empty() ? nullptr : &job.emitters[i]);
       continue;
     }
     if (!pending_.curves || pending_.curves->kind != (*curves)->kind || pending_.object != object ||
@@ -186,11 +194,11 @@ void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
   pending_ = {};
-  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0}, curves.alpha, curves.object);
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, {}}, curves.alpha, curves.object);
 }
 
 void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
-                                uint32_t object) {
+                                uint32_t object, const trace::Shape* emitter) {
   const ShapeEntity& e = *job.entity;
   bytes_ += bytes_of(shape);
   fingerprint_ = hash(fingerprint_, job.fingerprint);
@@ -204,10 +212,12 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
-    if (object != no_id)
-      context_.diagnostics.unsupported(e.loc, "an area light that is instanced or moves", "a surface that does not shine");
+    if (emitter)
+      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha, &binding);
+    else if (object != no_id)
+      context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
     else
-      add_lights(shape, job, alpha, &binding);
+      add_lights(shape, job, nullptr, alpha, &binding);
   }
   scene_.bindings.push_back(std::move(binding));
   if (!repetition_) {
@@ -237,9 +247,11 @@ void GeometryBuilder::place(uint32_t object, const scenefile::TransformPair& tra
   });
 }
 
-void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
-                                 scene::GeometryBinding* binding) {
+void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
+                                 const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding) {
   const ShapeEntity& e = *job.entity;
+  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape); mesh && !(*mesh)->P_end.empty())
+    context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms", "light from where it is at shutter open");
   const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
   std::vector<uint32_t> emitter_of;
   auto emitters = make_joined_emitters(shape, &emitter_of);
@@ -256,7 +268,7 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, cons
     return;
   }
   const uint8_t group = read_light_group(area_light, &scene_.light_groups);
-  auto lights = make_area_lights(area_light, std::move(emitters), alpha, context_, textures_, e.loc);
+  auto lights = make_area_lights(area_light, std::move(emitters), alpha, std::move(motion), context_, textures_, e.loc);
   binding->first_light = uint32_t(scene_.light_table.size());
   std::vector<uint32_t> numbers;
   for (auto& light : lights) {

@@ -9,6 +9,10 @@
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
+namespace dapple::shading {
+class LightMotion;
+}
+
 namespace dapple::build {
 
 /// Turns the shapes, object definitions and instances of a description into the traced geometry, bindings and area lights of a scene.
@@ -34,14 +38,17 @@ class GeometryBuilder {
     bool own_object;   ///< moves by itself: becomes an object with one instance
     std::vector<trace::Shape> shapes;
     uint64_t fingerprint;
+    std::vector<trace::Shape> emitters;  ///< of what moves and shines: the shapes in world space, at shutter open
   };
 
   std::vector<Job> collect_jobs();
   void make_views();
   Dicing dicing_of(const Job& job) const;
   void add(Job& job);
-  void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object);
-  void add_lights(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
+  void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object,
+                 const trace::Shape* emitter = nullptr);
+  void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
+                  const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   shading::FloatTexturePtr with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material);

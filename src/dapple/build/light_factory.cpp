@@ -12,6 +12,7 @@
 #include "dapple/shading/environment_light.h"
 #include "dapple/shading/image_light.h"
 #include "dapple/shading/infinite_light.h"
+#include "dapple/shading/light_motion.h"
 #include "dapple/shading/point_light.h"
 #include "dapple/shading/shaped_light.h"
 
@@ -67,12 +68,10 @@ RGB checked(const Entity& e, RGB emission) {
   throw InputError(e.loc, "the emission of this light overflows; expected a smaller scale or power");
 }
 
-Transform light_to_world(const LightEntity& e, const BuildContext& context) {
-  if (e.transform.is_animated())
-    context.diagnostics.unsupported(e.loc, "a moving light", "a light where it is at shutter open");
-  const Transform& t = e.transform.start;
-  if (!t.is_finite() || !t.is_invertible()) throw InputError(e.loc, "the transform of this light cannot be inverted");
-  return t;
+Transform light_to_world(const LightEntity& e) {
+  for (const Transform* t : {&e.transform.start, &e.transform.end})
+    if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the transform of this light cannot be inverted");
+  return e.transform.start;
 }
 
 V3f place(const LightEntity& e, const Transform& t, const V3f& local) {
@@ -299,7 +298,7 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
                                                       "distant", "infinite", "canopy",      "sky"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(types));
-  const Transform t = light_to_world(e, context);
+  const Transform t = light_to_world(e);
   std::unique_ptr<Light> light;
   switch (it - types.begin()) {
     case 0:
@@ -324,12 +323,19 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
       light = make_canopy_light(e, t, context, textures);
   }
   e.params.report_unused("LightSource \"" + e.type + "\"", context.diagnostics);
-  return light->power(1) > 0 ? std::move(light) : nullptr;
+  if (!(light->power(1) > 0)) return nullptr;
+  if (!e.transform.is_animated()) return light;
+  if (!light->is_delta()) {
+    context.diagnostics.unsupported(e.loc, "a light all around that moves", "one that stays as it is at shutter open");
+    return light;
+  }
+  return std::make_unique<shading::MovingLight>(std::move(light), AnimatedTransform(e.transform.start, e.transform.end));
 }
 
 std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
                                                      std::vector<std::optional<geom::EmitterShape>> emitters,
-                                                     const shading::FloatTexturePtr& alpha, const BuildContext& context,
+                                                     const shading::FloatTexturePtr& alpha,
+                                                     std::shared_ptr<const shading::LightMotion> motion, const BuildContext& context,
                                                      const TextureLibrary& textures, const FileLoc& loc) {
   const AreaLightParams params = area_light_params(e, emitters, alpha, context, textures);
   std::vector<std::unique_ptr<Light>> lights(emitters.size());
@@ -341,7 +347,8 @@ std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
     }
     const shading::AreaEmission emission = params.on(e, geom::area(*emitters[i]));
     if (emission.radiance.is_black() || params.mean_luminance() == 0) continue;
-    lights[i] = shading::make_area_light(std::move(*emitters[i]), emission);
+    lights[i] = motion ? shading::make_area_light(std::move(*emitters[i]), emission, motion)
+                       : shading::make_area_light(std::move(*emitters[i]), emission);
   }
   if (without_area > 0)
     context.diagnostics.warn(loc, std::to_string(without_area) + " of " + std::to_string(emitters.size()) +

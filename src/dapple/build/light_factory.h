@@ -28,10 +28,12 @@ std::vector<std::optional<geom::EmitterShape>> make_emitters(const trace::Shape&
 std::vector<std::optional<geom::EmitterShape>> make_joined_emitters(const trace::Shape& shape, std::vector<uint32_t>* emitter_of);
 
 /// The lights of an AreaLightSource on one shape, one for each emitter: null where there is no emitter or no emission.
-/// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `loc`: of the shape.
+/// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `motion`: of the shape, whose
+/// emitters are as at shutter open; null where it is still. `loc`: of the shape.
 std::vector<std::unique_ptr<shading::Light>> make_area_lights(const scenefile::Entity& entity,
                                                               std::vector<std::optional<geom::EmitterShape>> emitters,
                                                               const shading::FloatTexturePtr& alpha,
+                                                              std::shared_ptr<const shading::LightMotion> motion,
                                                               const BuildContext& context,
                                                               const TextureLibrary& textures, const FileLoc& loc);
 

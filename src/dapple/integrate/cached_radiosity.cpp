@@ -48,9 +48,10 @@ bool HitShader::lies_near_light(const scene::GridId& tile, NearLights* known) co
     const scene::PatchTable::Cell cell = patches_->cell(tile);
     trace::HitBatch middle;
     patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
-    const V3f P = scene_.traced.surface(middle, 0, scene::PatchTable::shading_time).P;
+    const float time = patches_->time(tile);
+    const V3f P = scene_.traced.surface(middle, 0, time).P;
     const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
-    const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach) < reach;
+    const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach;
     slot = (hash & ~uint64_t(1)) | uint64_t(near);
   }
   return slot & 1;
@@ -71,10 +72,12 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
-    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
+    if (!patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width, &memory, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
     for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, &w.near_lights); ++halvings)
-      patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
+      patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width *= 0.5f, &memory, &at);
+    if (const scene::Motion& motion = patches_->motion(); !motion.moves(b.hits.instance[i], geometry))
+      at.grid.span = motion.span_near(s.P, width, b.rays.time[i], settings_.diffuse_rays.at(below.depth.diffuse));
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
     c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);

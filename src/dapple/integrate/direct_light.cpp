@@ -23,8 +23,8 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
   group_.resize(scene.lights.size());
 }
 
-shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const {
-  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, b.time[k], b.bsdf[k].has_transmission()};
+shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
+  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, time, b.bsdf[k].has_transmission()};
 }
 
 void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {
@@ -56,7 +56,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
       continue;
     }
     for (int light = 0; light < lights; ++light) {
-      const int n = light_is_delta_[size_t(light)] ? (b.whole_cells ? std::min(rays, PointBatch::origins) : 1) : rays;
+      // A light without size throws shadows with edges, but for cells and for what moves.
+      const int n = !light_is_delta_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cells ? std::min(rays, PointBatch::origins) : 1;
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }
@@ -70,9 +71,9 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
     const Bsdf& bsdf = b.bsdf[k];
-    const RayOrigin from = b.origin_of(k, int(w.index[j]));
+    const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
     const V3f n = from.normal(bsdf.frame.n);
-    const shading::LightReceiver to = receiver(b, k, from.P, n);
+    const shading::LightReceiver to = receiver(b, k, from.P, n, from.time);
     shading::LightSampler::Selection chosen{w.job_light[j], 1};
     if (chooses()) chosen = scene_.light_sampler->select(to, w.u2[j]);
     if (chosen.light < 0) continue;
@@ -95,7 +96,7 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
     const ShadowRay ray(to.p, light, origin);
     if (!(ray.distance > 0)) continue;
     const int s = w.shadow_count++;
-    w.shadow.set(s, origin, ray.d, ray.distance, b.time[k], w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
+    w.shadow.set(s, origin, ray.d, ray.distance, from.time, w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
     w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
     w.shadow_normal[s] = from.Ng;
     w.shadow_point[s] = k;
@@ -132,7 +133,7 @@ void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
     const int k = b.ray_point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
     b.ray_L.clear(i);
     const V3f d = b.rays.direction(i);
-    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n);
+    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, b.rays.time[i]);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
       const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], density(to, light, d, s, rays)) : 1;
@@ -145,7 +146,7 @@ void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
     }
     const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);
     if (light == no_id) continue;
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.time[k]);
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.rays.time[i]);
     add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
   }
 }

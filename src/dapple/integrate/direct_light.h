@@ -30,7 +30,7 @@ class DirectLight {
 
  private:
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
-  shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n) const;
+  shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
   void draw(PointBatch& b, ShadingWorkspace& w) const;
   void trace(ShadingWorkspace& w) const;

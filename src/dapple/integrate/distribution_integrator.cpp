@@ -87,7 +87,7 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       groups_(settings.light_groups ? int(scene.light_groups.names.size()) : 0),
-      patches_(scene.traced),
+      patches_(scene.traced, scene::Motion(scene)),
       irradiance_(settings.subsurface_cache && has_subsurface(scene)
                       ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface, groups_)
                       : nullptr),
@@ -257,8 +257,10 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
     const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
-                       patches_.dice(w.hits, p, d, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
+                       patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
+    if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
+      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, settings_.shading.diffuse_rays.at(0));
   }
 }
 
@@ -275,10 +277,11 @@ void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
     w.source[p] = Source::hit;
     // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
     if (w.point[p].grid.cluster_level == 0 && w.loan[p] == DistributionWorkspace::Loan::none) continue;
-    const uint8_t behind = w.point[p].grid.behind;
+    const uint8_t behind = w.point[p].grid.behind, span = w.point[p].grid.span;
     w.point[p] = {};
     w.point[p].grid = patches_.patch_of(w.hits, p);
     w.point[p].grid.behind = behind;
+    w.point[p].grid.span = span;
     w.point[p].patch = w.point[p].grid.patch;
     w.source[p] = Source::grid;
     w.order[alone++] = p;
@@ -353,7 +356,7 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
     if ((dot(s.Ng, to_eye) < 0) != bool(id.behind)) continue;
     const V3f origin = offset_origin(s, to_eye);
     const float distance = length(to_eye);
-    w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, scene::PatchTable::shading_time, 0, patches_.cell(id).size);
+    w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, patches_.time(id), 0, patches_.cell(id).size);
     uint8_t hidden = 0;
     scene_.traced.occluded(w.seen_ray, 1, &hidden);
     if (!hidden) return id;
@@ -400,7 +403,7 @@ void DistributionIntegrator::set_sample_point(int p, PointBatch& b, int k, const
   b.geometry[k] = w.hits.geometry[p];
   b.surface[k] = w.surface[p];
   b.wo[k] = -w.camera_rays.direction(p);
-  b.time[k] = w.camera.ray[p].ray.time;
+  b.set_one_time(k, w.camera.ray[p].ray.time);
   b.width[k] = w.width[p];
   b.spread[k] = w.camera.ray[p].cone_spread;
   b.medium[k] = w.medium[p];

@@ -11,7 +11,7 @@ struct DistributionWorkspace;
 
 /// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
 /// hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for `shading_rate` pixels, each
-/// once a frame however many camera samples see it, at the middle of the shutter interval. What depends sharply on the view (mirrors,
+/// once a frame however many camera samples see it; where something moves, once in each motion segment (scene::Motion). What depends sharply on the view (mirrors,
 /// glass, layered and glossy materials) is added per camera sample, with prelighting interpolated from the lattice.
 class DistributionIntegrator final : public Integrator {
  public:

@@ -16,7 +16,7 @@ using trace::no_id;
 
 namespace {
 
-enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns };
+enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times };
 
 // Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
 // legs of chairs, asks for ever more fine cells, bounce by bounce.
@@ -29,6 +29,13 @@ uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return ui
 int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, most_shares)); }
 
 bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
+
+// A time of the span of point k, in one of as many parts of it as there are origins.
+float time_of_origin(const PointBatch& b, int k, int o) {
+  const uint64_t random = hash(b.key[k], for_origin_times, o);
+  const int part = int((uint64_t(o) + b.key[k]) % PointBatch::origins);
+  return b.time[k] + b.duration[k] * ((float(part) + to_unit_float(random)) / PointBatch::origins - 0.5f);
+}
 
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
@@ -68,17 +75,26 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
 }
 
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const {
+  const scene::Motion& motion = patches_->motion();
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
   b.geometry[k] = id.geometry;
-  b.surface[k] = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+  b.time[k] = patches_->time(id);
+  b.surface[k] = scene_.traced.surface(b.hits, k, b.time[k]);
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
-  b.time[k] = scene::PatchTable::shading_time;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
-  b.share[k] = 1;
+  b.share[k] = motion.segments(id.span);
+  b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
+  b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
+  if (!b.moves[k]) return;
+  for (int o = 0; o < PointBatch::origins; ++o) {
+    const float time = time_of_origin(b, k, o);
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time);
+    b.origin[k * PointBatch::origins + o] = {s.P, s.Ng, s.Ns - b.surface[k].Ns, s.error, time};
+  }
 }
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
@@ -90,7 +106,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
-    to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error};
+    if (!b.moves[k]) to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error, b.time[k]};
     const uint64_t random = hash(b.key[k], for_origins, o);
     V2f at(to_unit_float(random), to_unit_float(random << 24));
     if (id.cluster_level > 0) {
@@ -101,10 +117,11 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
       patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
     }
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+    const float time = b.moves[k] ? to.time : b.time[k];
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
-    to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};
+    to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
     if (o == seen_from) b.surface[k] = s;
   }
   if (seen_from < 0) return;
@@ -200,7 +217,7 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     const float cosine = local.z;
     if (cosine <= 0) continue;
     if ((dot(b.wo[k], bsdf.frame.n) < 0) != behind) local.z = -local.z;
-    const RayOrigin from = b.origin_of(k, int(w.index[j]));
+    const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = b.ray_count++;
     set_diffuse_ray(b, i, k, from, d, cosine, diffuse_rays(place, b.share[k]), w.seed[j] + 0x9e3779b9u * w.index[j]);
@@ -214,7 +231,7 @@ void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& fr
   b.ray_weight[i] = RGB(1);
   b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
   b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
-  b.rays.set(i, offset_origin(from, d), d, infinity, b.time[k], key, b.width[k], b.ray_spread[i]);
+  b.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], b.ray_spread[i]);
   b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
   b.ray_share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
@@ -252,10 +269,10 @@ void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wan
     const int k = b.ray_point[i], c = found.count++;
     found.parent[c] = i;
     found.geometry[c] = b.hits.geometry[i];
-    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i]) ? scene_.traced.surface(b.hits, i, b.time[k])
+    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i]) ? scene_.traced.surface(b.hits, i, b.rays.time[i])
                                                                      : scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     found.wo[c] = -b.rays.direction(i);
-    found.time[c] = b.time[k];
+    found.set_one_time(c, b.rays.time[i]);
     found.width[c] = b.width[k] + b.ray_spread[i] * b.distance[i];
     found.spread[c] = b.ray_spread[i];
     found.medium[c] = b.ray_medium[i];

@@ -202,7 +202,8 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       const int k = i / strata, stratum = i % strata;
       const uint64_t random = hash(b.key[k], stratum);
       const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
-      shader_.set_diffuse_ray(b, b.ray_count++, k, b.origin_of(k, 0), Frame(nodes[k]->n).to_world(local), local.z, strata, uint32_t(random >> 8));
+      const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
+      shader_.set_diffuse_ray(b, b.ray_count++, k, from, Frame(from.normal(nodes[k]->n)).to_world(local), local.z, strata, uint32_t(random >> 8));
     }
     shader_.gather(here, s);
     b.weigh_rays();

@@ -16,7 +16,7 @@ using trace::no_id;
 
 namespace {
 
-constexpr float time = scene::PatchTable::shading_time;
+constexpr float time = scene::PatchTable::dicing_time;
 constexpr int around = 64, along = 32;      // facets of a quadric
 constexpr int pieces = 16;                  // ribbons of a segment of a curve
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))

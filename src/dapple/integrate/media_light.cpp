@@ -15,7 +15,7 @@ void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace
   b.surface[k].P = flights.P[f];
   b.geometry[k] = trace::no_id;
   b.wo[k] = -rays.direction(r);
-  b.time[k] = rays.time[r];
+  b.set_one_time(k, rays.time[r]);
   b.width[k] = rays.width[r] + rays.spread[r] * length(flights.P[f] - rays.origin(r));
   b.spread[k] = rays.spread[r];
   b.medium[k] = flights.medium[f];

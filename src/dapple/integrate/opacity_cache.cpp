@@ -23,7 +23,7 @@ constexpr int tile_cells = OpacityCache::tile * OpacityCache::tile;
 constexpr float cell_width = 1;             // of a ray's footprint
 constexpr uint8_t times_before_tile = 4;    // a tile costs some twenty single cells
 constexpr float widest_plane = 0x1p14f;     // |u| and |v| up to here fit the names of tiles
-constexpr float time = scene::PatchTable::shading_time;
+constexpr float time = scene::PatchTable::dicing_time;
 
 uint8_t to_byte(float alpha) { return alpha > 0 ? uint8_t(std::lround(std::min(alpha, 1.0f) * 255)) : uint8_t(0); }
 

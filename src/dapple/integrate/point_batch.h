@@ -24,6 +24,7 @@ struct Depth {
 /// Points on their way through the stages of their shaders. A batch lives as long as the recursion below it.
 struct PointBatch {
   static constexpr int capacity = trace::RayBatch::capacity;
+  static constexpr uint32_t for_times = 2;  ///< dimension of samples, after those of ShadingWorkspace::draw_samples
 
   /// `groups`: of lights, whose parts are kept apart.
   explicit PointBatch(int groups)
@@ -33,14 +34,16 @@ struct PointBatch {
   geom::SurfacePoint surface[capacity];
   uint32_t geometry[capacity];
   V3f wo[capacity];         ///< towards the viewer; where there is none, the normal of the side to be shaded
-  float time[capacity];
+  float time[capacity];     ///< in the middle of what it stands for
+  float duration[capacity]; ///< over which the rays of a still point are spread; 0: all leave at `time`
+  bool moves[capacity];     ///< a shading point of what moves: its rays start from `origin`, each with a time of its own
   float width[capacity];    ///< of the footprint, m
   V3f cell_s[capacity], cell_t[capacity];  ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
   float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
   uint64_t key[capacity];   ///< of all random numbers of the point
   int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
-  /// Where the rays of points start that stand for their whole cells; those of other points start at `surface`.
+  /// Where the rays of points start that stand for their whole cells, or move; those of other points start at `surface`.
   static constexpr int origins = 4;
   bool whole_cells = false;
   RayOrigin origin[capacity * origins];
@@ -74,6 +77,7 @@ struct PointBatch {
 
   /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
   static constexpr float cell_filter = 0.5f;
+  void set_one_time(int k, float t) { time[k] = t, duration[k] = 0, moves[k] = false; }
   void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0); }
   /// Writes point k to a lane of what stages of shaders read.
   void describe(int k, shading::ShadingPoints* points, int lane) const {
@@ -89,10 +93,16 @@ struct PointBatch {
       ray_L.add(i, ray_glow[i], 0);
     }
   }
-  /// Of light or diffuse ray number i of point k. Each origin gets rays of all quarters of a stratified set.
-  RayOrigin origin_of(int k, int i) const {
-    if (whole_cells) return origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
-    return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error};
+  /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters of a stratified set.
+  RayOrigin origin_of(int k, int i, uint32_t seed) const {
+    if (!whole_cells && !moves[k]) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
+    RayOrigin from = origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
+    if (!moves[k]) from.time = ray_time(k, i, seed);
+    return from;
+  }
+  /// When ray number i of a still point leaves.
+  float ray_time(int k, int i, uint32_t seed) const {
+    return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
   }
 };
 

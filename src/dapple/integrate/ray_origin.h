@@ -17,6 +17,7 @@ struct RayOrigin {
   V3f P, Ng;
   V3f turn;  ///< what the normal there differs by
   float error;
+  float time;
 
   /// The normal there, where that of the shading point, bumps included, is n.
   V3f normal(const V3f& n) const { return turn == V3f(0, 0, 0) ? n : normalize(n + turn); }

@@ -50,7 +50,7 @@ void HitShader::send_probes(const Place& place, ShadingWorkspace& w) const {
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
     s.key[j] = w.seed[j] + 0x9e3779b9u * w.index[j];
-    s.rays.set(n, b.surface[k].P + chord.offset, chord.d, chord.length, b.time[k], s.key[j]);
+    s.rays.set(n, b.surface[k].P + chord.offset, chord.d, chord.length, b.ray_time(k, s.number[j], w.seed[j]), s.key[j]);
     s.job[n++] = j;
   }
   const Timer timer;
@@ -75,7 +75,7 @@ void HitShader::trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, Sha
       const trace::HitBatch& h = s.hits;
       if (same)
         s.found.push_back(
-            {j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], h.geometry[i], h.primitive[i], h.instance[i], p.P, p.Ng});
+            {j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], s.rays.time[i], h.geometry[i], h.primitive[i], h.instance[i], p.P, p.Ng});
       const V3f d = s.rays.direction(i);
       const float left = s.rays.t_max[i] - s.hits.t[i];
       if (!(left > 0)) continue;
@@ -117,7 +117,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     const float distance = length(offset);
     // As a ray that comes upon the place from outside, so that look-ups see the side that light enters by.
     const float height = probe.detail(0);
-    b.rays.set(i, at.P + outside * height, -outside, 2 * height, b.time[k],
+    b.rays.set(i, at.P + outside * height, -outside, 2 * height, at.time,
                s.key[at.job] + 0x85ebca6bu * (crossing + 1));
     b.hits.t[i] = height, b.hits.u[i] = at.u, b.hits.v[i] = at.v;
     b.hits.nx[i] = at.nx, b.hits.ny[i] = at.ny, b.hits.nz[i] = at.nz;

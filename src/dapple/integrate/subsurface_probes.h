@@ -60,7 +60,7 @@ struct SubsurfaceBatch {
   int job[capacity];  ///< by lane
   struct Found {
     int job;
-    float u, v, nx, ny, nz;
+    float u, v, nx, ny, nz, time;
     uint32_t geometry, primitive, instance;
     V3f P, Ng;
   };

@@ -129,7 +129,7 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
   for (const bool end : {false, true}) {
     const V2f& at = end ? to : from;
     patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, 0);
-    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, PatchTable::shading_time);
+    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, patches_->time(job.grid));
     way.P[end] = p.P;
     way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
     way.error = std::max(way.error, p.error);
@@ -179,7 +179,7 @@ void TileLinker::trace_at(float above, float aside, Scratch& s, uint64_t* rays) 
     const V3f across = cross(way.N[0], d);
     const float sine = dapple::length(across);
     const V3f shift = sine > 0 ? across * (aside * way.unit / sine) : V3f(0, 0, 0);
-    s.rays.set(k, ends[0] + shift, length > 0 ? d * (1 / length) : V3f(0, 0, 1), length, PatchTable::shading_time, way.key, length / 4);
+    s.rays.set(k, ends[0] + shift, length > 0 ? d * (1 / length) : V3f(0, 0, 1), length, patches_->time(way.grid), way.key, length / 4);
   }
   scene_.traced.intersect(s.rays, s.count, &s.hits);
   *rays += uint64_t(s.count);
@@ -191,6 +191,9 @@ TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
   if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return Obstacle::none;
   const Way& way = s.ways[ray];
   if (patches_->is_of(way.grid, s.hits, ray)) return Obstacle::none;
+  // What passes over a still surface divides nothing for all the time.
+  const scene::Motion& motion = patches_->motion();
+  if (motion.moves(s.hits.instance[ray], geometry) && !motion.moves(way.grid.instance, way.grid.geometry)) return Obstacle::none;
   return patches_->cell(patches_->patch_of(s.hits, ray)).size >= way.cell_size ? Obstacle::large : Obstacle::small;
 }
 

@@ -53,7 +53,7 @@ PatchSizes patch_sizes(const geom::Mesh& mesh, const geom::PatchMap& map) {
   PatchSizes sizes(map.patch_count());
   for (uint32_t f = 0; f < mesh.face_count(); ++f) {
     V3f corners[4];
-    mesh.corners_at(f, PatchTable::shading_time, corners);
+    mesh.corners_at(f, PatchTable::dicing_time, corners);
     const uint32_t patch = map.patch_point(f, 0, 0).patch;
     for (int c = 0; c < mesh.corners; ++c) sizes.boxes[patch].extendBy(corners[c]);
     sizes.areas[patch] += triangle_area(corners[0], corners[1], corners[2]);
@@ -80,11 +80,12 @@ PatchSizes patch_sizes(const geom::GridMesh& mesh) {
 }  // namespace
 
 uint64_t GridId::hash() const {
-  const uint64_t levels = uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | behind;
+  const uint64_t levels = uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | uint64_t(span) << 1 | behind;
   return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels, uint64_t(tile_u) << 32 | tile_v);
 }
 
-PatchTable::PatchTable(const trace::TracedScene& scene) : scene_(scene), geometries_(scene.geometry_count()) {
+PatchTable::PatchTable(const trace::TracedScene& scene, Motion motion)
+    : scene_(scene), motion_(std::move(motion)), geometries_(scene.geometry_count()) {
   parallel_for(geometries_.size(), [&](size_t g) {
     PatchSizes sizes(0);
     if (const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)))) {
@@ -102,7 +103,7 @@ V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch
   grid.instance = instance, grid.geometry = geometry;
   trace::HitBatch hit;
   set_hit(grid, patch, s, t, &hit, 0);
-  return scene_.surface(hit, 0, shading_time).P;
+  return scene_.surface(hit, 0, dicing_time).P;
 }
 
 // Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.
@@ -119,13 +120,14 @@ const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint3
   return e;
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& p, float width, Extents* memory,
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p, float width, Extents* memory,
                       GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
   *out = {};
   out->grid.instance = hits.instance[i];
   out->grid.geometry = g;
   out->grid.behind = dot(p.Ng, d) > 0;
+  out->grid.span = motion_.span(hits.instance[i], g, width, time);
   if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(g))) return dice_curve(hits, i, width, out);
 
   const GeometryPatches& patches = geometries_[g];
@@ -165,7 +167,7 @@ float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t se
 
 GridId PatchTable::stand_in(const GridId& group, uint32_t choice) const {
   GridId patch;
-  patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind;
+  patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind, patch.span = group.span;
   patch.patch = geometries_[group.geometry].clusters->representative(group.patch, group.cluster_level, choice);
   return patch;
 }
@@ -174,7 +176,7 @@ geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) c
   group->tile_u = choice;
   trace::HitBatch point;
   shading_point(*group, 0, 0, V3f(0, 0, 0), &point, 0);
-  return scene_.surface(point, 0, shading_time);
+  return scene_.surface(point, 0, time(*group));
 }
 
 int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const {
@@ -186,7 +188,7 @@ int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint e
     patch.instance = group.instance, patch.geometry = group.geometry, patch.patch = patches[end];
     trace::HitBatch point;
     shading_point(patch, 0, 0, V3f(0, 0, 0), &point, 0);
-    ends[end] = scene_.surface(point, 0, shading_time);
+    ends[end] = scene_.surface(point, 0, time(group));
   }
   return count;
 }
@@ -229,7 +231,7 @@ PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   if (is_round(shape)) {
     trace::HitBatch hit;
     shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), &hit, 0);
-    const geom::SurfacePoint p = scene_.surface(hit, 0, shading_time);
+    const geom::SurfacePoint p = scene_.surface(hit, 0, dicing_time);
     e.s = p.dPdu, e.t = p.dPdv;
   } else {
     e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory) : extent(grid.instance, grid.geometry, grid.patch);
@@ -295,7 +297,7 @@ void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye,
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
   if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry))) {
     set_hit(grid, patch, s, 0, hits, lane);
-    scene_.face_curve(hits, lane, eye, shading_time);
+    scene_.face_curve(hits, lane, eye, time(grid));
     return;
   }
   // The cell's centroid within a half patch: corners that are cut off move to the diagonal.

@@ -7,6 +7,7 @@
 
 #include "dapple/geom/patch_clusters.h"
 #include "dapple/geom/patch_map.h"
+#include "dapple/scene/motion.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::scene {
@@ -19,6 +20,7 @@ struct GridId {
   uint32_t tile_u = 0, tile_v = 0;  ///< of a group, tile_u says which of its patches stands for it
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
+  uint8_t span = 0;    ///< the time that it is shaded for (Motion)
 
   static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
@@ -44,7 +46,9 @@ struct GridPoint {
 /// points and never makes new ones.
 class PatchTable {
  public:
-  explicit PatchTable(const trace::TracedScene& scene);
+  explicit PatchTable(const trace::TracedScene& scene, Motion motion = {});
+
+  const Motion& motion() const { return motion_; }
 
   struct Extent {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
@@ -62,9 +66,9 @@ class PatchTable {
     Extent entries_[entry_count];
   };
 
-  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d. False where a surface has no lattice, as
+  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d at a time. False where a surface has no lattice, as
   /// curves that are wider than a pixel: these are shaded at the hit.
-  bool dice(const trace::HitBatch& hits, int i, const V3f& d, const geom::SurfacePoint& s, float width, Extents* memory,
+  bool dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, float width, Extents* memory,
             GridPoint* out) const;
 
   /// Patches that may stand for a group.
@@ -90,8 +94,10 @@ class PatchTable {
   void place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const;
   /// The patch of a hit, as a tile of one cell.
   GridId patch_of(const trace::HitBatch& hits, int i) const;
-  /// Moving things are diced and shaded where they are then.
-  static constexpr float shading_time = 0.5f;
+  /// Where moving things are measured: their shading points are then as wide as their cells.
+  static constexpr float dicing_time = 0.5f;
+  /// When a tile's shading points are where shading_point() says.
+  float time(const GridId& grid) const { return motion_.middle(grid.span); }
   /// The shading points around a place on a tile, by their number in it, and how much each counts: bilinear within the tile, the nearest
   /// beyond its outermost points. Weights add up to one; points outside the patch have none.
   struct Neighbours {
@@ -128,6 +134,7 @@ class PatchTable {
   float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;
 
   const trace::TracedScene& scene_;
+  const Motion motion_;
   std::vector<GeometryPatches> geometries_;
 };
 

@@ -5,7 +5,7 @@
 
 #include "dapple/geom/emitter_shape.h"
 #include "dapple/shading/emission_pattern.h"
-#include "dapple/shading/light.h"
+#include "dapple/shading/light_motion.h"
 
 namespace dapple::shading {
 
@@ -22,5 +22,7 @@ struct AreaEmission {
 /// from the receiver left out. Where opacity varies, sampled radiance is multiplied by it (rays that arrive have passed
 /// that test already).
 std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission);
+/// The same of a shape that moves, which is given as it is at shutter open.
+std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission, std::shared_ptr<const LightMotion> motion);
 
 }  // namespace dapple::shading

@@ -67,6 +67,8 @@ class Light {
 
   /// Cannot be hit by a scattered ray: sample() is the only way to its light.
   virtual bool is_delta() const { return false; }
+  /// Its light depends on LightReceiver::time.
+  virtual bool moves() const { return false; }
   /// Has no place: bounds() is nullopt, and environment_at() answers rays that leave the scene.
   virtual bool is_infinite() const { return false; }
   /// Of lights at infinity: the narrow beam in it that shadows are worth preparing for.

@@ -85,6 +85,7 @@ class TracedScene {
   const std::vector<uint32_t>& geometries_in(uint32_t object) const { return object == no_id ? top_.geometries : objects_[object].geometries; }
   /// The object that an instance places, and where: world from object space at shutter open.
   uint32_t object_of(uint32_t instance) const { return instances_[instance].object; }
+  bool is_animated(uint32_t instance) const { return instances_[instance].animated; }
   V3f instance_point(uint32_t instance, const V3f& p) const;
   /// Rows of an instance's map, world from object space, at a time of the shutter interval.
   void instance_rows(uint32_t instance, float time, float m[3][4]) const { instance_transform(instances_[instance], time, m); }
