@@ -51,52 +51,78 @@ bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
   if (key == 0) key = 1;
   const uint32_t set = set_of(key);
   Header& h = headers_[set];
-  for (uint32_t way = 0; way < ways; ++way) {
+  for (uint32_t i = 0; i < ways; ++i) {
+    const uint32_t way = way_of(key, i);
     if (h.key[way].load(std::memory_order_acquire) != key) continue;
     const uint32_t version = h.version[way].load(std::memory_order_acquire);
     if (version & 1) return false;
     *out = payload(set, way)[word].load(std::memory_order_acquire);
     if (h.version[way].load(std::memory_order_acquire) != version || h.key[way].load(std::memory_order_relaxed) != key) return false;
-    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
+    h.revive(way, Lives().most);
     return true;
   }
   return false;
 }
 
-TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag) {
+TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, uint16_t tag, Lives lives) {
   if (set_count_ == 0) return Found::refused;
   if (key == 0) key = 1;
   const uint32_t set = set_of(key);
   Header& h = headers_[set];
-  const auto look = [&](uint32_t way) {
-    const uint32_t version = h.version[way].load(std::memory_order_acquire);
-    if (h.key[way].load(std::memory_order_acquire) != key) return Found::refused;
-    *slot = {set, way, version, -1};
-    if (version & 1) return Found::pending;
-    if (!read(set, way, key, version, out)) return Found::refused;
-    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
-    return Found::ready;
+  const auto look = [&] {
+    for (uint32_t i = 0; i < ways; ++i) {
+      const uint32_t way = way_of(key, i);
+      if (h.key[way].load(std::memory_order_acquire) != key) continue;
+      const uint32_t version = h.version[way].load(std::memory_order_acquire);
+      if (h.key[way].load(std::memory_order_acquire) != key) continue;
+      *slot = {set, way, version, -1};
+      if (version & 1) return Found::pending;
+      if (!read(set, way, key, version, out)) continue;
+      h.revive(way, lives.most);
+      return Found::ready;
+    }
+    return Found::refused;
   };
-  for (uint32_t way = 0; way < ways; ++way)
-    if (const Found found = look(way); found != Found::refused) return found;
+  if (const Found found = look(); found != Found::refused) return found;
 
   const SpinLock lock(h.lock);
-  for (uint32_t way = 0; way < ways; ++way)
-    if (const Found found = look(way); found != Found::refused) return found;
-  // Twice around: the first time takes second chances away.
-  for (uint32_t i = 0; i < 2 * ways; ++i) {
-    const uint32_t way = h.hand++ % ways;
-    const uint32_t version = h.version[way].load(std::memory_order_acquire);
-    if ((version & 1) || h.recent[way].exchange(0, std::memory_order_relaxed)) continue;
-    const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
-    (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);
-    h.version[way].store(version + 1, std::memory_order_release);
-    h.key[way].store(key, std::memory_order_release);
-    *slot = {set, way, version + 1, empty ? -1 : h.tag[way]};
-    h.tag[way] = tag;
-    return Found::mine;
+  if (const Found found = look(); found != Found::refused) return found;
+  const uint32_t way = choose_victim(h, key);
+  if (way == ways) return Found::refused;
+  const uint32_t version = h.version[way].load(std::memory_order_acquire);
+  const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
+  (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);
+  h.version[way].store(version + 1, std::memory_order_release);
+  h.key[way].store(key, std::memory_order_release);
+  h.lives[way].store(lives.first, std::memory_order_relaxed);
+  *slot = {set, way, version + 1, empty ? -1 : h.tag[way]};
+  h.tag[way] = tag;
+  return Found::mine;
+}
+
+// A way that is empty, the nearest to where the key is looked for first, or the first one without lives that the hand comes by: others lose one as
+// it passes. `ways`: all are being filled. Under the lock.
+uint32_t TileCache::choose_victim(Header& h, uint64_t key) {
+  for (uint32_t i = 0; i < ways; ++i) {
+    const uint32_t way = way_of(key, i);
+    if (h.key[way].load(std::memory_order_relaxed) == 0 && !(h.version[way].load(std::memory_order_acquire) & 1)) return way;
   }
-  return Found::refused;
+  for (uint32_t i = 0; i < (most_lives + 1) * ways; ++i) {
+    const uint32_t way = h.hand++ % ways;
+    if (h.version[way].load(std::memory_order_acquire) & 1) continue;
+    const uint8_t left = h.lives[way].load(std::memory_order_relaxed);
+    if (left == 0) return way;
+    h.lives[way].store(left - 1, std::memory_order_relaxed);
+  }
+  return ways;
+}
+
+bool TileCache::reclaim(Slot* slot) {
+  Header& h = headers_[slot->set];
+  const SpinLock lock(h.lock);
+  if (h.version[slot->way].load(std::memory_order_acquire) != slot->version) return false;
+  h.version[slot->way].store(++slot->version, std::memory_order_release);
+  return true;
 }
 
 void TileCache::publish(const Slot& slot, const uint32_t* words) {

@@ -12,9 +12,9 @@ namespace dapple::gi {
 /// A cache of entries of one size, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
 /// one changes no image.
 ///
-/// Memory is an array of sets of 8 entries; a key belongs to one set, where replacement is by second chance. Looking up takes no lock: each
-/// entry has a version, odd while it is being filled, and a reader that finds the version changed reads again. Claiming an entry takes
-/// the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
+/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which entries that are dear may have
+/// several (Lives). Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds the version changed
+/// reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
 class TileCache {
  public:
   static constexpr int max_words = 26;  ///< of 32 bits in an entry
@@ -28,6 +28,12 @@ class TileCache {
     pending,  ///< another thread computes it: wait()
     refused   ///< there is no room: the caller computes it for itself
   };
+  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was looked up. What an entry
+  /// costs to compute again, in coarse steps.
+  struct Lives {
+    uint8_t first = 0, most = 1;
+  };
+  static constexpr int most_lives = 15;
   struct Slot {
     uint32_t set = 0, way = 0, version = 0;
     int evicted = -1;  ///< with Found::mine: tag of the entry that had to go, -1 = none
@@ -35,7 +41,10 @@ class TileCache {
   /// One word of an entry, if it is there and whole. For entries of which little is wanted at a time.
   bool peek(uint64_t key, int word, uint32_t* out) const;
   /// Looks a key up; if it is absent, claims an entry for it. `tag`: what kind of entry, to be told when it is evicted.
-  Found find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag = 0);
+  Found find(uint64_t key, uint32_t* out, Slot* slot, uint16_t tag, Lives lives);
+  Found find(uint64_t key, uint32_t* out, Slot* slot) { return find(key, out, slot, 0, {}); }
+  /// Claims an entry that was found ready, to publish more than it held. False if it has changed since.
+  bool reclaim(Slot* slot);
   void publish(const Slot& slot, const uint32_t* words);
   void abandon(const Slot& slot);  ///< forgets the key
   /// Waits for an entry that was pending. False if it has been replaced or abandoned in the meantime.
@@ -50,18 +59,25 @@ class TileCache {
   static size_t entry_bytes(int words) { return set_bytes(words) / ways; }
 
  private:
-  static constexpr uint32_t ways = 8;
+  static constexpr uint32_t ways = 16;
   struct alignas(64) Header {
     std::atomic<uint64_t> key[ways];      ///< 0 = empty
     std::atomic<uint32_t> version[ways];
-    std::atomic<uint8_t> recent[ways];    ///< looked up since the hand came by
-    uint8_t tag[ways];                    ///< under the lock
+    uint16_t tag[ways];                   ///< under the lock
+    std::atomic<uint8_t> lives[ways];     ///< that are left
     std::atomic<uint32_t> lock;
     uint32_t hand;
+
+    void revive(uint32_t way, uint8_t most) {
+      if (lives[way].load(std::memory_order_relaxed) < most) lives[way].store(most, std::memory_order_relaxed);
+    }
   };
   static size_t set_bytes(int words) { return sizeof(Header) + ways * size_t(words) * sizeof(uint32_t); }
 
   uint32_t set_of(uint64_t key) const { return uint32_t((key >> 32) * set_count_ >> 32); }
+  /// The i-th place in a set where a key is looked for.
+  static uint32_t way_of(uint64_t key, uint32_t i) { return uint32_t(key + i) % ways; }
+  static uint32_t choose_victim(Header& h, uint64_t key);
   bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
   std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const { return &payloads_[(size_t(set) * ways + way) * size_t(words_)]; }
 

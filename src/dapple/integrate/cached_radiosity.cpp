@@ -18,14 +18,12 @@ class ClaimGuard {
  public:
   ClaimGuard(RadiosityCache& cache, CacheBatch& c) : cache_(cache), c_(c) {}
   ~ClaimGuard() {
-    if (done_) return;
     for (int e = 0; e < c_.entry_count; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.abandon(c_.entry[e]);
   }
   void publish() {
     for (int e = 0; e < c_.entry_count; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.publish(c_.entry[e]);
-    done_ = true;
   }
   ClaimGuard(const ClaimGuard&) = delete;
   ClaimGuard& operator=(const ClaimGuard&) = delete;
@@ -33,7 +31,6 @@ class ClaimGuard {
  private:
   RadiosityCache& cache_;
   CacheBatch& c_;
-  bool done_ = false;
 };
 
 }  // namespace
@@ -88,24 +85,32 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   locate_radiosity(place, below, width_scale, wanted, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
-  ClaimGuard guard(cache, c);
-  for (int e = 0; e < c.entry_count; ++e) cache.find(c.entry[e], &counts);
   for (int n = 0; n < c.count; ++n) {
     c.near[n] = patches_->neighbours(c.point[n]);
     for (int i = 0; i < 4; ++i)
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
-  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
+  ClaimGuard guard(cache, c);
+  for (int e = 0; e < c.entry_count; ++e) cache.find(c.entry[e], &counts);
+  fill(below, c, w);
   guard.publish();
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth, of
   // which entries wait for deeper radiosity: no ring.
-  for (int e = 0; e < c.entry_count; ++e) {
-    RadiosityCache::Entry& entry = c.entry[e];
-    entry.lost = entry.found == TileCache::Found::pending && !cache.wait(entry);
-    if (entry.lost) RadiosityCache::count_lost(entry, &counts), entry.found = TileCache::Found::refused;
+  bool all_known = true;
+  for (int e = 0; e < c.entry_count; ++e)
+    if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
+  if (!all_known) {
+    // Nobody waits while others may wait for him: what is pending still is computed twice.
+    for (int e = 0; e < c.entry_count; ++e) {
+      RadiosityCache::Entry& entry = c.entry[e];
+      if (entry.found != TileCache::Found::pending) continue;
+      cache.find(entry, &counts);
+      if (entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;
+    }
+    fill(below, c, w);
+    guard.publish();
   }
-  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
-  if (w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1) log_uses(c, w);
+  count_uses(below, c, w);
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
@@ -116,33 +121,40 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   }
 }
 
-void HitShader::log_uses(const CacheBatch& c, ShadingWorkspace& w) {
-  const double now = w.cache_log->now();
+void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w) {
+  using Outcome = RadiosityCache::Entry::Outcome;
+  const bool log = w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1;
+  const double now = log ? w.cache_log->now() : 0;
   for (int e = 0; e < c.entry_count; ++e) {
-    const TileCache::Found found = c.entry[e].found;
-    w.cache_log->add(c.entry[e].key, found == TileCache::Found::mine || found == TileCache::Found::refused, now);
+    const RadiosityCache::Entry& entry = c.entry[e];
+    const bool filled = entry.outcome == Outcome::filled;
+    counts_for(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = entry.outcome == Outcome::extended});
+    if (log) w.cache_log->add(entry.key, filled, now);
   }
 }
 
-// Computes the entries for which wanted(entry): all points of those that will be kept, else those that are needed.
-template <class Wanted>
-void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+// Computes the points that are missing, but for those that another thread computes.
+void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
   int points[resolution_count] = {}, all = 0;
-  link_tiles(c, w, wanted);
+  link_tiles(c, w);
   f.count = 0;
   for (int e = 0; e < c.entry_count; ++e) {
-    const RadiosityCache::Entry& entry = c.entry[e];
-    if (!wanted(entry)) continue;
+    RadiosityCache::Entry& entry = c.entry[e];
+    const uint32_t missing = c.to_fill(e);
+    if (missing == 0) continue;
     const scene::GridId& id = entry.grid;
-    const bool whole = entry.found == TileCache::Found::mine;
     const scene::PatchTable::Cell cell = patches_->cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);
-        if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
+        if (!(missing >> point & 1)) continue;
+        if (patches_->is_outside(id, i, j)) {  // rounding at the diagonal of a half
+          entry.set(point, RGB());
+          continue;
+        }
         const int k = f.count++;
         set_shading_point(id, i, j, cell, entry.key, f, k);
         spread_origins(id, i, j, entry.links(), f, k);
@@ -161,15 +173,21 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   counts.by_depth[size_t(below.depth.diffuse)].fill_seconds += seconds;
 }
 
-template <class Wanted>
-void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
+  using Outcome = RadiosityCache::Entry::Outcome;
   TileLinks links[CacheBatch::capacity];
   w.linking.job_count = 0;
-  for (int e = 0; e < c.entry_count; ++e)
-    if (wanted(c.entry[e])) w.linking.jobs[w.linking.job_count++] = {c.entry[e].grid, &links[e]};
+  for (int e = 0; e < c.entry_count; ++e) {
+    RadiosityCache::Entry& entry = c.entry[e];
+    const uint32_t missing = c.to_fill(e);
+    if (missing == 0) continue;
+    entry.outcome = entry.known() ? Outcome::extended : Outcome::filled;
+    if (entry.known()) links[e] = entry.links();
+    w.linking.jobs[w.linking.job_count++] = {entry.grid, &links[e], missing, entry.known()};
+  }
   link(true, w);
   for (int e = 0; e < c.entry_count; ++e)
-    if (wanted(c.entry[e])) c.entry[e].set_links(links[e]);
+    if (c.to_fill(e) != 0) c.entry[e].set_links(links[e]);
 }
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {

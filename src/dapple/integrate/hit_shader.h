@@ -122,12 +122,10 @@ class HitShader {
   void add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
-  template <class Wanted>
-  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
-  template <class Wanted>
-  void link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
+  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
+  void link_tiles(CacheBatch& c, ShadingWorkspace& w) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
-  static void log_uses(const CacheBatch& c, ShadingWorkspace& w);
+  static void count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w);
   void survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;

@@ -7,15 +7,27 @@
 
 namespace dapple::integrate {
 
+using Found = gi::TileCache::Found;
+
 namespace {
 constexpr int coarse_level = 2, medium_level = 6;  // log2 of the points of a patch, at most
 // Links first, then points.
 constexpr int words_of(int points) { return TileLinks::words + points * 3 / 2; }
 static_assert(words_of(RadiosityCache::max_points) <= gi::TileCache::max_words);
+static_assert(TileLinks::most_parts + RadiosityCache::max_points <= 32);
+
+// Bounces cost more, the fewer lie before them: each asks for many of the next.
+constexpr gi::TileCache::Lives lives(int diffuse_depth) {
+  if (diffuse_depth <= 1) return {3, 7};
+  return {0, 2};
+}
 }  // namespace
 
+// Of all bytes; what coarse tiles take in most scenes.
+constexpr size_t coarse_share = 8;
+
 RadiosityCache::RadiosityCache(size_t bytes)
-    : areas_{{bytes / 4, words_of(1 << coarse_level)}, {bytes / 4, words_of(max_points)}, {bytes / 2, words_of(max_points)}} {}
+    : areas_{{bytes / coarse_share, words_of(1 << coarse_level)}, {bytes - bytes / coarse_share, words_of(max_points)}} {}
 
 Resolution RadiosityCache::resolution(const scene::GridId& grid) {
   const int level = grid.u_level + grid.v_level;
@@ -23,31 +35,74 @@ Resolution RadiosityCache::resolution(const scene::GridId& grid) {
 }
 
 void RadiosityCache::find(Entry& e, Counts* counts) {
-  e.found = area(e).find(e.key, e.words, &e.slot, uint8_t(e.diffuse_depth));
-  const bool hit = e.found == gi::TileCache::Found::ready || e.found == gi::TileCache::Found::pending;
-  counts->add(e, {1, hit, !hit, 0});
-  if (e.found == gi::TileCache::Found::mine) count_memory(e, counts);
-  if (!hit) std::memset(e.words, 0, sizeof e.words);  // points outside the patch are not computed
+  gi::TileCache& cache = area(e);
+  const uint16_t tag = uint16_t(e.diffuse_depth * resolution_count + int(resolution(e.grid)));
+  do {
+    e.found = cache.find(e.key, e.words, &e.slot, tag, lives(e.diffuse_depth));
+    if (e.found == Found::ready && e.missing() == 0) return;
+    if (e.found == Found::ready && cache.reclaim(&e.slot)) {
+      e.found = Found::mine;
+      return;
+    }
+  } while (e.found == Found::ready);
+  if (e.found == Found::mine) count_memory(e, counts);
+  e.clear();
 }
 
-// An entry comes, and another may have to go, of any depth.
+void RadiosityCache::publish(Entry& e) {
+  area(e).publish(e.slot, e.words);
+  e.found = Found::ready;
+}
+
+bool RadiosityCache::wait(Entry& e) {
+  if (area(e).wait(e.key, e.slot, e.words) && e.missing() == 0) {
+    e.found = Found::ready;
+    return true;
+  }
+  e.clear();
+  return false;
+}
+
+void RadiosityCache::abandon(const Entry& e) {
+  area(e).abandon(e.slot);
+  use_[size_t(resolution(e.grid))].bytes.fetch_sub(gi::TileCache::entry_bytes(area(e).words()), std::memory_order_relaxed);
+}
+
+// An entry comes, and another may have to go, of any resolution of the area and any depth.
 void RadiosityCache::count_memory(const Entry& e, Counts* counts) {
-  const int64_t bytes = int64_t(gi::TileCache::entry_bytes(area(e).words()));
-  counts->by_depth[size_t(e.diffuse_depth)].bytes += bytes;
+  const size_t bytes = gi::TileCache::entry_bytes(area(e).words());
+  use_[size_t(resolution(e.grid))].bytes.fetch_add(bytes, std::memory_order_relaxed);
+  counts->by_depth[size_t(e.diffuse_depth)].bytes += int64_t(bytes);
   if (e.slot.evicted < 0) return;
-  CacheCounts& gone = counts->by_depth[size_t(e.slot.evicted)];
-  ++gone.evictions;
-  gone.bytes -= bytes;
+  Use& gone = use_[e.slot.evicted % resolution_count];
+  gone.bytes.fetch_sub(bytes, std::memory_order_relaxed);
+  gone.evictions.fetch_add(1, std::memory_order_relaxed);
+  CacheCounts& of_depth = counts->by_depth[size_t(e.slot.evicted / resolution_count)];
+  ++of_depth.evictions;
+  of_depth.bytes -= int64_t(bytes);
+}
+
+CacheState RadiosityCache::state(Resolution r) const {
+  const Use& use = use_[size_t(r)];
+  CacheState s;
+  s.evictions = use.evictions.load(std::memory_order_relaxed);
+  s.bytes = s.peak_bytes = use.bytes.load(std::memory_order_relaxed);
+  s.capacity_bytes = areas_[area(r)].bytes();
+  return s;
 }
 
 void RadiosityCache::Entry::set(int point, const RGB& value) {
   const uint16_t packed[3] = {gi::pack(value.r), gi::pack(value.g), gi::pack(value.b)};
   std::memcpy(reinterpret_cast<std::byte*>(words + TileLinks::words) + point * 6, packed, 6);
+  words[0] |= 1u << (TileLinks::most_parts + point);
 }
 
-void RadiosityCache::Entry::set_links(const TileLinks& links) { words[0] = links.divided, words[1] = links.cut; }
+void RadiosityCache::Entry::set_links(const TileLinks& links) {
+  words[0] = (words[0] & ~TileLinks::all_parts) | links.divided;
+  words[1] = links.cut;
+}
 
-TileLinks RadiosityCache::Entry::links() const { return {words[0], words[1]}; }
+TileLinks RadiosityCache::Entry::links() const { return {words[0] & TileLinks::all_parts, words[1]}; }
 
 RGB RadiosityCache::Entry::get(int point) const {
   uint16_t packed[3];
