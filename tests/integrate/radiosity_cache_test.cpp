@@ -85,6 +85,98 @@ TEST(RadiosityCache, SavesShading) {
   EXPECT_EQ(by_resolution, by_depth);
 }
 
+// A closed room full of boxes, seen with small cells: every visible point reads cells of the whole room.
+std::string crowded_room() {
+  std::string text = R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32
+PixelFilter "box"
+LookAt 0 -1.9 1  0 0 .5  0 0 1
+Camera "perspective" "float fov" 70
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 6 6 6 ]
+  Shape "bilinearmesh" "point3 P" [ -.8 -.8 1.99  -.8 .8 1.99  .8 -.8 1.99  .8 .8 1.99 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .6 .5 .4 ]
+)";
+  const auto box = [](const V3f& a, const V3f& b) {
+    const auto p = [&](int corner) { return V3f((corner & 1) ? b.x : a.x, (corner & 2) ? b.y : a.y, (corner & 4) ? b.z : a.z); };
+    std::string faces;
+    for (const auto& f : {std::array{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 2, 4, 6}, {1, 3, 5, 7}})
+      faces += test::wall(p(f[0]), p(f[1]), p(f[2]), p(f[3]));
+    return faces;
+  };
+  text += box({-2, -2, 0}, {2, 2, 2});
+  for (int i = 0; i < 25; ++i) {
+    const V3f at(-1.6f + 0.75f * float(i % 5), -1 + 0.6f * float(i / 5), 0);
+    text += box(at, at + V3f(0.3f, 0.3f, 0.25f + 0.02f * float(i)));
+  }
+  return text;
+}
+
+// Issue 4: at a quarter of the working set at most 1.3 times the time, and no collapse at a twentieth. Times follow shading points.
+TEST(RadiosityCache, SmallOneDoesNotCollapse) {
+  const auto built = build_text(crowded_room());
+  auto s = settings(2, true);
+  s.shading.shadow_rays = RayList{2, 1};
+  s.shading.diffuse_rays = RayList{16, 4};
+  s.shading.cache_width = 0.03f;
+  set_thread_count(1);
+  s.cache_bytes = size_t(1) << 26;
+  const auto whole = render_built(built, 2, s);
+  uint64_t all = 0;
+  for (const integrate::CacheState& c : whole.result.caches)
+    if (c.has_memory && c.name != "grids") all += c.bytes;
+  const auto shaded = [](const auto& r) { return double(r.result.stages[shading::Stage::diffuselighting]); };
+  for (const auto& [part, most] : {std::pair{4, 3.0}, {20, 14.0}}) {
+    s.cache_bytes = all / uint64_t(part);
+    const auto other = render_built(built, 2, s);
+    EXPECT_TRUE(same_bits(whole.film, other.film)) << part;
+    EXPECT_LT(shaded(other) / shaded(whole), most) << "1/" << part << " of " << all;
+  }
+  set_thread_count(0);
+}
+
+// An entry grows by the points that look-ups want.
+TEST(RadiosityCache, EntriesAreFilledPointByPoint) {
+  using Found = gi::TileCache::Found;
+  integrate::RadiosityCache cache(1 << 20);
+  integrate::RadiosityCache::Counts counts;
+  counts.by_depth.resize(2);
+  const auto entry = [&](uint32_t needed) {
+    integrate::RadiosityCache::Entry e;
+    e.grid.u_level = e.grid.v_level = 5;
+    e.key = integrate::RadiosityCache::key(e.grid, 1);
+    e.needed = needed;
+    cache.find(e, &counts);
+    return e;
+  };
+  auto first = entry(0b0011);
+  ASSERT_EQ(first.found, Found::mine);
+  EXPECT_EQ(first.missing(), 0b0011u);
+  first.set_links({0b0001, 0b0010});
+  first.set(0, RGB(1)), first.set(1, RGB(2));
+  auto waiting = entry(0b0010), in_vain = entry(0b0100);
+  EXPECT_EQ(waiting.found, Found::pending);
+  cache.publish(first);
+  EXPECT_TRUE(cache.wait(waiting));
+  EXPECT_FALSE(cache.wait(in_vain));
+  EXPECT_EQ(entry(0b0010).found, Found::ready);
+
+  auto second = entry(0b1001);
+  ASSERT_EQ(second.found, Found::mine);
+  EXPECT_EQ(second.missing(), 0b1000u);
+  EXPECT_EQ(second.links().divided, 0b0001u);
+  second.set_links({0b1001, 0b0010});
+  second.set(3, RGB(4));
+  cache.publish(second);
+  const auto third = entry(0b1011);
+  ASSERT_EQ(third.found, Found::ready);
+  EXPECT_EQ(third.links().divided, 0b1001u);
+  EXPECT_EQ(third.links().cut, 0b0010u);
+  for (const auto& [point, value] : {std::pair{0, 1.0f}, {1, 2.0f}, {3, 4.0f}}) EXPECT_EQ(third.get(point), RGB(value));
+  EXPECT_EQ(counts.by_depth[1].bytes, int64_t(cache.state(integrate::Resolution::fine).bytes)) << "one entry";
+}
+
 TEST(RadiosityCache, OfAnyMemoryAndThreadsGivesTheSameImage) {
   const auto built = build_text(room);
   auto s = settings(2, true);

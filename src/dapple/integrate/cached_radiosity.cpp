@@ -37,15 +37,15 @@ class ClaimGuard {
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
 // thousands of rays read what they found.
-bool HitShader::lies_near_light(const scene::GridId& tile, NearLights* known) const {
+bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
   const uint64_t hash = tile.hash();
-  uint64_t& slot = known->slot[(hash >> 1) % NearLights::slot_count];
+  uint64_t& slot = w.near_lights.slot[(hash >> 1) % NearLights::slot_count];
   if ((slot ^ hash) > 1) {
-    const scene::PatchTable::Cell cell = patches_->cell(tile);
+    const scene::PatchTable::Cell cell = patches_->cell(tile, &w.extents);
     trace::HitBatch middle;
     patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
-    const V3f P = scene_.traced.surface(middle, 0, scene::PatchTable::shading_time).P;
+    const V3f P = scene_.traced.surface(middle, 0, scene::PatchTable::shading_time, false).P;
     const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
     const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), scene::PatchTable::shading_time}, reach) < reach;
     slot = (hash & ~uint64_t(1)) | uint64_t(near);
@@ -58,7 +58,6 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.clear();
-  scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
     const uint32_t geometry = b.hits.geometry[i];
     if (!wanted(b, i) || geometry == no_id || b.ray_weight[i].is_black() || !materials_.is_flat(geometry)) continue;
@@ -68,10 +67,10 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
-    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &memory, &at)) continue;
+    if (!patches_->dice(b.hits, i, b.rays.direction(i), s, width, &w.extents, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, &w.near_lights); ++halvings)
-      patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &memory, &at);
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
+      patches_->dice(b.hits, i, b.rays.direction(i), s, width *= 0.5f, &w.extents, &at);
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
     c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
     c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
@@ -146,7 +145,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
     const uint32_t missing = c.to_fill(e);
     if (missing == 0) continue;
     const scene::GridId& id = entry.grid;
-    const scene::PatchTable::Cell cell = patches_->cell(id);
+    const scene::PatchTable::Cell cell = patches_->cell(id, &w.extents);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);

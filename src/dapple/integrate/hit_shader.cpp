@@ -99,7 +99,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
       patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
     }
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time);
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, scene::PatchTable::shading_time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error};

@@ -114,7 +114,7 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool lies_near_light(const scene::GridId& tile, NearLights* known) const;
+  bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
   /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
   /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;

@@ -153,6 +153,7 @@ struct ShadingWorkspace {
   RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
   NearLights near_lights;
+  scene::PatchTable::Extents extents;
   CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
 
   // Rays about to be drawn, and their random numbers.

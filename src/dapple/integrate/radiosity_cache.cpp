@@ -86,8 +86,11 @@ CacheState RadiosityCache::state(Resolution r) const {
   const Use& use = use_[size_t(r)];
   CacheState s;
   s.evictions = use.evictions.load(std::memory_order_relaxed);
+  // Entries are replaced, never given up: of an area, the peak is what is in use.
   s.bytes = s.peak_bytes = use.bytes.load(std::memory_order_relaxed);
   s.capacity_bytes = areas_[area(r)].bytes();
+  if (r == Resolution::medium) s.capacity_bytes = s.bytes;
+  if (r == Resolution::fine) s.capacity_bytes -= use_[size_t(Resolution::medium)].bytes.load(std::memory_order_relaxed);
   return s;
 }
 

@@ -62,7 +62,7 @@ class RadiosityCache {
   /// Waits for an entry that was pending. True if all that is needed is known then: Found::ready.
   bool wait(Entry& entry);
 
-  /// Its memory, without a name and counts. Medium and fine tiles share theirs, of which each may take all.
+  /// Its memory, without a name and counts. Medium and fine tiles share theirs: fine ones may take what medium ones do not take now.
   CacheState state(Resolution r) const;
 
  private:
@@ -73,7 +73,8 @@ class RadiosityCache {
   gi::TileCache areas_[2];  ///< of coarse tiles, and of the others
   struct Use {
     std::atomic<uint64_t> bytes{0}, evictions{0};
-  } use_[resolution_count];  ///< changed by claims only
+  };
+  Use use_[resolution_count];  ///< changed by claims only
 };
 
 }  // namespace dapple::integrate

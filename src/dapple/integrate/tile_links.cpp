@@ -68,7 +68,7 @@ uint64_t TileLinker::link(Scratch& s) const {
 
 // From edge to edge through the middles of all cells.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
-  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid).size;
+  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid, &s.extents).size;
   const TileLinks suspect{0, TileLinks::suspect};
   for (float j = 0.5f; j < h; ++j) add(job, {margin, j}, {w - margin, j}, size, suspect, s, rays);
   for (float i = 0.5f; i < w; ++i) add(job, {i, margin}, {i, h - margin}, size, suspect, s, rays);
@@ -77,7 +77,7 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
 // From each wanted shading point to the next ones, and to the corners of its cell.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell(job.grid).size, corner = 0.5f - margin;
+  const float size = patches_->cell(job.grid, &s.extents).size, corner = 0.5f - margin;
   // Between points of a half there may be a cell outside it: all at once.
   const bool half = patches_->is_half(job.grid);
   if (half && job.known != 0) return;
@@ -119,7 +119,7 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
       parts[count++] = part;
     }
   }
-  const float size = patches_->cell(id).size;
+  const float size = patches_->cell(id, &s.extents).size;
   for (int i = 0; i < count; ++i) {
     Way& way = new_way(job, size, {1u << parts[i], 0}, s, rays);
     way.P[0] = from.P, way.P[1] = ends[i].P;
@@ -137,7 +137,7 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
   for (const bool end : {false, true}) {
     const V2f& at = end ? to : from;
     patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, 0);
-    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, PatchTable::shading_time);
+    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, PatchTable::shading_time, false);
     way.P[end] = p.P;
     way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
     way.error = std::max(way.error, p.error);
@@ -193,13 +193,13 @@ void TileLinker::trace_at(float above, float aside, Scratch& s, uint64_t* rays) 
   *rays += uint64_t(s.count);
 }
 
-TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
+TileLinker::Obstacle TileLinker::obstacle(Scratch& s, int ray) const {
   const uint32_t geometry = s.hits.geometry[ray];
   if (geometry == no_id || materials_.passes(geometry)) return Obstacle::none;
   if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return Obstacle::none;
   const Way& way = s.ways[ray];
   if (patches_->is_of(way.grid, s.hits, ray)) return Obstacle::none;
-  return patches_->cell(patches_->patch_of(s.hits, ray)).size >= way.cell_size ? Obstacle::large : Obstacle::small;
+  return patches_->cell(patches_->patch_of(s.hits, ray), &s.extents).size >= way.cell_size ? Obstacle::large : Obstacle::small;
 }
 
 }  // namespace dapple::integrate

@@ -69,6 +69,7 @@ class TileLinker {
     Way ways[capacity];
     trace::RayBatch rays;
     trace::HitBatch hits;
+    scene::PatchTable::Extents extents;
   };
 
   /// Adds to the links of all jobs. Returns the number of rays it took.
@@ -83,7 +84,7 @@ class TileLinker {
   void trace(Scratch& s, uint64_t* rays) const;
   void trace_at(float above, float aside, Scratch& s, uint64_t* rays) const;
   enum class Obstacle { none, small, large };
-  Obstacle obstacle(const Scratch& s, int ray) const;
+  Obstacle obstacle(Scratch& s, int ray) const;
 
   const scene::Scene& scene_;
   const MaterialTable& materials_;

@@ -102,7 +102,7 @@ V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch
   grid.instance = instance, grid.geometry = geometry;
   trace::HitBatch hit;
   set_hit(grid, patch, s, t, &hit, 0);
-  return scene_.surface(hit, 0, shading_time).P;
+  return scene_.surface(hit, 0, shading_time, false).P;
 }
 
 // Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.

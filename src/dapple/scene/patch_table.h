@@ -58,7 +58,7 @@ class PatchTable {
     }
 
    private:
-    static constexpr uint32_t entry_count = 64;
+    static constexpr uint32_t entry_count = 256;
     Extent entries_[entry_count];
   };
 
