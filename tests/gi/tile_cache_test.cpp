@@ -124,7 +124,7 @@ TEST(TileCache, KeepsWhatHasMoreLivesLonger) {
     Entry entry{};
     TileCache::Slot slot;
     const auto look_up = [&](uint64_t key, TileCache::Lives l) {
-      const Found found = cache.find(hash(key), entry.data(), &slot, 0, l);
+      const Found found = cache.find(hash(key), entry.data(), &slot, {.lives = l});
       if (found == Found::mine) cache.publish(slot, entry.data());
       return found == Found::ready;
     };

@@ -23,11 +23,7 @@ constexpr gi::TileCache::Lives lives(int diffuse_depth) {
 }
 }  // namespace
 
-// Of all bytes; what coarse tiles take in most scenes.
-constexpr size_t coarse_share = 8;
-
-RadiosityCache::RadiosityCache(size_t bytes)
-    : areas_{{bytes / coarse_share, words_of(1 << coarse_level)}, {bytes - bytes / coarse_share, words_of(max_points)}} {}
+RadiosityCache::RadiosityCache(size_t bytes) : cache_(bytes, words_of(max_points), words_of(1 << coarse_level)) {}
 
 Resolution RadiosityCache::resolution(const scene::GridId& grid) {
   const int level = grid.u_level + grid.v_level;
@@ -35,12 +31,12 @@ Resolution RadiosityCache::resolution(const scene::GridId& grid) {
 }
 
 void RadiosityCache::find(Entry& e, Counts* counts) {
-  gi::TileCache& cache = area(e);
-  const uint16_t tag = uint16_t(e.diffuse_depth * resolution_count + int(resolution(e.grid)));
+  const Resolution r = resolution(e.grid);
+  const gi::TileCache::Kind kind{uint16_t(e.diffuse_depth * resolution_count + int(r)), lives(e.diffuse_depth), r == Resolution::coarse};
   do {
-    e.found = cache.find(e.key, e.words, &e.slot, tag, lives(e.diffuse_depth));
+    e.found = cache_.find(e.key, e.words, &e.slot, kind);
     if (e.found == Found::ready && e.missing() == 0) return;
-    if (e.found == Found::ready && cache.reclaim(&e.slot)) {
+    if (e.found == Found::ready && cache_.reclaim(&e.slot)) {
       e.found = Found::mine;
       return;
     }
@@ -50,12 +46,12 @@ void RadiosityCache::find(Entry& e, Counts* counts) {
 }
 
 void RadiosityCache::publish(Entry& e) {
-  area(e).publish(e.slot, e.words);
+  cache_.publish(e.slot, e.words);
   e.found = Found::ready;
 }
 
 bool RadiosityCache::wait(Entry& e) {
-  if (area(e).wait(e.key, e.slot, e.words) && e.missing() == 0) {
+  if (cache_.wait(e.key, e.slot, e.words) && e.missing() == 0) {
     e.found = Found::ready;
     return true;
   }
@@ -64,13 +60,13 @@ bool RadiosityCache::wait(Entry& e) {
 }
 
 void RadiosityCache::abandon(const Entry& e) {
-  area(e).abandon(e.slot);
-  use_[size_t(resolution(e.grid))].bytes.fetch_sub(gi::TileCache::entry_bytes(area(e).words()), std::memory_order_relaxed);
+  cache_.abandon(e.slot);
+  use_[size_t(resolution(e.grid))].bytes.fetch_sub(cache_.entry_bytes(e.slot), std::memory_order_relaxed);
 }
 
-// An entry comes, and another may have to go, of any resolution of the area and any depth.
+// An entry comes, and another may have to go, of any resolution and depth.
 void RadiosityCache::count_memory(const Entry& e, Counts* counts) {
-  const size_t bytes = gi::TileCache::entry_bytes(area(e).words());
+  const size_t bytes = cache_.entry_bytes(e.slot);
   use_[size_t(resolution(e.grid))].bytes.fetch_add(bytes, std::memory_order_relaxed);
   counts->by_depth[size_t(e.diffuse_depth)].bytes += int64_t(bytes);
   if (e.slot.evicted < 0) return;
@@ -86,11 +82,9 @@ CacheState RadiosityCache::state(Resolution r) const {
   const Use& use = use_[size_t(r)];
   CacheState s;
   s.evictions = use.evictions.load(std::memory_order_relaxed);
-  // Entries are replaced, never given up: of an area, the peak is what is in use.
-  s.bytes = s.peak_bytes = use.bytes.load(std::memory_order_relaxed);
-  s.capacity_bytes = areas_[area(r)].bytes();
-  if (r == Resolution::medium) s.capacity_bytes = s.bytes;
-  if (r == Resolution::fine) s.capacity_bytes -= use_[size_t(Resolution::medium)].bytes.load(std::memory_order_relaxed);
+  // Entries are replaced, never given up: of all together, the peak is what is in use.
+  s.bytes = s.peak_bytes = s.capacity_bytes = use.bytes.load(std::memory_order_relaxed);
+  if (r == Resolution::fine) s.capacity_bytes += cache_.bytes() - cache_.bytes_in_use();
   return s;
 }
 

@@ -9,8 +9,8 @@
 namespace dapple::integrate {
 
 /// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, methods page section 2). Coarse: the whole
-/// patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more. Coarse tiles
-/// have a budget of their own, so that the others, of which there are many, cannot drive them out.
+/// patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more. A share of the
+/// memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out; what is used is kept, of any resolution.
 ///
 /// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together (TileLinks).
 /// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h).
@@ -62,15 +62,13 @@ class RadiosityCache {
   /// Waits for an entry that was pending. True if all that is needed is known then: Found::ready.
   bool wait(Entry& entry);
 
-  /// Its memory, without a name and counts. Medium and fine tiles share theirs: fine ones may take what medium ones do not take now.
+  /// Its memory, without a name and counts. The capacity of fine tiles is what the others do not take now.
   CacheState state(Resolution r) const;
 
  private:
   void count_memory(const Entry& entry, Counts* counts);
-  static int area(Resolution r) { return r == Resolution::coarse ? 0 : 1; }
-  gi::TileCache& area(const Entry& e) { return areas_[area(resolution(e.grid))]; }
 
-  gi::TileCache areas_[2];  ///< of coarse tiles, and of the others
+  gi::TileCache cache_;
   struct Use {
     std::atomic<uint64_t> bytes{0}, evictions{0};
   };
