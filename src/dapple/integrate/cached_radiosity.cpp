@@ -12,6 +12,8 @@ namespace {
 // A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
 constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
+// For an entry that others keep adding to, or replacing; then it is computed twice.
+constexpr int most_waits = 8;
 
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
@@ -90,24 +92,21 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
   ClaimGuard guard(cache, c);
-  for (int e = 0; e < c.entry_count; ++e) cache.find(c.entry[e], &counts);
-  fill(below, c, w);
-  guard.publish();
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth, of
-  // which entries wait for deeper radiosity: no ring.
-  bool all_known = true;
-  for (int e = 0; e < c.entry_count; ++e)
-    if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
-  if (!all_known) {
-    // Nobody waits while others may wait for him: what is pending still is computed twice.
+  // which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
+  bool all_known = false;
+  for (int round = 0; !all_known; ++round) {
     for (int e = 0; e < c.entry_count; ++e) {
       RadiosityCache::Entry& entry = c.entry[e];
-      if (entry.found != TileCache::Found::pending) continue;
+      if (round > 0 && entry.found != TileCache::Found::pending) continue;
       cache.find(entry, &counts);
-      if (entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;
+      if (round == most_waits && entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;
     }
     fill(below, c, w);
     guard.publish();
+    all_known = true;
+    for (int e = 0; e < c.entry_count; ++e)
+      if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
   }
   count_uses(below, c, w);
 
