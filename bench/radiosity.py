@@ -18,12 +18,11 @@ from types import SimpleNamespace
 import common
 import radiosity_scenes as scenes
 
-HALL_WIDTH = .02  # cells of a critical look, of which there are many
 QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
 FULL = dict(resolution=1024, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=256, copies=[1, 12], light_resolution=512,
-            lights=[2, 20, 100], halls=[(64, 1024, [1 / 4]), (12, 128, [1 / 2, 1 / 4, 1 / 10, 1 / 20, 0])], error_resolution=256, reference_samples=4096,
+            lights=[2, 20, 100], halls=[(64, 800, .002, [1 / 2, 1 / 4]), (12, 128, .02, [1 / 2, 1 / 4, 1 / 10, 1 / 20, 0])], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
-QUICK = dict(FULL, resolution=128, final_resolution=32, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, halls=[(12, 96, [1 / 4, 0])],
+QUICK = dict(FULL, resolution=128, final_resolution=32, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, halls=[(12, 96, .02, [1 / 4, 0])],
              error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
 
 
@@ -216,20 +215,20 @@ def lights(bench):
 def memory(bench):
     """Against a cache with room for all entries: at a large working set what keeps most of it, and the whole curve at a small one."""
     results, texts = [], []
-    for stones, pixels, fractions in bench.size.halls:
-        result, text = memory_curve(bench, stones, pixels, fractions)
+    for stones, pixels, width, fractions in bench.size.halls:
+        result, text = memory_curve(bench, stones, pixels, width, fractions)
         results += result
         texts.append(text)
     return results, "\n\n".join(texts)
 
 
-def memory_curve(bench, stones, pixels, fractions):
+def memory_curve(bench, stones, pixels, width, fractions):
     rows, result = [], []
     scene = scenes.hall(bench.context.out, stones)
     reference, image, cropped = (bench.context.out / f"radiosity_memory_{name}.exr" for name in ("reference", "image", "crop"))
 
     def render(megabytes, *options, to=image):
-        return bench.medians([lambda: bench.render(scene, "--cache-mb", f"{megabytes:.4f}", "--cache-width", HALL_WIDTH, *options, resolution=pixels, samples=4, bounces=2,
+        return bench.medians([lambda: bench.render(scene, "--cache-mb", f"{megabytes:.4f}", "--cache-width", width, *options, resolution=pixels, samples=4, bounces=2,
                                                    rays=((4, 1), (16, 4)), image=to)])[0]
 
     def total(s, key):
@@ -237,7 +236,7 @@ def memory_curve(bench, stones, pixels, fractions):
 
     def row(name, s, time, same):
         rows.append([name, time, f"{100 * total(s, 'hits') / max(1, total(s, 'lookups')):.1f} %", total(s, "fills"), f"{total(s, 'lookups') / max(1, total(s, 'fills')):.3g}",
-                     total(s, "evictions"), f"{total(s, 'peak_bytes') / 1e6:.1f} MB", points(s), "yes" if same else "NO"])
+                     total(s, "evictions"), f"{total(s, 'bytes') / 1e6:.1f} MB", points(s), "yes" if same else "NO"])
         rows[-1][1:2] = [seconds(time), ratio(time, result[0]["seconds"] if result else time)]
         result.append({"stones": stones ** 2, "pixels": pixels, "cache": name, "seconds": time, "stats": s, "same_image": same})
         print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
@@ -260,7 +259,7 @@ def memory_curve(bench, stones, pixels, fractions):
             same &= bench.compare(image, cropped)["relative_rmse"] == 0
         row("0 MB *", s, spent * pixels ** 2 / (len(corners) * side ** 2), same)
     text = (f"{stones ** 2} instances of a displaced subdivision surface in a closed hall, {pixels} x {pixels}, 2 bounces, 4,1 shadow and 16,4 diffuse rays, 4 camera samples, "
-            f"`--cache-width {HALL_WIDTH}`: all entries take {everything:.3g} MB. The images are compared pixel for pixel.\n\n"
+            f"`--cache-width {width}`: all entries take {everything:.3g} MB. The images are compared pixel for pixel.\n\n"
             + common.table(["cache", "time", "ratio", "hits", "fills", "look-ups a fill", "evictions", "peak", "shading points", "same image"], rows))
     if 0 in fractions:
         text += "\n\n\\* In proportion to pixels from 4 crops of 8 x 8; the counts are those of one of them."

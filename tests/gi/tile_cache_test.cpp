@@ -117,6 +117,56 @@ TEST(TileCache, KeepsWhatIsUsed) {
   EXPECT_EQ(lost, 0);
 }
 
+// Lives: what is dear outlives a flood in which what is cheap and as often used goes, and goes in the end too.
+TEST(TileCache, KeepsWhatHasMoreLivesLonger) {
+  const auto count_kept = [](TileCache::Lives lives, int flood) {
+    TileCache cache(20000, words);
+    Entry entry{};
+    TileCache::Slot slot;
+    const auto look_up = [&](uint64_t key, TileCache::Lives l) {
+      const Found found = cache.find(hash(key), entry.data(), &slot, {.lives = l});
+      if (found == Found::mine) cache.publish(slot, entry.data());
+      return found == Found::ready;
+    };
+    constexpr uint64_t old = 100;
+    for (uint64_t key = 0; key < old; ++key) look_up(key, lives), look_up(key, lives);
+    for (uint64_t key = old; key < old + uint64_t(flood); ++key) look_up(key, {0, 1});
+    int kept = 0;
+    for (uint64_t key = 0; key < old; ++key) {
+      uint32_t word;
+      kept += cache.peek(hash(key), 0, &word);
+    }
+    return kept;
+  };
+  const int capacity = int(TileCache(20000, words).capacity());
+  EXPECT_LT(count_kept({0, 1}, 3 * capacity), 10);
+  EXPECT_GT(count_kept({3, 7}, 3 * capacity), 90);
+  EXPECT_LT(count_kept({3, 7}, 20 * capacity), 10);
+}
+
+TEST(TileCache, ReclaimedEntriesAreAddedTo) {
+  TileCache cache(1 << 16, words);
+  Entry entry;
+  TileCache::Slot slot, same, other;
+  ASSERT_EQ(cache.find(42, entry.data(), &slot), Found::mine);
+  compute(42, &entry);
+  entry[1] = 0;
+  cache.publish(slot, entry.data());
+  ASSERT_EQ(cache.find(42, entry.data(), &slot), Found::ready);
+  same = slot;
+  ASSERT_TRUE(cache.reclaim(&slot));
+  EXPECT_FALSE(cache.reclaim(&same)) << "another has it";
+  EXPECT_EQ(cache.find(42, entry.data(), &other), Found::pending);
+  compute(42, &entry);
+  cache.publish(slot, entry.data());
+  EXPECT_FALSE(cache.reclaim(&same)) << "it has changed";
+  entry = {};
+  ASSERT_EQ(cache.find(42, entry.data(), &other), Found::ready);
+  EXPECT_TRUE(holds(42, entry));
+  EXPECT_EQ(cache.evictions(), 0u);
+  EXPECT_EQ(cache.bytes_in_use(), TileCache::entry_bytes(words));
+}
+
 // Threads that want the same few keys, in a cache too small for them: whatever is read is whole and right.
 TEST(TileCache, IsRightUnderContention) {
   TileCache cache(4096, words);
@@ -129,7 +179,10 @@ TEST(TileCache, IsRightUnderContention) {
       Entry entry{};
       TileCache::Slot slot;
       switch (cache.find(key, entry.data(), &slot)) {
-        case Found::ready: wrong += !holds(key, entry); break;
+        case Found::ready:
+          wrong += !holds(key, entry);
+          if (rng.next() < 0.1f && cache.reclaim(&slot)) cache.publish(slot, entry.data());
+          break;
         case Found::mine:
           compute(key, &entry);
           if (rng.next() < 0.1f)

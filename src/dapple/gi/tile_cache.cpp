@@ -27,11 +27,12 @@ class SpinLock {
 
 }  // namespace
 
-TileCache::TileCache(size_t bytes, int words) : words_(words), set_count_(bytes / set_bytes(words)) {
+TileCache::TileCache(size_t bytes, int words, int small_words)
+    : words_(words), small_words_(small_words), large_ways_(small_words > 0 ? ways - small_ways : ways), set_count_(bytes / set_bytes()) {
   if (set_count_ > ~uint32_t(0)) set_count_ = ~uint32_t(0);
   if (set_count_ == 0) return;
   constexpr size_t line = alignof(Header);
-  memory_.reset(static_cast<std::byte*>(std::calloc(set_count_ * set_bytes(words) + line, 1)));
+  memory_.reset(static_cast<std::byte*>(std::calloc(set_count_ * set_bytes() + line, 1)));
   if (!memory_) throw MemoryError("a cache of " + std::to_string(bytes >> 20) + " MB does not fit the memory");
   std::byte* first = memory_.get() + (line - reinterpret_cast<uintptr_t>(memory_.get()) % line) % line;
   headers_ = reinterpret_cast<Header*>(first);
@@ -42,7 +43,7 @@ TileCache::TileCache(size_t bytes, int words) : words_(words), set_count_(bytes 
 bool TileCache::read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const {
   const Header& h = headers_[set];
   const std::atomic<uint32_t>* from = payload(set, way);
-  for (int i = 0; i < words_; ++i) out[i] = from[i].load(std::memory_order_acquire);
+  for (int i = 0, n = words_in(way); i < n; ++i) out[i] = from[i].load(std::memory_order_acquire);
   return h.version[way].load(std::memory_order_acquire) == version && h.key[way].load(std::memory_order_relaxed) == key;
 }
 
@@ -51,58 +52,92 @@ bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
   if (key == 0) key = 1;
   const uint32_t set = set_of(key);
   Header& h = headers_[set];
-  for (uint32_t way = 0; way < ways; ++way) {
+  for (uint32_t i = 0; i < ways; ++i) {
+    const uint32_t way = way_of(key, i);
     if (h.key[way].load(std::memory_order_acquire) != key) continue;
     const uint32_t version = h.version[way].load(std::memory_order_acquire);
     if (version & 1) return false;
     *out = payload(set, way)[word].load(std::memory_order_acquire);
     if (h.version[way].load(std::memory_order_acquire) != version || h.key[way].load(std::memory_order_relaxed) != key) return false;
-    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
+    h.revive(way, Lives().most);
     return true;
   }
   return false;
 }
 
-TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag) {
+TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, const Kind& kind) {
   if (set_count_ == 0) return Found::refused;
   if (key == 0) key = 1;
   const uint32_t set = set_of(key);
   Header& h = headers_[set];
-  const auto look = [&](uint32_t way) {
-    const uint32_t version = h.version[way].load(std::memory_order_acquire);
-    if (h.key[way].load(std::memory_order_acquire) != key) return Found::refused;
-    *slot = {set, way, version, -1};
-    if (version & 1) return Found::pending;
-    if (!read(set, way, key, version, out)) return Found::refused;
-    if (!h.recent[way].load(std::memory_order_relaxed)) h.recent[way].store(1, std::memory_order_relaxed);
-    return Found::ready;
+  const auto look = [&] {
+    for (uint32_t i = 0; i < ways; ++i) {
+      const uint32_t way = way_of(key, i);
+      if (h.key[way].load(std::memory_order_acquire) != key) continue;
+      const uint32_t version = h.version[way].load(std::memory_order_acquire);
+      if (h.key[way].load(std::memory_order_acquire) != key) continue;
+      *slot = {set, way, version, -1};
+      if (version & 1) return Found::pending;
+      if (!read(set, way, key, version, out)) continue;
+      h.revive(way, kind.lives.most);
+      return Found::ready;
+    }
+    return Found::refused;
   };
-  for (uint32_t way = 0; way < ways; ++way)
-    if (const Found found = look(way); found != Found::refused) return found;
+  if (const Found found = look(); found != Found::refused) return found;
 
   const SpinLock lock(h.lock);
-  for (uint32_t way = 0; way < ways; ++way)
-    if (const Found found = look(way); found != Found::refused) return found;
-  // Twice around: the first time takes second chances away.
-  for (uint32_t i = 0; i < 2 * ways; ++i) {
-    const uint32_t way = h.hand++ % ways;
-    const uint32_t version = h.version[way].load(std::memory_order_acquire);
-    if ((version & 1) || h.recent[way].exchange(0, std::memory_order_relaxed)) continue;
-    const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
-    (empty ? used_ : evictions_).fetch_add(1, std::memory_order_relaxed);
-    h.version[way].store(version + 1, std::memory_order_release);
-    h.key[way].store(key, std::memory_order_release);
-    *slot = {set, way, version + 1, empty ? -1 : h.tag[way]};
-    h.tag[way] = tag;
-    return Found::mine;
+  if (const Found found = look(); found != Found::refused) return found;
+  const uint32_t way = choose_victim(h, key, kind.small);
+  if (way == ways) return Found::refused;
+  const uint32_t version = h.version[way].load(std::memory_order_acquire);
+  const bool empty = h.key[way].load(std::memory_order_relaxed) == 0;
+  if (empty)
+    used_.fetch_add(entry_bytes(Slot{set, way}), std::memory_order_relaxed);
+  else
+    evictions_.fetch_add(1, std::memory_order_relaxed);
+  h.version[way].store(version + 1, std::memory_order_release);
+  h.key[way].store(key, std::memory_order_release);
+  h.lives[way].store(kind.lives.first, std::memory_order_relaxed);
+  *slot = {set, way, version + 1, empty ? -1 : h.tag[way]};
+  h.tag[way] = kind.tag;
+  return Found::mine;
+}
+
+// A way that is empty, of its own size if there is one, the nearest to where the key is looked for first; or the first one without lives that the
+// hand comes by: others lose one as it passes. `ways`: all are being filled. Under the lock.
+uint32_t TileCache::choose_victim(Header& h, uint64_t key, bool small) const {
+  uint32_t larger = ways;
+  for (uint32_t i = 0; i < ways; ++i) {
+    const uint32_t way = way_of(key, i);
+    if (h.key[way].load(std::memory_order_relaxed) != 0 || (h.version[way].load(std::memory_order_acquire) & 1)) continue;
+    if (small == is_small(way)) return way;
+    if (small && larger == ways) larger = way;
   }
-  return Found::refused;
+  if (larger < ways) return larger;
+  for (uint32_t i = 0; i < (most_lives + 1) * ways; ++i) {
+    const uint32_t way = h.hand++ % ways;
+    if (is_small(way) && !small) continue;
+    if (h.version[way].load(std::memory_order_acquire) & 1) continue;
+    const uint8_t left = h.lives[way].load(std::memory_order_relaxed);
+    if (left == 0) return way;
+    h.lives[way].store(left - 1, std::memory_order_relaxed);
+  }
+  return ways;
+}
+
+bool TileCache::reclaim(Slot* slot) {
+  Header& h = headers_[slot->set];
+  const SpinLock lock(h.lock);
+  if (h.version[slot->way].load(std::memory_order_acquire) != slot->version) return false;
+  h.version[slot->way].store(++slot->version, std::memory_order_release);
+  return true;
 }
 
 void TileCache::publish(const Slot& slot, const uint32_t* words) {
   Header& h = headers_[slot.set];
   std::atomic<uint32_t>* to = payload(slot.set, slot.way);
-  for (int i = 0; i < words_; ++i) to[i].store(words[i], std::memory_order_release);
+  for (int i = 0, n = words_in(slot.way); i < n; ++i) to[i].store(words[i], std::memory_order_release);
   h.version[slot.way].store(slot.version + 1, std::memory_order_release);
   h.version[slot.way].notify_all();
 }
@@ -110,7 +145,7 @@ void TileCache::publish(const Slot& slot, const uint32_t* words) {
 void TileCache::abandon(const Slot& slot) {
   Header& h = headers_[slot.set];
   h.key[slot.way].store(0, std::memory_order_relaxed);
-  used_.fetch_sub(1, std::memory_order_relaxed);
+  used_.fetch_sub(entry_bytes(slot), std::memory_order_relaxed);
   h.version[slot.way].store(slot.version + 1, std::memory_order_release);
   h.version[slot.way].notify_all();
 }

@@ -9,17 +9,18 @@
 
 namespace dapple::gi {
 
-/// A cache of entries of one size, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
+/// A cache of entries of one or two sizes, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
 /// one changes no image.
 ///
-/// Memory is an array of sets of 8 entries; a key belongs to one set, where replacement is by second chance. Looking up takes no lock: each
-/// entry has a version, odd while it is being filled, and a reader that finds the version changed reads again. Claiming an entry takes
-/// the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
+/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which entries that are dear may have
+/// several (Lives). Where there are two sizes, 6 of them are small; small entries that find no room there take that of large ones, as far as these are
+/// used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds the version changed
+/// reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
 class TileCache {
  public:
-  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry. Throws
-  /// MemoryError.
-  TileCache(size_t bytes, int words);
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry; `small_words`: in
+  /// small entries; 0: there are none. Throws MemoryError.
+  TileCache(size_t bytes, int words, int small_words = 0);
 
   enum class Found : uint8_t {
     ready,    ///< out is written
@@ -27,44 +28,73 @@ class TileCache {
     pending,  ///< another thread computes it: wait()
     refused   ///< there is no room: the caller computes it for itself
   };
+  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was looked up. What an entry
+  /// costs to compute again, in coarse steps.
+  struct Lives {
+    uint8_t first = 0, most = 1;
+  };
+  static constexpr int most_lives = 15;
+  struct Kind {
+    uint16_t tag = 0;  ///< to be told when it is evicted
+    Lives lives;
+    bool small = false;
+  };
   struct Slot {
     uint32_t set = 0, way = 0, version = 0;
     int evicted = -1;  ///< with Found::mine: tag of the entry that had to go, -1 = none
   };
   /// One word of an entry, if it is there and whole. For entries of which little is wanted at a time.
   bool peek(uint64_t key, int word, uint32_t* out) const;
-  /// Looks a key up; if it is absent, claims an entry for it. `tag`: what kind of entry, to be told when it is evicted.
-  Found find(uint64_t key, uint32_t* out, Slot* slot, uint8_t tag = 0);
+  /// Looks a key up; if it is absent, claims an entry for it. `out` has room for a large entry's words.
+  Found find(uint64_t key, uint32_t* out, Slot* slot, const Kind& kind);
+  Found find(uint64_t key, uint32_t* out, Slot* slot) { return find(key, out, slot, Kind()); }
+  /// Claims an entry that was found ready, to publish more than it held. False if it has changed since.
+  bool reclaim(Slot* slot);
   void publish(const Slot& slot, const uint32_t* words);
   void abandon(const Slot& slot);  ///< forgets the key
   /// Waits for an entry that was pending. False if it has been replaced or abandoned in the meantime.
   bool wait(uint64_t key, const Slot& slot, uint32_t* out) const;
 
-  int words() const { return words_; }
+  int words() const { return words_; }  ///< of a large entry
   size_t capacity() const { return set_count_ * ways; }
-  size_t bytes() const { return set_count_ * set_bytes(words_); }
-  size_t bytes_in_use() const { return used_.load(std::memory_order_relaxed) * entry_bytes(words_); }
+  size_t bytes() const { return set_count_ * set_bytes(); }
+  size_t bytes_in_use() const { return used_.load(std::memory_order_relaxed); }
   uint64_t evictions() const { return evictions_.load(std::memory_order_relaxed); }
   /// Bytes an entry costs, its share of the set included.
-  static size_t entry_bytes(int words) { return set_bytes(words) / ways; }
+  static size_t entry_bytes(int words) { return sizeof(Header) / ways + size_t(words) * sizeof(uint32_t); }
+  size_t entry_bytes(const Slot& slot) const { return entry_bytes(words_in(slot.way)); }
 
  private:
-  static constexpr uint32_t ways = 8;
+  static constexpr uint32_t ways = 16, small_ways = 6;
   struct alignas(64) Header {
     std::atomic<uint64_t> key[ways];      ///< 0 = empty
     std::atomic<uint32_t> version[ways];
-    std::atomic<uint8_t> recent[ways];    ///< looked up since the hand came by
-    uint8_t tag[ways];                    ///< under the lock
+    uint16_t tag[ways];                   ///< under the lock
+    std::atomic<uint8_t> lives[ways];     ///< that are left
     std::atomic<uint32_t> lock;
     uint32_t hand;
+
+    void revive(uint32_t way, uint8_t most) {
+      if (lives[way].load(std::memory_order_relaxed) < most) lives[way].store(most, std::memory_order_relaxed);
+    }
   };
-  static size_t set_bytes(int words) { return sizeof(Header) + ways * size_t(words) * sizeof(uint32_t); }
+  bool is_small(uint32_t way) const { return way >= large_ways_; }
+  int words_in(uint32_t way) const { return is_small(way) ? small_words_ : words_; }
+  size_t set_words() const { return large_ways_ * size_t(words_) + (ways - large_ways_) * size_t(small_words_); }
+  size_t set_bytes() const { return sizeof(Header) + set_words() * sizeof(uint32_t); }
 
   uint32_t set_of(uint64_t key) const { return uint32_t((key >> 32) * set_count_ >> 32); }
+  /// The i-th place in a set where a key is looked for.
+  static uint32_t way_of(uint64_t key, uint32_t i) { return uint32_t(key + i) % ways; }
+  uint32_t choose_victim(Header& h, uint64_t key, bool small) const;
   bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
-  std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const { return &payloads_[(size_t(set) * ways + way) * size_t(words_)]; }
+  std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const {
+    const size_t in_set = is_small(way) ? large_ways_ * size_t(words_) + (way - large_ways_) * size_t(small_words_) : way * size_t(words_);
+    return &payloads_[set * set_words() + in_set];
+  }
 
-  int words_;
+  int words_, small_words_;
+  uint32_t large_ways_;
   size_t set_count_;
   struct Free {
     void operator()(void* p) const { std::free(p); }
@@ -73,7 +103,7 @@ class TileCache {
   std::unique_ptr<std::byte, Free> memory_;
   Header* headers_ = nullptr;
   std::atomic<uint32_t>* payloads_ = nullptr;
-  std::atomic<size_t> used_{0};        ///< changed by claims only
+  std::atomic<size_t> used_{0};        ///< bytes; changed by claims only
   std::atomic<uint64_t> evictions_{0};
 };
 

@@ -12,20 +12,20 @@ namespace {
 // A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
 constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
+// For an entry that others keep adding to, or replacing; then it is computed twice.
+constexpr int most_waits = 8;
 
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
  public:
   ClaimGuard(RadiosityCache& cache, CacheBatch& c) : cache_(cache), c_(c) {}
   ~ClaimGuard() {
-    if (done_) return;
     for (int e = 0; e < c_.entry_count; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.abandon(c_.entry[e]);
   }
   void publish() {
     for (int e = 0; e < c_.entry_count; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.publish(c_.entry[e]);
-    done_ = true;
   }
   ClaimGuard(const ClaimGuard&) = delete;
   ClaimGuard& operator=(const ClaimGuard&) = delete;
@@ -33,23 +33,22 @@ class ClaimGuard {
  private:
   RadiosityCache& cache_;
   CacheBatch& c_;
-  bool done_ = false;
 };
 
 }  // namespace
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
 // thousands of rays read what they found.
-bool HitShader::lies_near_light(const scene::GridId& tile, NearLights* known) const {
+bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
   const uint64_t hash = tile.hash();
-  uint64_t& slot = known->slot[(hash >> 1) % NearLights::slot_count];
+  uint64_t& slot = w.near_lights.slot[(hash >> 1) % NearLights::slot_count];
   if ((slot ^ hash) > 1) {
-    const scene::PatchTable::Cell cell = patches_->cell(tile);
+    const scene::PatchTable::Cell cell = patches_->cell(tile, &w.extents);
     trace::HitBatch middle;
     patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
     const float time = patches_->time(tile);
-    const V3f P = scene_.traced.surface(middle, 0, time).P;
+    const V3f P = scene_.traced.surface(middle, 0, time, false).P;
     const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
     const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach;
     slot = (hash & ~uint64_t(1)) | uint64_t(near);
@@ -62,7 +61,6 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.clear();
-  scene::PatchTable::Extents memory;
   for (int i = 0; i < b.ray_count; ++i) {
     const uint32_t geometry = b.hits.geometry[i];
     if (!wanted(b, i) || geometry == no_id || b.ray_weight[i].is_black() || !materials_.is_flat(geometry)) continue;
@@ -72,10 +70,10 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
     float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
     scene::GridPoint& at = c.point[c.count];
-    if (!patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width, &memory, &at)) continue;
+    if (!patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width, &w.extents, &at)) continue;
     // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, &w.near_lights); ++halvings)
-      patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width *= 0.5f, &memory, &at);
+    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
+      patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width *= 0.5f, &w.extents, &at);
     if (const scene::Motion& motion = patches_->motion(); !motion.moves(b.hits.instance[i], geometry))
       at.grid.span = motion.span_near(s.P, width, b.rays.time[i], settings_.diffuse_rays.at(below.depth.diffuse));
     if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
@@ -91,24 +89,29 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   locate_radiosity(place, below, width_scale, wanted, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
-  ClaimGuard guard(cache, c);
-  for (int e = 0; e < c.entry_count; ++e) cache.find(c.entry[e], &counts);
   for (int n = 0; n < c.count; ++n) {
     c.near[n] = patches_->neighbours(c.point[n]);
     for (int i = 0; i < 4; ++i)
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
-  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.found == TileCache::Found::mine || e.found == TileCache::Found::refused; });
-  guard.publish();
+  ClaimGuard guard(cache, c);
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth, of
-  // which entries wait for deeper radiosity: no ring.
-  for (int e = 0; e < c.entry_count; ++e) {
-    RadiosityCache::Entry& entry = c.entry[e];
-    entry.lost = entry.found == TileCache::Found::pending && !cache.wait(entry);
-    if (entry.lost) RadiosityCache::count_lost(entry, &counts), entry.found = TileCache::Found::refused;
+  // which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
+  bool all_known = false;
+  for (int round = 0; !all_known; ++round) {
+    for (int e = 0; e < c.entry_count; ++e) {
+      RadiosityCache::Entry& entry = c.entry[e];
+      if (round > 0 && entry.found != TileCache::Found::pending) continue;
+      cache.find(entry, &counts);
+      if (round == most_waits && entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;
+    }
+    fill(below, c, w);
+    guard.publish();
+    all_known = true;
+    for (int e = 0; e < c.entry_count; ++e)
+      if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
   }
-  fill(below, c, w, [](const RadiosityCache::Entry& e) { return e.lost; });
-  if (w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1) log_uses(c, w);
+  count_uses(below, c, w);
 
   for (int n = 0; n < c.count; ++n) {
     const int i = c.ray[n];
@@ -119,33 +122,40 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   }
 }
 
-void HitShader::log_uses(const CacheBatch& c, ShadingWorkspace& w) {
-  const double now = w.cache_log->now();
+void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w) {
+  using Outcome = RadiosityCache::Entry::Outcome;
+  const bool log = w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1;
+  const double now = log ? w.cache_log->now() : 0;
   for (int e = 0; e < c.entry_count; ++e) {
-    const TileCache::Found found = c.entry[e].found;
-    w.cache_log->add(c.entry[e].key, found == TileCache::Found::mine || found == TileCache::Found::refused, now);
+    const RadiosityCache::Entry& entry = c.entry[e];
+    const bool filled = entry.outcome == Outcome::filled;
+    counts_for(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = entry.outcome == Outcome::extended});
+    if (log) w.cache_log->add(entry.key, filled, now);
   }
 }
 
-// Computes the entries for which wanted(entry): all points of those that will be kept, else those that are needed.
-template <class Wanted>
-void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+// Computes the points that are missing, but for those that another thread computes.
+void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
   int points[resolution_count] = {}, all = 0;
-  link_tiles(c, w, wanted);
+  link_tiles(c, w);
   f.count = 0;
   for (int e = 0; e < c.entry_count; ++e) {
-    const RadiosityCache::Entry& entry = c.entry[e];
-    if (!wanted(entry)) continue;
+    RadiosityCache::Entry& entry = c.entry[e];
+    const uint32_t missing = c.to_fill(e);
+    if (missing == 0) continue;
     const scene::GridId& id = entry.grid;
-    const bool whole = entry.found == TileCache::Found::mine;
-    const scene::PatchTable::Cell cell = patches_->cell(id);
+    const scene::PatchTable::Cell cell = patches_->cell(id, &w.extents);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);
-        if (!(whole || (entry.needed >> point & 1)) || patches_->is_outside(id, i, j)) continue;
+        if (!(missing >> point & 1)) continue;
+        if (patches_->is_outside(id, i, j)) {  // rounding at the diagonal of a half
+          entry.set_black(point);
+          continue;
+        }
         const int k = f.count++;
         set_shading_point(id, i, j, cell, entry.key, f, k);
         spread_origins(id, i, j, entry.links(), f, k);
@@ -164,15 +174,21 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, con
   counts.by_depth[size_t(below.depth.diffuse)].fill_seconds += seconds;
 }
 
-template <class Wanted>
-void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const {
+void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
+  using Outcome = RadiosityCache::Entry::Outcome;
   TileLinks links[CacheBatch::capacity];
   w.linking.job_count = 0;
-  for (int e = 0; e < c.entry_count; ++e)
-    if (wanted(c.entry[e])) w.linking.jobs[w.linking.job_count++] = {c.entry[e].grid, &links[e]};
+  for (int e = 0; e < c.entry_count; ++e) {
+    RadiosityCache::Entry& entry = c.entry[e];
+    const uint32_t missing = c.to_fill(e);
+    if (missing == 0) continue;
+    entry.outcome = entry.known() ? Outcome::extended : Outcome::filled;
+    if (entry.known()) links[e] = entry.links();
+    w.linking.jobs[w.linking.job_count++] = {entry.grid, &links[e], missing, entry.known()};
+  }
   link(true, w);
   for (int e = 0; e < c.entry_count; ++e)
-    if (wanted(c.entry[e])) c.entry[e].set_links(links[e]);
+    if (c.to_fill(e) != 0) c.entry[e].set_links(links[e]);
 }
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {

@@ -107,10 +107,8 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
   if (interpolator_) states.push_back(interpolator_->state());
   const auto add = [&states](const char* name, const RadiosityCache& cache) {
     for (int r = 0; r < resolution_count; ++r) {
-      const gi::TileCache& area = cache.area(Resolution(r));
-      // Entries are replaced, never given up: the peak is what is in use.
-      const size_t bytes = area.bytes_in_use();
-      states.push_back({std::string(name) + "." + std::string(resolution_names[size_t(r)]), {}, area.evictions(), bytes, bytes, area.bytes()});
+      states.push_back(cache.state(Resolution(r)));
+      states.back().name = std::string(name) + "." + std::string(resolution_names[size_t(r)]);
     }
   };
   if (irradiance_) add("irradiance", *irradiance_);

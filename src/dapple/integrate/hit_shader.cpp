@@ -118,7 +118,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
       patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
     }
     const float time = b.moves[k] ? to.time : b.time[k];
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time);
+    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};

@@ -114,7 +114,7 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool lies_near_light(const scene::GridId& tile, NearLights* known) const;
+  bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
   /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
   /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
@@ -122,12 +122,10 @@ class HitShader {
   void add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
-  template <class Wanted>
-  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
-  template <class Wanted>
-  void link_tiles(CacheBatch& c, ShadingWorkspace& w, const Wanted& wanted) const;
+  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
+  void link_tiles(CacheBatch& c, ShadingWorkspace& w) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
-  static void log_uses(const CacheBatch& c, ShadingWorkspace& w);
+  static void count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w);
   void survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;

@@ -52,9 +52,10 @@ struct CacheCounts {
   // Of look-ups that have no memory of their own (CacheState::has_memory):
   uint64_t evictions = 0;
   int64_t bytes = 0;  ///< of entries that came, less those that went
+  uint64_t extensions = 0;  ///< hits that had to add something to what was there
   CacheCounts& operator+=(const CacheCounts& o) {
     lookups += o.lookups, hits += o.hits, fills += o.fills, fill_seconds += o.fill_seconds;
-    evictions += o.evictions, bytes += o.bytes;
+    evictions += o.evictions, bytes += o.bytes, extensions += o.extensions;
     return *this;
   }
 };

@@ -125,6 +125,8 @@ struct CacheBatch {
   // Where the points under way belong.
   int target_entry[capacity], target_point[capacity];
 
+  /// Points of an entry that this thread has to compute.
+  uint32_t to_fill(int e) const { return entry[e].found == gi::TileCache::Found::pending ? 0 : entry[e].missing(); }
   /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
   int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
   void clear() {
@@ -156,6 +158,7 @@ inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int
       e.diffuse_depth = diffuse_depth;
       e.needed = 0;
       e.found = gi::TileCache::Found::refused;
+      e.outcome = RadiosityCache::Entry::Outcome::hit;
     }
     return found - 1;
   }
@@ -184,6 +187,7 @@ struct ShadingWorkspace {
   RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
   NearLights near_lights;
+  scene::PatchTable::Extents extents;
   CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
 
   // Rays about to be drawn, and their random numbers.

@@ -9,11 +9,11 @@
 
 namespace dapple::integrate {
 
-/// The radiosity of tiles of shading points, at three resolutions with a budget each, so that fine tiles, of which there are many, cannot
-/// drive out the coarse ones that most rays read (multiresolution radiosity caching, methods page section 2). Coarse: the whole patch, or a
-/// group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
+/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, methods page section 2). Coarse: the whole
+/// patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more. A share of the
+/// memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out; what is used is kept, of any resolution.
 ///
-/// An entry also says which of its points belong together (TileLinks).
+/// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together (TileLinks).
 /// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and
 /// where they are kept, the parts of it by groups of lights.
 class RadiosityCache {
@@ -28,15 +28,24 @@ class RadiosityCache {
     uint32_t needed = 0;  ///< bit set of the points that the look-up wants
     gi::TileCache::Found found = gi::TileCache::Found::refused;
     gi::TileCache::Slot slot;
-    bool lost = false;  ///< another thread's, and replaced before it could be read
+    enum class Outcome : uint8_t { hit, extended, filled } outcome = Outcome::hit;  ///< what the look-up came to, for the statistics
     uint32_t* words = nullptr;  ///< room for those of max_points
     int groups = 0;
 
     void set(int point, const LightParts& value);
+    void set_black(int point);
     /// Adds a point's value to sum i.
     void add_to(LightSums& sums, int i, int point, float weight) const;
     void set_links(const TileLinks& links);
     TileLinks links() const;
+    void clear() { words[0] = 0; }
+    /// Points that have been computed: of an entry that has some, so have the links.
+    uint32_t known() const { return words[0] >> TileLinks::most_parts; }
+    uint32_t missing() const { return needed & ~known(); }
+
+   private:
+    std::byte* values(int point) const;
+    void set_known(int point) { words[0] |= 1u << (TileLinks::most_parts + point); }
   };
 
   /// `groups`: of lights.
@@ -59,21 +68,24 @@ class RadiosityCache {
     }
   };
 
-  /// Fills entry.found, and entry.words where it is ready.
+  /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the caller is to add what is missing.
   void find(Entry& entry, Counts* counts);
-  /// An entry that was pending turned out to be gone: the look-up was no hit.
-  static void count_lost(const Entry& entry, Counts* counts) { counts->add(entry, {0, ~uint64_t(0), 1, 0}); }
-  void publish(const Entry& entry) { area(entry).publish(entry.slot, entry.words); }
-  void abandon(const Entry& entry) { area(entry).abandon(entry.slot); }
-  bool wait(Entry& entry) { return area(entry).wait(entry.key, entry.slot, entry.words); }
+  void publish(Entry& entry);
+  void abandon(const Entry& entry);
+  /// Waits for an entry that was pending. True if all that is needed is known then: Found::ready.
+  bool wait(Entry& entry);
 
-  const gi::TileCache& area(Resolution r) const { return areas_[size_t(r)]; }
+  /// Its memory, without a name and counts. The capacity of fine tiles is what the others do not take now.
+  CacheState state(Resolution r) const;
 
  private:
   void count_memory(const Entry& entry, Counts* counts);
-  gi::TileCache& area(const Entry& e) { return areas_[size_t(resolution(e.grid))]; }
 
-  gi::TileCache areas_[resolution_count];
+  gi::TileCache cache_;
+  struct Use {
+    std::atomic<uint64_t> bytes{0}, evictions{0};
+  };
+  Use use_[resolution_count];  ///< changed by claims only
 };
 
 }  // namespace dapple::integrate

@@ -22,12 +22,10 @@ constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.35f, 0}};
 // A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the angle.
 constexpr float like_normals = 0.7f, near_plane = 0.3f;
 
-constexpr uint32_t all_cells = (1u << TileLinks::side * TileLinks::side) - 1;
-
 }  // namespace
 
 bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* near) const {
-  if (divided == 0 && cut == 0) return true;
+  if (divided == 0 && (cut & ~suspect) == 0) return true;
   const GridId& id = at.grid;
   if (id.cluster_level > 0) return !(divided >> at.part & 1);
   const int i0 = near->nearest % id.width(), j0 = near->nearest / id.width();
@@ -35,13 +33,16 @@ bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* 
   const auto open_u = [&](int i, int j, int to) { return i == to || !is_cut_in_u(std::min(i, to), j); };
   const auto open_v = [&](int i, int j, int to) { return j == to || !is_cut_in_v(i, std::min(j, to)); };
   float sum = 0;
+  bool all_linked = true;
   for (int c = 0; c < 4; ++c) {
     if (!(near->weight[c] > 0)) continue;
     const int i = near->index[c] % id.width(), j = near->index[c] / id.width();
     const bool linked = (open_u(i0, j0, i) && open_v(i, j0, j)) || (open_v(i0, j0, j) && open_u(i0, j, i));
     if (!linked) near->weight[c] = 0;
+    all_linked &= linked;
     sum += near->weight[c];
   }
+  if (all_linked) return true;  // to the last bit what it is where nobody has found yet what parts other points of the tile
   if (!(sum > 0)) return false;
   for (float& w : near->weight) w /= sum;
   return true;
@@ -51,6 +52,7 @@ uint64_t TileLinker::link(Scratch& s) const {
   uint64_t rays = 0;
   s.count = 0;
   for (int i = 0; i < s.job_count; ++i) {
+    if (s.jobs[i].known != 0) continue;
     *s.jobs[i].links = {};
     const GridId& id = s.jobs[i].grid;
     if (id.count() == 1 && !s.single_cells) continue;
@@ -59,32 +61,38 @@ uint64_t TileLinker::link(Scratch& s) const {
   }
   trace(s, &rays);
   for (int i = 0; i < s.job_count; ++i)
-    if (s.jobs[i].grid.cluster_level == 0 && s.jobs[i].links->divided != 0) {
-      *s.jobs[i].links = {};
-      add_ways(s.jobs[i], s, &rays);
-    }
+    if (s.jobs[i].links->cut & TileLinks::suspect) add_ways(s.jobs[i], s, &rays);
   trace(s, &rays);
   return rays;
 }
 
 // From edge to edge through the middles of all cells.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
-  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid).size;
-  const TileLinks suspect{all_cells, 0};
+  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid, &s.extents).size;
+  const TileLinks suspect{0, TileLinks::suspect};
   for (float j = 0.5f; j < h; ++j) add(job, {margin, j}, {w - margin, j}, size, suspect, s, rays);
   for (float i = 0.5f; i < w; ++i) add(job, {i, margin}, {i, h - margin}, size, suspect, s, rays);
 }
 
-// From each shading point to the next ones, and to the corners of its cell.
+// From each wanted shading point to the next ones, and to the corners of its cell.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell(job.grid).size, corner = 0.5f - margin;
+  const float size = patches_->cell(job.grid, &s.extents).size, corner = 0.5f - margin;
+  // Between points of a half there may be a cell outside it: all at once.
+  const bool half = patches_->is_half(job.grid);
+  if (half && job.known != 0) return;
+  const auto is_wanted = [&](int i, int j) { return half || (job.wanted >> job.grid.index(i, j) & 1); };
+  const auto is_new_pair = [&](int i, int j, int i1, int j1) {
+    const auto is_there = [&](int u, int v) { return is_wanted(u, v) || (job.known >> job.grid.index(u, v) & 1); };
+    return i1 < w && j1 < h && is_there(i, j) && is_there(i1, j1) && (is_wanted(i, j) || is_wanted(i1, j1));
+  };
   for (int j = 0; j < h; ++j)
     for (int i = 0; i < w; ++i) {
       const V2f p(float(i) + 0.5f, float(j) + 0.5f);
       const int bit = TileLinks::bit(i, j);
-      if (i + 1 < w) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
-      if (j + 1 < h) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
+      if (is_new_pair(i, j, i + 1, j)) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
+      if (is_new_pair(i, j, i, j + 1)) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
+      if (!is_wanted(i, j)) continue;
       for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) add(job, p, p + d * corner, size, {1u << bit, 0}, s, rays);
     }
 }
@@ -111,7 +119,7 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
       parts[count++] = part;
     }
   }
-  const float size = patches_->cell(id).size;
+  const float size = patches_->cell(id, &s.extents).size;
   for (int i = 0; i < count; ++i) {
     Way& way = new_way(job, size, {1u << parts[i], 0}, s, rays);
     way.P[0] = from.P, way.P[1] = ends[i].P;
@@ -129,7 +137,7 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
   for (const bool end : {false, true}) {
     const V2f& at = end ? to : from;
     patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, 0);
-    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, patches_->time(job.grid));
+    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, patches_->time(job.grid), false);
     way.P[end] = p.P;
     way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
     way.error = std::max(way.error, p.error);
@@ -185,7 +193,7 @@ void TileLinker::trace_at(float above, float aside, Scratch& s, uint64_t* rays) 
   *rays += uint64_t(s.count);
 }
 
-TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
+TileLinker::Obstacle TileLinker::obstacle(Scratch& s, int ray) const {
   const uint32_t geometry = s.hits.geometry[ray];
   if (geometry == no_id || materials_.passes(geometry)) return Obstacle::none;
   if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return Obstacle::none;
@@ -194,7 +202,7 @@ TileLinker::Obstacle TileLinker::obstacle(const Scratch& s, int ray) const {
   // What passes over a still surface divides nothing for all the time.
   const scene::Motion& motion = patches_->motion();
   if (motion.moves(s.hits.instance[ray], geometry) && !motion.moves(way.grid.instance, way.grid.geometry)) return Obstacle::none;
-  return patches_->cell(patches_->patch_of(s.hits, ray)).size >= way.cell_size ? Obstacle::large : Obstacle::small;
+  return patches_->cell(patches_->patch_of(s.hits, ray), &s.extents).size >= way.cell_size ? Obstacle::large : Obstacle::small;
 }
 
 }  // namespace dapple::integrate

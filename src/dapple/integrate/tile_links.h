@@ -12,9 +12,14 @@ namespace dapple::integrate {
 struct TileLinks {
   static constexpr int words = 2;
   static constexpr int side = scene::GridId::tile;
+  static constexpr int most_parts = 16;  ///< bits of `divided` that are in use
+  static constexpr uint32_t all_parts = (1u << most_parts) - 1;
+  static_assert(side * side <= most_parts && geom::PatchClusters::most_parts <= most_parts);
 
   uint32_t divided = 0;  ///< by cell: something stands in it, so its shading point says nothing about all of it; by part of a group: the same
   uint32_t cut = 0;      ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
+  /// A bit of `cut` that is no cell's: something stands on the tile, so each of its points has to be tried.
+  static constexpr uint32_t suspect = 1u << 31;
 
   static constexpr int bit(int i, int j) { return j * side + i; }
   bool is_divided(int i, int j) const { return divided >> bit(i, j) & 1; }
@@ -36,7 +41,9 @@ class TileLinker {
 
   struct Job {
     scene::GridId grid;
-    TileLinks* links;
+    TileLinks* links;  ///< in: those that are known, if any are
+    /// Bit sets of points: those whose cells, and links to other such points, are to be found, and those for which that has been done.
+    uint32_t wanted = TileLinks::all_parts, known = 0;
   };
   /// From one place on a tile to another.
   struct Way {
@@ -62,9 +69,10 @@ class TileLinker {
     Way ways[capacity];
     trace::RayBatch rays;
     trace::HitBatch hits;
+    scene::PatchTable::Extents extents;
   };
 
-  /// Writes the links of all jobs. Returns the number of rays it took.
+  /// Adds to the links of all jobs. Returns the number of rays it took.
   uint64_t link(Scratch& s) const;
 
  private:
@@ -76,7 +84,7 @@ class TileLinker {
   void trace(Scratch& s, uint64_t* rays) const;
   void trace_at(float above, float aside, Scratch& s, uint64_t* rays) const;
   enum class Obstacle { none, small, large };
-  Obstacle obstacle(const Scratch& s, int ray) const;
+  Obstacle obstacle(Scratch& s, int ray) const;
 
   const scene::Scene& scene_;
   const MaterialTable& materials_;

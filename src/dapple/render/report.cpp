@@ -58,6 +58,7 @@ std::string RunReport::to_json() const {
     auto& to = j["cache"][c.name] = {{"lookups", c.counts.lookups}, {"hits", c.counts.hits}, {"fills", c.counts.fills},
                                      {"fill_seconds", c.counts.fill_seconds}};
     if (c.counts.fills > 0) to["mean_reuse"] = double(c.counts.lookups) / double(c.counts.fills);
+    if (c.counts.extensions > 0) to["extensions"] = c.counts.extensions;
     if (!c.has_memory) {
       to["evictions"] = c.counts.evictions, to["bytes"] = c.counts.bytes;
       continue;

@@ -103,7 +103,7 @@ V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch
   grid.instance = instance, grid.geometry = geometry;
   trace::HitBatch hit;
   set_hit(grid, patch, s, t, &hit, 0);
-  return scene_.surface(hit, 0, dicing_time).P;
+  return scene_.surface(hit, 0, dicing_time, false).P;
 }
 
 // Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.
@@ -251,7 +251,7 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
       n.weight[c] = ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
       n.index[c] = id.index(std::min(i0 + (c & 1), id.width() - 1), std::min(j0 + (c >> 1), id.height() - 1));
     }
-    n.nearest = n.index[(fx > 0.5f ? 1 : 0) + (fy > 0.5f ? 2 : 0)];
+    n.nearest = n.index[(fx >= 0.5f ? 1 : 0) + (fy >= 0.5f ? 2 : 0)];  // that of the cell which holds the place
     return n;
   }
   float sum = 0, largest = -1;

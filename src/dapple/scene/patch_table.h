@@ -62,7 +62,7 @@ class PatchTable {
     }
 
    private:
-    static constexpr uint32_t entry_count = 64;
+    static constexpr uint32_t entry_count = 256;
     Extent entries_[entry_count];
   };
 
@@ -108,7 +108,9 @@ class PatchTable {
   Neighbours neighbours(const GridPoint& at) const;
   /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
   bool has_lattice(const GridId& grid) const;
-  /// Cells outside the patch (the other half of a single triangle).
+  /// Whether the patch is a single triangle, half of its lattice.
+  bool is_half(const GridId& grid) const;
+  /// Cells outside the patch: those of the other half.
   bool is_outside(const GridId& grid, int i, int j) const;
 
   /// A micropolygon of a tile.
@@ -125,7 +127,6 @@ class PatchTable {
     std::unique_ptr<const geom::PatchMap> map;            ///< meshes only
     std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
   };
-  bool is_half(const GridId& grid) const;
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
   const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;

@@ -380,26 +380,27 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
-geom::SurfacePoint TracedScene::local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye) const {
+geom::SurfacePoint TracedScene::local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye,
+                                                bool tangents) const {
   const Shape& shape = geometries_[geometry]->shape;
-  if (const auto* mesh = std::get_if<MeshPtr>(&shape)) return (*mesh)->at(primitive, u, v, time);
-  if (const auto* grids = std::get_if<GridsPtr>(&shape)) return (*grids)->at(primitive, u, v, time);
+  if (const auto* mesh = std::get_if<MeshPtr>(&shape)) return (*mesh)->at(primitive, u, v, time, tangents);
+  if (const auto* grids = std::get_if<GridsPtr>(&shape)) return (*grids)->at(primitive, u, v, time, tangents);
   if (const auto* quadric = std::get_if<QuadricPtr>(&shape)) return (*quadric)->at(u, v);
   if (const auto* disks = std::get_if<DisksPtr>(&shape)) return (*disks)->at(primitive, u, v);
   return std::get<CurvesPtr>(shape)->at(primitive, u, v, eye);
 }
 
-geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time) const {
+geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time, bool tangents) const {
   const geom::SurfacePoint s =
-      local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], time, V3f(h.nx[i], h.ny[i], h.nz[i]));
-  return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time);
+      local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], time, V3f(h.nx[i], h.ny[i], h.nz[i]), tangents);
+  return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time, tangents);
 }
 
 geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, const HitBatch& h, int i) const {
   const Geometry& g = *geometries_[h.geometry[i]];
   if (const auto* grids = std::get_if<GridsPtr>(&g.shape)) {
     const auto s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
-    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i]);
+    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i], false);
   }
   const auto* mesh = std::get_if<MeshPtr>(&g.shape);
   if (!mesh) return surface(h, i, rays.time[i]);
@@ -407,7 +408,7 @@ geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, c
   const float n2 = length2(n);
   if (period_ || !(*mesh)->N.empty() || h.instance[i] != no_id || !(n2 > 0) || !(n2 < infinity)) {
     const auto s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
-    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i]);
+    return h.instance[i] == no_id ? s : to_world(s, h.instance[i], rays.time[i], false);
   }
   geom::SurfacePoint s;
   const V3f o = rays.origin(i), along = rays.direction(i) * h.t[i];
@@ -417,7 +418,7 @@ geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, c
   return s;
 }
 
-geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32_t instance, float time) const {
+geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32_t instance, float time, bool tangents) const {
   geom::SurfacePoint s = local;
   float m[3][4];
   instance_transform(instances_[instance], time, m);
@@ -435,6 +436,7 @@ geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32
   const V3f ns = normal(s.Ns);
   const float inv = 1 / length(ns);
   s.Ns = ns * inv;
+  if (!tangents) return s;
   s.dNdu = normal(s.dNdu) * inv;
   s.dNdv = normal(s.dNdv) * inv;
   s.dPdu = vector(s.dPdu);

@@ -68,9 +68,10 @@ class TracedScene {
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
-  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye = {0, 0, 1}) const;
-  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside.
-  geom::SurfacePoint surface(const HitBatch& hits, int i, float time) const;
+  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye = {0, 0, 1},
+                                   bool tangents = true) const;
+  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where `tangents` are not wanted.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
   /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
@@ -134,7 +135,7 @@ class TracedScene {
   bool keep_hit(const OpacityTest::Hit& hit, uint32_t instance, uint32_t ray_key, RayContext* context) const;
   float local_width(const RayContext& context, float t, uint32_t instance) const;
   float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
-  geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time) const;
+  geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time, bool tangents) const;
   void instance_transform(const Instance& instance, float time, float m[3][4]) const;
   V3f object_point(const Instance& instance, const V3f& world, float time) const;
 
