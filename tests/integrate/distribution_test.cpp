@@ -267,6 +267,24 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
   compare(mesh, .02f, "sheet");
 }
 
+// Of a patch of four by four points three columns are behind another one: these are shaded as far as what is seen lies between them and the fourth.
+TEST(DistributionGrids, OfSmallPatchesOnlyWhatIsSeenIsShaded) {
+  const auto points = [](const std::string& shapes) {
+    const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -4 4 -4 4 ]
+WorldBegin
+LightSource "infinite"
+Material "diffuse"
+)" + shapes);
+    return render_built(built, 64, settings(0, {1}, {1})).result.stages[Stage::prelighting];
+  };
+  const std::string small = "Shape \"bilinearmesh\" \"point3 P\" [ -2 -2 0  2 -2 0  -2 2 0  2 2 0 ]\n";
+  const std::string large = "Shape \"bilinearmesh\" \"point3 P\" [ -19 -16 1  13 -16 1  -19 16 1  13 16 1 ]\n";
+  const std::string cover = "Translate -12 0 0\n" + large;
+  EXPECT_EQ(points(small), 16u);
+  EXPECT_EQ(points(small + cover) - points(cover), 8u);
+}
+
 // Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the number of samples; the image's mean
 // stays, and it does not depend on threads or on what the store of grids forgets.
 TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {

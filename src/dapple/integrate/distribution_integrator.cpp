@@ -27,6 +27,11 @@ bool has_subsurface(const scene::Scene& scene) {
 }
 }  // namespace
 
+struct Claimed {
+  GridStore::GridPtr grid;
+  ShadingGrid::Parts parts;
+};
+
 struct DistributionWorkspace final : Integrator::Workspace {
   static constexpr int capacity = CameraBatch::capacity;
 
@@ -50,12 +55,12 @@ struct DistributionWorkspace final : Integrator::Workspace {
   Source source[capacity];
   scene::GridPoint point[capacity];
   GridStore::GridPtr grid[capacity];
-  std::vector<GridStore::GridPtr> to_shade;
-  enum class Loan : uint8_t { none, lent, first } loan[capacity];  ///< lent: another sample's point; first: its own, which may be lent
+  scene::PatchTable::Neighbours near[capacity];  ///< on the grid
+  std::vector<Claimed> claimed;  ///< what this thread has to link or to shade
   int order[capacity];
   trace::RayBatch seen_ray;
 
-  PixelPoints seen;         ///< by the samples before, if that is known
+  PixelPoints seen;
   bool seen_known = false;
 
   // Where the points of the batch under way belong.
@@ -144,14 +149,12 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
   }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
-    w.seen_known = work.first_sample == 0;
-    w.seen.clear();
+    w.seen_known = false;
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       locate_samples(box, work.first_sample + i, w);
       w.rays.camera += uint64_t(w.camera.count);
       if (settings_.pixel_points > 0) lend_points(box, work.first_sample + i, w);
       fetch_grids(w);
-      remember_points(w);
       shade_samples(w);
       if (scene_.has_media()) add_media(w);
       for (int p = 0; p < w.camera.count; ++p)
@@ -174,45 +177,27 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
   w.camera.generate(scene_, pixels, sample, settings_.shading.seed);
   trace_camera_rays(w);
   locate_hits(w);
-  std::fill_n(w.loan, w.camera.count, DistributionWorkspace::Loan::none);
 }
 
-// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded, and one of these, of the same material and side, stands for
-// any other. A function of the scene and the sample's number: what earlier passes have seen is traced once more, which costs less than to keep it.
+// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the scene and the first
+// samples, which each pass traces once more: that costs less than to keep it.
 void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
+  const auto is_small = [&w](int p) { return w.source[p] == Source::grid && PixelPoints::is_small(w.point[p].grid); };
   bool any = false;
-  for (int p = 0; p < w.camera.count; ++p) any |= w.source[p] == Source::grid && PixelPoints::is_small(w.point[p].grid);
+  for (int p = 0; p < w.camera.count; ++p) any |= is_small(p);
   if (!any) return;
-  if (!w.seen_known && sample >= uint32_t(settings_.pixel_points)) {
+  if (!w.seen_known) {
     w.seen.clear();
-    for (uint32_t s = 0; s < std::min(sample, PixelPoints::remembered_samples); ++s) {
+    for (uint32_t s = 0; s < std::min(uint32_t(settings_.pixel_samples), PixelPoints::first_samples); ++s) {
       locate_samples(pixels, s, w);
-      choose_loans(s, w);
       for (int p = 0; p < w.camera.count; ++p)
-        if (w.loan[p] != DistributionWorkspace::Loan::first) w.source[p] = Source::nothing;
-      fetch_grids(w);
-      remember_points(w);
+        if (is_small(p)) w.seen.consider(scene_, p, settings_.pixel_points, w.point[p]);
     }
     w.seen_known = true;
     locate_samples(pixels, sample, w);
   }
-  choose_loans(sample, w);
-}
-
-void DistributionIntegrator::choose_loans(uint32_t sample, DistributionWorkspace& w) const {
-  using Loan = DistributionWorkspace::Loan;
-  for (int p = 0; p < w.camera.count; ++p) {
-    if (w.source[p] != Source::grid || !PixelPoints::is_small(w.point[p].grid)) continue;
-    if (w.seen.lend(scene_, p, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p], &w.grid[p]))
-      w.loan[p] = Loan::lent;
-    else if (sample < PixelPoints::remembered_samples)
-      w.loan[p] = Loan::first;
-  }
-}
-
-void DistributionIntegrator::remember_points(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.loan[p] == DistributionWorkspace::Loan::first && w.source[p] == Source::grid) w.seen.remember(p, w.point[p], w.grid[p]);
+    if (is_small(p)) w.seen.lend(scene_, p, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p]);
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -262,77 +247,123 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
   }
 }
 
-// Finds the grids of all samples in the store, and shades those that nobody has shaded.
+namespace {
+// Whatever happens, other threads must not wait for ever.
+class PublishAtEnd {
+ public:
+  explicit PublishAtEnd(std::vector<Claimed>& claimed) : claimed_(claimed) {}
+  ~PublishAtEnd() {
+    for (const auto& [grid, parts] : claimed_) grid->publish(parts);
+    claimed_.clear();
+  }
+  PublishAtEnd(const PublishAtEnd&) = delete;
+  PublishAtEnd& operator=(const PublishAtEnd&) = delete;
+
+ private:
+  std::vector<Claimed>& claimed_;
+};
+
+// Large surfaces are shaded by whole tiles, however little of them the samples see. Much of a leaf is behind others.
+ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTable::Neighbours& near) {
+  if (!PixelPoints::is_small(grid.id)) return (1u << grid.id.count()) - 1;
+  ShadingGrid::Parts points = 1u << near.nearest;
+  for (int c = 0; c < 4; ++c)
+    if (near.weight[c] > 0) points |= 1u << near.index[c];
+  return points;
+}
+
+// Writes point k: what the shading points around a place on a grid have.
+void look_up(const scene::PatchTable::Neighbours& near, const ShadingGrid& grid, int k, PointBatch& b) {
+  b.diffuse.clear(k);
+  for (int c = 0; c < 4; ++c)
+    if (near.weight[c] > 0) b.diffuse.add(k, RGB(near.weight[c]), {grid.diffuse[size_t(near.index[c])], grid.parts(near.index[c])});
+  if (!grid.bsdf) return;
+  Bsdf& bsdf = b.bsdf[k];
+  bsdf = grid.bsdf[size_t(near.nearest)];
+  V3f n(0, 0, 0);
+  for (int c = 0; c < 4; ++c)
+    if (near.weight[c] > 0) n += grid.bsdf[size_t(near.index[c])].frame.n * near.weight[c];
+  if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
+}
+}  // namespace
+
+// Finds the grids of all samples in the store, and shades of them what nobody has shaded.
 void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
   int n = 0, alone = 0;
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.source[p] == Source::grid && w.loan[p] != DistributionWorkspace::Loan::lent) w.order[n++] = p;
-  claim_grids(n, w);
+    if (w.source[p] == Source::grid) w.order[n++] = p;
+  find_grids(n, w);
   for (int i = 0; i < n; ++i) {
     const int p = w.order[i];
-    scene::PatchTable::Neighbours near = patches_.neighbours(w.point[p]);
-    if (w.grid[p]->links.restrict_to(w.point[p], &near)) continue;
+    w.near[p] = patches_.neighbours(w.point[p]);
+    if (w.grid[p]->links.restrict_to(w.point[p], &w.near[p])) continue;
     w.source[p] = Source::hit;
     // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
-    if (w.point[p].grid.cluster_level == 0 && w.loan[p] == DistributionWorkspace::Loan::none) continue;
-    const uint8_t behind = w.point[p].grid.behind, span = w.point[p].grid.span;
-    w.point[p] = {};
-    w.point[p].grid = patches_.patch_of(w.hits, p);
-    w.point[p].grid.behind = behind;
-    w.point[p].grid.span = span;
-    w.point[p].patch = w.point[p].grid.patch;
+    const GridId& cut = w.point[p].grid;
+    if (cut.cluster_level == 0 && (settings_.pixel_points == 0 || cut.u_level + cut.v_level > 2)) continue;
+    GridId own;
+    own.instance = cut.instance, own.geometry = cut.geometry, own.patch = w.point[p].patch, own.behind = cut.behind, own.span = cut.span;
+    w.point[p] = {.grid = own, .patch = own.patch};
+    w.near[p] = patches_.neighbours(w.point[p]);
     w.source[p] = Source::grid;
     w.order[alone++] = p;
   }
-  claim_grids(alone, w);
+  find_grids(alone, w);
+  shade_grids(w);
 }
 
-// The grids of the first n samples in w.order.
-void DistributionIntegrator::claim_grids(int n, DistributionWorkspace& w) const {
+// The grids of the first n samples in w.order, linked.
+void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
   std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
-  w.to_shade.clear();
-  w.to_shade.reserve(DistributionWorkspace::capacity);
-  // Whatever happens, other threads must not wait for ever.
-  const auto publish = [&] {
-    for (const auto& grid : w.to_shade) grids_.publish(*grid);
-  };
-  try {
+  TileLinker::Scratch& linking = w.shading.linking;
+  linking.job_count = 0;
+  {
+    const PublishAtEnd publish(w.claimed);
     for (int i = 0; i < n; ++i) {
       const int p = w.order[i];
-      if (i > 0 && w.point[p].grid == w.point[w.order[i - 1]].grid) {
+      const GridId& id = w.point[p].grid;
+      if (i > 0 && id == w.point[w.order[i - 1]].grid) {
         w.grid[p] = w.grid[w.order[i - 1]];
         continue;
       }
+      auto [grid, mine] = grids_.claim(id, shader_.materials().varies(id.geometry));
       ++w.caches[0].lookups;
-      auto [grid, mine] = grids_.claim(w.point[p].grid);
-      if (mine) w.to_shade.push_back(grid);
       ++(mine ? w.caches[0].fills : w.caches[0].hits);
+      if (mine) {
+        w.claimed.push_back({grid, ShadingGrid::linked});
+        linking.jobs[linking.job_count++] = {id, &grid->links};
+      }
       w.grid[p] = std::move(grid);
     }
-    const Timer timer;
-    shade_grids(w);
-    w.caches[0].fill_seconds += timer.seconds();
-  } catch (...) {
-    publish();
-    throw;
+    shader_.link(false, w.shading);
   }
-  publish();
-  for (int i = 0; i < n; ++i) GridStore::wait(*w.grid[w.order[i]]);
+  for (const int p : std::span(w.order, size_t(n))) w.grid[p]->wait(ShadingGrid::linked);
+}
+
+void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
+  const Timer timer;
+  {
+    const PublishAtEnd publish(w.claimed);
+    for (int p = 0; p < w.camera.count; ++p)
+      if (w.source[p] == Source::grid)
+        if (const ShadingGrid::Parts mine = w.grid[p]->claim(points_wanted(*w.grid[p], w.near[p]))) w.claimed.push_back({w.grid[p], mine});
+    shade_claimed(w);
+  }
+  w.caches[0].fill_seconds += timer.seconds();
+  for (int p = 0; p < w.camera.count; ++p)
+    if (w.source[p] == Source::grid) w.grid[p]->wait(points_wanted(*w.grid[p], w.near[p]));
 }
 
 // Gathers the points of the grids into full batches.
-void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
-  w.shading.linking.job_count = 0;
-  for (const auto& grid : w.to_shade) w.shading.linking.jobs[w.shading.linking.job_count++] = {grid->id, &grid->links};
-  shader_.link(false, w.shading);
+void DistributionIntegrator::shade_claimed(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
   b.count = 0;
-  for (const auto& grid : w.to_shade) {
+  for (const auto& [grid, parts] : w.claimed) {
     const GridId id = patches_seen(grid->id, w);
     const scene::PatchTable::Cell cell = patches_.cell(id);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
-        if (patches_.is_outside(id, i, j)) continue;
+        if (!(parts >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
         shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
         w.target[k] = {grid.get(), id.index(i, j)};
@@ -373,27 +404,9 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
     ShadingGrid& grid = *w.target[k].grid;
     grid.diffuse[size_t(w.target[k].index)] = b.diffuse[k];
     std::copy_n(b.diffuse.at(k).parts, grid.groups, grid.parts(w.target[k].index));
-    if (!shader_.materials().varies(b.geometry[k])) continue;
-    if (!grid.bsdf) grid.bsdf = std::make_unique<Bsdf[]>(size_t(grid.id.count()));
-    grid.bsdf[size_t(w.target[k].index)] = b.bsdf[k];
+    if (grid.bsdf) grid.bsdf[size_t(w.target[k].index)] = b.bsdf[k];
   }
   b.count = 0;
-}
-
-// Writes point k: what the shading points around `at` have.
-void DistributionIntegrator::look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const {
-  auto near = patches_.neighbours(at);
-  grid.links.restrict_to(at, &near);
-  b.diffuse.clear(k);
-  for (int c = 0; c < 4; ++c)
-    if (near.weight[c] > 0) b.diffuse.add(k, RGB(near.weight[c]), {grid.diffuse[size_t(near.index[c])], grid.parts(near.index[c])});
-  if (!grid.bsdf) return;
-  Bsdf& bsdf = b.bsdf[k];
-  bsdf = grid.bsdf[size_t(near.nearest)];
-  V3f n(0, 0, 0);
-  for (int c = 0; c < 4; ++c)
-    if (near.weight[c] > 0) n += grid.bsdf[size_t(near.index[c])].frame.n * near.weight[c];
-  if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
 }
 
 // Writes point k: what camera sample p met.
@@ -427,7 +440,7 @@ void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
       shader_.shade(place, w.shading);
     } else {
       shader_.materials().prelight_constant(b.count, b.geometry, b.surface, b.bsdf);
-      for (int k = 0; k < b.count; ++k) look_up(w.point[b.parent[k]], *w.grid[b.parent[k]], k, b);
+      for (int k = 0; k < b.count; ++k) look_up(w.near[b.parent[k]], *w.grid[b.parent[k]], k, b);
       shader_.light_specular(place, w.shading);
       shader_.finish(b, HitShader::Arrival::view, w.shading);
     }

@@ -46,15 +46,13 @@ class DistributionIntegrator final : public Integrator {
   void lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
-  void choose_loans(uint32_t sample, DistributionWorkspace& w) const;
-  void remember_points(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;
-  void claim_grids(int n, DistributionWorkspace& w) const;
+  void find_grids(int n, DistributionWorkspace& w) const;
   void shade_grids(DistributionWorkspace& w) const;
+  void shade_claimed(DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;
   void shade_samples(DistributionWorkspace& w) const;
-  void look_up(const scene::GridPoint& at, const ShadingGrid& grid, int k, PointBatch& b) const;
   void add_media(DistributionWorkspace& w) const;
   void describe_grid(int p, DistributionWorkspace& w) const;
   void set_sample_point(int p, PointBatch& b, int k, const DistributionWorkspace& w) const;

@@ -12,7 +12,7 @@ size_t ShadingGrid::bytes() const {
   return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
 }
 
-GridStore::Claim GridStore::claim(const scene::GridId& id) {
+GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
   Shard& shard = shards_[id.hash() >> 58];
   static_assert(shard_count == 1 << (64 - 58));
   const std::lock_guard lock(shard.mutex);
@@ -21,18 +21,24 @@ GridStore::Claim GridStore::claim(const scene::GridId& id) {
     return {found->second, false};
   }
   make_room(shard);
-  auto grid = std::make_shared<ShadingGrid>(id, groups_);
+  auto grid = std::make_shared<ShadingGrid>(id, groups_, with_bsdf);
+  grid->claimed = ShadingGrid::linked;
   shard.queue.push_back(grid);
   shard.grids.emplace(id, grid);
+  shard.bytes += grid->bytes();
+  const size_t bytes = bytes_ += grid->bytes();
+  size_t peak = peak_bytes_;
+  while (peak < bytes && !peak_bytes_.compare_exchange_weak(peak, bytes)) {
+  }
   return {std::move(grid), true};
 }
 
-// Those that are being shaded are not counted yet, nor dropped.
+// Those that are being shaded are not dropped.
 void GridStore::make_room(Shard& shard) {
   for (size_t looked_at = 2 * shard.queue.size(); shard.bytes > max_bytes_ / shard_count && looked_at > 0; --looked_at) {
     GridPtr oldest = std::move(shard.queue.front());
     shard.queue.pop_front();
-    if (oldest->recent || !oldest->ready) {
+    if (oldest->recent || oldest->ready != oldest->claimed) {
       oldest->recent = false;
       shard.queue.push_back(std::move(oldest));
       continue;
@@ -42,20 +48,6 @@ void GridStore::make_room(Shard& shard) {
     ++evictions_;
     shard.grids.erase(oldest->id);
   }
-}
-
-void GridStore::publish(ShadingGrid& grid) {
-  Shard& shard = shards_[grid.id.hash() >> 58];
-  {
-    const std::lock_guard lock(shard.mutex);
-    shard.bytes += grid.bytes();
-    const size_t bytes = bytes_ += grid.bytes();
-    size_t peak = peak_bytes_;
-    while (peak < bytes && !peak_bytes_.compare_exchange_weak(peak, bytes)) {
-    }
-    grid.ready.store(true, std::memory_order_release);
-  }
-  grid.ready.notify_all();
 }
 
 CacheState GridStore::state() const { return {"grids", {}, evictions_, bytes_, peak_bytes_, max_bytes_}; }

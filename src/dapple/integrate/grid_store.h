@@ -16,16 +16,36 @@ namespace dapple::integrate {
 
 /// The shading points of one tile: what its shaders gave that all camera samples share.
 struct ShadingGrid {
-  ShadingGrid(const scene::GridId& grid_id, int light_groups)
-      : id(grid_id), groups(light_groups), diffuse(std::make_unique<RGB[]>(size_t(grid_id.count() * (1 + groups)))) {}
+  /// `with_bsdf`: the material scatters differently from point to point.
+  ShadingGrid(const scene::GridId& grid_id, int light_groups, bool with_bsdf)
+      : id(grid_id),
+        groups(light_groups),
+        diffuse(std::make_unique<RGB[]>(size_t(grid_id.count() * (1 + groups)))),
+        bsdf(with_bsdf ? std::make_unique<shading::Bsdf[]>(size_t(grid_id.count())) : nullptr) {}
+
+  /// Sets of what there is in a grid: bits of its points, and of its links.
+  using Parts = uint32_t;
+  static constexpr Parts linked = 1u << 31;
 
   scene::GridId id;
   int groups;  ///< of lights
   std::unique_ptr<RGB[]> diffuse;  ///< radiance by diffuse lobes: of all points, then its parts, point by point
+  std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
   TileLinks links;
-  std::unique_ptr<shading::Bsdf[]> bsdf;   ///< null where the material scatters the same everywhere
-  std::atomic<bool> ready{false};
+  std::atomic<Parts> claimed{0}, ready{0};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
+
+  /// Claims what nobody has claimed of these points: the caller must shade them, and then publish() them.
+  Parts claim(Parts points) { return points & ~claimed.fetch_or(points, std::memory_order_relaxed); }
+  void publish(Parts mine) {
+    ready.fetch_or(mine, std::memory_order_release);
+    ready.notify_all();
+  }
+  /// Returns when these parts, claimed by other threads, are ready. Those may wait for entries of the radiosity cache in the meantime,
+  /// but not for grids: they wait for those when they have published their own.
+  void wait(Parts wanted) const {
+    for (Parts now; ((now = ready.load(std::memory_order_acquire)) & wanted) != wanted;) ready.wait(now, std::memory_order_acquire);
+  }
 
   RGB* parts(int point) const { return diffuse.get() + id.count() + point * groups; }
   size_t bytes() const;
@@ -41,13 +61,10 @@ class GridStore {
 
   struct Claim {
     GridPtr grid;
-    bool mine;  ///< the caller must shade it and then call publish()
+    bool mine;  ///< it is new: the caller must link it, and then publish its links
   };
-  Claim claim(const scene::GridId& id);
-  void publish(ShadingGrid& grid);
-  /// Returns when the grid, claimed by another thread, is ready. That thread may wait for entries of the radiosity cache in the meantime,
-  /// but not for grids: it waits for those when it has published its own.
-  static void wait(const ShadingGrid& grid) { grid.ready.wait(false, std::memory_order_acquire); }
+  /// `with_bsdf`: of a new grid.
+  Claim claim(const scene::GridId& id, bool with_bsdf);
 
   /// Without counts.
   CacheState state() const;

@@ -5,23 +5,35 @@
 
 namespace dapple::integrate {
 
-bool PixelPoints::lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point, GridStore::GridPtr* grid) const {
-  const std::vector<Seen>& seen = seen_[pixel];
-  if (seen.size() < size_t(enough)) return false;
-  const scene::GridId id = point->grid;
-  const int32_t material = scene.bindings[id.geometry].material;
-  uint64_t count = 0;
-  for (const Seen& s : seen) {
-    if (s.point.grid.behind != id.behind || scene.bindings[s.point.grid.geometry].material != material) continue;
-    // Itself, else any with the same chance.
-    const bool same = s.point.grid == id;
-    ++count;
-    if (!same && hash(key, count) % count != 0) continue;
-    *point = s.point;
-    *grid = s.grid;
-    if (same) break;
+namespace {
+bool alike(const scene::Scene& scene, const scene::GridId& a, const scene::GridId& b) {
+  return a.behind == b.behind && scene.bindings[a.geometry].material == scene.bindings[b.geometry].material;
+}
+}  // namespace
+
+void PixelPoints::consider(const scene::Scene& scene, int pixel, int enough, const scene::GridPoint& point) {
+  int& count = count_[pixel];
+  bool some_alike = false;
+  for (const scene::GridPoint *c = chosen_[pixel], *end = c + count; c < end; ++c) {
+    if (c->grid == point.grid) return;
+    some_alike |= alike(scene, c->grid, point.grid);
   }
-  return count > 0;
+  if ((count < enough || !some_alike) && count < int(first_samples)) chosen_[pixel][count++] = point;
+}
+
+void PixelPoints::lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point) const {
+  if (count_[pixel] < enough) return;
+  const scene::GridPoint own = *point;
+  uint64_t alike_so_far = 0;
+  for (const scene::GridPoint *c = chosen_[pixel], *end = c + count_[pixel]; c < end; ++c) {
+    if (c->grid == own.grid) {
+      *point = own;
+      return;
+    }
+    if (!alike(scene, c->grid, own.grid)) continue;
+    ++alike_so_far;
+    if (hash(key, alike_so_far) % alike_so_far == 0) *point = *c;
+  }
 }
 
 }  // namespace dapple::integrate

@@ -1,36 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "dapple/integrate/camera_batch.h"
-#include "dapple/integrate/grid_store.h"
+#include "dapple/scene/patch_table.h"
+#include "dapple/scene/scene.h"
 
 namespace dapple::integrate {
 
-/// The small patches, leaves say, that the pixels of a block have seen and shaded. One of these, of the same material and side, stands for any other
-/// that further samples see (docs/design/016).
+/// The small patches, leaves say, that the pixels of a block shade, of all that their first samples see. One of these, of the same material
+/// and side, stands for any other (docs/design/016).
 class PixelPoints {
  public:
-  /// Of a pixel, whose small patches may be lent to all others.
-  static constexpr uint32_t remembered_samples = 16;
-  /// Patches, or groups of them, of so few points that a pixel's samples may see many.
-  static bool is_small(const scene::GridId& grid) { return grid.u_level + grid.v_level <= 2; }
+  /// Samples of a pixel whose patches may be chosen.
+  static constexpr uint32_t first_samples = 16;
+  /// Patches, or groups of them, that are a single tile: a pixel's samples may see many.
+  static bool is_small(const scene::GridId& grid) { return grid.u_level + grid.v_level <= 4; }
 
-  void clear() {
-    for (auto& seen : seen_) seen.clear();
-  }
-  void remember(int pixel, const scene::GridPoint& point, const GridStore::GridPtr& grid) { seen_[pixel].push_back({point, grid}); }
-  /// Replaces what a sample saw, of a small patch, by one of those that its pixel remembers. False, and nothing done, while these are fewer than
-  /// `enough`, or where none of them is of its kind. `key`: of the choice.
-  bool lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point, GridStore::GridPtr* grid) const;
+  void clear() { std::fill_n(count_, CameraBatch::capacity, 0); }
+  /// Chooses what a sample saw of a small patch, where fewer than `enough` have been chosen, or none of its material and side.
+  void consider(const scene::Scene& scene, int pixel, int enough, const scene::GridPoint& point);
+  /// Replaces what a sample saw by what stands for it, if its own patch was not chosen, but `enough` were. `key`: of the choice.
+  void lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point) const;
 
  private:
-  struct Seen {
-    scene::GridPoint point;
-    GridStore::GridPtr grid;
-  };
-  std::vector<Seen> seen_[CameraBatch::capacity];
+  int count_[CameraBatch::capacity];
+  scene::GridPoint chosen_[CameraBatch::capacity][first_samples];
 };
 
 }  // namespace dapple::integrate

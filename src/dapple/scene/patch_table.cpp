@@ -213,7 +213,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(hits.instance[i]);
   if (!(radius <= width)) return false;
   GridId& grid = out->grid;
-  grid.patch = hits.primitive[i];
+  grid.patch = out->patch = hits.primitive[i];
   grid.u_level = uint8_t(level_of(curve_length(hits.instance[i], hits.geometry[i], grid.patch), width));
   grid.behind = 0;  // its points face the eye
   out->x = place(hits.u[i], grid.u_level, &grid.tile_u);
