@@ -193,6 +193,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
       for (int p = 0; p < w.camera.count; ++p)
         if (is_small(p)) w.seen.consider(scene_, p, settings_.pixel_points, w.point[p]);
     }
+    w.seen.close();
     w.seen_known = true;
     locate_samples(pixels, sample, w);
   }
