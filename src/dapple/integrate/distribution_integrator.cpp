@@ -119,7 +119,8 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
   if (irradiance_) add("irradiance", *irradiance_);
   if (!radiosity_) return with_mask_state(std::move(states));
   add("radiosity", *radiosity_);
-  for (int d = 1; d <= settings_.shading.bounces; ++d) states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
+  for (int d = 1; d <= settings_.shading.bounces; ++d)
+    states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
   return with_mask_state(std::move(states));
 }
 
@@ -221,7 +222,6 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
 void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
   const float rate = std::sqrt(settings_.shading_rate);
-  scene::PatchTable::Extents memory;
   for (int p = 0; p < w.camera.count; ++p) {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
@@ -241,7 +241,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
     const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
-                       patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &memory, &w.point[p]);
+                       patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &w.shading.extents, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
     if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
       w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, settings_.shading.diffuse_rays.at(0));
@@ -361,7 +361,7 @@ void DistributionIntegrator::shade_claimed(DistributionWorkspace& w) const {
   b.count = 0;
   for (const auto& [grid, parts] : w.claimed) {
     const GridId id = patches_seen(grid->id, w);
-    const scene::PatchTable::Cell cell = patches_.cell(id);
+    const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         if (!(parts >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
@@ -471,7 +471,7 @@ void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) cons
   f.patch = id.patch;
   f.point = uint32_t(at.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
-  f.shading_rate = sqr(patches_.cell(id).size / w.width[p]);
+  f.shading_rate = sqr(patches_.cell(id, &w.shading.extents).size / w.width[p]);
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.
@@ -489,7 +489,8 @@ void DistributionIntegrator::view_caches(scene::Film& film) const {
   });
 }
 
-void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const {
+void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w,
+                                        scene::Film& film) const {
   locate_samples(pixels, 0, w);
   PointBatch& b = w.shading.level(sample_level);
   for (const Source source : {Source::grid, Source::hit}) {
