@@ -22,12 +22,14 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache;
+  std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
   uint64_t seed = 0;
   double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
-  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, half = false, full_float = false, tiled = false, multi_part = false, quiet = false;
+  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
+  bool half = false, full_float = false, tiled = false, multi_part = false;
   std::string canopy_gather, canopy_plot, show_cache;
   int canopy_slabs = 0;
 };
@@ -126,7 +128,8 @@ void warn_of_unused_stages(const scene::Scene& scene, const std::string& integra
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
-// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene asks for.
+// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene
+// asks for.
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
   shading::ShaderFaults faults = shading::shader_faults(scene.materials);
   shading::add_light_faults(scene.lights, &faults);
@@ -300,34 +303,50 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
   app.add_option("--preset", o->preset, "Quality where neither options nor the scene say: draft, preview, final [preview]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::preset_names), std::end(build::preset_names))));
-  app.add_option("--bounces", o->bounces, "Diffuse bounces of indirect light; 0 = direct light only [the scene's maxdepth - 1; canopy: 0]")
+  app.add_option("--bounces", o->bounces, 
+                 "Diffuse bounces of indirect light; 0 = direct light only "
+                 "[the scene's maxdepth - 1, with distribution at most the preset's; canopy: 0]")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")->check(CLI::NonNegativeNumber);
-  app.add_option("--shadow-rays", o->shadow_rays, "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
-  app.add_option("--diffuse-rays", o->diffuse_rays, "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
-  app.add_option("--subsurface-rays", o->subsurface_rays, "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
+  app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--shadow-rays", o->shadow_rays,
+                 "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
+  app.add_option("--diffuse-rays", o->diffuse_rays,
+                 "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
+  app.add_option("--subsurface-rays", o->subsurface_rays,
+                 "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
-  app.add_option("--pixel-points", o->pixel_points, "distribution: most leaves, and other patches as small as a shading point, to be shaded of what a pixel sees; 0 = all [the preset's]")
+  app.add_option("--pixel-points", o->pixel_points,
+                 "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0 = all [the preset's]")
       ->check(CLI::Range(0, build::max_pixel_points));
-  app.add_option("--caustics", o->caustics, "distribution: light that metal sends on to diffuse surfaces is sharp: on, off (metal counts as diffuse there) [on in preset final]")
+  app.add_option("--caustics", o->caustics,
+                 "distribution: light that metal sends on to diffuse surfaces is sharp: on, off (metal counts as diffuse there) "
+                 "[on in preset final]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--subsurface-cache", o->subsurface_cache, "distribution: the light that enters subsurface bodies is cached: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--cache-width", o->cache_width, "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; smaller is better and slower [0.35]")
+  app.add_option("--cache-width", o->cache_width,
+                 "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; "
+                 "smaller is better and slower [0.35]")
       ->check(CLI::Range(0.001, 100.0));
-  app.add_option("--irradiance-interpolation", o->irradiance_interpolation, "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off [on, but for --diffuse-rays below 64]")
+  app.add_option("--irradiance-interpolation", o->irradiance_interpolation,
+                 "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off "
+                 "[on, but for --diffuse-rays below 64]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--irradiance-accuracy", o->irradiance_accuracy, "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
+  app.add_option("--irradiance-accuracy", o->irradiance_accuracy,
+                 "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
       ->check(CLI::Range(0.001, 10.0));
   app.add_option("--opacity-cache", o->opacity_cache, "Opacity by textures and shaders is cached for rays of all kinds: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-mb", o->cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
-  app.add_option("--sun-shadows", o->masks.sun_shadows, "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
+  app.add_option("--sun-shadows", o->masks.sun_shadows,
+                 "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o->masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
   app.add_option("--mask-pixel", o->masks.pixel, "masks: side of a pixel, scene units [half a slab]");
-  app.add_option("--mask-sky", o->masks.sky_directions, "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
+  app.add_option("--mask-sky", o->masks.sky_directions,
+                 "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
   app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
@@ -335,7 +354,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--canopy-plot", o->canopy_plot, "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
   app.add_option("--canopy-slabs", o->canopy_slabs, "canopy: slabs of its height [20]")->check(CLI::Range(1, build::max_canopy_slabs));
-  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")->check(CLI::PositiveNumber);
+  app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")
+      ->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
       ->check(CLI::PositiveNumber);
   app.add_option("--noise-target", o->noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
@@ -344,9 +364,13 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
-  app.add_option("--aov", o->aovs, "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate or all; cache_level,cache_age,cache_fills,cache_reuse [none]");
-  app.add_flag("--light-groups", o->light_groups, "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
-  app.add_option("--show-cache", o->show_cache, "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
+  app.add_option("--aov", o->aovs,
+                 "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
+                 "or all; cache_level,cache_age,cache_fills,cache_reuse [none]");
+  app.add_flag("--light-groups", o->light_groups,
+               "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
+  app.add_option("--show-cache", o->show_cache,
+                 "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
   app.add_option("--stats", o->stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o->half, "16-bit float EXR [as the scene says]");
@@ -360,7 +384,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--display", o->display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o->ocio, "OpenColorIO configuration file [$OCIO]");
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
-  app.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
+  app.add_flag("--keep-going", o->keep_going,
+               "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
   app.add_flag("-q,--quiet", o->quiet, "No progress, no information; warnings and errors only");
   return [o, command_line] { return render_scene(*o, command_line); };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that break radiosity caches (methods page section 8), each with what it may cost.
+// Scenes that break radiosity caches, each with what it may cost.
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"

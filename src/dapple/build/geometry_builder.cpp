@@ -99,7 +99,8 @@ void GeometryBuilder::make_views() {
 
 Dicing GeometryBuilder::dicing_of(const Job& job) const {
   Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_};
-  if (const auto& shader = scene_.materials[size_t(job.entity->material)]; shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
+  const auto& shader = scene_.materials[size_t(job.entity->material)];
+  if (shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object)
     dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.entity->transform.start});
   else if (job.object != no_id)
@@ -213,7 +214,8 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
     if (emitter)
-      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha, &binding);
+      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha,
+                 &binding);
     else if (object != no_id)
       context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
     else

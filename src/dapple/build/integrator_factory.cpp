@@ -28,7 +28,8 @@ void fill(std::optional<T>* ours, const std::optional<T>& theirs) {
 std::optional<int> optional_int(const Entity& e, const char* name, int least) {
   if (!e.params.find(name)) return std::nullopt;
   const int value = e.params.get_int(name, 0);
-  if (value < least) throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " + std::to_string(least));
+  if (value < least)
+    throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " + std::to_string(least));
   return value;
 }
 
@@ -206,7 +207,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.shading_rate = optional_positive(e, "shadingrate");
   r.pixel_points = optional_int(e, "pixelpoints", 0);
   if (r.pixel_points.value_or(0) > max_pixel_points)
-    throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " + std::to_string(max_pixel_points));
+    throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " +
+                                std::to_string(max_pixel_points));
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
@@ -218,8 +220,9 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (e.params.find("opacitycache")) r.opacity_cache = e.params.get_bool("opacitycache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
   r.preset = e.params.get_string("preset", "");
-  if (!r.preset.empty() && std::find(std::begin(preset_names), std::end(preset_names), r.preset) == std::end(preset_names))
-    throw InputError(e.loc, "preset \"" + r.preset + "\" is unknown; " + one_of(std::vector<std::string_view>(std::begin(preset_names), std::end(preset_names))));
+  static const std::vector<std::string_view> presets(std::begin(preset_names), std::end(preset_names));
+  if (!r.preset.empty() && !std::count(presets.begin(), presets.end(), r.preset))
+    throw InputError(e.loc, "preset \"" + r.preset + "\" is unknown; " + one_of(presets));
   e.params.get_string("lightsampler", "");
   e.params.get_bool("regularize", false);
   e.params.get_bool("cossample", true);
@@ -302,8 +305,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   }
   for (const auto& [name, depth] : {std::pair{"bounces", r.bounces.value_or(0)}, {"specular depth", *r.specular_depth}})
     if (depth > max_depth_followed)
-      throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) + " scatterings of a kind; " + name + " " +
-                       std::to_string(depth) + " is for the path integrator");
+      throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) + " scatterings of a kind; " +
+                       name + " " + std::to_string(depth) + " is for the path integrator");
   integrate::DistributionIntegrator::Settings s;
   s.shading.seed = seed;
   s.shading.specular_depth = *r.specular_depth;
@@ -319,7 +322,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.caustics = *r.caustics;
   s.subsurface_cache = *r.subsurface_cache;
   s.shading.cache_width = *r.cache_width;
-  s.irradiance_interpolation = asked.irradiance_interpolation.value_or(!asked.diffuse_rays || asked.diffuse_rays->at(0) >= least_hemisphere);
+  const bool pays = !asked.diffuse_rays || asked.diffuse_rays->at(0) >= least_hemisphere;
+  s.irradiance_interpolation = asked.irradiance_interpolation.value_or(pays);
   s.irradiance_accuracy = *r.irradiance_accuracy;
   s.cache_bytes = cache_bytes(r) - opacity_bytes(scene, r);
   s.light_groups = r.light_groups;

@@ -26,7 +26,7 @@ struct IntegratorRequest {
   std::optional<float> shading_rate;
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
-  bool light_groups = false;  ///< distribution: what each gives is kept apart
+  bool light_groups = false;  ///< distribution: what each gives is kept apart (path: if the film asks for it)
   bool log_caches = false;    ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
@@ -46,7 +46,7 @@ struct IntegratorRequest {
 inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
 /// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing follows: its
-/// recursion is at most about their product deep, 0.2 MB and a few kB of stack a level and thread.
+/// recursion is at most about their product deep, 0.3 MB and a few kB of stack a level and thread.
 inline constexpr int max_rays = 65536;
 inline constexpr int max_depth_followed = 32;
 inline constexpr int max_canopy_slabs = 1000;

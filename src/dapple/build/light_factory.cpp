@@ -144,8 +144,8 @@ std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, cons
   const V3f from = e.params.get_point3("from", V3f(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
-  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t), context,
-                textures);
+  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t),
+                context, textures);
 }
 
 std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
@@ -162,7 +162,8 @@ std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const
   const float end = radians(width), start = radians(std::max(width - delta, 0.0f));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   if (texture && width > 80)
-    throw InputError(place_of(e, "coneangle"), "\"coneangle\" is too wide for a texture, which lies on a plane; expected at most 80 degrees");
+    throw InputError(place_of(e, "coneangle"),
+                     "\"coneangle\" is too wide for a texture, which lies on a plane; expected at most 80 degrees");
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) *
                 (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
   const V3f position = place(e, t, from), axis = direction(e, t, from, to);
@@ -177,7 +178,9 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   place(e, t, V3f(0, 0, 0));
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
-    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), checked(e, I * photometric(e, "power", 4 * pi))), nullptr, shading::DirectionMap::sphere(t), context, textures);
+    const RGB alike = checked(e, I * photometric(e, "power", 4 * pi));
+    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), alike), nullptr, shading::DirectionMap::sphere(t), context,
+                  textures);
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();

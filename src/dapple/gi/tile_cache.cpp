@@ -104,8 +104,8 @@ TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, const 
   return Found::mine;
 }
 
-// A way that is empty, of its own size if there is one, the nearest to where the key is looked for first; or the first one without lives that the
-// hand comes by: others lose one as it passes. `ways`: all are being filled. Under the lock.
+// A way that is empty, of its own size if there is one, the nearest to where the key is looked for first; or the first one without lives
+// that the hand comes by: others lose one as it passes. `ways`: all are being filled. Under the lock.
 uint32_t TileCache::choose_victim(Header& h, uint64_t key, bool small) const {
   uint32_t larger = ways;
   for (uint32_t i = 0; i < ways; ++i) {

@@ -12,14 +12,15 @@ namespace dapple::gi {
 /// A cache of entries of one or two sizes, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
 /// one changes no image.
 ///
-/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which entries that are dear may have
-/// several (Lives). Where there are two sizes, 6 of them are small; small entries that find no room there take that of large ones, as far as these are
-/// used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds the version changed
-/// reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is being computed.
+/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which dear entries may
+/// have several (Lives). Where there are two sizes, 6 of them are small; small entries that find no room there take that of large ones,
+/// as far as these are used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds
+/// the version changed reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an
+/// entry is being computed.
 class TileCache {
  public:
-  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry; `small_words`: in
-  /// small entries; 0: there are none. Throws MemoryError.
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry;
+  /// `small_words`: in small entries; 0: there are none. Throws MemoryError.
   TileCache(size_t bytes, int words, int small_words = 0);
 
   enum class Found : uint8_t {
@@ -28,8 +29,8 @@ class TileCache {
     pending,  ///< another thread computes it: wait()
     refused   ///< there is no room: the caller computes it for itself
   };
-  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was looked up. What an entry
-  /// costs to compute again, in coarse steps.
+  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was looked up. What an
+  /// entry costs to compute again, in coarse steps.
   struct Lives {
     uint8_t first = 0, most = 1;
   };

@@ -37,8 +37,8 @@ class ClaimGuard {
 
 }  // namespace
 
-// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by chance, and
-// thousands of rays read what they found.
+// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by
+// chance, and thousands of rays read what they found.
 bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
   const uint64_t hash = tile.hash();
@@ -95,8 +95,8 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
   ClaimGuard guard(cache, c);
-  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth, of
-  // which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
+  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth,
+  // of which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
   bool all_known = false;
   for (int round = 0; !all_known; ++round) {
     for (int e = 0; e < c.entry_count; ++e) {
@@ -129,7 +129,8 @@ void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorks
   for (int e = 0; e < c.entry_count; ++e) {
     const RadiosityCache::Entry& entry = c.entry[e];
     const bool filled = entry.outcome == Outcome::filled;
-    counts_for(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = entry.outcome == Outcome::extended});
+    const bool extended = entry.outcome == Outcome::extended;
+    counts_for(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = extended});
     if (log) w.cache_log->add(entry.key, filled, now);
   }
 }

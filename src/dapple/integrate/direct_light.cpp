@@ -56,7 +56,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
       continue;
     }
     for (int light = 0; light < lights; ++light) {
-      // A light without size throws shadows with edges, but for cells and for what moves.
+      // A light without size throws shadows with edges, but over cells and over time.
       const int n = !light_is_delta_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cells ? std::min(rays, PointBatch::origins) : 1;
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }

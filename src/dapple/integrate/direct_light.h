@@ -6,8 +6,8 @@
 
 namespace dapple::integrate {
 
-/// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each light gets its own stratified
-/// shadow rays; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
+/// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each light gets its own
+/// stratified shadow rays; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
 class DirectLight {
  public:
   static constexpr int lights_apart = 6;
@@ -15,9 +15,9 @@ class DirectLight {
   /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
   DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays);
 
-  /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely diffuse,
-  /// and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides, and the two
-  /// share by the power heuristic (Veach 1997).
+  /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely
+  /// diffuse, and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides,
+  /// and the two share by the power heuristic (Veach 1997).
   void light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const;
   /// The other part: sets b.ray_L of rays by Bsdfs that were traced, of density b.ray_pdf, to what shines where they ended.
   void add_lights_hit(PointBatch& b, int diffuse_depth) const;

@@ -11,15 +11,17 @@ struct DistributionWorkspace;
 
 /// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
 /// hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for `shading_rate` pixels, each
-/// once a frame however many camera samples see it; where something moves, once in each motion segment (scene::Motion). What depends sharply on the view (mirrors,
-/// glass, layered and glossy materials) is added per camera sample, with prelighting interpolated from the lattice.
+/// once a frame however many camera samples see it; where something moves, once in each motion segment (scene::Motion). Of small patches
+/// a few are chosen for each pixel (PixelPoints). What depends sharply on the view (mirrors, glass, layered and glossy materials) is added
+/// per camera sample, with prelighting interpolated from the lattice.
 class DistributionIntegrator final : public Integrator {
  public:
   struct Settings {
     HitShader::Settings shading;
     float shading_rate = 1;        ///< area of a micropolygon in pixels
     int pixel_samples = 16;        ///< that will share a pixel's work
-    /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further material and side; 0: all.
+    /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further material and side;
+    /// 0: all.
     int pixel_points = 3;
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded

@@ -74,7 +74,8 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
   for (int k = 0; k < b.count; ++k) open_boundary(&b.bsdf[k]);
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const {
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
+                                  int k) const {
   const scene::Motion& motion = patches_->motion();
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
   b.geometry[k] = id.geometry;
@@ -99,8 +100,8 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
-  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as regular as
-  // cells would be seen in one phase alone.
+  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
+  // regular as cells would be seen in one phase alone.
   int seen_from = -1;
   if (materials_.varies(id.geometry) && id.cluster_level == 0)
     seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
@@ -226,7 +227,8 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
   }
 }
 
-void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const {
+void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays,
+                                uint32_t key) const {
   b.ray_point[i] = k;
   b.ray_weight[i] = RGB(1);
   b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));

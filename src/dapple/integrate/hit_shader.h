@@ -10,7 +10,8 @@ namespace dapple::integrate {
 /// the lights, diffuse rays, specular rays, and the same at what those hit. Radiance and irradiance are unbiased estimates, but
 /// for what `arrival` says.
 ///
-/// Purely diffuse points take light sources by shadow rays only (DirectLight); other points combine them with specular rays that meet the source.
+/// Purely diffuse points take light sources by shadow rays only (DirectLight); other points combine them with specular rays that meet the
+/// source.
 class HitShader {
  public:
   struct Settings {
@@ -24,9 +25,9 @@ class HitShader {
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
 
-  /// How a ray came to the points of a batch. Where it left a diffuse surface, layered materials, and metal if caustics are off, count as
-  /// diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that see the viewer are not run.
-  /// A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
+  /// How a ray came to the points of a batch. Where it left a diffuse surface, or was scattered by a medium, layered materials, and metal
+  /// if caustics are off, count as diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that
+  /// see the viewer are not run. A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
   enum class Arrival { view, diffuse, probe };
 
   /// Where a batch stands in the recursion.
@@ -48,7 +49,8 @@ class HitShader {
   void shade(const Place& place, ShadingWorkspace& w) const;
 
   /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `key`: of the tile's random numbers.
-  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
+  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
+                         int k) const;
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
   /// Of a group of patches, over four of them that are linked.
@@ -115,8 +117,9 @@ class HitShader {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
   bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
-  /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves them, whose
-  /// resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading them at `below`.
+  /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
+  /// them, whose resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading
+  /// them at `below`. And what scatters into them where they ended in media.
   void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
   /// Adds to ray_L of these rays what scatters into them where they ended in media.
   void add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;

@@ -17,9 +17,11 @@ struct RayCounts {
   uint64_t camera = 0, shadow = 0, diffuse = 0, specular = 0, subsurface = 0, link = 0;
   uint64_t mask = 0;  ///< shadow rays that were looked up in masks and not traced
   RayCounts& operator+=(const RayCounts& o) {
-    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface, link += o.link, mask += o.mask;
+    camera += o.camera, shadow += o.shadow, diffuse += o.diffuse, specular += o.specular, subsurface += o.subsurface;
+    link += o.link, mask += o.mask;
     return *this;
   }
+  /// Of those that were traced.
   uint64_t total() const { return camera + shadow + diffuse + specular + subsurface + link; }
 };
 
@@ -48,7 +50,7 @@ inline constexpr std::array<std::string_view, resolution_count> resolution_names
 /// What became of look-ups in one cache at one resolution.
 struct CacheCounts {
   uint64_t lookups = 0, hits = 0, fills = 0;
-  double fill_seconds = 0;  ///< of all threads, fills of deeper bounces included
+  double fill_seconds = 0;  ///< of all threads; docs/guide/statistics.md says what is included
   // Of look-ups that have no memory of their own (CacheState::has_memory):
   uint64_t evictions = 0;
   int64_t bytes = 0;  ///< of entries that came, less those that went
@@ -60,7 +62,8 @@ struct CacheCounts {
   }
 };
 
-/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own: evictions and bytes are among their counts.
+/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own: evictions and bytes are among their
+/// counts.
 struct CacheState {
   std::string name;  ///< "radiosity.fine", "radiosity.depth1"
   CacheCounts counts{};

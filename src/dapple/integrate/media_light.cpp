@@ -46,7 +46,8 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   trace_rays(place, w);
   b.ray_L.clear_all(b.ray_count);
   // What they meet counts as met by diffuse rays: shadow rays have found the lights.
-  gather_hits(place, {place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse}, diffuse_width_scale(), any_ray, w);
+  const Place below{place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse};
+  gather_hits(place, below, diffuse_width_scale(), any_ray, w);
   b.weigh_rays();
   for (int i = 0; i < b.ray_count; ++i) b.Ci.add(b.ray_point[i], b.ray_L.at(i));
 }

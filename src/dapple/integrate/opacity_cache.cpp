@@ -241,7 +241,8 @@ uint8_t OpacityCache::miss(const Lattice& l, int x, int y, uint64_t key, Counts*
     throw;
   }
   for (int w = 0; w < tile_cells / 4; ++w)
-    words[w] = uint32_t(bytes[4 * w]) | uint32_t(bytes[4 * w + 1]) << 8 | uint32_t(bytes[4 * w + 2]) << 16 | uint32_t(bytes[4 * w + 3]) << 24;
+    words[w] = uint32_t(bytes[4 * w]) | uint32_t(bytes[4 * w + 1]) << 8 | uint32_t(bytes[4 * w + 2]) << 16 |
+               uint32_t(bytes[4 * w + 3]) << 24;
   cache_->publish(slot, words);
   ++counts->fills;
   counts->fill_seconds += timer.seconds();

@@ -11,16 +11,16 @@
 
 namespace dapple::integrate {
 
-/// The opacity of cut-out surfaces for rays of all kinds: the opacity stage's results in a multiresolution cache (methods page, section 5),
-/// so that rays through leaves run no shaders.
+/// The opacity of cut-out surfaces for rays of all kinds: the opacity stage's results in a multiresolution cache, so that rays through
+/// leaves run no shaders.
 ///
 /// - A picture over u and v (UvImage) is decoded to 8 bits a texel and interpolated, exactly as far as its numbers have 8 bits.
 /// - A pattern of u and v alone is cached in their plane, once for all surfaces that bear it.
 /// - Other patterns, and the opacity stages of shaders, are cached on each primitive, at the middle of the shutter interval.
 /// - What reads the time, and what reads the place on a mesh that deforms, is not cached.
 ///
-/// The plane, or the primitive, is cut into 2^level by 2^level cells, the level being the coarsest whose cells are half as wide as the ray's
-/// footprint or less. A cell's value, 8 bits, is a pure function of texture, primitive, level and cell; entries are tiles of 8 x 8 cells.
+/// The plane, or the primitive, is cut into 2^level by 2^level cells, the level being the coarsest whose cells are no wider than the ray's
+/// footprint. A cell's value, 8 bits, is a pure function of texture, primitive, level and cell; entries are tiles of 8 x 8 cells.
 /// Rays that ask for finer cells than those of `max_level`, or say no footprint, get the exact value. What is cached is alpha, never the
 /// decision whether a ray passes: that stays a hash of the ray's key. Instances share.
 class OpacityCache final : public trace::OpacityTest {
@@ -48,7 +48,7 @@ class OpacityCache final : public trace::OpacityTest {
   /// "opacity", with its counts.
   CacheState state() const;
 
-  /// Coarsest level whose cells are half of `width` wide or less, where a parallelogram of `area` is cut into cells; above max_level: none.
+  /// Coarsest level whose cells are no wider than `width`, where a parallelogram of `area` is cut into cells; above max_level: none.
   static int level_of(float area, float width);
   /// Points that a cell's value is the mean of, along an edge of the cell, in the plane of u and v: at least 64 along the unit square's,
   /// since all leaves would have the same error.

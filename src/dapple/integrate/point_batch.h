@@ -164,7 +164,8 @@ inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int
   }
 }
 
-/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes nothing.
+/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes
+/// nothing.
 struct NearLights {
   static constexpr int slot_count = 4096;
   uint64_t slot[slot_count] = {};  ///< the hash of a tile but for its lowest bit, which is the answer

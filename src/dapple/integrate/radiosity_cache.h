@@ -9,9 +9,9 @@
 
 namespace dapple::integrate {
 
-/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, methods page section 2). Coarse: the whole
-/// patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more. A share of the
-/// memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out; what is used is kept, of any resolution.
+/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, Christensen et al. 2012). Coarse: the
+/// whole patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
+/// A share of the memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out.
 ///
 /// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together (TileLinks).
 /// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and
@@ -68,7 +68,8 @@ class RadiosityCache {
     }
   };
 
-  /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the caller is to add what is missing.
+  /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the caller is to add
+  /// what is missing. Found::refused: the same, for itself alone.
   void find(Entry& entry, Counts* counts);
   void publish(Entry& entry);
   void abandon(const Entry& entry);

@@ -11,7 +11,8 @@ using trace::no_id;
 
 namespace {
 
-// In cells, or lengths of ways within groups. Rays keep this far above the surface, and from the ends of their ways: of a room's floor, these are its walls.
+// In cells, or lengths of ways within groups. Rays keep this far above the surface, and from the ends of their ways: of a room's floor,
+// these are its walls.
 constexpr float height = 0.03f;
 constexpr float margin = 0.04f;
 // Where, beside that, something small must stand in a way to part it.
@@ -19,7 +20,8 @@ struct Offset {
   float height, aside;
 };
 constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.35f, 0}};
-// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the angle.
+// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the
+// angle.
 constexpr float like_normals = 0.7f, near_plane = 0.3f;
 
 }  // namespace

@@ -6,9 +6,9 @@
 
 namespace dapple::integrate {
 
-/// Which shading points of a tile belong together, or which parts of a group of patches to the patch that stands for it. Where other geometry stands on a surface (a wall on a floor that runs on under it), the
-/// light on either side has nothing to do with that on the other, and interpolation between them would leak
-/// (methods page section 2.1, the connectivity mask).
+/// Which shading points of a tile belong together, or which parts of a group of patches to the patch that stands for it. Where other
+/// geometry stands on a surface (a wall on a floor that runs on under it), the light on either side has nothing to do with that on the
+/// other, and interpolation between them would leak.
 struct TileLinks {
   static constexpr int words = 2;
   static constexpr int side = scene::GridId::tile;
@@ -16,7 +16,8 @@ struct TileLinks {
   static constexpr uint32_t all_parts = (1u << most_parts) - 1;
   static_assert(side * side <= most_parts && geom::PatchClusters::most_parts <= most_parts);
 
-  uint32_t divided = 0;  ///< by cell: something stands in it, so its shading point says nothing about all of it; by part of a group: the same
+  /// By cell: something stands in it, so its shading point says nothing about all of it. By part of a group: the same.
+  uint32_t divided = 0;
   uint32_t cut = 0;      ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
   /// A bit of `cut` that is no cell's: something stands on the tile, so each of its points has to be tried.
   static constexpr uint32_t suspect = 1u << 31;
@@ -30,10 +31,11 @@ struct TileLinks {
   bool restrict_to(const scene::GridPoint& at, scene::PatchTable::Neighbours* near) const;
 };
 
-/// Finds links by rays just above the surface: lines across the whole tile first, and the ways between its points only where something
-/// stands in a line. A group of patches that lie in a surface, as leaves do not, is tried from the patch that stands for it to each of its parts.
-/// What is smaller than a cell parts nothing (grass on a meadow), unless more of the kind stands in the way higher up and beside it, as a wall
-/// of many small patches does. A surface does not part itself. A pure function of the tile.
+/// Finds links by rays just above the surface: lines across the whole tile first, and only where something stands in a line, the ways
+/// between those of its points that are wanted. A group of patches that lie in a surface, as leaves do not, is tried from the patch that
+/// stands for it to each of its parts. What is smaller than a cell parts nothing (grass on a meadow), unless more of the kind stands in the
+/// way higher up and beside it, as a wall of many small patches does. A surface does not part itself, nor does what moves part what does
+/// not. A link is a pure function of the tile, whoever wanted it first.
 class TileLinker {
  public:
   TileLinker(const scene::Scene& scene, const MaterialTable& materials, const scene::PatchTable* patches)

@@ -162,7 +162,9 @@ void Motion::merge_passages(size_t first, size_t last, int leaves, std::vector<P
   const int axis = int(all.majorAxis());
   const size_t middle = (first + last) / 2;
   std::stable_sort(passages_.begin() + std::ptrdiff_t(first), passages_.begin() + std::ptrdiff_t(last),
-                   [axis](const Passage& a, const Passage& b) { return a.box.min[axis] + a.box.max[axis] < b.box.min[axis] + b.box.max[axis]; });
+                   [axis](const Passage& a, const Passage& b) {
+                     return a.box.min[axis] + a.box.max[axis] < b.box.min[axis] + b.box.max[axis];
+                   });
   merge_passages(first, middle, leaves / 2, out);
   merge_passages(middle, last, leaves / 2, out);
 }

@@ -96,7 +96,8 @@ class MovingAreaLight final : public AreaLight<Shape> {
   float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override {
     const LightMotion::Place now = motion_->at(to.time);
     const LightReceiver at_open{now.point_at_open(to.p), to.n, to.time, to.transmits};
-    return now.density(wi) * AreaLight<Shape>::pdf(at_open, normalize(now.vector_at_open(wi)), now.point_at_open(p_light), now.normal_at_open(n_light));
+    return now.density(wi) * AreaLight<Shape>::pdf(at_open, normalize(now.vector_at_open(wi)), now.point_at_open(p_light),
+                                                   now.normal_at_open(n_light));
   }
 
   bool moves() const override { return true; }

@@ -225,7 +225,8 @@ uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& mot
   float columns[12];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 4; ++j) columns[j * 3 + i] = instance.m[i][j] = float(m[i][j]);
-  for (int j = 0; j < 3; ++j) instance.scale = std::max(instance.scale, length(V3f(columns[3 * j], columns[3 * j + 1], columns[3 * j + 2])));
+  for (int j = 0; j < 3; ++j)
+    instance.scale = std::max(instance.scale, length(V3f(columns[3 * j], columns[3 * j + 1], columns[3 * j + 2])));
   if (!motion.is_animated()) {
     rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
   } else {
