@@ -18,7 +18,8 @@ struct Decomposition {
   M44d compose() const;
 };
 
-/// A transform that moves over the shutter interval: translation and scale linearly, rotation by slerp.
+/// A transform that moves over the shutter interval: translation and scale linearly, rotation by slerp. All headers but scene/camera.h call
+/// the ends of that motion shutter open and close, times 0 and 1; the camera's own shutter may be open for a part of it.
 class AnimatedTransform {
  public:
   AnimatedTransform() : AnimatedTransform(Transform(), Transform()) {}

@@ -11,13 +11,7 @@ struct Ray {
   V3f o{0, 0, 0};
   V3f d{0, 0, 1};
   float t_max = infinity;
-  float time = 0;  ///< 0 at shutter open, 1 at shutter close.
-};
-
-/// Change of a ray's origin and direction from one pixel to the next in x and in y (Igehy 1999).
-struct RayDifferential {
-  V3f dodx{0, 0, 0}, dody{0, 0, 0};
-  V3f dddx{0, 0, 0}, dddy{0, 0, 0};
+  float time = 0;  ///< 0 at shutter open, 1 at shutter close (AnimatedTransform)
 };
 
 }  // namespace base

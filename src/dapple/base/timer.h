@@ -7,11 +7,10 @@
 namespace dapple {
 inline namespace base {
 
-/// Wall-clock seconds since construction or restart().
+/// Wall-clock seconds since construction.
 class Timer {
  public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  void restart() { start_ = Clock::now(); }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -40,7 +40,6 @@ class SlabMap {
   /// How far from a receiver its rays look, in pixels.
   float reach() const { return float(border_ - 1); }
   /// No ray passes more levels of the scene; a multiple of 64. Tiles of inclined ground may have more.
-  int usual_levels() const { return usual_levels_; }
   /// Levels of a tile with ground inclined as far as 63 degrees to its plane; a multiple of 64.
   int deep_levels() const;
 

@@ -53,7 +53,6 @@ class Field {
   double down(int level, int wavelength, int m, int i) const { return value(down_, level, wavelength, m, i); }
   bool sine() const { return sine_; }
   bool has_beam() const { return beam_mu_ > 0; }
-  double beam_mu() const { return beam_mu_; }
   /// Fraction of the beam that reaches a level unscattered.
   double beam_transmittance(int level) const { return beam_[level]; }
 

@@ -71,10 +71,4 @@ bool PatchClusters::ends_of_part(uint32_t group, int level, int part, uint32_t e
   return true;
 }
 
-size_t PatchClusters::bytes() const {
-  size_t bytes = (rank_.capacity() + order_.capacity()) * 4 + area_before_.capacity() * 8;
-  for (const auto& d : diameters_) bytes += d.capacity() * 4;
-  return bytes;
-}
-
 }  // namespace dapple::geom

@@ -30,7 +30,6 @@ class PatchClusters {
   int part(uint32_t patch, int level) const { return int(group(patch, part_level(level)) % uint32_t(parts(level))); }
   /// The first and the last patch of that part, which lie at its opposite ends; false where the last group ends before it.
   bool ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const;
-  size_t bytes() const;
 
  private:
   std::vector<uint32_t> rank_;   ///< place of each patch in the order of halves

@@ -30,7 +30,6 @@ class PatchMap {
   PatchPoint patch_point(uint32_t face, float u, float v) const;
   /// Inverse of patch_point; both are affine on each side of the diagonal.
   FacePoint face_point(uint32_t patch, float s, float t) const;
-  size_t bytes() const { return patch_of_face_.capacity() * 4 + patches_.capacity() * sizeof(Patch); }
 
  private:
   /// Corners are a, b, c, d at (0,0), (1,0), (1,1), (0,1); the diagonal is ac.

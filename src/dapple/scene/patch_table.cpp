@@ -120,8 +120,8 @@ const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint3
   return e;
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p, float width, Extents* memory,
-                      GridPoint* out) const {
+bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p, float width,
+                      Extents* memory, GridPoint* out) const {
   const uint32_t g = hits.geometry[i];
   *out = {};
   out->grid.instance = hits.instance[i];
@@ -333,13 +333,6 @@ GridId PatchTable::patch_of(const trace::HitBatch& hits, int i) const {
   id.instance = hits.instance[i], id.geometry = hits.geometry[i];
   id.patch = map ? map->patch_point(hits.primitive[i], hits.u[i], hits.v[i]).patch : hits.primitive[i];
   return id;
-}
-
-size_t PatchTable::bytes() const {
-  size_t bytes = geometries_.capacity() * sizeof(GeometryPatches);
-  for (const GeometryPatches& g : geometries_)
-    bytes += (g.map ? g.map->bytes() : 0) + (g.clusters ? g.clusters->bytes() : 0);
-  return bytes;
 }
 
 }  // namespace dapple::scene

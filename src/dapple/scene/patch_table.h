@@ -66,8 +66,8 @@ class PatchTable {
     Extent entries_[entry_count];
   };
 
-  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d at a time. False where a surface has no lattice, as
-  /// curves that are wider than a pixel: these are shaded at the hit.
+  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d at a time, and the motion segment if the surface
+  /// moves. False where it has no lattice, as curves that are wider than a pixel: these are shaded at the hit.
   bool dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, float width, Extents* memory,
             GridPoint* out) const;
 
@@ -77,8 +77,8 @@ class PatchTable {
   GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
-  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may end
-  /// before the part.
+  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may
+  /// end before the part.
   int ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const;
   /// Part of the group in which a patch of it is.
   int part(const GridId& group, uint32_t patch) const { return geometries_[group.geometry].clusters->part(patch, group.cluster_level); }
@@ -119,8 +119,6 @@ class PatchTable {
     V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
   };
   Cell cell(const GridId& grid, Extents* memory = nullptr) const;
-
-  size_t bytes() const;
 
  private:
   struct GeometryPatches {

@@ -17,7 +17,7 @@ struct Lanes3 {
 };
 
 /// A batch of surface points to be shaded, structure of arrays. Everything here is independent of the view: no direction to
-/// the eye is given (radiosity caching, methods page section 3). World space.
+/// the eye is given, so that it can be cached (Christensen et al. 2012, "Multiresolution radiosity caching"). World space.
 struct ShadingPoints {
   static constexpr int capacity = 256;
 

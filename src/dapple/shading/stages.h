@@ -11,7 +11,7 @@
 
 namespace dapple::shading {
 
-/// The methods of a surface shader, in the order in which the renderer calls them (radiosity caching, methods page section 3).
+/// The methods of a surface shader, in the order in which the renderer calls them (Christensen et al. 2012).
 /// Each is a pure function of what it reads, for a batch of points; the renderer stops when it has what it needs, and may go on
 /// later with the stored results of earlier stages.
 ///

@@ -83,7 +83,9 @@ class TracedScene {
   size_t geometry_count() const { return geometries_.size(); }
   size_t instance_count() const { return instances_.size(); }
   /// The geometries of an object, or of the scene itself (no_id).
-  const std::vector<uint32_t>& geometries_in(uint32_t object) const { return object == no_id ? top_.geometries : objects_[object].geometries; }
+  const std::vector<uint32_t>& geometries_in(uint32_t object) const {
+    return object == no_id ? top_.geometries : objects_[object].geometries;
+  }
   /// The object that an instance places, and where: world from object space at shutter open.
   uint32_t object_of(uint32_t instance) const { return instances_[instance].object; }
   bool is_animated(uint32_t instance) const { return instances_[instance].animated; }
