@@ -19,7 +19,9 @@ def bench(context):
         result[name] = r
         v = r["visibility"]
         rows.append([name, f"{common.median(r['rays_cpu']):.2f} s", f"{common.median(r['masks_cpu']):.2f} s", f"{common.median(r['ratio_cpu']):.1f}",
-                     f"{v['mean_rays']:.3f}, {v['mean_masks']:.3f}", f"{100 * v['within_an_eighth']:.0f} %"])
+                     f"{v['mean_rays']:.3f}, {v['mean_rays_a_slab_ahead']:.3f}, {v['mean_masks']:.3f}",
+                     f"{100 * v['within_an_eighth']:.0f} %", f"{100 * v['within_a_slab_and_an_eighth']:.0f} %"])
     text = (f"{r['receivers']} receivers of 960 x 540 pixels, {r['samples']} samples of the sun each, {context.repeats} runs in alternation, processor time of one thread.\n\n"
-            + common.table(["masks", "rays", "masks with their making", "ratio", "mean visibility by rays, by masks", "within 1/8 of the rays'"], rows))
+            + common.table(["masks", "rays", "masks with their making", "ratio", "mean visibility by rays, by rays from a slab ahead, by masks",
+                            "within 1/8 of the rays'", "or between the two"], rows))
     return result, text

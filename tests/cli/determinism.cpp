@@ -57,10 +57,11 @@ constexpr const char* cornell = "scenes/cornell-box/cornell.pbrt";
 constexpr const char* plates = "../shared/scenes/veach-mis/scene-v4.pbrt";
 constexpr const char* stairs = "../shared/scenes/staircase2/scene-v4.pbrt";
 constexpr const char* leaves = "../shared/scenes/forest/forest-cutout.pbrt";
+constexpr const char* crowns = "../shared/scenes/forest/forest-above.pbrt";
 INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"}, Case{leaves, "path"},
                                          Case{cornell, "distribution"}, Case{stairs, "distribution"},
-                                         Case{leaves, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
+                                         Case{leaves, "distribution"}, Case{crowns, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
                          [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace

@@ -20,13 +20,21 @@ struct CameraBatch {
 
   void generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, uint64_t seed);
 
-  /// Calls visit(box) for the blocks of `pixels`, in order.
+  /// Calls visit(box) for what `pixels` have of each block, in order. Blocks are those of the full film.
   template <class Visit>
   static void for_each_block(const Box2i& pixels, const Visit& visit) {
-    for (int y = pixels.min.y; y < pixels.max.y; y += block)
-      for (int x = pixels.min.x; x < pixels.max.x; x += block)
-        visit(Box2i(V2i(x, y), V2i(std::min(x + block, pixels.max.x), std::min(y + block, pixels.max.y))));
+    for (int y = pixels.min.y / block * block; y < pixels.max.y; y += block)
+      for (int x = pixels.min.x / block * block; x < pixels.max.x; x += block)
+        visit(Box2i(V2i(std::max(x, pixels.min.x), std::max(y, pixels.min.y)),
+                    V2i(std::min(x + block, pixels.max.x), std::min(y + block, pixels.max.y))));
   }
+  /// The block of the full film that a part of it belongs to.
+  static Box2i block_around(const Box2i& part, const V2i& film) {
+    const V2i corner(part.min.x / block * block, part.min.y / block * block);
+    return {corner, V2i(std::min(corner.x + block, film.x), std::min(corner.y + block, film.y))};
+  }
+  /// Number of a pixel in its block.
+  static int in_block(const V2i& pixel) { return pixel.y % block * block + pixel.x % block; }
 
  private:
   alignas(64) float u0_[capacity], u1_[capacity], u2_[capacity] = {}, u3_[capacity] = {}, u4_[capacity];

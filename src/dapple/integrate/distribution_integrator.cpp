@@ -189,17 +189,23 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
   if (!any) return;
   if (!w.seen_known) {
     w.seen.clear();
+    // A crop shows that part of the whole: what pixels beyond it choose counts too.
+    const Box2i block = CameraBatch::block_around(pixels, scene_.film.resolution);
     for (uint32_t s = 0; s < std::min(uint32_t(settings_.pixel_samples), PixelPoints::first_samples); ++s) {
-      locate_samples(pixels, s, w);
+      locate_samples(block, s, w);
+      w.rays.camera += uint64_t(w.camera.count);
       for (int p = 0; p < w.camera.count; ++p)
-        if (is_small(p)) w.seen.consider(scene_, p, settings_.pixel_points, w.point[p]);
+        if (is_small(p)) w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.point[p]);
     }
     w.seen.close();
     w.seen_known = true;
     locate_samples(pixels, sample, w);
   }
   for (int p = 0; p < w.camera.count; ++p)
-    if (is_small(p)) w.seen.lend(scene_, p, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p]);
+    if (is_small(p)) {
+      const int pixel = CameraBatch::in_block(w.camera.pixel[p]);
+      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p]);
+    }
 }
 
 void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
@@ -318,6 +324,7 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
   std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
   TileLinker::Scratch& linking = w.shading.linking;
   linking.job_count = 0;
+  const Timer timer;
   {
     const PublishAtEnd publish(w.claimed);
     for (int i = 0; i < n; ++i) {
@@ -338,6 +345,7 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
     }
     shader_.link(false, w.shading);
   }
+  w.caches[0].fill_seconds += timer.seconds();
   for (const int p : std::span(w.order, size_t(n))) w.grid[p]->wait(ShadingGrid::linked);
 }
 
