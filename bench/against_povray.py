@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dapple's radiosity cache with irradiance interpolation against POV-Ray's radiosity: time until a picture of the measured Cornell box is as near as
+asked to the converged one. POV-Ray is held against its own finest settings, since its area lights differ a little; Dapple against path tracing."""
+import math
+import shutil
+from typing import NamedTuple
+
+import common
+import time_to_error
+from box_scene import read_scene
+
+SCENE, SIZE, BOUNCES = time_to_error.SCENE, time_to_error.SIZE, time_to_error.BOUNCES
+TARGETS = (0.1, 0.07, 0.05, 0.04, 0.03, 0.02)  # relative RMSE
+FADE = 0.1  # mm; POV-Ray's light falls off with 2 / (1 + (distance / FADE)^2)
+
+
+class Setting(NamedTuple):
+    count: int
+    error_bound: float
+    nearest_count: int
+    pretrace_end: float
+    lights: int  # in a row of the area light
+    adaptive: int
+    antialias: tuple
+
+    def __str__(self):
+        return (f"count {self.count} error_bound {self.error_bound} nearest_count {self.nearest_count} pretrace_end {self.pretrace_end}, "
+                f"area_light {self.lights} x {self.lights} adaptive {self.adaptive}, {' '.join(self.antialias)}")
+
+
+SETTINGS = []
+FINEST = Setting(1600, 0.2, 15, 0.005, 8, 2, ("+A0.0", "+R3"))
+
+
+def vector(values):
+    return "<" + ", ".join(f"{v:.9g}" for v in values) + ">"
+
+
+def area_light(corners, emission, s):
+    """A parallelogram that emits equally in all directions. The spotlight's tightness 1 is the cosine at the light."""
+    first, second, _, last = corners
+    sides = [[b - a for a, b in zip(first, end)] for end in (second, last)]
+    centre = [sum(c) / 4 for c in zip(*corners)]
+    area = math.hypot(*sides[0]) * math.hypot(*sides[1])
+    colour = [e * area / (2 * math.pi * FADE**2) for e in emission]
+    return (f"light_source {{ {vector(centre)} rgb {vector(colour)} spotlight point_at {vector([centre[0], centre[1] - 1, centre[2]])} radius 90 falloff 90 "
+            f"tightness 1 area_light {vector(sides[0])}, {vector(sides[1])}, {s.lights}, {s.lights} adaptive {s.adaptive} jitter area_illumination on "
+            f"fade_distance {FADE} fade_power 2 }}")
+
+
+def povray_scene(shapes, camera, s):
+    """The box with its light under the ceiling, facing down. What the light source sends is not gathered again from the emitting surface."""
+    lines = ["#version 3.7;",
+             f"global_settings {{ assumed_gamma 1 ambient_light 0 max_trace_level 20 adc_bailout 1e-5 radiosity {{ count {s.count} error_bound {s.error_bound} "
+             f"nearest_count {s.nearest_count} pretrace_start .08 pretrace_end {s.pretrace_end} recursion_limit {BOUNCES} always_sample off "
+             "gray_threshold 0 adc_bailout 1e-5 } }",
+             f"camera {{ location {vector(camera['eye'])} right -x up y angle {camera['fov']} look_at {vector(camera['look'])} }}"]
+    for corners, indices, reflectance, emission in shapes:
+        triangles = " ".join("triangle { " + ", ".join(vector(corners[i]) for i in indices[k : k + 3]) + " }" for k in range(0, len(indices), 3))
+        if emission:
+            lines += [f"mesh {{ {triangles} pigment {{ rgb {vector(emission)} }} finish {{ ambient 0 diffuse 0 emission 1 }} no_shadow no_radiosity }}",
+                      area_light(corners, emission, s)]
+        else:
+            lines.append(f"mesh {{ {triangles} pigment {{ rgb {vector(reflectance)} }} finish {{ ambient 0 diffuse 1 }} }}")
+    return "\n".join(lines) + "\n"
+
+
+def povray(context, setting, image):
+    """Wall and processor seconds."""
+    scene = image.with_suffix(".pov")
+    scene.write_text(povray_scene(*read_scene(SCENE), setting))
+    _, *seconds = common.timed(lambda: common.run(["povray", f"+I{scene}", f"+O{image}", "+FE", f"+W{SIZE}", f"+H{SIZE}", "-D", f"+WT{context.threads}",
+                                                   *setting.antialias]))
+    return seconds
+
+
+def measure(context, call, error):
+    """Medians of wall and processor seconds, and the error of the last picture."""
+    runs = [call() for _ in range(min(3, context.repeats))]
+    wall, cpu = (common.median(t) for t in zip(*runs))
+    rmse, block, mean = error()
+    return {"wall_seconds": wall, "cpu_seconds": cpu, "rmse": rmse, "block_rmse": block, "mean_error": mean}
+
+
+def at_equal_error(ours, theirs):
+    """Rows of target, times and ratio of processor times; '-' where a renderer's settings do not reach so far, or are all better."""
+    rows, found = [], []
+    for target in TARGETS:
+        cpu, wall = ([common.seconds_to(target, [(f["rmse"], f[clock]) for f in frames]) for frames in (ours, theirs)]
+                     for clock in ("cpu_seconds", "wall_seconds"))
+        ratios = [t[1] / t[0] if None not in t else None for t in (cpu, wall)]
+        found.append({"rmse": target, "cpu_seconds": cpu, "wall_seconds": wall, "cpu_ratio": ratios[0], "wall_ratio": ratios[1]})
+        show = lambda value, unit="": "-" if value is None else f"{value:.2f}{unit}"
+        rows.append([f"{100 * target:.0f} %", *(show(t, " s") for t in cpu), show(ratios[0]), *(show(t, " s") for t in wall), show(ratios[1])])
+    return rows, found
+
+
+def bench(context):
+    if not shutil.which("povray"):
+        raise common.Skip("POV-Ray is not installed (scripts/bench --peers)")
+    finest, image = context.out / "povray_finest.exr", context.out / "povray.exr"
+    finest_wall, finest_cpu = povray(context, FINEST, finest)
+    theirs = [{"setting": str(s), **measure(context, lambda: povray(context, s, image), lambda: common.compare(context, image, finest))} for s in SETTINGS]
+
+    pair = common.path_traced_pair(context, SCENE, SIZE, BOUNCES, time_to_error.REFERENCE_SAMPLES)
+    apart = common.compare_without_noise(context, finest, pair)
+    image = context.out / "povray_dapple.exr"
+    frame = ["--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES]
+    ours = []
+    for s in time_to_error.SETTINGS:
+        render = lambda: common.timed(lambda: time_to_error.cached(context, image, s, *frame))[1:]
+        ours.append({"setting": time_to_error.options(*s), **measure(context, render, lambda: common.compare_without_noise(context, image, pair))})
+
+    rows = [[name, f["setting"], f"{f['cpu_seconds']:.2f} s", f"{f['wall_seconds']:.2f} s", *(f"{100 * f[e]:.2f} %" for e in ("rmse", "block_rmse", "mean_error"))]
+            for name, frames in (("POV-Ray", theirs), ("Dapple", ours)) for f in frames]
+    ratios, found = at_equal_error(ours, theirs)
+    text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, medians of {min(3, context.repeats)} runs of the whole programs; the light is left "
+            f"out. POV-Ray against its own finest setting ({FINEST}; {finest_cpu:.0f} s of processor time, {finest_wall:.0f} s, and {100 * apart[0]:.1f} % from path tracing, means "
+            f"{100 * apart[2]:.1f} %); Dapple against twice {time_to_error.REFERENCE_SAMPLES} samples of the path integrator, whose own noise is taken off.\n\n"
+            + common.table(["renderer", "setting", "processor time", "wall", "RMSE of pixels", "of 8x8 blocks", "of means"], rows)
+            + "\n\nTime to equal RMSE, between the best settings on straight lines in log-log ('-' where they do not reach so far); above 1 Dapple is sooner:\n\n"
+            + common.table(["RMSE", "Dapple, processor", "POV-Ray, processor", "ratio", "Dapple, wall", "POV-Ray, wall", "ratio"], ratios))
+    return {"povray": theirs, "dapple": ours, "finest": {"setting": str(FINEST), "cpu_seconds": finest_cpu, "wall_seconds": finest_wall, "from_path_tracing": apart[0]},
+            "equal_error": found}, text
