@@ -68,9 +68,9 @@ class Film:
 
         if (move, seed) not in self.direct:
             self.direct[move, seed] = read_channels(self.render(move, "direct", "--bounces", 0, "--seed", seed)[0], "R", "G", "B")
-        image, place, seconds = self.render(move, "all", "--bounces", BOUNCES, "--seed", seed, "--aov", "position,normal", *options)
+        image, place, seconds = self.render(move, "all", "--bounces", BOUNCES, "--seed", seed, "--aov", "position,normal,albedo", *options)
         return SimpleNamespace(camera=Camera(*place, SIZE, SIZE, mirrored=True), position=read_channels(image, "P.X", "P.Y", "P.Z"),
-                               normal=read_channels(image, "normal.X", "normal.Y", "normal.Z"),
+                               normal=read_channels(image, "normal.X", "normal.Y", "normal.Z"), albedo=read_channels(image, "albedo.R", "albedo.G", "albedo.B"),
                                light=read_channels(image, "R", "G", "B") - self.direct[move, seed]), seconds
 
 

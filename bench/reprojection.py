@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much the light of surface points changes from frame to frame of a moving camera: points of one frame are found again in the next by their
-position. NumPy arrays, images as (height, width, channels); world positions and normals from the AOVs of `dapple render`."""
+position. NumPy arrays, images as (height, width, channels); world positions, normals and albedos from the AOVs of `dapple render`."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -53,22 +53,24 @@ def corners(x, y, width, height):
     return [(j + b, i + a, (u if a else 1 - u) * (v if b else 1 - v)) for b in (0, 1) for a in (0, 1)], inside
 
 
-def found_again(light, points, normals, frame, tolerance=0.25):
-    """The light that `frame` (camera, position, light) shows at surface points, bilinear, and where it does: where the four pixels around lie within
-    `tolerance` pixels of the point's tangent plane. So nothing is compared across the edge of an object, nor what is hidden."""
-    x, y, depth = frame.camera.project(points)
+def found_again(seen, frame, tolerance=0.25):
+    """The light that `frame` (camera, position, normal, albedo, light) shows at the points that the frame `seen` shows, bilinear, and where it does: where
+    the four pixels around lie within `tolerance` pixels of the point's tangent plane and have its albedo. So nothing is compared across the edge of an
+    object or a material, nor what is hidden."""
+    x, y, depth = frame.camera.project(seen.position)
     around, there = corners(x, y, frame.camera.width, frame.camera.height)
-    there = there & (depth > 0) & (np.linalg.norm(normals, axis=-1) > 0.9)
-    value = np.zeros(points.shape[:-1] + light.shape[-1:])
+    there = there & (depth > 0) & (np.linalg.norm(seen.normal, axis=-1) > 0.9)
+    value = np.zeros_like(seen.light)
     for row, column, weight in around:
-        off = np.abs(np.sum((frame.position[row, column] - points) * normals, axis=-1))
+        off = np.abs(np.sum((frame.position[row, column] - seen.position) * seen.normal, axis=-1))
         there &= off < tolerance * frame.camera.pixel * depth
-        value += weight[..., None] * light[row, column]
+        there &= np.abs(frame.albedo[row, column] - seen.albedo).max(axis=-1) < 0.01
+        value += weight[..., None] * frame.light[row, column]
     return value, there
 
 
 def temporal_variation(frames):
-    """Of frames (camera, position, normal, light): the noise that changes from frame to frame, relative to the mean light.
+    """Of frames (camera, position, normal, albedo, light): the noise that changes from frame to frame, relative to the mean light.
 
     The second difference v(k-1) - 2 v(k) + v(k+1) of a point's light leaves out what changes slowly, as a view's level of detail may, and keeps
     boiling and popping; it is divided by sqrt(6), so that noise independent from frame to frame is given as its own standard deviation. `pairs` are
@@ -78,13 +80,13 @@ def temporal_variation(frames):
     squares = count = asked = 0
     pairs, first = [], None
     for k, frame in enumerate(frames[:-1]):
-        after, there = found_again(frames[k + 1].light, frame.position, frame.normal, frames[k + 1])
+        after, there = found_again(frame, frames[k + 1])
         change = np.where(there[..., None], after - frame.light, 0)
         first = change if first is None else first
         pairs.append(float(np.sqrt(np.mean(change[there] ** 2) / 2) / mean))
         if k == 0:
             continue
-        before, also = found_again(frames[k - 1].light, frame.position, frame.normal, frames[k - 1])
+        before, also = found_again(frame, frames[k - 1])
         there &= also
         second = (before - 2 * frame.light + after)[there]
         squares += np.sum(second**2)
