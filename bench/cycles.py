@@ -3,8 +3,8 @@
 
 blender -b --factory-startup -P bench/cycles.py -- SCENE.pbrt OUT.exr [--resolution N] [--samples N] [--bounces N] [--threads N]
 
-The scene is read by box_scene.py. Prints a line of JSON with the seconds of Blender's render call, start-up and
-scene set-up left out; the seconds of the rendering proper stand in the header of the EXR (cycles.ViewLayer.render_time).
+The scene is read by box_scene.py. Prints a line of JSON with the seconds of Blender's render call, start-up and scene set-up left out; the
+seconds of the rendering proper stand in the header of the EXR (cycles.ViewLayer.render_time).
 """
 import argparse
 import json
