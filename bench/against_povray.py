@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dapple's radiosity cache with irradiance interpolation against POV-Ray's radiosity: time until a picture of the measured Cornell box is as near as
-asked to the converged one. POV-Ray is held against its own finest settings, since its area lights differ a little; Dapple against path tracing."""
+"""Dapple's radiosity cache with irradiance interpolation against POV-Ray's radiosity: time until a picture of the measured Cornell box is as
+near as asked to the converged one. POV-Ray is held against its own finest settings, since its area lights differ a little; Dapple against
+path tracing."""
 import json
 import math
 import shutil
@@ -47,23 +48,25 @@ def area_light(corners, emission, s):
     centre = [sum(c) / 4 for c in zip(*corners)]
     area = math.hypot(*sides[0]) * math.hypot(*sides[1])
     colour = [e * area / (2 * math.pi * FADE**2) for e in emission]
-    return (f"light_source {{ {vector(centre)} rgb {vector(colour)} spotlight point_at {vector([centre[0], centre[1] - 1, centre[2]])} radius 90 falloff 90 "
-            f"tightness 1 area_light {vector(sides[0])}, {vector(sides[1])}, {s.lights}, {s.lights} adaptive {s.adaptive} jitter area_illumination on "
+    below = [centre[0], centre[1] - 1, centre[2]]
+    return (f"light_source {{ {vector(centre)} rgb {vector(colour)} spotlight point_at {vector(below)} radius 90 falloff 90 tightness 1 "
+            f"area_light {vector(sides[0])}, {vector(sides[1])}, {s.lights}, {s.lights} adaptive {s.adaptive} jitter area_illumination on "
             f"fade_distance {FADE} fade_power 2 }}")
 
 
 def povray_scene(shapes, camera, s):
-    """The box with its light under the ceiling, facing down. What the light source sends is not gathered again from the emitting surface."""
+    """The box with its light under the ceiling, facing down. Rays do not gather from the emitting surface what the light source sends."""
     lines = ["#version 3.7;",
-             f"global_settings {{ assumed_gamma 1 ambient_light 0 max_trace_level 20 adc_bailout 1e-5 radiosity {{ count {s.count} error_bound {s.error_bound} "
-             f"nearest_count {s.nearest_count} pretrace_start .08 pretrace_end {s.pretrace_end} recursion_limit {BOUNCES} always_sample off "
-             "gray_threshold 0 adc_bailout 1e-5 } }",
+             "global_settings { assumed_gamma 1 ambient_light 0 max_trace_level 20 adc_bailout 1e-5 radiosity { "
+             f"count {s.count} error_bound {s.error_bound} nearest_count {s.nearest_count} "
+             f"pretrace_start .08 pretrace_end {s.pretrace_end} recursion_limit {BOUNCES} always_sample off gray_threshold 0 adc_bailout 1e-5 }} }}",
              f"camera {{ location {vector(camera['eye'])} right -x up y angle {camera['fov']} look_at {vector(camera['look'])} }}"]
     for corners, indices, reflectance, emission in shapes:
-        triangles = " ".join("triangle { " + ", ".join(vector(corners[i]) for i in indices[k : k + 3]) + " }" for k in range(0, len(indices), 3))
+        faces = [[vector(corners[i]) for i in indices[k : k + 3]] for k in range(0, len(indices), 3)]
+        triangles = " ".join("triangle { " + ", ".join(face) + " }" for face in faces)
         if emission:
-            lines += [f"mesh {{ {triangles} pigment {{ rgb {vector(emission)} }} finish {{ ambient 0 diffuse 0 emission 1 }} no_shadow no_radiosity }}",
-                      area_light(corners, emission, s)]
+            lines += [f"mesh {{ {triangles} pigment {{ rgb {vector(emission)} }} finish {{ ambient 0 diffuse 0 emission 1 }} "
+                      "no_shadow no_radiosity }", area_light(corners, emission, s)]
         else:
             lines.append(f"mesh {{ {triangles} pigment {{ rgb {vector(reflectance)} }} finish {{ ambient 0 diffuse 1 }} }}")
     return "\n".join(lines) + "\n"
@@ -73,8 +76,8 @@ def povray(context, setting, image):
     """Wall and processor seconds."""
     scene = image.with_suffix(".pov")
     scene.write_text(povray_scene(*read_scene(SCENE), setting))
-    _, *seconds = common.timed(lambda: common.run(["povray", f"+I{scene}", f"+O{image}", "+FE", f"+W{SIZE}", f"+H{SIZE}", "-D", f"+WT{context.threads}",
-                                                   *setting.antialias]))
+    arguments = ["povray", f"+I{scene}", f"+O{image}", "+FE", f"+W{SIZE}", f"+H{SIZE}", "-D", f"+WT{context.threads}", *setting.antialias]
+    _, *seconds = common.timed(lambda: common.run(arguments))
     return seconds
 
 
@@ -100,7 +103,9 @@ def at_equal_error(ours, theirs):
         ratios = [t[1] / t[0] if None not in t else None for t in (cpu, wall)]
         found.append({"rmse": target, "cpu_seconds": cpu, "wall_seconds": wall, "cpu_ratio": ratios[0], "wall_ratio": ratios[1]})
         show = lambda value, unit="": "-" if value is None else f"{value:.2f}{unit}"
-        rows.append([f"{100 * target:g} %", *(show(t, " s") for t in cpu), show(ratios[0]), *(show(t, " s") for t in wall), show(ratios[1])])
+        rows.append([f"{100 * target:g} %"])
+        for clock, ratio in zip((cpu, wall), ratios):
+            rows[-1] += [*(show(t, " s") for t in clock), show(ratio)]
     return rows, found
 
 
@@ -112,9 +117,12 @@ def bench(context):
     apart = common.compare_without_noise(context, reference, pair)
     image = context.out / "against_povray.exr"
     frame = ["--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES]
-    runs = {("POV-Ray", str(s)): (lambda s=s: povray(context, s, image), lambda: common.compare(context, image, reference)) for s in SETTINGS}
-    runs |= {("Dapple", time_to_error.options(*s)): (lambda s=s: common.timed(lambda: time_to_error.cached(context, image, s, *frame))[1:],
-                                                     lambda: common.compare_without_noise(context, image, pair)) for s in time_to_error.SETTINGS}
+    runs = {}
+    for s in SETTINGS:
+        runs["POV-Ray", str(s)] = lambda s=s: povray(context, s, image), lambda: common.compare(context, image, reference)
+    for s in time_to_error.SETTINGS:
+        runs["Dapple", time_to_error.options(*s)] = (lambda s=s: common.timed(lambda: time_to_error.cached(context, image, s, *frame))[1:],
+                                                     lambda: common.compare_without_noise(context, image, pair))
     repeats, seconds, errors = min(3, context.repeats), {name: [] for name in runs}, {}
     for _ in range(repeats):
         for name, (run, error) in runs.items():
@@ -124,13 +132,15 @@ def bench(context):
                        (*name, *(common.median(t) for t in zip(*seconds[name])), *errors[name]))) for name in runs]
     ours, theirs = ([f for f in frames if f["renderer"] == name] for name in ("Dapple", "POV-Ray"))
 
-    rows = [[f["renderer"], f["setting"], f"{f['cpu_seconds']:.2f} s", f"{f['wall_seconds']:.2f} s", *(f"{100 * f[e]:.2f} %" for e in ("rmse", "block_rmse", "mean_error"))]
-            for f in frames]
+    rows = [[f["renderer"], f["setting"], f"{f['cpu_seconds']:.2f} s", f"{f['wall_seconds']:.2f} s",
+             *(f"{100 * f[e]:.2f} %" for e in ("rmse", "block_rmse", "mean_error"))] for f in frames]
     ratios, found = at_equal_error(ours, theirs)
-    text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, medians of {repeats} runs of the whole programs, in turn; the light is "
-            f"left out. POV-Ray against its own finest setting ({FINEST}; {took['cpu_seconds']:.0f} s of processor time, {took['wall_seconds']:.0f} s, and {100 * apart[0]:.1f} % from path tracing, means "
-            f"{100 * apart[2]:.1f} %); Dapple against twice {time_to_error.REFERENCE_SAMPLES} samples of the path integrator, whose own noise is taken off.\n\n"
+    text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, medians of {repeats} runs of the whole programs, "
+            f"in turn; the light is left out. POV-Ray against its own finest setting ({FINEST}; {took['cpu_seconds']:.0f} s of processor time, "
+            f"{took['wall_seconds']:.0f} s, and {100 * apart[0]:.1f} % from path tracing, means {100 * apart[2]:.1f} %); Dapple "
+            f"against twice {time_to_error.REFERENCE_SAMPLES} samples of the path integrator, whose own noise is taken off.\n\n"
             + common.table(["renderer", "setting", "processor time", "wall", "RMSE of pixels", "of 8x8 blocks", "of means"], rows)
-            + "\n\nTime to equal RMSE, between the best settings on straight lines in log-log ('-' where they do not reach so far); above 1 Dapple is sooner:\n\n"
+            + "\n\nTime to equal RMSE, between the best settings on straight lines in log-log ('-' where they do not reach so far); above 1 "
+            "Dapple is sooner:\n\n"
             + common.table(["RMSE", "Dapple, processor", "POV-Ray, processor", "ratio", "Dapple, wall", "POV-Ray, wall", "ratio"], ratios))
     return {"frames": frames, "finest": {**took, "from_path_tracing": apart[0]}, "equal_error": found}, text

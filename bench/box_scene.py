@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangles, reflectances, emission and camera of the measured Cornell box, read from its pbrt file, so that all renderers are given the
-same numbers. Understands what scenes/cornell-box/cornell.pbrt uses, and no more. Plain Python: Blender's interpreter reads it too."""
+"""The triangles, reflectances, emission and camera of the measured Cornell box, read from its pbrt file, so that all renderers are given
+the same numbers. Understands what scenes/cornell-box/cornell.pbrt uses, and no more. Plain Python: Blender's interpreter reads it too."""
 import re
 from pathlib import Path
 

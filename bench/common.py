@@ -69,8 +69,8 @@ def path_traced_pair(context, scene, size, bounces, samples):
     images = [context.out / f"{scene.stem}_{size}_b{bounces}_path_{samples}_{seed}.exr" for seed in (1, 2)]
     for seed, image in enumerate(images, 1):
         if not image.exists():
-            render(context, scene, image, "--integrator", "path", "--resolution", f"{size}x{size}", "--bounces", bounces, "--pixel-samples", samples,
-                   "--seed", seed, "--float")
+            render(context, scene, image, "--integrator", "path", "--resolution", f"{size}x{size}", "--bounces", bounces, "--pixel-samples",
+                   samples, "--seed", seed, "--float")
     return images
 
 

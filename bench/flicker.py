@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much indirect light flickers under a moving camera: the measured Cornell box, a camera that moves by parts of a pixel and one that moves along
-a path of 30 frames, with and without the radiosity cache. Writes pictures of how the first frames of each differ."""
+"""How much indirect light flickers under a moving camera: the measured Cornell box, a camera that moves by parts of a pixel and one that moves
+along a path of 30 frames, with and without the radiosity cache. Writes pictures of how the first frames of each differ."""
 import math
 import re
 import tempfile
@@ -26,7 +26,8 @@ RANGE = 0.5  # of the mean light, at which the colours of difference pictures sa
 def moves(fov):
     """Where the camera is, in mm from the scene's own place: {name: [(right, up, forward)]}"""
     pixel = 1080 * 2 * math.tan(math.radians(fov) / 2) / SIZE  # in the middle of the box
-    return {"parts of a pixel": [(0.31 * f * pixel, 0.17 * f * pixel, 0) for f in range(8)], "path": [(2.3 * f, 0, 5 * f) for f in range(30)]}
+    return {"parts of a pixel": [(0.31 * f * pixel, 0.17 * f * pixel, 0) for f in range(8)],
+            "path": [(2.3 * f, 0, 5 * f) for f in range(30)]}
 
 
 def write_difference(path, change):
@@ -58,19 +59,20 @@ class Film:
         assert found == 1
         scene, image = self.folder / "frame.pbrt", self.folder / f"{name}.exr"
         scene.write_text(text)
-        stats = common.render(self.context, scene, image, "--integrator", "distribution", "--preset", "preview", "--resolution", f"{SIZE}x{SIZE}", "--float",
-                              "--threads", self.context.threads, "--quiet", *options)
+        stats = common.render(self.context, scene, image, "--integrator", "distribution", "--preset", "preview", "--resolution",
+                              f"{SIZE}x{SIZE}", "--float", "--threads", self.context.threads, "--quiet", *options)
         return image, (eye, look, self.camera["up"], self.camera["fov"]), stats["cpu_seconds"]
 
     def frame(self, move, seed, options):
-        """A frame for temporal_variation, and the processor seconds of its picture. Direct light is the same without bounces, and is taken off."""
+        """A frame for temporal_variation, and the processor seconds of its picture. Direct light, the same without bounces, is taken off."""
         from reprojection import Camera, read_channels
 
         if (move, seed) not in self.direct:
             self.direct[move, seed] = read_channels(self.render(move, "direct", "--bounces", 0, "--seed", seed)[0], "R", "G", "B")
         image, place, seconds = self.render(move, "all", "--bounces", BOUNCES, "--seed", seed, "--aov", "position,normal,albedo", *options)
-        return SimpleNamespace(camera=Camera(*place, SIZE, SIZE, mirrored=True), position=read_channels(image, "P.X", "P.Y", "P.Z"),
-                               normal=read_channels(image, "normal.X", "normal.Y", "normal.Z"), albedo=read_channels(image, "albedo.R", "albedo.G", "albedo.B"),
+        aovs = {"position": ("P.X", "P.Y", "P.Z"), "normal": ("normal.X", "normal.Y", "normal.Z"), "albedo": ("albedo.R", "albedo.G", "albedo.B")}
+        return SimpleNamespace(camera=Camera(*place, SIZE, SIZE, mirrored=True),
+                               **{name: read_channels(image, *channels) for name, channels in aovs.items()},
                                light=read_channels(image, "R", "G", "B") - self.direct[move, seed]), seconds
 
 
@@ -91,12 +93,16 @@ def bench(context):
                 write_difference(context.out / f"flicker_{move.split()[0]}_{list(CASES).index(name)}.png", found[name][0].map)
             for name, (v, seconds) in found.items():
                 ratio = v.noise / found[UNCACHED][0].noise
-                rows.append([move, name, f"{100 * v.noise:.2f} %", f"{ratio:.3f} (1 / {1 / ratio:.1f})", f"{100 * max(v.pairs):.2f} %", f"{seconds:.2f} s"])
-                result.append({"camera": move, "name": name, "noise": v.noise, "ratio": ratio, "pairs": v.pairs, "points": v.points, "cpu_seconds": seconds})
+                rows.append([move, name, f"{100 * v.noise:.2f} %", f"{ratio:.3f} (1 / {1 / ratio:.1f})", f"{100 * max(v.pairs):.2f} %",
+                             f"{seconds:.2f} s"])
+                result.append({"camera": move, "name": name, "noise": v.noise, "ratio": ratio, "pairs": v.pairs, "points": v.points,
+                               "cpu_seconds": seconds})
     points = min(r["points"] for r in result)
     worst = max(r["ratio"] for r in result if r["name"] == "preview")
-    text = (f"Indirect light ({BOUNCES} bounces) of the measured Cornell box, {SIZE}x{SIZE}, preset preview: what changes from frame to frame at the points seen "
-            f"(reprojected; at least {100 * points:.0f} % of pixels), relative to the mean; the worst two frames; processor time a frame.\n\n"
-            + common.table(["camera moves by", "rendering", "change", "of uncached with seeds of frames", "worst frames", "processor time"], rows)
+    text = (f"Indirect light ({BOUNCES} bounces) of the measured Cornell box, {SIZE}x{SIZE}, preset preview: what changes from frame to "
+            f"frame at the points seen (reprojected; at least {100 * points:.0f} % of pixels), relative to the mean; the worst two frames; "
+            "processor time a frame.\n\n"
+            + common.table(["camera moves by", "rendering", "change", "of uncached with seeds of frames", "worst frames", "processor time"],
+                           rows)
             + f"\n\nPreset preview as it is: at most **{worst:.3f}** of the uncached preview (bound {BOUND:g}).")
     return {"cases": result}, text

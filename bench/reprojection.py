@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much the light of surface points changes from frame to frame of a moving camera: points of one frame are found again in the next by their
-position. NumPy arrays, images as (height, width, channels); world positions, normals and albedos from the AOVs of `dapple render`."""
+"""How much the light of surface points changes from frame to frame of a moving camera: points of one frame are found again in the next by
+their position. NumPy arrays, images as (height, width, channels); world positions, normals and albedos from the AOVs of `dapple render`."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -54,9 +54,9 @@ def corners(x, y, width, height):
 
 
 def found_again(seen, frame, tolerance=0.25):
-    """The light that `frame` (camera, position, normal, albedo, light) shows at the points that the frame `seen` shows, bilinear, and where it does: where
-    the four pixels around lie within `tolerance` pixels of the point's tangent plane and have its albedo. So nothing is compared across the edge of an
-    object or a material, nor what is hidden."""
+    """The light that `frame` (camera, position, normal, albedo, light) shows at the points that the frame `seen` shows, bilinear, and where it
+    does: where the four pixels around lie within `tolerance` pixels of the point's tangent plane and have its albedo. So nothing is compared
+    across the edge of an object or a material, nor what is hidden."""
     x, y, depth = frame.camera.project(seen.position)
     around, there = corners(x, y, frame.camera.width, frame.camera.height)
     there = there & (depth > 0) & (np.linalg.norm(seen.normal, axis=-1) > 0.9)
@@ -72,9 +72,9 @@ def found_again(seen, frame, tolerance=0.25):
 def temporal_variation(frames):
     """Of frames (camera, position, normal, albedo, light): the noise that changes from frame to frame, relative to the mean light.
 
-    The second difference v(k-1) - 2 v(k) + v(k+1) of a point's light leaves out what changes slowly, as a view's level of detail may, and keeps
-    boiling and popping; it is divided by sqrt(6), so that noise independent from frame to frame is given as its own standard deviation. `pairs` are
-    the RMS of the differences of frames that follow each other, over sqrt(2), `points` the share of pixels that could be compared.
+    The second difference v(k-1) - 2 v(k) + v(k+1) of a point's light leaves out what changes slowly, as a view's level of detail may, and
+    keeps boiling and popping; it is divided by sqrt(6), so that noise independent from frame to frame is given as its own standard deviation.
+    `pairs` are the RMS of the differences of frames that follow each other, over sqrt(2), `points` the share of pixels that could be compared.
     `maps`, of the first pair, is that difference in place."""
     mean = np.mean([f.light.mean() for f in frames])
     squares = count = asked = 0

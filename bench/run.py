@@ -24,9 +24,9 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "motion": motion, "opacity": opacity,
-              "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load, "subsurface": subsurface, "sun_masks": sun_masks,
-              "time_to_error": time_to_error}
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "motion": motion,
+              "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
+              "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 
 def main():
