@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the benchmarks share: running programs, medians, tables."""
 import json
+import math
 import os
 import platform
+import resource
 import statistics
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -43,6 +46,57 @@ def render(context, scene, image, *options):
         stats = Path(folder) / "stats.json"
         run([context.program("dapple"), "render", scene, "-o", image, "--stats", stats, *options])
         return json.loads(stats.read_text())
+
+
+def timed(call):
+    """What a call returns, and the wall seconds and processor seconds (user and system) that it and the programs it ran took."""
+    def processor():
+        return sum(u.ru_utime + u.ru_stime for u in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+    wall, cpu = time.perf_counter(), processor()
+    result = call()
+    return result, time.perf_counter() - wall, processor() - cpu
+
+
+def compare(context, image, reference):
+    """(relative RMSE of pixels, of 8x8 blocks, largest error of a mean), the light and its edge left out."""
+    found = json.loads(run([context.program("image_diff"), image, reference, "--times-median", 8, "--dilate", 2, "--block", 8, "--json"]))
+    return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
+
+
+def path_traced_pair(context, scene, size, bounces, samples):
+    """Two independent path-traced pictures, kept for the next time."""
+    images = [context.out / f"{scene.stem}_{size}_b{bounces}_path_{samples}_{seed}.exr" for seed in (1, 2)]
+    for seed, image in enumerate(images, 1):
+        if not image.exists():
+            render(context, scene, image, "--integrator", "path", "--resolution", f"{size}x{size}", "--bounces", bounces, "--pixel-samples",
+                   samples, "--seed", seed, "--float")
+    return images
+
+
+def compare_without_noise(context, image, pair):
+    """The same as compare() against what two noisy pictures a and b are of: (x - a)(x - b) = ((x - a)^2 + (x - b)^2 - (a - b)^2) / 2."""
+    a, b, between = compare(context, image, pair[0]), compare(context, image, pair[1]), compare(context, *pair)
+    rmse, block = (max(0, (a[i] ** 2 + b[i] ** 2 - between[i] ** 2) / 2) ** 0.5 for i in (0, 1))
+    return rmse, block, (a[2] + b[2]) / 2
+
+
+def best(settings):
+    """Of (error, seconds) of settings those that no other beats in both, by falling error."""
+    kept = []
+    for error, seconds in sorted(settings):
+        if not kept or seconds < kept[-1][1]:
+            kept.append((error, seconds))
+    return kept[::-1]
+
+
+def seconds_to(error, settings):
+    """Time to an error by settings of (error, seconds): between the best of them, on straight lines in log-log; None outside them."""
+    curve = best(settings)
+    for (e0, t0), (e1, t1) in zip(curve, curve[1:]):
+        if e1 <= error <= e0:
+            return t0 * (t1 / t0) ** (math.log(e0 / error) / math.log(e0 / e1))
+    return curve[0][1] if curve and curve[0][0] == error else None
 
 
 def median(values):

@@ -10,8 +10,10 @@ import json
 import sys
 
 import against_cycles
+import against_povray
 import canopy
 import common
+import flicker
 import motion
 import opacity
 import path_rays
@@ -22,7 +24,8 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "canopy": canopy, "motion": motion, "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "motion": motion,
+              "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 

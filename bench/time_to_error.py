@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The radiosity cache with irradiance interpolation: time until an image of the measured Cornell box is as near as asked to its converged
 path-traced picture, beside the path integrator and Blender's Cycles; and the diffuse rays that interpolation saves."""
-import json
 import re
 import shutil
 
@@ -9,7 +8,6 @@ import common
 
 SCENE = common.ROOT / "scenes/cornell-box/cornell.pbrt"
 REFERENCE_B2 = common.ROOT / "tests/reference/images/cornell-b2.exr"  # Cycles, 256x256
-LIGHT = ["--times-median", 8, "--dilate", 2]  # leaves out the light and its edge
 SIZE, BOUNCES, REFERENCE_SAMPLES = 512, 8, 256
 PEER_SAMPLES = 64
 # Diffuse rays, shadow rays, accuracy, pixel samples, cache width.
@@ -18,50 +16,28 @@ SETTINGS = [("64,4", "4", 0.5, 4, 0.35), ("100,4", "4", 0.45, 8, 0.35), ("144,4"
 TARGETS = (0.05, 0.02)  # relative RMSE
 
 
-def compare(context, image, reference):
-    """(relative RMSE of pixels, of 8x8 blocks, largest error of a mean)"""
-    found = json.loads(common.run([context.program("image_diff"), image, reference, *LIGHT, "--block", 8, "--json"]))
-    return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
+def options(diffuse, shadow, accuracy, samples, width):
+    return f"--diffuse-rays {diffuse} --shadow-rays {shadow} --irradiance-accuracy {accuracy} --pixel-samples {samples} --cache-width {width}"
 
 
-def references(context):
-    """Two independent path-traced pictures."""
-    images = [context.out / f"cornell_{SIZE}_b{BOUNCES}_path_{REFERENCE_SAMPLES}_{seed}.exr" for seed in (1, 2)]
-    for seed, image in enumerate(images, 1):
-        if not image.exists():
-            common.render(context, SCENE, image, "--integrator", "path", "--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES,
-                          "--pixel-samples", REFERENCE_SAMPLES, "--seed", seed, "--float")
-    return images
-
-
-def without_noise(context, image, pair):
-    """The same as compare() against what two noisy pictures a and b are of: (x - a)(x - b) = ((x - a)^2 + (x - b)^2 - (a - b)^2) / 2."""
-    a, b, between = compare(context, image, pair[0]), compare(context, image, pair[1]), compare(context, *pair)
-    rmse, block = (max(0, (a[i] ** 2 + b[i] ** 2 - between[i] ** 2) / 2) ** 0.5 for i in (0, 1))
-    return rmse, block, (a[2] + b[2]) / 2
-
-
-def cached(context, image, diffuse, shadow, accuracy, samples, width, *options):
-    return common.render(context, SCENE, image, "--integrator", "distribution", "--irradiance-interpolation", "on", "--diffuse-rays", diffuse,
-                         "--shadow-rays", shadow, "--irradiance-accuracy", accuracy, "--pixel-samples", samples, "--cache-width", width,
-                         "--threads", context.threads, "--float", *options)
+def cached(context, image, setting, *frame):
+    return common.render(context, SCENE, image, "--integrator", "distribution", "--irradiance-interpolation", "on", *options(*setting).split(),
+                         "--threads", context.threads, "--float", *frame)
 
 
 def times(context):
-    pair, rows, result = references(context), [], []
+    pair, rows, result = common.path_traced_pair(context, SCENE, SIZE, BOUNCES, REFERENCE_SAMPLES), [], []
     frame = ["--resolution", f"{SIZE}x{SIZE}", "--bounces", BOUNCES]
 
     def add(name, seconds, image):
-        rmse, block, mean = without_noise(context, image, pair)
+        rmse, block, mean = common.compare_without_noise(context, image, pair)
         rows.append([name, f"{seconds:.2f} s", f"{100 * rmse:.2f} %", f"{100 * block:.2f} %", f"{100 * mean:.2f} %"])
         result.append({"name": name, "seconds": seconds, "rmse": rmse, "block_rmse": block, "mean_error": mean})
 
-    for diffuse, shadow, accuracy, samples, width in SETTINGS:
+    for setting in SETTINGS:
         image = context.out / "time_to_error_cached.exr"
-        seconds = common.median([cached(context, image, diffuse, shadow, accuracy, samples, width, *frame)["render_seconds"]
-                                 for _ in range(min(3, context.repeats))])
-        add(f"cached, --diffuse-rays {diffuse} --shadow-rays {shadow} --irradiance-accuracy {accuracy} --pixel-samples {samples} "
-            f"--cache-width {width}", seconds, image)
+        seconds = common.median([cached(context, image, setting, *frame)["render_seconds"] for _ in range(min(3, context.repeats))])
+        add("cached, " + options(*setting), seconds, image)
     image = context.out / "time_to_error_path.exr"
     add(f"path, {PEER_SAMPLES} samples", common.render(context, SCENE, image, "--integrator", "path", "--pixel-samples", PEER_SAMPLES, "--threads",
                                                         context.threads, "--float", *frame)["render_seconds"], image)
@@ -96,7 +72,7 @@ def savings(context):
         image = context.out / f"interpolation_{on}.exr"
         stats = common.render(context, SCENE, image, "--integrator", "distribution", "--preset", "final", "--irradiance-interpolation", on,
                               "--resolution", "256x256", "--bounces", 2, "--threads", context.threads, "--float")
-        rmse, block, mean = compare(context, image, REFERENCE_B2)
+        rmse, block, mean = common.compare(context, image, REFERENCE_B2)
         result.append({"interpolation": on, "seconds": stats["render_seconds"], "diffuse_rays": stats["rays"]["diffuse"], "rmse": rmse,
                        "block_rmse": block, "mean_error": mean})
         rows.append([on, f"{stats['render_seconds']:.1f} s", f"{stats['rays']['diffuse'] / 1e6:.1f} million", f"{100 * rmse:.2f} %",
