@@ -21,6 +21,23 @@ float loss_by_turning(float x0, float x1) {
   return (1 - kept / (steps * ways)) / (1 - std::cos(turn));
 }
 
+// Mean slope of L over time: a fit with a mean of its own to each few strata that lie side by side, so that what differs with direction does not
+// count. `time` is stratified in each.
+RGB slope_over_time(int count, const RGB* L, const float* time) {
+  constexpr int side_by_side = 4;
+  RGB sum;
+  float square = 0;
+  for (int first = 0; first + side_by_side <= count; first += side_by_side) {
+    float mean = 0;
+    for (int i = 0; i < side_by_side; ++i) mean += time[first + i] / side_by_side;
+    for (int i = 0; i < side_by_side; ++i) {
+      sum += L[first + i] * (time[first + i] - mean);
+      square += sqr(time[first + i] - mean);
+    }
+  }
+  return square > 0 ? sum * (1 / square) : RGB();
+}
+
 }  // namespace
 
 HemisphereStrata::HemisphereStrata(int rays)
@@ -41,12 +58,12 @@ V3f HemisphereStrata::direction(int i, float x, float y) const {
   return {sine * std::cos(phi), sine * std::sin(phi), safe_sqrt(1 - sine * sine)};
 }
 
-RGB IrradianceRecord::at(float ds, float dt, const V3f& n) const {
-  const RGB e = E + by_place[0] * ds + by_place[1] * dt + by_normal[0] * n.x + by_normal[1] * n.y + by_normal[2] * (n.z - 1);
+RGB IrradianceRecord::at(float ds, float dt, const V3f& n, float time) const {
+  const RGB e = E + by_place[0] * ds + by_place[1] * dt + by_normal[0] * n.x + by_normal[1] * n.y + by_normal[2] * (n.z - 1) + by_time * time;
   return {std::max(e.r, 0.0f), std::max(e.g, 0.0f), std::max(e.b, 0.0f)};
 }
 
-IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB* L, const float* r) {
+IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB* L, const float* r, const float* time) {
   const int rings = strata.rings(), sectors = strata.sectors();
   // What is in the last ring is the receiver itself, bent, or so near its plane that it gives little.
   const int near_rings = rings < 6 ? rings : rings - 1;
@@ -75,6 +92,7 @@ IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB*
   const float scale = pi / float(strata.count());
   out.E *= scale;
   for (RGB& g : out.by_normal) g *= scale;
+  if (time) out.by_time = slope_over_time(strata.count(), L, time) * pi;
   // Where light grows by as much as it is, nothing may be said of what is further away (Krivanek 2006).
   float slope2 = 0;
   for (const RGB& g : out.by_place) slope2 += sqr(std::max({std::abs(g.r), std::abs(g.g), std::abs(g.b)}));

@@ -22,6 +22,9 @@ namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
 enum class Source : uint8_t { nothing, grid, hit };
 
+// Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
+int most_segments(const DistributionIntegrator::Settings& s) { return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0)); }
+
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
 }
@@ -250,7 +253,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
                        patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &w.shading.extents, &w.point[p]);
     w.source[p] = diced ? Source::grid : Source::hit;
     if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
-      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, settings_.shading.diffuse_rays.at(0));
+      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, most_segments(settings_));
   }
 }
 

@@ -52,6 +52,9 @@ class HitShader {
   void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
                          int k) const;
 
+  /// Where such a point is at another time.
+  geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.hits, k, time, false); }
+
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
   /// Of a group of patches, over four of them that are linked.
   void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;

@@ -27,6 +27,11 @@ struct Kept {
 constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t), part_words = sizeof(gi::IrradianceRecord) / sizeof(uint32_t);
 static_assert(sizeof(Kept) == kept_words * sizeof(uint32_t) && sizeof(gi::IrradianceRecord) == part_words * sizeof(uint32_t));
 
+// Of a point's hemispheres. What moves may turn by 90 degrees meanwhile: over a longer time its light is far from linear.
+uint8_t hemisphere_span(const scene::Motion& motion, const GridId& id) {
+  return motion.moves(id.instance, id.geometry) ? scene::Motion::around(scene::Motion::around(id.span)) : 0;
+}
+
 bool is_mine(const Node& n) { return n.found == TileCache::Found::mine; }
 
 }  // namespace
@@ -39,6 +44,7 @@ IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
   const int group = std::max(1, capacity / of.strata_.count());
   L.resize(size_t(group * of.strata_.count()));
   distance.resize(L.size());
+  time.resize(L.size());
   part_L.resize(L.size() * size_t(of.settings_.light_groups));
   parts.resize(size_t(capacity * corners * of.settings_.light_groups));
   words.resize(size_t(of.cache_.words()));
@@ -70,8 +76,10 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
   for (int k = 0; k < b.count; ++k) {
     b.indirect_known[k] = false;
     const shading::Bsdf& bsdf = b.bsdf[k];
-    if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() && patches_.has_lattice(w.point[k].grid)) 
+    if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() && patches_.has_lattice(w.point[k].grid)) {
       waiting[waiting_count++] = k, next_step[k] = max_step;
+      set_receiver(b, k, w);
+    }
   }
   for (int step = max_step; step > 0 && waiting_count > 0; --step) {
     w.pending_count = w.order_count = 0;
@@ -94,13 +102,25 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     compute(place, w, s, [](const Node& n) { return n.found == TileCache::Found::pending; });
     for (int n = 0; n < w.pending_count; ++n) {
       const int k = w.pending[n];
-      const V3f& normal = b.bsdf[k].frame.n;
-      const int finer = blend(n, b.surface[k].P, dot(b.wo[k], normal) < 0 ? -normal : normal, w, b.indirect, k);
+      const int finer = blend(n, k, w, b);
       b.indirect_known[k] = finer == 0;
       next_step[k] = step - finer;
     }
     waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
   }
+}
+
+// Where a point is in the middle of its hemispheres' time.
+void IrradianceInterpolator::set_receiver(const PointBatch& b, int k, Workspace& w) const {
+  const scene::Motion& motion = patches_.motion();
+  const GridId& id = w.point[k].grid;
+  const uint8_t span = hemisphere_span(motion, id);
+  const V3f& n = b.bsdf[k].frame.n;
+  w.receiver[k] = {b.surface[k].P, dot(b.wo[k], n) < 0 ? -n : n, motion.since_middle(span, b.time[k])};
+  if (!b.moves[k] || span == id.span) return;
+  const geom::SurfacePoint s = shader_.surface_at(b, k, motion.middle(span));
+  const V3f turn = s.Ns - b.surface[k].Ns;
+  w.receiver[k].P = s.P, w.receiver[k].n = normalize(w.receiver[k].n + (id.behind ? -turn : turn));
 }
 
 // The nodes around a point on the lattice that is 2^step times as wide. False where there is none.
@@ -109,6 +129,7 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
   if (step > std::max(id.u_level, id.v_level)) return false;
   const float s = (float(id.tile_u * GridId::tile + uint32_t(p.i)) + 0.5f) / float(1u << id.u_level);
   const float t = (float(id.tile_v * GridId::tile + uint32_t(p.j)) + 0.5f) / float(1u << id.v_level);
+  id.span = hemisphere_span(patches_.motion(), id);
   id.u_level = uint8_t(std::max(0, id.u_level - step)), id.v_level = uint8_t(std::max(0, id.v_level - step));
   const int columns = 1 << id.u_level, rows = 1 << id.v_level;
   const float x = std::clamp(s * float(columns) - 0.5f, 0.0f, float(columns - 1)), y = std::clamp(t * float(rows) - 0.5f, 0.0f, float(rows - 1));
@@ -211,22 +232,26 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       w.L[size_t(first + i)] = b.ray_L[i];
       for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + size_t(first + i)] = b.ray_L.parts(i)[g];
       w.distance[size_t(first + i)] = b.distance[i];
+      const int k = (first + i) / strata;
+      w.time[size_t(first + i)] = b.duration[k] > 0 ? (b.rays.time[i] - b.time[k]) / b.duration[k] : 0;
     }
   }
   for (int k = 0; k < count; ++k) {
     const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);
-    nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[at], &w.distance[at]);
+    const float* time = b.duration[k] > 0 ? &w.time[at] : nullptr;
+    nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[at], &w.distance[at], time);
     for (size_t g = 0; g < groups; ++g)
-      w.parts[node * groups + g] = gi::integrate_hemisphere(strata_, &w.part_L[g * w.L.size() + at], &w.distance[at]);
+      w.parts[node * groups + g] = gi::integrate_hemisphere(strata_, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
   }
 }
 
-// What the nodes say of a point at P with normal n: 0, or if they are too far away, or do not agree, how many steps finer they should be.
-// Sets E[k] to it.
-int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const Workspace& w, LightSums& E, int k) const {
+// Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps finer they should be.
+// Whether they serve a still point does not depend on the time: what is refined is refined for all its segments.
+int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& b) const {
   RGB value[Workspace::corners], sum;
   V3f way[Workspace::corners], turned[Workspace::corners];
   float all = 0, reach = 0, difference = 0;
+  const auto& [P, normal, later] = w.receiver[k];
   for (int c = 0; c < w.corners; ++c) {
     const float weight = w.weight[n][c];
     if (!(weight > 0)) continue;
@@ -247,16 +272,21 @@ int IrradianceInterpolator::blend(int n, const V3f& P, const V3f& normal, const 
     difference += w.weight[n][c] * std::max({std::abs(off.r), std::abs(off.g), std::abs(off.b)});
   }
   if (!(difference <= tolerance * settings_.accuracy * sum.max() * all)) return 1;
-  if (settings_.light_groups == 0) return E.set(k, {sum}), 0;
+  if (later != 0) {
+    sum = RGB();
+    for (int c = 0; c < w.corners; ++c)
+      if (w.weight[n][c] > 0) sum += w.node[w.node_of[n * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) * (w.weight[n][c] / all);
+  }
+  if (settings_.light_groups == 0) return b.indirect.set(k, {sum}), 0;
   RGB parts[scene::LightGroups::max_count];
   const size_t groups = size_t(settings_.light_groups);
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;
     const gi::IrradianceRecord* of_node = &w.parts[size_t(w.node_of[n * w.corners + c]) * groups];
-    for (size_t g = 0; g < groups; ++g) parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c]) * w.weight[n][c];
+    for (size_t g = 0; g < groups; ++g) parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c], later) * w.weight[n][c];
   }
   share_out(sum, {parts, groups});  // none was below zero, nor was the sum
-  E.set(k, {sum, parts});
+  b.indirect.set(k, {sum, parts});
   return 0;
 }
 

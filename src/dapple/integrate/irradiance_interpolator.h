@@ -11,6 +11,9 @@ namespace dapple::integrate {
 /// they do not agree or where something is near: so which there are is a function of the patch and its rate alone, not of the order
 /// of rendering. Each is kept in a cache under its name.
 ///
+/// Hemispheres of still surfaces stand for the whole time that the shutter is open, those of what moves for four times as long as its points, and
+/// move along.
+///
 /// Points are interpolated that reflect diffusely and transmit nothing, on patches with a lattice. Their own normals, bumps included, count.
 class IrradianceInterpolator {
  public:
@@ -38,6 +41,10 @@ class IrradianceInterpolator {
     static constexpr int capacity = PointBatch::capacity, corners = 4;
     Point point[capacity];
     CacheCounts counts;
+    struct Receiver {
+      V3f P, n;
+      float later;  ///< than the middle of its hemispheres' time, as a share of it
+    } receiver[capacity];
 
     struct Node {
       Point at;
@@ -60,7 +67,7 @@ class IrradianceInterpolator {
     std::vector<uint32_t> words;              ///< of a node, as it is kept
     // Hemispheres under way.
     std::vector<RGB> L, part_L;  ///< part_L: of one group after the other
-    std::vector<float> distance;
+    std::vector<float> distance, time;
   };
 
   /// Interpolates b.indirect at those points of the batch at place.level where it can be: b.indirect_known. Reads w.point.
@@ -69,12 +76,13 @@ class IrradianceInterpolator {
   CacheState state() const;
 
  private:
+  void set_receiver(const PointBatch& b, int k, Workspace& w) const;
   bool choose_nodes(const Point& p, int step, int k, Workspace& w) const;
   void find_nodes(Workspace& w) const;
   template <class Wanted>
   void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  int blend(int n, const V3f& P, const V3f& normal, const Workspace& w, LightSums& E, int k) const;
+  int blend(int n, int k, const Workspace& w, PointBatch& b) const;
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;
 

@@ -28,8 +28,12 @@ class Motion {
   static int level(uint8_t span) { return std::bit_width(uint32_t(span) + 1) - 1; }
   /// Spans like this one that make up the interval.
   static int segments(uint8_t span) { return 1 << level(span); }
+  /// The span that is twice as long around it; the whole interval's is itself.
+  static uint8_t around(uint8_t span) { return span > 0 ? uint8_t((span - 1) / 2) : uint8_t(0); }
   /// Time of the span's middle, in units of the transforms' motion, as rays have it.
   float middle(uint8_t span) const { return open_ + (float(span + 1 - segments(span)) + 0.5f) * duration(span); }
+  /// How long after that a time is, in durations of the span.
+  float since_middle(uint8_t span, float time) const { return any_ ? (time - middle(span)) / duration(span) : 0; }
   float duration(uint8_t span) const { return (close_ - open_) / float(segments(span)); }
 
   /// The span around `time` for the points of a surface, `width` (m) apart: there a point goes no farther than a few times that, and the
