@@ -256,6 +256,7 @@ IntegratorRequest preset_request(const std::string& name) {
     r.pixel_points = 16;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
+    r.irradiance_accuracy = 0.25f;
     r.subsurface_rays = RayList{256, 32};
   } else {
     r.pixel_samples = 16;

@@ -15,6 +15,9 @@ namespace {
 constexpr float least_cosine = 0.8f;  // of a turn of the normal that records reach
 // What hemispheres may differ by, of their mean, at accuracy 1.
 constexpr float tolerance = 0.25f;
+// In distances to the nearest thing seen, how far hemispheres on the finest lattice reach, two points apart: beside an edge they would never be near
+// enough, and each point there would send all rays of its own.
+constexpr float finest_reach = 4;
 // Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where hemispheres are sparse there is
 // nothing near that would need finer cells.
 constexpr float ray_width = 0.25f;
@@ -102,9 +105,9 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     compute(place, w, s, [](const Node& n) { return n.found == TileCache::Found::pending; });
     for (int n = 0; n < w.pending_count; ++n) {
       const int k = w.pending[n];
-      const int finer = blend(n, k, w, b);
+      const int finer = blend(n, k, step, w, b);
       b.indirect_known[k] = finer == 0;
-      next_step[k] = step - finer;
+      next_step[k] = step > 1 ? std::max(1, step - finer) : 0;
     }
     waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
   }
@@ -247,7 +250,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
 
 // Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps finer they should be.
 // Whether they serve a still point does not depend on the time: what is refined is refined for all its segments.
-int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& b) const {
+int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, PointBatch& b) const {
   RGB value[Workspace::corners], sum;
   V3f way[Workspace::corners], turned[Workspace::corners];
   float all = 0, reach = 0, difference = 0;
@@ -264,7 +267,8 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
     reach += weight * length(way[c]) / node.record.distance;
     all += weight;
   }
-  if (!(reach <= settings_.accuracy * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
+  const float limit = step > 1 ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
+  if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;

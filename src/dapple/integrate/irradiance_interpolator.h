@@ -19,8 +19,8 @@ class IrradianceInterpolator {
  public:
   struct Settings {
     int rays = 256;         ///< a hemisphere
-    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean); a quarter of it
-    /// is what they may differ by there, of their mean. Smaller is better and slower.
+    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean), but for those that stand
+    /// two points apart; a quarter of it is what they may differ by there, of their mean. Smaller is better and slower.
     float accuracy = 0.4f;
     uint64_t seed = 0;
     size_t bytes = size_t(16) << 20;  ///< of the cache
@@ -82,7 +82,7 @@ class IrradianceInterpolator {
   template <class Wanted>
   void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  int blend(int n, int k, const Workspace& w, PointBatch& b) const;
+  int blend(int n, int k, int step, const Workspace& w, PointBatch& b) const;
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;
 
