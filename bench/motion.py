@@ -7,11 +7,14 @@ from pathlib import Path
 import common
 
 BOUNCES = 2
+NO_INTERPOLATION = ["--irradiance-interpolation", "off"]
 # Name, options: all at 16 camera samples a pixel.
 CASES = [
-    ("4, 4", ["--shadow-rays", 4, "--diffuse-rays", 4]),
-    ("16,4, 64,16", ["--shadow-rays", "16,4", "--diffuse-rays", "64,16"]),
-    ("64,16, 256,36", ["--shadow-rays", "64,16", "--diffuse-rays", "256,36"]),
+    ("4, 4", ["--shadow-rays", 4, "--diffuse-rays", 4, *NO_INTERPOLATION]),
+    ("16,4, 64,16", ["--shadow-rays", "16,4", "--diffuse-rays", "64,16", *NO_INTERPOLATION]),
+    ("64,16, 256,36", ["--shadow-rays", "64,16", "--diffuse-rays", "256,36", *NO_INTERPOLATION]),
+    ("preset preview: 4, 64,4, interpolated", ["--preset", "preview"]),
+    ("64,16, 256,36, interpolated", ["--shadow-rays", "64,16", "--diffuse-rays", "256,36"]),
 ]
 SIZE, PATH_SIZE = "320x240", "160x120"
 PATH_SAMPLES = 1024
@@ -66,7 +69,7 @@ def bench(context):
         images = {kind: context.out / f"motion_{kind}.exr" for kind in ("path", "still", "moving")}
         common.render(context, scenes["moving"], images["path"], "--integrator", "path", "--pixel-samples", PATH_SAMPLES, "--resolution", PATH_SIZE, *common_options)
         for rays, options in CASES:
-            options = [*options, "--integrator", "distribution", "--irradiance-interpolation", "off", "--caustics", "on", "--pixel-samples", 16,
+            options = [*options, "--integrator", "distribution", "--caustics", "on", "--pixel-samples", 16,
                        "--resolution", SIZE, *common_options]
             runs = {kind: [] for kind in scenes}
             for _ in range(context.repeats):

@@ -14,6 +14,7 @@ import against_povray
 import canopy
 import common
 import flicker
+import interpolation
 import motion
 import opacity
 import path_rays
@@ -24,7 +25,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "interpolation": interpolation, "motion": motion,
               "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 

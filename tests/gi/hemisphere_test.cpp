@@ -106,6 +106,27 @@ TEST(Hemisphere, MovesUnderASquareLight) {
   EXPECT_NEAR(record.at(0.2f, 0.1f, {0, 0, 1}).g, irradiance(0.2f, 0.1f), 0.02);
 }
 
+// Light that grows with time, by different shares from different directions; and light that stays, which a fit must not take for a change.
+TEST(Hemisphere, ChangesWithTime) {
+  const HemisphereStrata strata(256);
+  std::vector<RGB> grows, stays;
+  std::vector<float> r(size_t(strata.count()), infinity), time;
+  for (int i = 0; i < strata.count(); ++i) {
+    const V3f d = strata.direction(i, 0.5f, 0.5f);
+    const int quarter = (i + i / 4) % 4;
+    time.push_back((float(quarter * 4 + i / 16 % 4) + 0.5f) / 16 - 0.5f);
+    grows.push_back(RGB(1 + (0.4f + 0.3f * d.x + 0.3f * d.z) * time.back()));
+    stays.push_back(RGB(d.x > 0 ? 2.0f : 0.5f));
+  }
+  const auto record = integrate_hemisphere(strata, grows.data(), r.data(), time.data());
+  EXPECT_NEAR(record.E.g, pi, 0.01f);
+  EXPECT_NEAR(record.by_time.g, pi * (0.4f + 0.3f * 2 / 3), 0.03f);  // the mean of cos over cos / pi is 2/3
+  EXPECT_NEAR(record.at(0, 0, V3f(0, 0, 1), 0.5f).g, pi * 1.3f, 0.02f);
+  const auto same = integrate_hemisphere(strata, stays.data(), r.data(), time.data());
+  EXPECT_NEAR(same.by_time.g, 0, 0.05f * same.E.g);
+  EXPECT_EQ(integrate_hemisphere(strata, stays.data(), r.data()).by_time, RGB());
+}
+
 TEST(Hemisphere, IsTrustedNoFurtherThanItChangesByItself) {
   const auto record = gather(64, [](const V3f& d) { return d.x > 0 ? Arriving{RGB(5), 1e-3f} : Arriving{RGB(), infinity}; });
   EXPECT_LE(length(V3f(record.by_place[0].r, record.by_place[1].r, 0)), record.E.r / record.distance * 1.0001f);
