@@ -144,7 +144,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
     for (LightSums* sums : {&b.irradiance, &b.irradiance_behind, &b.diffuse}) sums->clear(k);
     scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
   }
-  direct_.light(b, place.depth.diffuse, scattering, w);
+  direct_.light(b, list_depth(place), scattering, w);
   if (place.depth.diffuse < settings_.bounces) {
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {

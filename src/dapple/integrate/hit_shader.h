@@ -97,7 +97,9 @@ class HitShader {
 
   static Place behind_diffuse(const Place& place);
   float diffuse_width_scale() const;
-  int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(place.depth.diffuse, share); }
+  /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
+  static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }
+  int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }
 
   static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
   void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
