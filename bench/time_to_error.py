@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The radiosity cache with irradiance interpolation: time until an image of the measured Cornell box is as near as asked to its converged
-path-traced picture, beside the path integrator and Blender's Cycles; and the diffuse rays that interpolation saves."""
+path-traced picture, beside the path integrator and Blender's Cycles."""
 import re
 import shutil
 
 import common
 
 SCENE = common.ROOT / "scenes/cornell-box/cornell.pbrt"
-REFERENCE_B2 = common.ROOT / "tests/reference/images/cornell-b2.exr"  # Cycles, 256x256
 SIZE, BOUNCES, REFERENCE_SAMPLES = 512, 8, 256
 PEER_SAMPLES = 64
 # Diffuse rays, shadow rays, accuracy, pixel samples, cache width.
@@ -66,28 +65,9 @@ def ratios(frames):
     return " ".join(text)
 
 
-def savings(context):
-    rows, result = [], []
-    for on in ("off", "on"):
-        image = context.out / f"interpolation_{on}.exr"
-        stats = common.render(context, SCENE, image, "--integrator", "distribution", "--preset", "final", "--irradiance-interpolation", on,
-                              "--resolution", "256x256", "--bounces", 2, "--threads", context.threads, "--float")
-        rmse, block, mean = common.compare(context, image, REFERENCE_B2)
-        result.append({"interpolation": on, "seconds": stats["render_seconds"], "diffuse_rays": stats["rays"]["diffuse"], "rmse": rmse,
-                       "block_rmse": block, "mean_error": mean})
-        rows.append([on, f"{stats['render_seconds']:.1f} s", f"{stats['rays']['diffuse'] / 1e6:.1f} million", f"{100 * rmse:.2f} %",
-                     f"{100 * block:.2f} %", f"{100 * mean:.2f} %"])
-    return rows, result
-
-
 def bench(context):
     frames, errors = times(context)
-    saved, rays = savings(context)
-    head = ["seconds", "RMSE of pixels", "of 8x8 blocks", "of means"]
     text = (f"Measured Cornell box, {SIZE}x{SIZE}, {BOUNCES} bounces, {context.threads} threads, against twice {REFERENCE_SAMPLES} samples of the "
             "path integrator, whose own noise is taken off; the light is left out. Errors of path tracers fall with the square root of their time.\n\n"
-            + common.table(["rendering", *head], frames)
-            + "\n\n" + ratios(errors) + "\n\nPreset final at 256x256, two bounces, against Cycles with 4096 samples:\n\n"
-            + common.table(["interpolation", "seconds", "diffuse rays", *head[1:]], saved)
-            + f"\n\nInterpolation sends **{rays[0]['diffuse_rays'] / rays[1]['diffuse_rays']:.1f}** times fewer diffuse rays.")
-    return {"errors": errors, "interpolation": rays}, text
+            + common.table(["rendering", "seconds", "RMSE of pixels", "of 8x8 blocks", "of means"], frames) + "\n\n" + ratios(errors))
+    return {"errors": errors}, text

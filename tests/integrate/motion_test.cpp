@@ -142,7 +142,7 @@ TEST(Motion, SpinningObjectUnderMovingLight) {
   few.shading.diffuse_rays = RayList{144, 16};
   const auto interpolated = render_built(built, 16, few);
   EXPECT_LT(worst_block(interpolated.film, path.film, 16, 16), 0.03f);
-  // With hemispheres for each segment it would be 4.3 times as many; what is hidden in the still room is seen in the other.
+  // With hemispheres for each segment it would be several times as many; what is hidden in the still room is seen in the other.
   const auto still = render_built(build_text(spinning_room(64, 48, false)), 16, few);
   EXPECT_LT(interpolated.result.rays.diffuse, 3 * still.result.rays.diffuse);
 }
