@@ -20,6 +20,7 @@ using trace::no_id;
 
 namespace {
 constexpr int sample_level = 0;  // of camera samples in the recursion, and of grids
+constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
 enum class Source : uint8_t { nothing, grid, hit };
 
 // Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
@@ -31,7 +32,7 @@ bool has_subsurface(const scene::Scene& scene) {
 }  // namespace
 
 struct Claimed {
-  GridStore::GridPtr grid;
+  ShadingGrid* grid;
   ShadingGrid::Parts parts;
 };
 
@@ -57,10 +58,14 @@ struct DistributionWorkspace final : Integrator::Workspace {
   geom::SurfacePoint surface[capacity];
   Source source[capacity];
   scene::GridPoint point[capacity];
-  GridStore::GridPtr grid[capacity];
+  ShadingGrid* grid[capacity];
+  std::vector<GridStore::GridPtr> held;  ///< those grids, so that the store may drop them
   scene::PatchTable::Neighbours near[capacity];  ///< on the grid
+  bool refined[capacity];                        ///< the grid is finer than its pixel asks for
   std::vector<Claimed> claimed;  ///< what this thread has to link or to shade
   int order[capacity];
+  static constexpr int found_count = 512;
+  uint16_t found[found_count];  ///< samples + 1 by the hash of their grids; 0: none
   trace::RayBatch seen_ray;
 
   PixelPoints seen;
@@ -230,7 +235,6 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
 
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
 void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
-  const float rate = std::sqrt(settings_.shading_rate);
   for (int p = 0; p < w.camera.count; ++p) {
     const V3f d = w.camera_rays.direction(p);
     w.source[p] = Source::nothing;
@@ -249,12 +253,18 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     w.L.scale(p, w.passed[p]);
     w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
-    const bool diced = !shader_.materials().is_random(w.hits.geometry[p]) &&
-                       patches_.dice(w.hits, p, d, r.ray.time, w.surface[p], w.width[p] * rate, &w.shading.extents, &w.point[p]);
-    w.source[p] = diced ? Source::grid : Source::hit;
-    if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
-      w.point[p].grid.span = patches_.motion().span_seen(r.ray.o, d, w.distance[p], w.width[p] * rate, r.ray.time, most_segments(settings_));
+    w.source[p] = !shader_.materials().is_random(w.hits.geometry[p]) && dice(p, 1, w) ? Source::grid : Source::hit;
   }
+}
+
+// Names the tile of shading points that serves a sample; `finer`: than its pixel asks for, in length.
+bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) const {
+  const V3f d = w.camera_rays.direction(p);
+  const float time = w.camera_rays.time[p], width = w.width[p] * std::sqrt(settings_.shading_rate) / finer;
+  if (!patches_.dice(w.hits, p, d, time, w.surface[p], width, &w.shading.extents, &w.point[p])) return false;
+  if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
+    w.point[p].grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), d, w.distance[p], width, time, most_segments(settings_));
+  return true;
 }
 
 namespace {
@@ -274,8 +284,8 @@ class PublishAtEnd {
 };
 
 // Large surfaces are shaded by whole tiles, however little of them the samples see. Much of a leaf is behind others.
-ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTable::Neighbours& near) {
-  if (!PixelPoints::is_small(grid.id)) return (1u << grid.id.count()) - 1;
+ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTable::Neighbours& near, bool refined) {
+  if (!PixelPoints::is_small(grid.id) && !refined) return (1u << grid.id.count()) - 1;
   ShadingGrid::Parts points = 1u << near.nearest;
   for (int c = 0; c < 4; ++c)
     if (near.weight[c] > 0) points |= 1u << near.index[c];
@@ -299,32 +309,56 @@ void look_up(const scene::PatchTable::Neighbours& near, const ShadingGrid& grid,
 
 // Finds the grids of all samples in the store, and shades of them what nobody has shaded.
 void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
-  int n = 0, alone = 0;
+  int n = 0, alone = 0, cut = 0;
+  int cuts[DistributionWorkspace::capacity];
+  std::fill_n(w.refined, w.camera.count, false);
+  w.held.clear();
   for (int p = 0; p < w.camera.count; ++p)
     if (w.source[p] == Source::grid) w.order[n++] = p;
   find_grids(n, w);
   for (int i = 0; i < n; ++i) {
     const int p = w.order[i];
-    w.near[p] = patches_.neighbours(w.point[p]);
-    if (w.grid[p]->links.restrict_to(w.point[p], &w.near[p])) continue;
-    w.source[p] = Source::hit;
+    if (restrict_points(p, w)) continue;
     // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
-    const GridId& cut = w.point[p].grid;
-    if (cut.cluster_level == 0 && (settings_.pixel_points == 0 || cut.u_level + cut.v_level > 2)) continue;
+    const GridId& id = w.point[p].grid;
+    if (id.cluster_level == 0 && (settings_.pixel_points == 0 || id.u_level + id.v_level > 2)) {
+      cuts[cut++] = p;
+      continue;
+    }
     GridId own;
-    own.instance = cut.instance, own.geometry = cut.geometry, own.patch = w.point[p].patch, own.behind = cut.behind, own.span = cut.span;
+    own.instance = id.instance, own.geometry = id.geometry, own.patch = w.point[p].patch, own.behind = id.behind, own.span = id.span;
     w.point[p] = {.grid = own, .patch = own.patch};
     w.near[p] = patches_.neighbours(w.point[p]);
-    w.source[p] = Source::grid;
     w.order[alone++] = p;
   }
   find_grids(alone, w);
+  // Where something stands on a surface, finer points come between it and the sample.
+  for (float finer = 2; cut > 0; finer *= 2) {
+    n = 0;
+    for (int i = 0; i < cut; ++i) {
+      w.refined[cuts[i]] = true;
+      if (finer <= most_refined && dice(cuts[i], finer, w))
+        w.order[n++] = cuts[i];
+      else
+        w.source[cuts[i]] = Source::hit;
+    }
+    find_grids(n, w);
+    cut = 0;
+    for (int i = 0; i < n; ++i)
+      if (!restrict_points(w.order[i], w)) cuts[cut++] = w.order[i];
+  }
   shade_grids(w);
+}
+
+// Finds the shading points around a sample on its grid. False where none of them speaks for it.
+bool DistributionIntegrator::restrict_points(int p, DistributionWorkspace& w) const {
+  w.near[p] = patches_.neighbours(w.point[p]);
+  return w.grid[p]->links.restrict_to(w.point[p], &w.near[p]);
 }
 
 // The grids of the first n samples in w.order, linked.
 void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
-  std::sort(w.order, w.order + n, [&w](int a, int b) { return w.point[a].grid < w.point[b].grid; });
+  std::fill_n(w.found, DistributionWorkspace::found_count, uint16_t(0));
   TileLinker::Scratch& linking = w.shading.linking;
   linking.job_count = 0;
   const Timer timer;
@@ -333,18 +367,22 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
     for (int i = 0; i < n; ++i) {
       const int p = w.order[i];
       const GridId& id = w.point[p].grid;
-      if (i > 0 && id == w.point[w.order[i - 1]].grid) {
-        w.grid[p] = w.grid[w.order[i - 1]];
+      // The samples of a batch see few grids.
+      uint16_t& found = w.found[id.hash() % DistributionWorkspace::found_count];
+      if (found > 0 && id == w.point[found - 1].grid) {
+        w.grid[p] = w.grid[found - 1];
         continue;
       }
+      found = uint16_t(p + 1);
       auto [grid, mine] = grids_.claim(id, shader_.materials().varies(id.geometry));
       ++w.caches[0].lookups;
       ++(mine ? w.caches[0].fills : w.caches[0].hits);
       if (mine) {
-        w.claimed.push_back({grid, ShadingGrid::linked});
+        w.claimed.push_back({grid.get(), ShadingGrid::linked});
         linking.jobs[linking.job_count++] = {id, &grid->links};
       }
-      w.grid[p] = std::move(grid);
+      w.grid[p] = grid.get();
+      w.held.push_back(std::move(grid));
     }
     shader_.link(false, w.shading);
   }
@@ -358,12 +396,12 @@ void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
     const PublishAtEnd publish(w.claimed);
     for (int p = 0; p < w.camera.count; ++p)
       if (w.source[p] == Source::grid)
-        if (const ShadingGrid::Parts mine = w.grid[p]->claim(points_wanted(*w.grid[p], w.near[p]))) w.claimed.push_back({w.grid[p], mine});
+        if (const ShadingGrid::Parts mine = w.grid[p]->claim(points_wanted(*w.grid[p], w.near[p], w.refined[p]))) w.claimed.push_back({w.grid[p], mine});
     shade_claimed(w);
   }
   w.caches[0].fill_seconds += timer.seconds();
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.source[p] == Source::grid) w.grid[p]->wait(points_wanted(*w.grid[p], w.near[p]));
+    if (w.source[p] == Source::grid) w.grid[p]->wait(points_wanted(*w.grid[p], w.near[p], w.refined[p]));
 }
 
 // Gathers the points of the grids into full batches.
@@ -378,7 +416,7 @@ void DistributionIntegrator::shade_claimed(DistributionWorkspace& w) const {
         if (!(parts >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
         const int k = b.count;
         shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
-        w.target[k] = {grid.get(), id.index(i, j)};
+        w.target[k] = {grid, id.index(i, j)};
         if (interpolator_) w.interpolation->point[k] = {id, i, j};
         if (++b.count == PointBatch::capacity) shade_batch(w);
       }

@@ -49,6 +49,8 @@ class DistributionIntegrator final : public Integrator {
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
   void fetch_grids(DistributionWorkspace& w) const;
+  bool dice(int p, float finer, DistributionWorkspace& w) const;
+  bool restrict_points(int p, DistributionWorkspace& w) const;
   void find_grids(int n, DistributionWorkspace& w) const;
   void shade_grids(DistributionWorkspace& w) const;
   void shade_claimed(DistributionWorkspace& w) const;

@@ -36,7 +36,10 @@ struct ShadingGrid {
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
 
   /// Claims what nobody has claimed of these points: the caller must shade them, and then publish() them.
-  Parts claim(Parts points) { return points & ~claimed.fetch_or(points, std::memory_order_relaxed); }
+  Parts claim(Parts points) {
+    points &= ~claimed.load(std::memory_order_relaxed);  // most samples find all claimed, and need not write
+    return points ? points & ~claimed.fetch_or(points, std::memory_order_relaxed) : 0;
+  }
   void publish(Parts mine) {
     ready.fetch_or(mine, std::memory_order_release);
     ready.notify_all();
