@@ -5,16 +5,13 @@
 #include <utility>
 
 #include "dapple/base/parallel.h"
-#include "dapple/integrate/describe.h"
 #include "dapple/integrate/distribution_workspace.h"
 #include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/ray_origin.h"
 
 namespace dapple::integrate {
 
-using scene::Features;
 using scene::GridId;
-using shading::Bsdf;
 using trace::no_id;
 
 namespace {
@@ -95,36 +92,42 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<DistributionWorkspace&>(workspace);
-  w.wants_features = film.settings().features;
-  const size_t groups = size_t(std::min(film.settings().light_groups, groups_));
-  w.shading.rays = {};
-  w.shading.stages = {};
-  for (RadiosityCache::Counts* c : {&w.shading.caches, &w.shading.irradiance_caches}) {
-    std::fill_n(c->by_resolution, resolution_count, CacheCounts());
-    std::fill(c->by_depth.begin(), c->by_depth.end(), CacheCounts());
-  }
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     w.seen_known = false;
+    w.held.clear();
+    std::fill_n(w.found, DistributionWorkspace::found_count, 0u);
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       locate_samples(box, work.first_sample + i, w);
       w.rays.camera += uint64_t(w.camera.count);
       if (settings_.pixel_points > 0) lend_points(box, work.first_sample + i, w);
-      fetch_grids(w);
-      shade_samples(w);
       if (scene_.has_media()) add_media(w);
-      for (int p = 0; p < w.camera.count; ++p)
-        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.L.parts(p).first(groups));
+      find_points(w);
+      finish_ready(w, film);
     }
   });
-  w.rays += w.shading.rays;
-  w.stages += w.shading.stages;
+  collect_counts(w);
+}
+
+void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const {
+  // No thread waits for what it has to shade itself later.
+  parallel_for(workspaces.size(), [&](size_t i) { shade_claimed(0, static_cast<DistributionWorkspace&>(*workspaces[i])); });
+  parallel_for(workspaces.size(), [&](size_t i) {
+    auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
+    finish_waiting(w, film);
+    collect_counts(w);
+  });
+}
+
+void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
+  w.rays += std::exchange(w.shading.rays, {});
+  w.stages += std::exchange(w.shading.stages, {});
   CacheCounts* to = &w.caches[1];
   if (interpolator_) *to++ += std::exchange(w.interpolation->counts, {});
   if (irradiance_)
-    for (const CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += c;
+    for (CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += std::exchange(c, {});
   if (!radiosity_) return;
-  for (const CacheCounts& c : w.shading.caches.by_resolution) *to++ += c;
-  for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += w.shading.caches.by_depth[size_t(d)];
+  for (CacheCounts& c : w.shading.caches.by_resolution) *to++ += std::exchange(c, {});
+  for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
 }
 
 // Which shading points one sample of each pixel sees.
@@ -137,7 +140,7 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
 // Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the scene and the first
 // samples, which each pass traces once more: that costs less than to keep it.
 void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  const auto is_small = [&w](int p) { return w.source[p] == Source::grid && PixelPoints::is_small(w.point[p].grid); };
+  const auto is_small = [&w](int p) { return w.sample[p].source == Source::grid && PixelPoints::is_small(w.sample[p].point.grid); };
   bool any = false;
   for (int p = 0; p < w.camera.count; ++p) any |= is_small(p);
   if (!any) return;
@@ -149,7 +152,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
       locate_samples(block, s, w);
       w.rays.camera += uint64_t(w.camera.count);
       for (int p = 0; p < w.camera.count; ++p)
-        if (is_small(p)) w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.point[p]);
+        if (is_small(p)) w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.sample[p].point);
     }
     w.seen.close();
     w.seen_known = true;
@@ -158,7 +161,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
   for (int p = 0; p < w.camera.count; ++p)
     if (is_small(p)) {
       const int pixel = CameraBatch::in_block(w.camera.pixel[p]);
-      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.point[p]);
+      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.sample[p].point);
     }
 }
 
@@ -171,7 +174,6 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
                       c.ray[p].cone_width * share, c.ray[p].cone_spread * share);
     w.medium[p] = scene_.camera_medium;
     w.L.clear(p);
-    w.features[p] = {};
   }
   RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
   const Timer timer;
@@ -181,98 +183,44 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
 
 // Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
 void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
+  const MaterialTable& materials = shader_.materials();
   for (int p = 0; p < w.camera.count; ++p) {
-    const V3f d = w.camera_rays.direction(p);
-    w.source[p] = Source::nothing;
-    if (w.hits.geometry[p] == no_id) {
+    CameraSample& s = w.sample[p];
+    s.pixel = w.camera.pixel[p];
+    s.film_weight = w.camera.film_weight[p];
+    s.source = Source::nothing;
+    s.d = w.camera_rays.direction(p);
+    s.geometry = w.hits.geometry[p];
+    if (s.geometry == no_id) {
       if (w.distance[p] < infinity) continue;
-      shader_.direct().add_environment(w.camera_rays.origin(p), d, w.L, p);
+      shader_.direct().add_environment(w.camera_rays.origin(p), s.d, w.L, p);
       w.L.scale(p, w.passed[p]);
       continue;
     }
     const scene::CameraRay& r = w.camera.ray[p];
-    const bool tangents = shader_.materials().needs_tangents(w.hits.geometry[p]) ||
-                          scene_.emitter_index(w.hits.geometry[p], w.hits.primitive[p]) != no_id;
-    w.surface[p] = tangents ? scene_.traced.surface(w.hits, p, r.ray.time)
-                            : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
-    shader_.direct().add_emission(w.hits, p, w.surface[p], d, w.L, p);
+    s.seed = w.camera.seed[p], s.index = w.camera.index[p];
+    s.time = r.ray.time, s.spread = r.cone_spread;
+    s.width = r.cone_width + r.cone_spread * w.distance[p];
+    s.passed = w.passed[p];
+    s.medium = w.medium[p];
+    const bool tangents = needs_tangents_where_seen(s.geometry) || scene_.emitter_index(s.geometry, w.hits.primitive[p]) != no_id;
+    s.surface = tangents ? scene_.traced.surface(w.hits, p, s.time) : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
+    shader_.direct().add_emission(w.hits, p, s.surface, s.d, w.L, p);
     w.L.scale(p, w.passed[p]);
-    w.width[p] = r.cone_width + r.cone_spread * w.distance[p];
     // A random choice would be made once for a shading point, however many samples see it.
-    w.source[p] = !shader_.materials().is_random(w.hits.geometry[p]) && dice(p, 1, w) ? Source::grid : Source::hit;
+    s.refined = false;
+    s.source = !materials.is_random(s.geometry) && dice(p, 1, w) ? Source::grid : Source::hit;
   }
 }
 
 // Names the tile of shading points that serves a sample; `finer`: than its pixel asks for, in length.
 bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) const {
-  const V3f d = w.camera_rays.direction(p);
-  const float time = w.camera_rays.time[p], width = w.width[p] * std::sqrt(settings_.shading_rate) / finer;
-  if (!patches_.dice(w.hits, p, d, time, w.surface[p], width, &w.shading.extents, &w.point[p])) return false;
-  if (!patches_.motion().moves(w.hits.instance[p], w.hits.geometry[p]))
-    w.point[p].grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), d, w.distance[p], width, time, most_segments(settings_));
+  CameraSample& s = w.sample[p];
+  const float width = s.width * std::sqrt(settings_.shading_rate) / finer;
+  if (!patches_.dice(w.hits, p, s.d, s.time, s.surface, width, &w.shading.extents, &s.point)) return false;
+  if (!patches_.motion().moves(w.hits.instance[p], s.geometry))
+    s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time, most_segments(settings_));
   return true;
-}
-
-
-// Writes point k: what camera sample p met.
-void DistributionIntegrator::set_sample_point(int p, PointBatch& b, int k, const DistributionWorkspace& w) const {
-  b.geometry[k] = w.hits.geometry[p];
-  b.surface[k] = w.surface[p];
-  b.wo[k] = -w.camera_rays.direction(p);
-  b.set_one_time(k, w.camera.ray[p].ray.time);
-  b.width[k] = w.width[p];
-  b.spread[k] = w.camera.ray[p].cone_spread;
-  b.medium[k] = w.medium[p];
-  b.key[k] = hash(settings_.shading.seed, w.camera.seed[p], w.camera.index[p]);
-  b.share[k] = settings_.pixel_samples;
-  b.set_no_cell(k);
-}
-
-namespace {
-// Writes point k: what the shading points around a place on a grid have.
-void look_up(const scene::PatchTable::Neighbours& near, const ShadingGrid& grid, int k, PointBatch& b) {
-  b.diffuse.clear(k);
-  for (int c = 0; c < 4; ++c)
-    if (near.weight[c] > 0) b.diffuse.add(k, RGB(near.weight[c]), {grid.diffuse[size_t(near.index[c])], grid.parts(near.index[c])});
-  if (!grid.bsdf) return;
-  Bsdf& bsdf = b.bsdf[k];
-  bsdf = grid.bsdf[size_t(near.nearest)];
-  V3f n(0, 0, 0);
-  for (int c = 0; c < 4; ++c)
-    if (near.weight[c] > 0) n += grid.bsdf[size_t(near.index[c])].frame.n * near.weight[c];
-  if (length2(n) > 0) bsdf.frame = Frame(normalize(n), bsdf.frame.s);
-}
-}  // namespace
-
-// Light that depends on the view, a camera sample at a time.
-void DistributionIntegrator::shade_samples(DistributionWorkspace& w) const {
-  PointBatch& b = w.shading.level(sample_level);
-  const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
-  for (const Source source : {Source::grid, Source::hit}) {
-    b.count = 0;
-    for (int p = 0; p < w.camera.count; ++p) {
-      if (w.source[p] != source) continue;
-      const int k = b.count++;
-      b.parent[k] = p;
-      set_sample_point(p, b, k, w);
-    }
-    if (b.count == 0) continue;
-    if (source == Source::hit) {
-      shader_.shade(place, w.shading);
-    } else {
-      shader_.materials().prelight_constant(b.count, b.geometry, b.surface, b.bsdf);
-      for (int k = 0; k < b.count; ++k) look_up(w.near[b.parent[k]], *w.grid[b.parent[k]], k, b);
-      shader_.light_specular(place, w.shading);
-      shader_.finish(b, HitShader::Arrival::view, w.shading);
-    }
-    for (int k = 0; k < b.count; ++k) {
-      const int p = b.parent[k];
-      w.L.add(p, w.passed[p], b.Ci.at(k));
-      if (!w.wants_features) continue;
-      w.features[p] = describe(scene_, b.surface[k], b.bsdf[k], b.wo[k]);
-      if (source == Source::grid) describe_grid(p, w);
-    }
-  }
 }
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
@@ -282,16 +230,6 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, settings_.pixel_samples, b, f);
   shader_.shade_media({sample_level, {}, HitShader::Arrival::view}, w.shading);
   for (int k = 0; k < b.count; ++k) w.L.add(b.parent[k], w.passed[b.parent[k]], b.Ci.at(k));
-}
-
-void DistributionIntegrator::describe_grid(int p, DistributionWorkspace& w) const {
-  const scene::GridPoint& at = w.point[p];
-  const GridId& id = at.grid;
-  scene::GridFeatures& f = w.features[p].grid;
-  f.patch = id.patch;
-  f.point = uint32_t(at.cell());
-  f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
-  f.shading_rate = sqr(patches_.cell(id, &w.shading.extents).size / w.width[p]);
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.
@@ -316,15 +254,15 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
     for (int p = 0; p < w.camera.count; ++p) {
-      if (w.source[p] != source) continue;
+      if (w.sample[p].source != source) continue;
       const int k = b.count++;
       b.parent[k] = p;
       if (source == Source::hit) {
-        set_sample_point(p, b, k, w);
+        set_point(w.sample[p], b, k);
         continue;
       }
-      const GridId id = patches_seen(w.point[p].grid, w);
-      const int point = patches_.neighbours(w.point[p]).nearest;
+      const GridId id = patches_seen(w.sample[p].point.grid, w);
+      const int point = patches_.neighbours(w.sample[p].point).nearest;
       shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), b, k);
     }
     if (b.count == 0) continue;

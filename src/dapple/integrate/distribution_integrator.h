@@ -7,6 +7,7 @@
 
 namespace dapple::integrate {
 
+struct CameraSample;
 struct DistributionWorkspace;
 
 /// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
@@ -38,6 +39,7 @@ class DistributionIntegrator final : public Integrator {
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  void finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const override;
 
   std::vector<CacheState> caches() const override;
   void view_caches(scene::Film& film) const override;
@@ -48,18 +50,25 @@ class DistributionIntegrator final : public Integrator {
   void lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const;
   void trace_camera_rays(DistributionWorkspace& w) const;
   void locate_hits(DistributionWorkspace& w) const;
-  void fetch_grids(DistributionWorkspace& w) const;
+  bool needs_tangents_where_seen(uint32_t geometry) const {
+    return shader_.materials().needs_tangents(geometry) && !shader_.materials().is_view_independent(geometry);
+  }
   bool dice(int p, float finer, DistributionWorkspace& w) const;
-  bool restrict_points(int p, DistributionWorkspace& w) const;
+  void add_media(DistributionWorkspace& w) const;
+  void find_points(DistributionWorkspace& w) const;
+  bool restrict_points(CameraSample& s) const;
   void find_grids(int n, DistributionWorkspace& w) const;
-  void shade_grids(DistributionWorkspace& w) const;
-  void shade_claimed(DistributionWorkspace& w) const;
+  void shade_claimed(int left, DistributionWorkspace& w) const;
+  void add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;
-  void shade_samples(DistributionWorkspace& w) const;
-  void add_media(DistributionWorkspace& w) const;
-  void describe_grid(int p, DistributionWorkspace& w) const;
-  void set_sample_point(int p, PointBatch& b, int k, const DistributionWorkspace& w) const;
+  void finish_ready(DistributionWorkspace& w, scene::Film& film) const;
+  void finish_waiting(DistributionWorkspace& w, scene::Film& film) const;
+  void finish_some_waiting(DistributionWorkspace& w, scene::Film& film) const;
+  void finish_samples(LightSums& L, DistributionWorkspace& w, scene::Film& film) const;
+  void set_point(const CameraSample& s, PointBatch& b, int k) const;
+  scene::GridFeatures describe_grid(const CameraSample& s, scene::PatchTable::Extents* extents) const;
+  void collect_counts(DistributionWorkspace& w) const;
   void view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const;
 
   const scene::Scene& scene_;

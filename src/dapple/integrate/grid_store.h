@@ -44,6 +44,7 @@ struct ShadingGrid {
     ready.fetch_or(mine, std::memory_order_release);
     ready.notify_all();
   }
+  bool has(Parts wanted) const { return (ready.load(std::memory_order_acquire) & wanted) == wanted; }
   /// Returns when these parts, claimed by other threads, are ready. Those may wait for entries of the radiosity cache in the meantime,
   /// but not for grids: they wait for those when they have published their own.
   void wait(Parts wanted) const {

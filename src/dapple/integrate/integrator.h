@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -90,8 +91,13 @@ class Integrator {
 
   virtual ~Integrator() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  /// Adds the samples of `work` to the film. Only pixels of the tile are touched. A pure function of scene, settings and work.
+  /// Adds the samples of `work` to the film, or puts some off, which the workspace keeps. What the film gets is a pure function of scene,
+  /// settings and work, and of its pixels' samples in order. Only pixels of this tile, and of others that were rendered in the workspace,
+  /// are touched: tiles under way, and those in workspaces that were not finished since, must not overlap.
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
+  /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread, while it is called
+  /// on none.
+  virtual void finish(std::span<const std::unique_ptr<Workspace>>, scene::Film&) const {}
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
   /// After the last call of render(): writes what caches did for each pixel, where the film keeps that (Film::Settings::cache_use).

@@ -28,6 +28,8 @@ class MaterialTable {
   bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
   /// What a diffuse ray sees of it is diffuse, or counts as such.
   bool is_flat(uint32_t geometry) const { return flat_[index(geometry)]; }
+  /// All that is seen of it is diffuse light, from wherever it is seen.
+  bool is_view_independent(uint32_t geometry) const { return view_independent_[index(geometry)]; }
   /// Prelighting reads the points: it differs from place to place.
   bool varies(uint32_t geometry) const { return !constants_[index(geometry)]; }
 
@@ -62,7 +64,7 @@ class MaterialTable {
   const bool caustics_;
   // By material.
   std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
-  std::vector<uint8_t> needs_tangents_, passes_, flat_;
+  std::vector<uint8_t> needs_tangents_, passes_, flat_, view_independent_;
   bool shadows_pass_ = false;
 };
 

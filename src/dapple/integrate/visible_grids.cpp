@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of DistributionIntegrator that finds, links and shades the grids that camera samples see.
+#include <bit>
+
 #include "dapple/integrate/distribution_workspace.h"
 
 namespace dapple::integrate {
@@ -11,19 +13,21 @@ namespace {
 constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
 
 // Whatever happens, other threads must not wait for ever.
-class PublishAtEnd {
+class PublishLinks {
  public:
-  explicit PublishAtEnd(std::vector<Claimed>& claimed) : claimed_(claimed) {}
-  ~PublishAtEnd() {
-    for (const auto& [grid, parts] : claimed_) grid->publish(parts);
-    claimed_.clear();
+  ~PublishLinks() {
+    for (ShadingGrid* grid : grids_) grid->publish(ShadingGrid::linked);
   }
-  PublishAtEnd(const PublishAtEnd&) = delete;
-  PublishAtEnd& operator=(const PublishAtEnd&) = delete;
+  void add(ShadingGrid* grid) { grids_.push_back(grid); }
 
  private:
-  std::vector<Claimed>& claimed_;
+  std::vector<ShadingGrid*> grids_;
 };
+
+uint32_t slot_of(const GridId& id) {
+  const uint32_t h = id.patch * 0x9e3779b1u + id.tile_u * 0x85ebca77u + id.tile_v * 0xc2b2ae3du + id.instance * 0x27d4eb2fu;
+  return h >> 16 ^ h;
+}
 
 // Large surfaces are shaded by whole tiles, however little of them the samples see. Much of a leaf is behind others.
 ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTable::Neighbours& near, bool refined) {
@@ -35,121 +39,129 @@ ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTabl
 }
 }  // namespace
 
-// Finds the grids of all samples in the store, and shades of them what nobody has shaded.
-void DistributionIntegrator::fetch_grids(DistributionWorkspace& w) const {
+// Finds the points of all samples in the store, and claims what nobody has shaded.
+void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
   int n = 0, alone = 0, cut = 0;
   int cuts[DistributionWorkspace::capacity];
-  std::fill_n(w.refined, w.camera.count, false);
-  w.held.clear();
   for (int p = 0; p < w.camera.count; ++p)
-    if (w.source[p] == Source::grid) w.order[n++] = p;
+    if (w.sample[p].source == Source::grid) w.order[n++] = p;
   find_grids(n, w);
   for (int i = 0; i < n; ++i) {
-    const int p = w.order[i];
-    if (restrict_points(p, w)) continue;
+    CameraSample& s = w.sample[w.order[i]];
+    if (restrict_points(s)) continue;
     // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
-    const GridId& id = w.point[p].grid;
+    const GridId& id = s.point.grid;
     if (id.cluster_level == 0 && (settings_.pixel_points == 0 || id.u_level + id.v_level > 2)) {
-      cuts[cut++] = p;
+      cuts[cut++] = w.order[i];
       continue;
     }
     GridId own;
-    own.instance = id.instance, own.geometry = id.geometry, own.patch = w.point[p].patch, own.behind = id.behind, own.span = id.span;
-    w.point[p] = {.grid = own, .patch = own.patch};
-    w.near[p] = patches_.neighbours(w.point[p]);
-    w.order[alone++] = p;
+    own.instance = id.instance, own.geometry = id.geometry, own.patch = s.point.patch, own.behind = id.behind, own.span = id.span;
+    s.point = {.grid = own, .patch = own.patch};
+    s.near = patches_.neighbours(s.point);
+    w.order[alone++] = w.order[i];
   }
   find_grids(alone, w);
   // Where something stands on a surface, finer points come between it and the sample.
   for (float finer = 2; cut > 0; finer *= 2) {
     n = 0;
     for (int i = 0; i < cut; ++i) {
-      w.refined[cuts[i]] = true;
+      CameraSample& s = w.sample[cuts[i]];
+      s.refined = true;
       if (finer <= most_refined && dice(cuts[i], finer, w))
         w.order[n++] = cuts[i];
       else
-        w.source[cuts[i]] = Source::hit;
+        s.source = Source::hit;
     }
     find_grids(n, w);
     cut = 0;
     for (int i = 0; i < n; ++i)
-      if (!restrict_points(w.order[i], w)) cuts[cut++] = w.order[i];
+      if (!restrict_points(w.sample[w.order[i]])) cuts[cut++] = w.order[i];
   }
-  shade_grids(w);
+  for (int p = 0; p < w.camera.count; ++p) {
+    CameraSample& s = w.sample[p];
+    if (s.source == Source::hit && shader_.materials().needs_tangents(s.geometry) && !needs_tangents_where_seen(s.geometry))
+      s.surface = scene_.traced.surface(w.hits, p, s.time);
+    if (s.source != Source::grid) continue;
+    s.wanted = points_wanted(*s.grid, s.near, s.refined);
+    if (const ShadingGrid::Parts mine = s.grid->claim(s.wanted)) w.claimed.add(w.held[s.held], mine);
+  }
 }
 
 // Finds the shading points around a sample on its grid. False where none of them speaks for it.
-bool DistributionIntegrator::restrict_points(int p, DistributionWorkspace& w) const {
-  w.near[p] = patches_.neighbours(w.point[p]);
-  return w.grid[p]->links.restrict_to(w.point[p], &w.near[p]);
+bool DistributionIntegrator::restrict_points(CameraSample& s) const {
+  s.near = patches_.neighbours(s.point);
+  return s.grid->links.restrict_to(s.point, &s.near);
 }
 
 // The grids of the first n samples in w.order, linked.
 void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
-  std::fill_n(w.found, DistributionWorkspace::found_count, uint16_t(0));
+  if (n == 0) return;
   TileLinker::Scratch& linking = w.shading.linking;
   linking.job_count = 0;
-  const Timer timer;
+  const size_t known = w.held.size();
   {
-    const PublishAtEnd publish(w.claimed);
+    PublishLinks links;
     for (int i = 0; i < n; ++i) {
-      const int p = w.order[i];
-      const GridId& id = w.point[p].grid;
-      // The samples of a batch see few grids.
-      uint16_t& found = w.found[id.hash() % DistributionWorkspace::found_count];
-      if (found > 0 && id == w.point[found - 1].grid) {
-        w.grid[p] = w.grid[found - 1];
-        continue;
+      CameraSample& s = w.sample[w.order[i]];
+      const GridId& id = s.point.grid;
+      // The samples of a block see few grids.
+      uint32_t& found = w.found[slot_of(id) % DistributionWorkspace::found_count];
+      if (found == 0 || w.held[found - 1]->id != id) {
+        auto [grid, mine] = grids_.claim(id, shader_.materials().varies(id.geometry));
+        ++w.caches[0].lookups;
+        ++(mine ? w.caches[0].fills : w.caches[0].hits);
+        if (mine) {
+          links.add(grid.get());
+          linking.jobs[linking.job_count++] = {id, &grid->links};
+        }
+        w.held.push_back(std::move(grid));
+        found = uint32_t(w.held.size());
       }
-      found = uint16_t(p + 1);
-      auto [grid, mine] = grids_.claim(id, shader_.materials().varies(id.geometry));
-      ++w.caches[0].lookups;
-      ++(mine ? w.caches[0].fills : w.caches[0].hits);
-      if (mine) {
-        w.claimed.push_back({grid.get(), ShadingGrid::linked});
-        linking.jobs[linking.job_count++] = {id, &grid->links};
-      }
-      w.grid[p] = grid.get();
-      w.held.push_back(std::move(grid));
+      s.held = found - 1;
+      s.grid = w.held[s.held].get();
     }
-    shader_.link(false, w.shading);
+    if (linking.job_count > 0) {
+      const Timer timer;
+      shader_.link(false, w.shading);
+      w.caches[0].fill_seconds += timer.seconds();
+    }
   }
-  w.caches[0].fill_seconds += timer.seconds();
-  for (const int p : std::span(w.order, size_t(n))) w.grid[p]->wait(ShadingGrid::linked);
+  for (size_t g = known; g < w.held.size(); ++g) w.held[g]->wait(ShadingGrid::linked);
 }
 
-void DistributionIntegrator::shade_grids(DistributionWorkspace& w) const {
+// Shades claimed points in full batches, until no more than so many are left.
+void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) const {
+  if (w.claimed.count() <= left) return;
   const Timer timer;
-  {
-    const PublishAtEnd publish(w.claimed);
-    for (int p = 0; p < w.camera.count; ++p)
-      if (w.source[p] == Source::grid)
-        if (const ShadingGrid::Parts mine = w.grid[p]->claim(points_wanted(*w.grid[p], w.near[p], w.refined[p]))) w.claimed.push_back({w.grid[p], mine});
-    shade_claimed(w);
+  PointBatch& b = w.shading.level(sample_level);
+  try {
+    for (size_t taken = 0; w.claimed.count() > left;) {
+      b.count = 0;
+      const auto claims = w.claimed.claims();
+      for (taken = 0; taken < claims.size() && b.count + std::popcount(claims[taken].points) <= PointBatch::capacity; ++taken)
+        add_points(*claims[taken].grid, claims[taken].points, b, w);
+      if (b.count > 0) shade_batch(w);
+      w.claimed.publish(taken);
+    }
+  } catch (...) {
+    w.claimed.publish(w.claimed.claims().size());
+    throw;
   }
   w.caches[0].fill_seconds += timer.seconds();
-  for (int p = 0; p < w.camera.count; ++p)
-    if (w.source[p] == Source::grid) w.grid[p]->wait(points_wanted(*w.grid[p], w.near[p], w.refined[p]));
 }
 
-// Gathers the points of the grids into full batches.
-void DistributionIntegrator::shade_claimed(DistributionWorkspace& w) const {
-  PointBatch& b = w.shading.level(sample_level);
-  b.count = 0;
-  for (const auto& [grid, parts] : w.claimed) {
-    const GridId id = patches_seen(grid->id, w);
-    const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
-    for (int j = 0; j < id.height(); ++j)
-      for (int i = 0; i < id.width(); ++i) {
-        if (!(parts >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
-        const int k = b.count;
-        shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
-        w.target[k] = {grid, id.index(i, j)};
-        if (interpolator_) w.interpolation->point[k] = {id, i, j};
-        if (++b.count == PointBatch::capacity) shade_batch(w);
-      }
-  }
-  if (b.count > 0) shade_batch(w);
+void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
+  const GridId id = patches_seen(grid.id, w);
+  const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
+  for (int j = 0; j < id.height(); ++j)
+    for (int i = 0; i < id.width(); ++i) {
+      if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
+      const int k = b.count++;
+      shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
+      w.target[k] = {&grid, id.index(i, j)};
+      if (interpolator_) w.interpolation->point[k] = {id, i, j};
+    }
 }
 
 // A group with a patch to stand for it that the camera sees, on the side that was hit: those behind others are darker. A function of the
@@ -184,7 +196,6 @@ void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
     std::copy_n(b.diffuse.at(k).parts, grid.groups, grid.parts(w.target[k].index));
     if (grid.bsdf) grid.bsdf[size_t(w.target[k].index)] = b.bsdf[k];
   }
-  b.count = 0;
 }
 
 }  // namespace dapple::integrate

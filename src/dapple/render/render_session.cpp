@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/render/render_session.h"
 
+#include <algorithm>
 #include <mutex>
 
 #include "dapple/base/parallel.h"
@@ -51,9 +52,9 @@ std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
 
 }  // namespace
 
-uint32_t RenderSession::pass_size(uint32_t done, uint32_t total) {
-  const uint32_t size = done == 0 ? 1 : std::min(done, 8u);
-  return std::min(size, total - done);
+uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
+  const uint32_t most = rules.time_limit > 0 || rules.noise_target > 0 ? 8 : 32;
+  return std::min(std::clamp(done, 1u, most), rules.pixel_samples - done);
 }
 
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
@@ -63,7 +64,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   SessionResult result;
   std::mutex progress_mutex;
   while (result.samples < rules_.pixel_samples && !interrupt) {
-    const uint32_t count = pass_size(result.samples, rules_.pixel_samples);
+    const uint32_t count = pass_size(result.samples, rules_);
     std::atomic<size_t> tiles_done{0};
     parallel_for(tiles.size(), [&](size_t i) {
       if (interrupt) return;
@@ -79,6 +80,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
       if (rules_.time_limit > 0) p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules_.time_limit));
       callback_(p);
     });
+    integrator_.finish(pool.idle(), film_);
     if (interrupt) break;
     result.samples += count;
     ++result.passes;

@@ -50,8 +50,8 @@ class RenderSession {
   SessionResult run(const std::atomic<bool>& interrupt);
 
   static constexpr int tile_size = 32;
-  /// Samples of a pass when `done` are finished: 1, 1, 2, 4, then 8.
-  static uint32_t pass_size(uint32_t done, uint32_t total);
+  /// Samples of a pass when `done` are finished: 1, 1, 2, 4, 8, and so on up to 32, or to 8 where passes are looked at.
+  static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
  private:
   const integrate::Integrator& integrator_;
