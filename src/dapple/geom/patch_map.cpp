@@ -49,19 +49,6 @@ bool PatchMap::pair(const Mesh& mesh, uint32_t face, Patch* out) {
   return false;
 }
 
-PatchMap::PatchPoint PatchMap::patch_point(uint32_t face, float u, float v) const {
-  if (patches_.empty()) return {face, u, v};
-  const uint32_t number = patch_of_face_[face];
-  const Patch& patch = patches_[number];
-  const float b[3] = {1 - u - v, u, v};
-  if (patch.face == face) {
-    const float b1 = b[(patch.rotation + 1) % 3], b2 = b[(patch.rotation + 2) % 3];
-    return {number, b1 + b2, b2};
-  }
-  const float b1 = b[(patch.rotation2 + 1) % 3], b2 = b[(patch.rotation2 + 2) % 3];
-  return {number, b1, b1 + b2};
-}
-
 PatchMap::FacePoint PatchMap::face_point(uint32_t number, float s, float t) const {
   if (patches_.empty()) return {number, s, t};
   const Patch& patch = patches_[number];

@@ -27,7 +27,16 @@ class PatchMap {
   uint32_t patch_count() const { return patch_count_; }
   /// Only s >= t belongs to the patch.
   bool is_half(uint32_t patch) const { return !patches_.empty() && !patches_[patch].paired; }
-  PatchPoint patch_point(uint32_t face, float u, float v) const;
+  PatchPoint patch_point(uint32_t face, float u, float v) const {
+    if (patches_.empty()) return {face, u, v};
+    const uint32_t number = patch_of_face_[face];
+    const Patch& patch = patches_[number];
+    const float b[3] = {1 - u - v, u, v};
+    const bool first = patch.face == face;
+    const uint32_t a = first ? patch.rotation : patch.rotation2;
+    const float b1 = b[after[a]], b2 = b[after[a + 1]];
+    return first ? PatchPoint{number, b1 + b2, b2} : PatchPoint{number, b1, b1 + b2};
+  }
   /// Inverse of patch_point; both are affine on each side of the diagonal.
   FacePoint face_point(uint32_t patch, float s, float t) const;
 
@@ -39,6 +48,7 @@ class PatchMap {
     uint8_t rotation2 = 0;  ///< corner of the following face that is a
     bool paired = false;
   };
+  static constexpr uint8_t after[4] = {1, 2, 0, 1};  ///< corners of a triangle, by one
   static bool pair(const Mesh& mesh, uint32_t face, Patch* out);
 
   uint32_t patch_count_;

@@ -76,7 +76,7 @@ class ClaimedPoints {
 /// Camera samples that wait for shading points, or to be shaded in a batch with others. A pixel's samples leave in the order in which they
 /// came, whatever the threads do: the film adds them up in that order.
 struct WaitingSamples {
-  static constexpr size_t enough = 2 * CameraBatch::capacity, most = 16 * CameraBatch::capacity;
+  static constexpr size_t most = 16 * CameraBatch::capacity;
 
   struct Waiting {
     CameraSample sample;
@@ -86,6 +86,7 @@ struct WaitingSamples {
     bool done = false;
   };
   std::vector<Waiting> samples;
+  int hits = 0;  ///< of them: Source::hit
 
   bool has_of(const V2i& pixel) const { return blocked_[slot(pixel)]; }  ///< or of some other pixel: then a sample waits that need not
   void block(const V2i& pixel) { blocked_[slot(pixel)] = true; }

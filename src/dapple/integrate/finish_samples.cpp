@@ -19,16 +19,16 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
       continue;
     }
     w.waiting.block(s.pixel);
+    w.waiting.hits += s.source == Source::hit;
     const auto parts = w.L.parts(p);
     w.waiting.samples.push_back({s, s.source == Source::grid ? w.held[s.held] : nullptr, w.L[p], {parts.begin(), parts.end()}});
   }
   finish_samples(w.L, w, film);
-  const bool full = w.claimed.count() >= PointBatch::capacity;
-  if (full) shade_claimed(PointBatch::capacity - 1, w);
   if (w.waiting.samples.size() > WaitingSamples::most) {
     shade_claimed(0, w);
     finish_waiting(w, film);
-  } else if (full || w.waiting.samples.size() >= WaitingSamples::enough) {
+  } else if (w.claimed.count() >= PointBatch::capacity || w.waiting.hits >= PointBatch::capacity) {
+    shade_claimed(PointBatch::capacity - 1, w);
     finish_some_waiting(w, film);
   }
 }
@@ -50,6 +50,7 @@ void DistributionIntegrator::finish_some_waiting(DistributionWorkspace& w, scene
       w.waiting.block(s.pixel);
       continue;
     }
+    w.waiting.hits -= s.source == Source::hit;
     const int k = w.finished++;
     w.finishing[k] = &s;
     w.finishing_L[k] = k;

@@ -21,16 +21,16 @@ constexpr float small_patch = 2;      // micropolygons: a patch no longer than t
 constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
 
-// The rate whose cells are nearest to `width` long where the patch is `length`.
-int level_of(float length, float width) {
-  if (!(length > width) || !(width > 0)) return 0;
-  const uint32_t bits = std::bit_cast<uint32_t>(length / width * std::numbers::sqrt2_v<float>);
-  return std::min(int(bits >> 23) - 127, max_level);  // its exponent: of what rounds up
+// The rate whose cells are nearest to `width` long where the patch is `length`: of the squares of both.
+int level_of(float length2, float width2) {
+  if (!(length2 > width2) || !(width2 > 0)) return 0;
+  const uint32_t bits = std::bit_cast<uint32_t>(2 * length2 / width2);
+  return std::min((int(bits >> 23) - 127) / 2, max_level);  // half its exponent: of what rounds up
 }
 
-float across(const V3f& v, const V3f& d) {
+float across2(const V3f& v, const V3f& d) {
   const float along = dot(v, d), whole = length2(v);
-  return std::sqrt(std::max(whole - along * along, whole * sqr(grazing)));
+  return std::max(whole - along * along, whole * sqr(grazing));
 }
 
 // Cells from the corner of the tile that holds x in [0, 1].
@@ -137,9 +137,8 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float ti
   const bool quadric = is_round(scene_.shape(g));
   Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
   const Extent& e = quadric ? of_point : remembered_extent(hits.instance[i], g, point.patch, memory);
-  const float s_length = across(e.s, d), t_length = across(e.t, d);
-  const int u_level = level_of(s_length, width), v_level = level_of(t_length, width);
-  if (std::max(s_length, t_length) <= small_patch * width) {
+  const float s_length2 = across2(e.s, d), t_length2 = across2(e.t, d);
+  if (std::max(s_length2, t_length2) <= sqr(small_patch * width)) {
     if (!patches.clusters) return true;
     // Groups are measured in the mesh's own space.
     const float scale = scene_.instance_scale(hits.instance[i]);
@@ -153,6 +152,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float ti
     return true;
   }
   GridId& grid = out->grid;
+  const int u_level = level_of(s_length2, sqr(width)), v_level = level_of(t_length2, sqr(width));
   grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
   out->x = place(point.s, u_level, &grid.tile_u);
   out->y = place(point.t, v_level, &grid.tile_v);
@@ -214,7 +214,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   if (!(radius <= width)) return false;
   GridId& grid = out->grid;
   grid.patch = out->patch = hits.primitive[i];
-  grid.u_level = uint8_t(level_of(curve_length(hits.instance[i], hits.geometry[i], grid.patch), width));
+  grid.u_level = uint8_t(level_of(sqr(curve_length(hits.instance[i], hits.geometry[i], grid.patch)), sqr(width)));
   grid.behind = 0;  // its points face the eye
   out->x = place(hits.u[i], grid.u_level, &grid.tile_u);
   out->y = 0.5f;
