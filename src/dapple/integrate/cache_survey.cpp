@@ -21,25 +21,25 @@ void HitShader::survey(const Place& place, const CacheLog& log, CacheAnswers* an
 void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  draw_diffuse_rays(place, w);
-  w.job_count = 0;
-  trace_rays(place, w);
-  locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
-  std::fill_n(b.cached, b.ray_count, false);
-  TileLinks links[CacheBatch::capacity];
+  RaySet& r = b.ray_set(0);
+  draw_diffuse_rays(place, r, w);
+  trace_rays(r, w);
+  locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(), any_ray, 1, w);
+  std::fill_n(r.cached, r.count, false);
+  TileLinks links[RaySet::capacity];
   for (int e = 0; e < c.entry_count; ++e) w.linking.jobs[e] = {c.entry[e].grid, &links[e]};
   w.linking.job_count = c.entry_count;
   link(true, w);
   for (int n = 0; n < c.count; ++n) {
     auto near = patches_->neighbours(c.point[n]);
     if (!links[c.entry_of[n]].restrict_to(c.point[n], &near)) continue;
-    b.cached[c.ray[n]] = true;
-    answers[b.ray_point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.key[n]));
+    r.cached[c.ray[n]] = true;
+    answers[r.point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.key[n]));
   }
-  for (int i = 0; i < b.ray_count; ++i) {
-    CacheAnswers& of_point = answers[b.ray_point[i]];
+  for (int i = 0; i < r.count; ++i) {
+    CacheAnswers& of_point = answers[r.point[i]];
     ++of_point.rays;
-    if (b.hits.geometry[i] != trace::no_id && !b.cached[i]) ++of_point.shaded;
+    if (r.hits.geometry[i] != trace::no_id && !r.cached[i]) ++of_point.shaded;
   }
 }
 

@@ -56,37 +56,43 @@ bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) 
   return slot & 1;
 }
 
-// Finds the tile that serves each of these rays of the batch, if one does, and groups them by it.
-void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
+// Finds the tile that serves each of these rays, if one does, and groups them by it.
+void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets,
+                                 ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   c.clear();
-  for (int i = 0; i < b.ray_count; ++i) {
-    const uint32_t geometry = b.hits.geometry[i];
-    if (!wanted(b, i) || geometry == no_id || b.ray_weight[i].is_black() || !materials_.is_flat(geometry)) continue;
-    // The points of curves face the camera: that is no side for other rays.
-    if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
-    const int k = b.ray_point[i];
-    const geom::SurfacePoint s = scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    float width = b.width[k] * width_scale + b.ray_cone[i] * b.distance[i] * settings_.cache_width;
-    scene::GridPoint& at = c.point[c.count];
-    if (!patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width, &w.extents, &at)) continue;
-    // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-    for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
-      patches_->dice(b.hits, i, b.rays.direction(i), b.rays.time[i], s, width *= 0.5f, &w.extents, &at);
-    if (const scene::Motion& motion = patches_->motion(); !motion.moves(b.hits.instance[i], geometry))
-      at.grid.span = motion.span_near(s.P, width, b.rays.time[i], settings_.diffuse_rays.at(below.depth.diffuse));
-    if (at.grid.cluster_level > 0) patches_->turn_group(b.rays.direction(i), at.patch, &at.grid);
-    c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
-    c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
-    c.ray[c.count++] = i;
+  for (int set = 0; set < sets; ++set) {
+    const RaySet& r = b.ray_set(set);
+    for (int i = 0; i < r.count; ++i) {
+      const uint32_t geometry = r.hits.geometry[i];
+      if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) continue;
+      // The points of curves face the camera: that is no side for other rays.
+      if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
+      const geom::SurfacePoint s = scene_.traced.surface_without_tangents(r.rays, r.hits, i);
+      const V3f d = r.rays.direction(i);
+      const float time = r.rays.time[i];
+      float width = b.width[r.point[i]] * width_scale + r.cone[i] * r.distance[i] * settings_.cache_width;
+      scene::GridPoint& at = c.point[c.count];
+      if (!patches_->dice(r.hits, i, d, time, s, width, &w.extents, &at)) continue;
+      // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
+      for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
+        patches_->dice(r.hits, i, d, time, s, width *= 0.5f, &w.extents, &at);
+      if (const scene::Motion& motion = patches_->motion(); !motion.moves(r.hits.instance[i], geometry))
+        at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse));
+      if (at.grid.cluster_level > 0) patches_->turn_group(d, at.patch, &at.grid);
+      c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
+      c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
+      c.set[c.count] = uint8_t(set);
+      c.ray[c.count++] = i;
+    }
   }
 }
 
-void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
+void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  locate_radiosity(place, below, width_scale, wanted, w);
+  locate_radiosity(place, below, width_scale, wanted, sets, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   for (int n = 0; n < c.count; ++n) {
@@ -114,11 +120,12 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   count_uses(below, c, w);
 
   for (int n = 0; n < c.count; ++n) {
+    RaySet& r = b.ray_set(c.set[n]);
     const int i = c.ray[n];
     if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) continue;
-    b.cached[i] = true;
+    r.cached[i] = true;
     for (int j = 0; j < 4; ++j)
-      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(b.ray_L, i, c.near[n].index[j], c.near[n].weight[j]);
+      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j]);
   }
 }
 

@@ -128,25 +128,25 @@ float DirectLight::density(const shading::LightReceiver& to, uint32_t index, con
   return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
 }
 
-void DirectLight::add_lights_hit(PointBatch& b, int diffuse_depth) const {
-  for (int i = 0; i < b.ray_count; ++i) {
-    const int k = b.ray_point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
-    b.ray_L.clear(i);
-    const V3f d = b.rays.direction(i);
-    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, b.rays.time[i]);
+void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const {
+  for (int i = 0; i < r.count; ++i) {
+    const int k = r.point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
+    r.L.clear(i);
+    const V3f d = r.rays.direction(i);
+    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
-      const float weight = b.ray_pdf[i] > 0 ? power_heuristic(b.ray_pdf[i], density(to, light, d, s, rays)) : 1;
-      b.ray_L.add(i, Le * weight, group_[light]);
+      const float weight = r.pdf[i] > 0 ? power_heuristic(r.pdf[i], density(to, light, d, s, rays)) : 1;
+      r.L.add(i, Le * weight, group_[light]);
     };
-    if (b.hits.geometry[i] == no_id) {
-      if (b.distance[i] < infinity) continue;  // it scattered in a medium
-      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(b.rays.origin(i), d, 0), {});
+    if (r.hits.geometry[i] == no_id) {
+      if (r.distance[i] < infinity) continue;  // it scattered in a medium
+      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(r.rays.origin(i), d, 0), {});
       continue;
     }
-    const uint32_t light = scene_.emitter_index(b.hits.geometry[i], b.hits.primitive[i]);
+    const uint32_t light = scene_.emitter_index(r.hits.geometry[i], r.hits.primitive[i]);
     if (light == no_id) continue;
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, i, b.rays.time[i]);
+    const geom::SurfacePoint s = scene_.traced.surface(r.hits, i, r.rays.time[i]);
     add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
   }
 }

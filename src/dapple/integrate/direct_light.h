@@ -19,8 +19,8 @@ class DirectLight {
   /// diffuse, and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides,
   /// and the two share by the power heuristic (Veach 1997).
   void light(PointBatch& b, int diffuse_depth, const bool* wanted, ShadingWorkspace& w) const;
-  /// The other part: sets b.ray_L of rays by Bsdfs that were traced, of density b.ray_pdf, to what shines where they ended.
-  void add_lights_hit(PointBatch& b, int diffuse_depth) const;
+  /// The other part: sets L of rays by Bsdfs that were traced, of density pdf, to what shines where they ended.
+  void add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const;
   /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
   void light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const;
 

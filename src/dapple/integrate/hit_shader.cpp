@@ -2,6 +2,7 @@
 #include "dapple/integrate/hit_shader.h"
 
 #include <functional>
+#include <utility>
 
 #include "dapple/integrate/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
@@ -77,10 +78,10 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
                                   int k) const {
   const scene::Motion& motion = patches_->motion();
-  patches_->shading_point(id, i, j, scene_.camera.position(), &b.hits, k);
+  patches_->shading_point(id, i, j, scene_.camera.position(), &b.place, k);
   b.geometry[k] = id.geometry;
   b.time[k] = patches_->time(id);
-  b.surface[k] = scene_.traced.surface(b.hits, k, b.time[k]);
+  b.surface[k] = scene_.traced.surface(b.place, k, b.time[k]);
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
@@ -93,7 +94,7 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
   if (!b.moves[k]) return;
   for (int o = 0; o < PointBatch::origins; ++o) {
     const float time = time_of_origin(b, k, o);
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time);
+    const geom::SurfacePoint s = scene_.traced.surface(b.place, k, time);
     b.origin[k * PointBatch::origins + o] = {s.P, s.Ng, s.Ns - b.surface[k].Ns, s.error, time};
   }
 }
@@ -113,13 +114,13 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     if (id.cluster_level > 0) {
       const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
       if (links.divided >> patches_->part(id, patch.patch) & 1) continue;
-      patches_->place_on_tile(patch, at.x, at.y, &b.hits, k);
+      patches_->place_on_tile(patch, at.x, at.y, &b.place, k);
     } else {
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
-      patches_->place_on_tile(id, at.x, at.y, &b.hits, k);
+      patches_->place_on_tile(id, at.x, at.y, &b.place, k);
     }
     const float time = b.moves[k] ? to.time : b.time[k];
-    const geom::SurfacePoint s = scene_.traced.surface(b.hits, k, time, o == seen_from);
+    const geom::SurfacePoint s = scene_.traced.surface(b.place, k, time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
@@ -146,6 +147,11 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   }
   direct_.light(b, list_depth(place), scattering, w);
   if (place.depth.diffuse < settings_.bounces) {
+    int sets = 0;
+    const auto send = [&](bool last) {
+      if (w.job_count > 0) draw_diffuse_rays(place, b.ray_set(sets++), w);
+      if (sets == PointBatch::most_ray_sets || (last && sets > 0)) light_indirectly(place, std::exchange(sets, 0), w);
+    };
     w.job_count = 0;
     for (int k = 0; k < b.count; ++k) {
       if (!scattering[k]) continue;
@@ -155,9 +161,9 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
       }
       const int rays = diffuse_rays(place, b.share[k]);
       for (int i = 0; i < rays; ++i)
-        if (add_diffuse_job(b, k, i, rays, w)) light_indirectly(place, w);
+        if (add_diffuse_job(b, k, i, rays, w)) send(false);
     }
-    if (w.job_count > 0) light_indirectly(place, w);
+    send(true);
   }
   b.some_indirect_known = false;
   for (int k = 0; k < b.count; ++k) {
@@ -172,16 +178,15 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   run_diffuselighting(scene_, b, w);
 }
 
-// Nearest hits of the batch's rays, what media on the way glow, and where rays ended in these; weights lose what is lost on the way.
-void HitShader::trace_rays(const Place& place, ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
-  RayTracer::Flights* const flights = scene_.has_media() ? &w.flights_level(place.level) : nullptr;
+// Nearest hits of a set of rays, what media on the way glow, and where rays ended in these; weights lose what is lost on the way.
+void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
+  if (scene_.has_media() && !r.flights) r.flights = std::make_unique<RayTracer::Flights>();
   const Timer timer;
-  tracer_.nearest(b.rays, b.ray_count, b.ray_medium, &b.hits, b.distance, w.passed, w.tracing, flights);
+  tracer_.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get());
   w.stages.tracing_seconds += timer.seconds();
-  for (int i = 0; i < b.ray_count; ++i) b.ray_glow[i] = flights ? b.ray_weight[i] * flights->emitted[i] : RGB();
+  for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
   if (!materials_.shadows_pass()) return;
-  for (int i = 0; i < b.ray_count; ++i) b.ray_weight[i] *= w.passed[i];
+  for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
 }
 
 // Diffuse ray i of so many from point k. True if the batch is full.
@@ -193,26 +198,25 @@ bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, Sha
   return ++w.job_count == w.capacity;
 }
 
-void HitShader::light_indirectly(const Place& place, ShadingWorkspace& w) const {
+void HitShader::light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  draw_diffuse_rays(place, w);
-  gather(place, w);
-  b.weigh_rays();
+  gather(place, sets, w);
   // In the order of the rays, whoever answered them: sums must not depend on what the cache held.
-  for (int i = 0; i < b.ray_count; ++i)
-    (b.ray_behind[i] ? b.irradiance_behind : b.irradiance).add(b.ray_point[i], b.ray_L.at(i));
-  w.job_count = 0;
+  for (int set = 0; set < sets; ++set) {
+    const RaySet& r = b.ray_set(set);
+    for (int i = 0; i < r.count; ++i) (r.behind[i] ? b.irradiance_behind : b.irradiance).add(r.point[i], r.L.at(i));
+  }
 }
 
-void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
+void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const {
+  const PointBatch& b = w.level(place.level);
   w.draw_samples(w.job_count);
-  b.ray_count = 0;
+  r.count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
     const Bsdf& bsdf = b.bsdf[k];
-    const float r = bsdf.reflectance.luminance(), t = bsdf.transmittance.luminance();
-    const float front = r + t > 0 ? r / (r + t) : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
+    const float reflected = bsdf.reflectance.luminance(), both = reflected + bsdf.transmittance.luminance();
+    const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
     const bool behind = w.u2[j] >= front;
     V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
     const float cosine = local.z;
@@ -220,31 +224,36 @@ void HitShader::draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const
     if ((dot(b.wo[k], bsdf.frame.n) < 0) != behind) local.z = -local.z;
     const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
-    const int i = b.ray_count++;
-    set_diffuse_ray(b, i, k, from, d, cosine, diffuse_rays(place, b.share[k]), w.seed[j] + 0x9e3779b9u * w.index[j]);
-    b.ray_behind[i] = behind;
-    b.ray_weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
+    const int i = r.count++;
+    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.share[k]), w.seed[j] + 0x9e3779b9u * w.index[j]);
+    r.behind[i] = behind;
+    r.weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
+  w.job_count = 0;
 }
 
-void HitShader::set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays,
+void HitShader::set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine, int rays,
                                 uint32_t key) const {
-  b.ray_point[i] = k;
-  b.ray_weight[i] = RGB(1);
-  b.ray_cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
-  b.ray_spread[i] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[i]));
-  b.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], b.ray_spread[i]);
-  b.ray_medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
+  r.point[i] = k;
+  r.weight[i] = RGB(1);
+  r.cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
+  r.spread[i] = std::max(b.spread[k], std::min(widest_spread, r.cone[i]));
+  r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], r.spread[i]);
+  r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
-  b.ray_share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
+  r.share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
 }
 
-void HitShader::gather(const Place& place, ShadingWorkspace& w) const {
+void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  w.rays.diffuse += uint64_t(b.ray_count);
-  trace_rays(place, w);
-  b.ray_L.clear_all(b.ray_count);
-  gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, w);
+  for (int set = 0; set < sets; ++set) {
+    RaySet& r = b.ray_set(set);
+    w.rays.diffuse += uint64_t(r.count);
+    trace_rays(r, w);
+    r.L.clear_all(r.count);
+  }
+  gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, sets, w);
+  for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 
 float HitShader::diffuse_width_scale() const { return 1 + cell_growth * settings_.cache_width; }
@@ -253,37 +262,38 @@ HitShader::Place HitShader::behind_diffuse(const Place& place) {
   return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
 }
 
-void HitShader::gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const {
+void HitShader::gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  std::fill_n(b.cached, b.ray_count, false);
-  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, w);
-  shade_hits(place, below, wanted, w);
-  if (scene_.has_media()) add_media(place, below, wanted, w);
+  for (int set = 0; set < sets; ++set) std::fill_n(b.ray_set(set).cached, b.ray_set(set).count, false);
+  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, sets, w);
+  for (int set = 0; set < sets; ++set) {
+    shade_hits(b, b.ray_set(set), below, wanted, w);
+    if (scene_.has_media()) add_media(b.ray_set(set), below, wanted, w);
+  }
 }
 
-// Shades what those rays of the batch met that no cache served.
-void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
+// Shades what those rays of a set met that no cache served.
+void HitShader::shade_hits(const PointBatch& b, RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& found = w.level(below.level);
   found.count = 0;
-  for (int i = 0; i < b.ray_count; ++i) {
-    if (b.hits.geometry[i] == no_id || b.ray_weight[i].is_black() || b.cached[i] || !wanted(b, i)) continue;
-    const int k = b.ray_point[i], c = found.count++;
+  for (int i = 0; i < r.count; ++i) {
+    if (r.hits.geometry[i] == no_id || r.weight[i].is_black() || r.cached[i] || !wanted(r, i)) continue;
+    const int k = r.point[i], c = found.count++;
     found.parent[c] = i;
-    found.geometry[c] = b.hits.geometry[i];
-    found.surface[c] = materials_.needs_tangents(b.hits.geometry[i]) ? scene_.traced.surface(b.hits, i, b.rays.time[i])
-                                                                     : scene_.traced.surface_without_tangents(b.rays, b.hits, i);
-    found.wo[c] = -b.rays.direction(i);
-    found.set_one_time(c, b.rays.time[i]);
-    found.width[c] = b.width[k] + b.ray_spread[i] * b.distance[i];
-    found.spread[c] = b.ray_spread[i];
-    found.medium[c] = b.ray_medium[i];
-    found.key[c] = hash(b.key[k], b.rays.key[i]);
-    found.share[c] = b.ray_share[i];
+    found.geometry[c] = r.hits.geometry[i];
+    found.surface[c] = materials_.needs_tangents(r.hits.geometry[i]) ? scene_.traced.surface(r.hits, i, r.rays.time[i])
+                                                                     : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
+    found.wo[c] = -r.rays.direction(i);
+    found.set_one_time(c, r.rays.time[i]);
+    found.width[c] = b.width[k] + r.spread[i] * r.distance[i];
+    found.spread[c] = r.spread[i];
+    found.medium[c] = r.medium[i];
+    found.key[c] = hash(b.key[k], r.rays.key[i]);
+    found.share[c] = r.share[i];
     found.set_no_cell(c);
   }
   if (found.count > 0) shade(below, w);
-  for (int c = 0; c < found.count; ++c) b.ray_L.add(found.parent[c], found.Ci.at(c));
+  for (int c = 0; c < found.count; ++c) r.L.add(found.parent[c], found.Ci.at(c));
 }
 
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
@@ -315,8 +325,9 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
+  RaySet& r = b.ray_set(0);
   w.draw_samples(w.job_count);
-  b.ray_count = 0;
+  r.count = 0;
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
     const Bsdf& bsdf = b.bsdf[k];
@@ -328,29 +339,29 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     }
     const RGB weight = s.weight * w.job_weight[j];
     if (weight.is_black() || !weight.is_finite()) continue;
-    const int i = b.ray_count++;
+    const int i = r.count++;
     const uint32_t key = w.seed[j] + 0x9e3779b9u * w.index[j];
-    b.ray_point[i] = k;
-    b.ray_weight[i] = weight;
-    b.ray_pdf[i] = s.pdf / w.job_weight[j];
-    b.ray_lobe[i] = s.lobe;
-    b.ray_cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(b.ray_pdf[i] * float(b.share[k]))) : 0);
-    b.ray_share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
-    b.ray_spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
-    b.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], b.ray_spread[i]);
-    b.ray_medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
+    r.point[i] = k;
+    r.weight[i] = weight;
+    r.pdf[i] = s.pdf / w.job_weight[j];
+    r.lobe[i] = s.lobe;
+    r.cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
+    r.share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
+    r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
+    r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
+    r.medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
-  trace_rays(place, w);
-  direct_.add_lights_hit(b, place.depth.diffuse);
+  trace_rays(r, w);
+  direct_.add_lights_hit(b, r, place.depth.diffuse);
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
-    gather_hits(place, below, settings_.cache_width, is_specular_ray, w);
+    gather_hits(place, below, settings_.cache_width, is_specular_ray, 1, w);
   }
-  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, w);
-  b.weigh_rays();
-  for (int i = 0; i < b.ray_count; ++i) b.specular.add(b.ray_point[i], b.ray_L.at(i));
+  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, 1, w);
+  r.weigh();
+  for (int i = 0; i < r.count; ++i) b.specular.add(r.point[i], r.L.at(i));
   w.job_count = 0;
 }
 

@@ -53,7 +53,7 @@ class HitShader {
                          int k) const;
 
   /// Where such a point is at another time.
-  geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.hits, k, time, false); }
+  geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place, k, time, false); }
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
   /// Of a group of patches, over four of them that are linked.
@@ -67,11 +67,12 @@ class HitShader {
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse. Sends no diffuse
   /// rays from points of b.indirect_known.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
-  /// Ray i of the batch, of weight one: along d, one of `rays` from point k, at an angle of this cosine with the normal.
-  void set_diffuse_ray(PointBatch& b, int i, int k, const RayOrigin& from, const V3f& d, float cosine, int rays, uint32_t key) const;
-  /// Traces the diffuse rays of the batch: b.hits, b.distance, and b.ray_L of what they meet, from the cache if there is one. Weights lose
-  /// what is lost on the way.
-  void gather(const Place& place, ShadingWorkspace& w) const;
+  /// Writes ray i of a set, of weight one: along d, one of `rays` from point k, at an angle of this cosine with the normal.
+  void set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine, int rays,
+                       uint32_t key) const;
+  /// Traces the first so many sets of diffuse rays of the batch: their hits, distances, and L, weighted, of what they meet, from the cache
+  /// if there is one. The more at a time, the fuller are the batches in which shaders run for what the cache lacks.
+  void gather(const Place& place, int sets, ShadingWorkspace& w) const;
   /// Writes the inputs of point k of a batch: where flight f of these rays scattered in a medium. b.parent[k] is its ray.
   static void set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share, PointBatch& b, int k);
   /// b.Ci of such points: the lights' and, up to the specular depth, what one ray by the phase function brings.
@@ -89,11 +90,11 @@ class HitShader {
   /// Wider than this, textures would blur what shadows and edges do not.
   static constexpr float widest_spread = 0.25f;
 
-  /// Which rays of a batch.
-  using RayFilter = bool (*)(const PointBatch&, int ray);
-  static bool any_ray(const PointBatch&, int) { return true; }
-  static bool is_diffuse_ray(const PointBatch& b, int ray) { return b.ray_lobe[ray] == shading::Lobe::diffuse; }
-  static bool is_specular_ray(const PointBatch& b, int ray) { return !is_diffuse_ray(b, ray); }
+  /// Which rays of a set.
+  using RayFilter = bool (*)(const RaySet&, int ray);
+  static bool any_ray(const RaySet&, int) { return true; }
+  static bool is_diffuse_ray(const RaySet& r, int ray) { return r.lobe[ray] == shading::Lobe::diffuse; }
+  static bool is_specular_ray(const RaySet& r, int ray) { return !is_diffuse_ray(r, ray); }
 
   static Place behind_diffuse(const Place& place);
   float diffuse_width_scale() const;
@@ -102,11 +103,11 @@ class HitShader {
   int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }
 
   static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
-  void draw_diffuse_rays(const Place& place, ShadingWorkspace& w) const;
-  void light_indirectly(const Place& place, ShadingWorkspace& w) const;
+  void draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const;
+  void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
-  void shade_hits(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
-  void trace_rays(const Place& place, ShadingWorkspace& w) const;
+  void shade_hits(const PointBatch& b, RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
+  void trace_rays(RaySet& r, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;
   void send_probes(const Place& place, ShadingWorkspace& w) const;
@@ -122,14 +123,14 @@ class HitShader {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
   bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
-  /// Adds to ray_L of these rays what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
+  /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
   /// them, whose resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading
   /// them at `below`. And what scatters into them where they ended in media.
-  void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
-  /// Adds to ray_L of these rays what scatters into them where they ended in media.
-  void add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
-  void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
-  void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, ShadingWorkspace& w) const;
+  void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  /// Adds to L of these rays what scatters into them where they ended in media.
+  void add_media(RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
+  void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
   void link_tiles(CacheBatch& c, ShadingWorkspace& w) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;

@@ -44,7 +44,7 @@ IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const sc
       cache_(settings.bytes, kept_words + settings.light_groups * part_words) {}
 
 IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
-  const int group = std::max(1, capacity / of.strata_.count());
+  const int group = std::clamp(RaySet::capacity * PointBatch::most_ray_sets / of.strata_.count(), 1, PointBatch::capacity);
   L.resize(size_t(group * of.strata_.count()));
   distance.resize(L.size());
   time.resize(L.size());
@@ -219,25 +219,29 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
   }
   b.count = count;
-  for (int first = 0; first < all; first += PointBatch::capacity) {
-    b.ray_count = 0;
-    const int n = std::min(PointBatch::capacity, all - first);
-    for (int i = first; i < first + n; ++i) {
-      const int k = i / strata, stratum = i % strata;
+  for (int first = 0; first < all;) {
+    const int n = std::min(RaySet::capacity * PointBatch::most_ray_sets, all - first), sets = (n + RaySet::capacity - 1) / RaySet::capacity;
+    for (int set = 0; set < sets; ++set) b.ray_set(set).count = 0;
+    for (int i = 0; i < n; ++i) {
+      const int k = (first + i) / strata, stratum = (first + i) % strata;
       const uint64_t random = hash(b.key[k], stratum);
       const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
       const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
-      shader_.set_diffuse_ray(b, b.ray_count++, k, from, Frame(from.normal(nodes[k]->n)).to_world(local), local.z, strata, uint32_t(random >> 8));
+      const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
+      RaySet& r = b.ray_set(i / RaySet::capacity);
+      shader_.set_diffuse_ray(b, k, r, r.count++, from, d, local.z, strata, uint32_t(random >> 8));
     }
-    shader_.gather(here, s);
-    b.weigh_rays();
+    shader_.gather(here, sets, s);
     for (int i = 0; i < n; ++i) {
-      w.L[size_t(first + i)] = b.ray_L[i];
-      for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + size_t(first + i)] = b.ray_L.parts(i)[g];
-      w.distance[size_t(first + i)] = b.distance[i];
-      const int k = (first + i) / strata;
-      w.time[size_t(first + i)] = b.duration[k] > 0 ? (b.rays.time[i] - b.time[k]) / b.duration[k] : 0;
+      const RaySet& r = b.ray_set(i / RaySet::capacity);
+      const int k = (first + i) / strata, in_set = i % RaySet::capacity;
+      const size_t to = size_t(first + i);
+      w.L[to] = r.L[in_set];
+      for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + to] = r.L.parts(in_set)[g];
+      w.distance[to] = r.distance[in_set];
+      w.time[to] = b.duration[k] > 0 ? (r.rays.time[in_set] - b.time[k]) / b.duration[k] : 0;
     }
+    first += n;
   }
   for (int k = 0; k < count; ++k) {
     const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);

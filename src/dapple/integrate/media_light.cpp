@@ -25,6 +25,7 @@ void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace
 
 void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
+  RaySet& r = b.ray_set(0);
   b.Ci.clear_all(b.count);
   direct_.light_media(b, place.depth.diffuse, w);
   if (place.depth.specular >= settings_.specular_depth) return;
@@ -33,37 +34,35 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     V3f d;
     const float pdf = scene_.media[size_t(b.medium[k])]->phase().sample(b.wo[k], V2f(w.u0[k], w.u1[k]), &d);
-    b.ray_point[k] = k;
-    b.ray_weight[k] = RGB(1);
-    b.ray_cone[k] = std::max(b.spread[k], std::min(widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
-    b.ray_spread[k] = std::max(b.spread[k], std::min(widest_spread, b.ray_cone[k]));
-    b.ray_share[k] = b.share[k];
-    b.ray_medium[k] = b.medium[k];
-    b.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], b.ray_spread[k]);
+    r.point[k] = k;
+    r.weight[k] = RGB(1);
+    r.cone[k] = std::max(b.spread[k], std::min(widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
+    r.spread[k] = std::max(b.spread[k], std::min(widest_spread, r.cone[k]));
+    r.share[k] = b.share[k];
+    r.medium[k] = b.medium[k];
+    r.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], r.spread[k]);
   }
-  b.ray_count = b.count;
-  w.rays.specular += uint64_t(b.ray_count);
-  trace_rays(place, w);
-  b.ray_L.clear_all(b.ray_count);
+  r.count = b.count;
+  w.rays.specular += uint64_t(r.count);
+  trace_rays(r, w);
+  r.L.clear_all(r.count);
   // What they meet counts as met by diffuse rays: shadow rays have found the lights.
   const Place below{place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse};
-  gather_hits(place, below, diffuse_width_scale(), any_ray, w);
-  b.weigh_rays();
-  for (int i = 0; i < b.ray_count; ++i) b.Ci.add(b.ray_point[i], b.ray_L.at(i));
+  gather_hits(place, below, diffuse_width_scale(), any_ray, 1, w);
+  r.weigh();
+  for (int i = 0; i < r.count; ++i) b.Ci.add(r.point[i], r.L.at(i));
 }
 
-void HitShader::add_media(const Place& place, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
-  const RayTracer::Flights& flights = w.flights_level(place.level);
+void HitShader::add_media(RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
   PointBatch& in_media = w.level(below.level);
   in_media.count = 0;
-  for (int f = 0; f < flights.count; ++f) {
-    const int ray = flights.ray[f];
-    if (wanted(b, ray)) set_flight(flights, f, b.rays, b.ray_share[ray], in_media, in_media.count++);
+  for (int f = 0; f < r.flights->count; ++f) {
+    const int ray = r.flights->ray[f];
+    if (wanted(r, ray)) set_flight(*r.flights, f, r.rays, r.share[ray], in_media, in_media.count++);
   }
   if (in_media.count == 0) return;
   shade_media(below, w);
-  for (int k = 0; k < in_media.count; ++k) b.ray_L.add(in_media.parent[k], in_media.Ci.at(k));
+  for (int k = 0; k < in_media.count; ++k) r.L.add(in_media.parent[k], in_media.Ci.at(k));
 }
 
 }  // namespace dapple::integrate

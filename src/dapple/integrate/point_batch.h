@@ -21,6 +21,39 @@ struct Depth {
   int diffuse = 0, specular = 0;
 };
 
+/// Rays that points of a batch sent, while what they found is being shaded.
+struct RaySet {
+  static constexpr int capacity = trace::RayBatch::capacity;
+
+  explicit RaySet(int groups) : L(groups) {}
+
+  int count = 0;
+  int point[capacity];
+  RGB weight[capacity];
+  LightSums L;  ///< what arrives along the ray
+  RGB glow[capacity];  ///< radiance of the media on the way, weighted
+  uint8_t behind[capacity];  ///< of a diffuse ray: it left on the other side
+  trace::RayBatch rays;
+  trace::HitBatch hits;
+  float distance[capacity];
+  float spread[capacity];  ///< for textures
+  float cone[capacity];    ///< growth of the width of what the ray stands for
+  bool cached[capacity];   ///< a cache has said what arrives along the ray
+  int32_t medium[capacity];
+  int share[capacity];     ///< PointBatch::share of what it meets
+  float pdf[capacity];
+  shading::Lobe lobe[capacity];
+  std::unique_ptr<RayTracer::Flights> flights;  ///< null: there are no media
+
+  /// Makes L what the rays bring to their points: weighted, and with the glow of media, which belongs to no light.
+  void weigh() {
+    for (int i = 0; i < count; ++i) {
+      L.scale(i, weight[i]);
+      L.add(i, glow[i], 0);
+    }
+  }
+};
+
 /// Points on their way through the stages of their shaders. A batch lives as long as the recursion below it.
 struct PointBatch {
   static constexpr int capacity = trace::RayBatch::capacity;
@@ -28,7 +61,7 @@ struct PointBatch {
 
   /// `groups`: of lights, whose parts are kept apart.
   explicit PointBatch(int groups)
-      : irradiance(groups), irradiance_behind(groups), indirect(groups), diffuse(groups), specular(groups), Ci(groups), ray_L(groups) {}
+      : irradiance(groups), irradiance_behind(groups), indirect(groups), diffuse(groups), specular(groups), Ci(groups), groups_(groups) {}
 
   int count = 0;
   geom::SurfacePoint surface[capacity];
@@ -57,23 +90,13 @@ struct PointBatch {
   LightSums diffuse, specular;
   LightSums Ci;
 
-  // Rays that the points sent, while what they found is being shaded.
-  int ray_count = 0;
-  int ray_point[capacity];
-  RGB ray_weight[capacity];
-  LightSums ray_L;  ///< what arrives along the ray
-  RGB ray_glow[capacity];  ///< radiance of the media on the way, weighted
-  uint8_t ray_behind[capacity];  ///< of a diffuse ray: it left on the other side
-  trace::RayBatch rays;
-  trace::HitBatch hits;
-  float distance[capacity];
-  float ray_spread[capacity];  ///< for textures
-  float ray_cone[capacity];    ///< growth of the width of what the ray stands for
-  bool cached[capacity];       ///< a cache has said what arrives along the ray
-  int32_t ray_medium[capacity];
-  int ray_share[capacity];     ///< PointBatch::share of what it meets
-  float ray_pdf[capacity];
-  shading::Lobe ray_lobe[capacity];
+  trace::HitBatch place;  ///< of shading points on their tiles
+
+  static constexpr int most_ray_sets = 4;
+  RaySet& ray_set(int i) {
+    if (!sets_[i]) sets_[i] = std::make_unique<RaySet>(groups_);
+    return *sets_[i];
+  }
 
   /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
   static constexpr float cell_filter = 0.5f;
@@ -86,13 +109,6 @@ struct PointBatch {
     else
       scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points, lane);
   }
-  /// Makes ray_L what the rays bring to their points: weighted, and with the glow of media, which belongs to no light.
-  void weigh_rays() {
-    for (int i = 0; i < ray_count; ++i) {
-      ray_L.scale(i, ray_weight[i]);
-      ray_L.add(i, ray_glow[i], 0);
-    }
-  }
   /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i, uint32_t seed) const {
     if (!whole_cells && !moves[k]) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
@@ -104,16 +120,21 @@ struct PointBatch {
   float ray_time(int k, int i, uint32_t seed) const {
     return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
   }
+
+ private:
+  const int groups_;
+  std::unique_ptr<RaySet> sets_[most_ray_sets];
 };
 
 /// Look-ups of a batch's diffuse rays in the radiosity cache.
 struct CacheBatch {
-  static constexpr int capacity = PointBatch::capacity;
+  static constexpr int capacity = RaySet::capacity * PointBatch::most_ray_sets;
 
   explicit CacheBatch(int groups);
 
   int count = 0;  ///< rays that end in the cache
-  int ray[capacity];
+  uint8_t set[capacity];  ///< of the ray
+  int ray[capacity];      ///< in its set
   scene::GridPoint point[capacity];
   scene::PatchTable::Neighbours near[capacity];
   uint64_t key[capacity];
@@ -123,7 +144,7 @@ struct CacheBatch {
   RadiosityCache::Entry entry[capacity];
 
   // Where the points under way belong.
-  int target_entry[capacity], target_point[capacity];
+  int target_entry[PointBatch::capacity], target_point[PointBatch::capacity];
 
   /// Points of an entry that this thread has to compute.
   uint32_t to_fill(int e) const { return entry[e].found == gi::TileCache::Found::pending ? 0 : entry[e].missing(); }
@@ -222,12 +243,6 @@ struct ShadingWorkspace {
     while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>(groups));
     return *levels[size_t(depth)];
   }
-  RayTracer::Flights& flights_level(int depth) {
-    while (int(flights_levels.size()) <= depth) flights_levels.push_back(nullptr);
-    auto& level = flights_levels[size_t(depth)];
-    if (!level) level = std::make_unique<RayTracer::Flights>();
-    return *level;
-  }
   CacheBatch& cache_level(int depth) {
     while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>(groups));
     return *cache_levels[size_t(depth)];
@@ -241,7 +256,6 @@ struct ShadingWorkspace {
 
  private:
   std::vector<std::unique_ptr<PointBatch>> levels;
-  std::vector<std::unique_ptr<RayTracer::Flights>> flights_levels;
   std::vector<std::unique_ptr<CacheBatch>> cache_levels;
   std::vector<std::unique_ptr<SubsurfaceBatch>> subsurface_levels;
 };

@@ -93,14 +93,22 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   SubsurfaceBatch& s = w.subsurface_level(place.level);
   const Place below{place.level + 1, {place.depth.diffuse, 0}, Arrival::probe};
+  int sets = 0;
   const auto look_up = [&] {
-    b.ray_L.clear_all(b.ray_count);
-    if (scene_.has_media()) w.flights_level(place.level).count = 0;  // those of rays before: probes scatter nowhere
-    gather_hits(place, below, 1, any_ray, w);
-    for (int i = 0; i < b.ray_count; ++i) b.diffuse.add(b.ray_point[i], b.ray_weight[i], b.ray_L.at(i));
-    b.ray_count = 0;
+    for (int set = 0; set < sets; ++set) {
+      RaySet& r = b.ray_set(set);
+      r.L.clear_all(r.count);
+      if (!scene_.has_media()) continue;
+      if (!r.flights) r.flights = std::make_unique<RayTracer::Flights>();
+      r.flights->count = 0;  // those of rays before: probes scatter nowhere
+    }
+    gather_hits(place, below, 1, any_ray, sets, w);
+    for (int set = 0; set < sets; ++set) {
+      const RaySet& r = b.ray_set(set);
+      for (int i = 0; i < r.count; ++i) b.diffuse.add(r.point[i], r.weight[i], r.L.at(i));
+    }
+    sets = 0;
   };
-  b.ray_count = 0;
   SubsurfaceProbe probe;
   uint32_t crossing = 0;
   for (size_t f = 0; f < s.found.size(); ++f) {
@@ -113,25 +121,29 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     if (weight.is_black() || !weight.is_finite()) continue;
     const bool behind = dot(b.wo[k], b.surface[k].Ng) < 0;
     const V3f outside = behind ? -at.Ng : at.Ng;
-    const int i = b.ray_count++;
+    if (sets == 0 || b.ray_set(sets - 1).count == RaySet::capacity) {
+      if (sets == PointBatch::most_ray_sets) look_up();
+      b.ray_set(sets++).count = 0;
+    }
+    RaySet& r = b.ray_set(sets - 1);
+    const int i = r.count++;
     const float distance = length(offset);
     // As a ray that comes upon the place from outside, so that look-ups see the side that light enters by.
     const float height = probe.detail(0);
-    b.rays.set(i, at.P + outside * height, -outside, 2 * height, at.time,
+    r.rays.set(i, at.P + outside * height, -outside, 2 * height, at.time,
                s.key[at.job] + 0x85ebca6bu * (crossing + 1));
-    b.hits.t[i] = height, b.hits.u[i] = at.u, b.hits.v[i] = at.v;
-    b.hits.nx[i] = at.nx, b.hits.ny[i] = at.ny, b.hits.nz[i] = at.nz;
-    b.hits.geometry[i] = at.geometry, b.hits.primitive[i] = at.primitive, b.hits.instance[i] = at.instance;
-    b.distance[i] = height;
-    b.ray_point[i] = k;
-    b.ray_weight[i] = weight;
-    b.ray_cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
-    b.ray_spread[i] = 0;
-    b.ray_share[i] = 1;
-    b.ray_medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
-    if (b.ray_count == PointBatch::capacity) look_up();
+    r.hits.t[i] = height, r.hits.u[i] = at.u, r.hits.v[i] = at.v;
+    r.hits.nx[i] = at.nx, r.hits.ny[i] = at.ny, r.hits.nz[i] = at.nz;
+    r.hits.geometry[i] = at.geometry, r.hits.primitive[i] = at.primitive, r.hits.instance[i] = at.instance;
+    r.distance[i] = height;
+    r.point[i] = k;
+    r.weight[i] = weight;
+    r.cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
+    r.spread[i] = 0;
+    r.share[i] = 1;
+    r.medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
   }
-  if (b.ray_count > 0) look_up();
+  if (sets > 0) look_up();
 }
 
 }  // namespace dapple::integrate

@@ -63,7 +63,8 @@ class TileLinker {
   struct Scratch {
     static constexpr int capacity = trace::RayBatch::capacity;
     int job_count = 0;
-    Job jobs[capacity];
+    static constexpr int most_jobs = 4 * capacity;
+    Job jobs[most_jobs];
     bool single_cells = false;  ///< also tiles of one cell, whose point stands for all of it
 
     // Ways across or along tiles that are to be traced.
