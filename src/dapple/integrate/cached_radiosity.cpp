@@ -61,7 +61,9 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
                                  ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  c.clear();
+  int rays = 0;
+  for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
+  c.clear(rays);
   for (int set = 0; set < sets; ++set) {
     const RaySet& r = b.ray_set(set);
     for (int i = 0; i < r.count; ++i) {
@@ -184,19 +186,19 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
 
 void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
   using Outcome = RadiosityCache::Entry::Outcome;
-  TileLinks links[CacheBatch::capacity];
   w.linking.job_count = 0;
   for (int e = 0; e < c.entry_count; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
     const uint32_t missing = c.to_fill(e);
     if (missing == 0) continue;
     entry.outcome = entry.known() ? Outcome::extended : Outcome::filled;
-    if (entry.known()) links[e] = entry.links();
-    w.linking.jobs[w.linking.job_count++] = {entry.grid, &links[e], missing, entry.known()};
+    c.links[e] = entry.known() ? entry.links() : TileLinks();
+    w.linking.jobs[w.linking.job_count++] = {entry.grid, &c.links[e], missing, entry.known()};
   }
+  if (w.linking.job_count == 0) return;
   link(true, w);
   for (int e = 0; e < c.entry_count; ++e)
-    if (c.to_fill(e) != 0) c.entry[e].set_links(links[e]);
+    if (c.to_fill(e) != 0) c.entry[e].set_links(c.links[e]);
 }
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <memory>
 #include <vector>
 
@@ -142,6 +143,7 @@ struct CacheBatch {
 
   int entry_count = 0;
   RadiosityCache::Entry entry[capacity];
+  TileLinks links[capacity];  ///< of entries that are being filled
 
   // Where the points under way belong.
   int target_entry[PointBatch::capacity], target_point[PointBatch::capacity];
@@ -150,14 +152,16 @@ struct CacheBatch {
   uint32_t to_fill(int e) const { return entry[e].found == gi::TileCache::Found::pending ? 0 : entry[e].missing(); }
   /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
   int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
-  void clear() {
+  /// For at most so many look-ups.
+  void clear(int most) {
     count = entry_count = 0;
-    std::fill_n(slots, slot_count, uint16_t(0));
+    slots_in_use = std::bit_ceil(4 * uint32_t(most));
+    std::fill_n(slots, slots_in_use, uint16_t(0));
   }
 
  private:
-  static constexpr int slot_count = 4 * capacity;
-  uint16_t slots[slot_count];  ///< a hash table of entries + 1; 0: empty
+  uint32_t slots_in_use = 0;
+  uint16_t slots[4 * capacity];  ///< a hash table of entries + 1; 0: empty
   std::vector<uint32_t> words;  ///< of the entries
 };
 
@@ -169,7 +173,7 @@ inline CacheBatch::CacheBatch(int groups) {
 
 inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth) {
   for (uint64_t slot = of_key;; ++slot) {
-    uint16_t& found = slots[slot % slot_count];
+    uint16_t& found = slots[slot & (slots_in_use - 1)];
     if (found > 0 && entry[found - 1].key != of_key) continue;
     if (found == 0) {
       found = uint16_t(++entry_count);
