@@ -19,10 +19,11 @@ import common
 import radiosity_scenes as scenes
 
 QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
-FULL = dict(resolution=1024, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=256, copies=[1, 12], light_resolution=512,
+FULL = dict(resolution=1024, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=512, shader_rays=3e7, copies=[3],
+            final_shader_resolution=128, light_resolution=512,
             lights=[2, 20, 100], halls=[(64, 800, .002, [1 / 2, 1 / 4]), (12, 128, .02, [1 / 2, 1 / 4, 1 / 10, 1 / 20, 0])], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
-QUICK = dict(FULL, resolution=128, final_resolution=32, bounces=2, max_rays=1e7, shader_resolution=96, light_resolution=96, halls=[(12, 96, .02, [1 / 4, 0])],
+QUICK = dict(FULL, resolution=128, final_resolution=32, bounces=2, max_rays=1e7, shader_resolution=96, shader_rays=2e6, final_shader_resolution=32, light_resolution=96, halls=[(12, 96, .02, [1 / 4, 0])],
              error_resolution=128, reference_samples=256, errors=[1, .5, .25], path_samples=[4, 16])
 
 
@@ -105,15 +106,14 @@ def rays_a_point(rays, bounces):
     return total
 
 
-def from_crops(bench, scene, pixels, zero, rays, samples, bounces):
+def from_crops(bench, scene, pixels, zero, rays, samples, bounces, max_rays):
     """Time and counts without the cache from small crops on a lattice, in proportion to visible shading points; None if that is too much."""
-    size = bench.size
     cost = rays_a_point(rays, bounces) * 2  # visible points a pixel, where crops cut tiles
-    counts = [n for n in (4, 3, 2) if n * n * 16 * cost <= size.max_rays]
+    counts = [n for n in (4, 3, 2) if n * n * 16 * cost <= max_rays]
     if not counts:
         return None
     n = counts[0]
-    side = max(4, min(int((size.max_rays / cost) ** .5 / n), pixels // n) // 4 * 4)
+    side = max(4, min(int((max_rays / cost) ** .5 / n), pixels // n) // 4 * 4)
     sums = []
     for b in (0, bounces):
         runs = []
@@ -130,37 +130,45 @@ def from_crops(bench, scene, pixels, zero, rays, samples, bounces):
             "shading_points": {"diffuselighting": points(zero) + grow("points")}, "extrapolated": f"{n * n} crops of {side} x {side} pixels"}
 
 
+def pair_or_crops(bench, scene, zero, max_rays, *, resolution, rays, bounces, **what):
+    """Statistics without and with the cache; those without may come from crops, or be None."""
+    what.update(resolution=resolution, rays=rays, bounces=bounces)
+    if rays_a_point(rays, bounces) * resolution ** 2 <= max_rays:
+        return bench.pair(scene, **what)
+    cached = bench.medians([lambda: bench.render(scene, **what)])[0]
+    return from_crops(bench, scene, resolution, zero, rays, what["samples"], bounces, max_rays), cached
+
+
+def columns_of(without, cached, crops):
+    """Those of PAIR_HEADER. Adds to `crops` where times are from."""
+    if without is None:
+        return ["not run", seconds(cached["seconds"]), "-", "-", "-"]
+    columns = pair_columns(without, cached)
+    if "extrapolated" in without:
+        columns[0] += " *"
+        crops.add(without["extrapolated"])
+    return columns
+
+
+def crops_note(crops):
+    return f"\n\n\\* Extrapolated in proportion to visible shading points, from {' or '.join(sorted(crops))}." if crops else ""
+
+
 def cornell(bench):
     size, rows, result, crops = bench.size, [], [], set()
     for quality in size.qualities:
         shadow, diffuse, samples = QUALITIES[quality]
-        rays = shadow, diffuse
-        pixels = size.resolution if quality == "preview" else size.final_resolution
+        what = dict(resolution=size.resolution if quality == "preview" else size.final_resolution, samples=samples, rays=(shadow, diffuse))
+        zero = bench.pair(scenes.CORNELL, bounces=0, **what)
         for bounces in range(size.bounces + 1):
-            what = dict(resolution=pixels, samples=samples, bounces=bounces, rays=rays)
-            if bounces == 0 or rays_a_point(rays, bounces) * pixels ** 2 <= size.max_rays:
-                without, cached = bench.pair(scenes.CORNELL, **what)
-                if bounces == 0:
-                    zero = without
-            else:
-                cached = bench.medians([lambda: bench.render(scenes.CORNELL, **what)])[0]
-                without = from_crops(bench, scenes.CORNELL, pixels, zero, rays, samples, bounces)
-            if without is None:
-                rows.append([quality, bounces, "not run", seconds(cached["seconds"]), "-", "-", "-"])
-            else:
-                columns = pair_columns(without, cached)
-                if "extrapolated" in without:
-                    columns[0] += " *"
-                    crops.add(without["extrapolated"])
-                rows.append([quality, bounces, *columns])
+            without, cached = pair_or_crops(bench, scenes.CORNELL, zero[0], size.max_rays, bounces=bounces, **what) if bounces else zero
+            rows.append([quality, bounces, *columns_of(without, cached, crops)])
             result.append({"quality": quality, "bounces": bounces, "without": without, "with": cached})
             print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
     text = (f"Preview: {size.resolution} x {size.resolution}, 4 shadow and 4 diffuse rays, 16 camera samples; final: {size.final_resolution} x {size.final_resolution}, 64,16 and 1024,16 rays, 64 camera samples. "
             "The ratio of rays, without camera rays, is what the cache could gain at most if shading and look-ups were free.\n\n"
             + common.table(["rays", "bounces"] + PAIR_HEADER, rows))
-    if crops:
-        text += f"\n\n\\* Extrapolated in proportion to visible shading points, from {' or '.join(sorted(crops))}."
-    return result, text
+    return result, text + crops_note(crops)
 
 
 def shaders(bench):
@@ -175,21 +183,34 @@ def shaders(bench):
 
     probe = 16
     copies = max(1, round(probe * 30 / cost(probe)[1]))
-    rows, result = [], []
+    rows, result, crops = [], [], set()
+
+    def add(quality, n, microseconds, bounces, without, cached):
+        shares = [f"{100 * s['shading_seconds'] / (s['render_seconds'] * s['threads']):.0f} %" if s and "shading_seconds" in s else "-"
+                  for s in (without, cached)]
+        rows.append([quality, f"{microseconds:.2g} us", bounces, *shares, *columns_of(without, cached, crops)])
+        result.append({"quality": quality, "networks": n, "microseconds": microseconds, "bounces": bounces, "without": without, "with": cached})
+        print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
+
     for n in size.copies + [copies]:
         scene, microseconds = cost(n)
-        for bounces in (0, 1, 2) if n == copies else (1, 2):
-            without, cached = bench.pair(scene, resolution=size.shader_resolution, samples=4, bounces=bounces)
-            shares = [f"{100 * s['shading_seconds'] / (s['render_seconds'] * s['threads']):.0f} %" for s in (without, cached)]
-            rows.append([f"{microseconds:.2g} us", bounces, *shares, *pair_columns(without, cached)])
-            result.append({"networks": n, "microseconds": microseconds, "bounces": bounces, "without": without, "with": cached})
-            print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
-    text = (f"Networks of {scenes.NODES} patterns as reflectances, one and {copies}; {size.shader_resolution} x {size.shader_resolution}, 4 shadow and 4 diffuse rays, "
-            "4 camera samples.\n\n"
-            + common.table(["shader a point", "bounces", "in shaders, without", "with"] + PAIR_HEADER, rows))
+        what = dict(resolution=size.shader_resolution, samples=4, rays=((4,), (4,)))
+        zero = bench.pair(scene, bounces=0, **what)
+        for bounces in range(size.bounces + 1):
+            pair = pair_or_crops(bench, scene, zero[0], size.shader_rays, bounces=bounces, **what) if bounces else zero
+            add("preview", n, microseconds, bounces, *pair)
+    shadow, diffuse, samples = QUALITIES["final"]
+    what = dict(resolution=size.final_shader_resolution, samples=samples, rays=(shadow, diffuse))
+    zero = bench.pair(scene, bounces=0, **what)
+    for bounces in (1, 2):
+        add("final", copies, microseconds, bounces, *pair_or_crops(bench, scene, zero[0], size.shader_rays, bounces=bounces, **what))
+    text = (f"Networks of {scenes.NODES} patterns as reflectances, {', '.join(map(str, size.copies))} and {copies} in a row, in the Cornell box with a corridor around the camera: every ray meets something. "
+            f"Preview: {size.shader_resolution} x {size.shader_resolution}, 4 shadow and 4 diffuse rays, 4 camera samples; "
+            f"final: {size.final_shader_resolution} x {size.final_shader_resolution}, 64,16 and 1024,16 rays, 64 camera samples.\n\n"
+            + common.table(["rays", "shader a point", "bounces", "in shaders, without", "with"] + PAIR_HEADER, rows) + crops_note(crops))
 
     reuse = []
-    for bounces in (0, 1):
+    for bounces in (0, 1, 2):
         few, many = bench.medians([lambda n=n: bench.render(scene, resolution=size.shader_resolution, samples=n, bounces=bounces) for n in (4, 64)])
         reuse.append([bounces, seconds(few["seconds"]), seconds(many["seconds"]), ratio(many["seconds"], few["seconds"]), points(few), points(many),
                       ratio(points(many), points(few))])

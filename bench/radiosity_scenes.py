@@ -54,13 +54,23 @@ def networks(copies):
     return [line for i in range(1, copies + 1) for line in network(f"network.{i}", i, f"network.{i - 1}" if i > 1 else None)]
 
 
+CORRIDOR = """NamedMaterial "white"
+Shape "bilinearmesh" "point3 P" [0 0 -900  556 0 -900  0 0 0  556 0 0]
+Shape "bilinearmesh" "point3 P" [0 548.8 -900  0 548.8 0  556 548.8 -900  556 548.8 0]
+Shape "bilinearmesh" "point3 P" [0 0 -900  0 0 0  0 548.8 -900  0 548.8 0]
+Shape "bilinearmesh" "point3 P" [556 0 -900  556 548.8 -900  556 0 0  556 548.8 0]
+Shape "bilinearmesh" "point3 P" [0 0 -900  0 548.8 -900  556 0 -900  556 548.8 -900]
+"""
+
+
 def shaded_cornell(folder, copies):
-    """The Cornell box with reflectances that networks modulate."""
+    """The Cornell box with reflectances that networks modulate, and a corridor around the camera: every ray meets something."""
     lines = networks(copies)
     for name, rgb in COLORS.items():
         lines.append(f'Texture "{name}" "spectrum" "scale" "texture scale" "network.{copies}" "rgb tex" [{rgb[0]} {rgb[1]} {rgb[2]}]')
         lines.append(f'MakeNamedMaterial "{name}" "string type" "diffuse" "texture reflectance" "{name}"')
     text = re.sub(r"MakeNamedMaterial.*\n", "", CORNELL.read_text()).replace("WorldBegin\n", "WorldBegin\n" + "\n".join(lines) + "\n")
+    text += CORRIDOR
     return write(folder / f"cornell_shaders_{copies}.pbrt", text)
 
 

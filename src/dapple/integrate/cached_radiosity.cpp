@@ -12,6 +12,15 @@ namespace {
 // A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
 constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
+// Look-ups from this bounce on read the nearest point: what they blur is blurred once more by the bounces before.
+constexpr int first_nearest = 2;
+
+void take_nearest(scene::PatchTable::Neighbours* near) {
+  std::fill_n(near->index, 4, near->nearest);
+  std::fill_n(near->weight, 4, 0.0f);
+  near->weight[0] = 1;
+}
+
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
 
@@ -99,6 +108,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   for (int n = 0; n < c.count; ++n) {
     c.near[n] = patches_->neighbours(c.point[n]);
+    if (below.depth.diffuse >= first_nearest) take_nearest(&c.near[n]);
     for (int i = 0; i < 4; ++i)
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }

@@ -7,7 +7,7 @@ using shading::Stage;
 
 namespace {
 
-constexpr int capacity = PointBatch::capacity;
+constexpr int capacity = shading::ShadingPoints::capacity;
 
 // The points of one material, side by side.
 struct Group {
@@ -22,21 +22,26 @@ template <class Body>
 void for_each_group(const scene::Scene& scene, Stage stage, PointBatch& b, ShadingWorkspace& w, const Body& body) {
   const auto material_of = [&](int k) { return scene.bindings[b.geometry[k]].material; };
   const auto has = [&](int k) { return scene.materials[size_t(material_of(k))]->stages().has(stage); };
-  bool done[capacity] = {};
+  bool done[PointBatch::capacity] = {};
   for (int first = 0; first < b.count; ++first) {
     if (done[first] || !has(first)) continue;
     Group g;
+    const auto run = [&] {
+      w.points.count = g.count;
+      const Timer timer;
+      body(*scene.materials[size_t(material_of(first))], g);
+      w.stages.shading_seconds += timer.seconds();
+      g.count = 0;
+    };
     for (int k = first; k < b.count; ++k) {
       if (material_of(k) != material_of(first)) continue;
       done[k] = true;
       w.prelighting.bsdf[g.count] = b.bsdf[k];
       b.describe(k, &w.points, g.count);
       g.point[g.count++] = k;
+      if (g.count == capacity) run();
     }
-    w.points.count = g.count;
-    const Timer timer;
-    body(*scene.materials[size_t(material_of(first))], g);
-    w.stages.shading_seconds += timer.seconds();
+    if (g.count > 0) run();
   }
 }
 

@@ -76,7 +76,7 @@ class ClaimedPoints {
 /// Camera samples that wait for shading points, or to be shaded in a batch with others. A pixel's samples leave in the order in which they
 /// came, whatever the threads do: the film adds them up in that order.
 struct WaitingSamples {
-  static constexpr size_t most = 16 * CameraBatch::capacity;
+  static constexpr size_t most = 32 * CameraBatch::capacity;
 
   struct Waiting {
     CameraSample sample;
@@ -134,7 +134,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
   struct Target {
     ShadingGrid* grid;
     int index;
-  } target[capacity];
+  } target[PointBatch::capacity];
 
   // Samples that are about to be finished, and where their light is.
   int finished = 0;

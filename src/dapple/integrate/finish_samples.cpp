@@ -27,7 +27,7 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
   if (w.waiting.samples.size() > WaitingSamples::most) {
     shade_claimed(0, w);
     finish_waiting(w, film);
-  } else if (w.claimed.count() >= PointBatch::capacity || w.waiting.hits >= PointBatch::capacity) {
+  } else if (w.claimed.count() >= PointBatch::capacity || w.waiting.hits >= DistributionWorkspace::capacity) {
     shade_claimed(PointBatch::capacity - 1, w);
     finish_some_waiting(w, film);
   }

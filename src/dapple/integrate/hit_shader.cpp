@@ -68,6 +68,7 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 }
 
 void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
+  static_assert(MaterialTable::Scratch::most_points >= PointBatch::capacity);
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     b.describe(k, points, lane);
   }, b.bsdf, w.prelighting, &w.stages, arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
@@ -78,10 +79,10 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
                                   int k) const {
   const scene::Motion& motion = patches_->motion();
-  patches_->shading_point(id, i, j, scene_.camera.position(), &b.place, k);
+  patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
   b.geometry[k] = id.geometry;
   b.time[k] = patches_->time(id);
-  b.surface[k] = scene_.traced.surface(b.place, k, b.time[k]);
+  b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k]);
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
@@ -94,7 +95,7 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
   if (!b.moves[k]) return;
   for (int o = 0; o < PointBatch::origins; ++o) {
     const float time = time_of_origin(b, k, o);
-    const geom::SurfacePoint s = scene_.traced.surface(b.place, k, time);
+    const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time);
     b.origin[k * PointBatch::origins + o] = {s.P, s.Ng, s.Ns - b.surface[k].Ns, s.error, time};
   }
 }
@@ -114,13 +115,13 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     if (id.cluster_level > 0) {
       const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
       if (links.divided >> patches_->part(id, patch.patch) & 1) continue;
-      patches_->place_on_tile(patch, at.x, at.y, &b.place, k);
+      patches_->place_on_tile(patch, at.x, at.y, &b.place(k), PointBatch::lane(k));
     } else {
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
-      patches_->place_on_tile(id, at.x, at.y, &b.place, k);
+      patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
     }
     const float time = b.moves[k] ? to.time : b.time[k];
-    const geom::SurfacePoint s = scene_.traced.surface(b.place, k, time, o == seen_from);
+    const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > 0)) continue;
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
@@ -266,34 +267,42 @@ void HitShader::gather_hits(const Place& place, const Place& below, float width_
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) std::fill_n(b.ray_set(set).cached, b.ray_set(set).count, false);
   if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, sets, w);
-  for (int set = 0; set < sets; ++set) {
-    shade_hits(b, b.ray_set(set), below, wanted, w);
-    if (scene_.has_media()) add_media(b.ray_set(set), below, wanted, w);
-  }
+  shade_hits(place, below, wanted, sets, w);
+  if (!scene_.has_media()) return;
+  for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
 }
 
-// Shades what those rays of a set met that no cache served.
-void HitShader::shade_hits(const PointBatch& b, RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const {
+// Shades what those rays met that no cache served, in batches of all sets.
+void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
+  const auto shade_found = [&] {
+    if (found.count > 0) shade(below, w);
+    for (int c = 0; c < found.count; ++c) b.ray_set(found.parent[c] / RaySet::capacity).L.add(found.parent[c] % RaySet::capacity, found.Ci.at(c));
+    found.count = 0;
+  };
   found.count = 0;
-  for (int i = 0; i < r.count; ++i) {
-    if (r.hits.geometry[i] == no_id || r.weight[i].is_black() || r.cached[i] || !wanted(r, i)) continue;
-    const int k = r.point[i], c = found.count++;
-    found.parent[c] = i;
-    found.geometry[c] = r.hits.geometry[i];
-    found.surface[c] = materials_.needs_tangents(r.hits.geometry[i]) ? scene_.traced.surface(r.hits, i, r.rays.time[i])
-                                                                     : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
-    found.wo[c] = -r.rays.direction(i);
-    found.set_one_time(c, r.rays.time[i]);
-    found.width[c] = b.width[k] + r.spread[i] * r.distance[i];
-    found.spread[c] = r.spread[i];
-    found.medium[c] = r.medium[i];
-    found.key[c] = hash(b.key[k], r.rays.key[i]);
-    found.share[c] = r.share[i];
-    found.set_no_cell(c);
+  for (int set = 0; set < sets; ++set) {
+    const RaySet& r = b.ray_set(set);
+    for (int i = 0; i < r.count; ++i) {
+      if (r.hits.geometry[i] == no_id || r.weight[i].is_black() || r.cached[i] || !wanted(r, i)) continue;
+      const int k = r.point[i], c = found.count++;
+      found.parent[c] = set * RaySet::capacity + i;
+      found.geometry[c] = r.hits.geometry[i];
+      found.surface[c] = materials_.needs_tangents(r.hits.geometry[i]) ? scene_.traced.surface(r.hits, i, r.rays.time[i])
+                                                                       : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
+      found.wo[c] = -r.rays.direction(i);
+      found.set_one_time(c, r.rays.time[i]);
+      found.width[c] = b.width[k] + r.spread[i] * r.distance[i];
+      found.spread[c] = r.spread[i];
+      found.medium[c] = r.medium[i];
+      found.key[c] = hash(b.key[k], r.rays.key[i]);
+      found.share[c] = r.share[i];
+      found.set_no_cell(c);
+      if (found.count == PointBatch::capacity) shade_found();
+    }
   }
-  if (found.count > 0) shade(below, w);
-  for (int c = 0; c < found.count; ++c) r.L.add(found.parent[c], found.Ci.at(c));
+  shade_found();
 }
 
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {

@@ -53,7 +53,7 @@ class HitShader {
                          int k) const;
 
   /// Where such a point is at another time.
-  geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place, k, time, false); }
+  geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place(k), PointBatch::lane(k), time, false); }
 
   /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
   /// Of a group of patches, over four of them that are linked.
@@ -106,7 +106,7 @@ class HitShader {
   void draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const;
   void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
-  void shade_hits(const PointBatch& b, RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
+  void shade_hits(const Place& place, const Place& below, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void trace_rays(RaySet& r, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;

@@ -23,7 +23,7 @@ void share_out(const RGB& sum, std::span<RGB> parts);
 /// done to a sum is done to its parts, which add up to it but for rounding; the sums are the same, bit for bit, with parts and without.
 class LightSums {
  public:
-  static constexpr int capacity = trace::RayBatch::capacity;
+  static constexpr int capacity = 4 * trace::RayBatch::capacity;
 
   explicit LightSums(int groups) : groups_(groups), parts_(size_t(groups) * capacity) {}
 

@@ -41,16 +41,16 @@ class MaterialTable {
 
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
-    static constexpr int capacity = shading::ShadingPoints::capacity;
+    static constexpr int most_points = 1024, capacity = shading::ShadingPoints::capacity;
     shading::ShadingPoints points;
     shading::Bsdf bsdf[capacity];
     struct Batched {
       uint32_t material;
       int point;
-    } batched[capacity];
+    } batched[most_points];
   };
 
-  /// Runs prelighting at n <= Scratch::capacity points: out[0, n), and counts it. set_point(k, points, lane) describes point k
+  /// Runs prelighting at n <= Scratch::most_points points: out[0, n), and counts it. set_point(k, points, lane) describes point k
   /// where a material does not scatter the same everywhere.
   template <class SetPoint>
   void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
@@ -80,7 +80,7 @@ void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::Surfac
   for (int first = 0; first < batched;) {
     const uint32_t m = scratch.batched[first].material;
     int count = 0;
-    for (; first + count < batched && scratch.batched[first + count].material == m; ++count)
+    for (; count < Scratch::capacity && first + count < batched && scratch.batched[first + count].material == m; ++count)
       set_point(scratch.batched[first + count].point, &scratch.points, count);
     scratch.points.count = count;
     const shading::Material& material = *scene_.materials[m];

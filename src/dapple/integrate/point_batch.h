@@ -57,7 +57,7 @@ struct RaySet {
 
 /// Points on their way through the stages of their shaders. A batch lives as long as the recursion below it.
 struct PointBatch {
-  static constexpr int capacity = trace::RayBatch::capacity;
+  static constexpr int capacity = LightSums::capacity;
   static constexpr uint32_t for_times = 2;  ///< dimension of samples, after those of ShadingWorkspace::draw_samples
 
   /// `groups`: of lights, whose parts are kept apart.
@@ -91,9 +91,14 @@ struct PointBatch {
   LightSums diffuse, specular;
   LightSums Ci;
 
-  trace::HitBatch place;  ///< of shading points on their tiles
+  /// Of shading points on their tiles: point k is lane lane(k) of place(k).
+  trace::HitBatch& place(int k) { return places_[k / trace::HitBatch::capacity]; }
+  const trace::HitBatch& place(int k) const { return places_[k / trace::HitBatch::capacity]; }
+  static constexpr int lane(int k) { return k % trace::HitBatch::capacity; }
 
-  static constexpr int most_ray_sets = 4;
+  /// As many rays at a time as a batch sends that sends four from each point. The more, the fuller are the batches in which shaders run for
+  /// what the radiosity cache lacks.
+  static constexpr int most_ray_sets = 4 * capacity / RaySet::capacity;
   RaySet& ray_set(int i) {
     if (!sets_[i]) sets_[i] = std::make_unique<RaySet>(groups_);
     return *sets_[i];
@@ -124,6 +129,7 @@ struct PointBatch {
 
  private:
   const int groups_;
+  trace::HitBatch places_[capacity / trace::HitBatch::capacity];
   std::unique_ptr<RaySet> sets_[most_ray_sets];
 };
 
@@ -198,7 +204,7 @@ struct NearLights {
 
 /// Scratch of a thread that does not outlive a step, and the batches of its recursion.
 struct ShadingWorkspace {
-  static constexpr int capacity = PointBatch::capacity;
+  static constexpr int capacity = RaySet::capacity;
 
   explicit ShadingWorkspace(int light_groups = 0) : groups(light_groups) {}
 
@@ -223,7 +229,7 @@ struct ShadingWorkspace {
   float job_weight[capacity];  ///< 1 / number of rays of this kind
   alignas(64) uint32_t seed[capacity], index[capacity];
   alignas(64) float u0[capacity], u1[capacity], u2[capacity];
-  int counts[capacity];  ///< rays a point
+  int counts[PointBatch::capacity];  ///< rays a point
 
   // Shadow rays.
   int shadow_count = 0;

@@ -63,7 +63,7 @@ class TileLinker {
   struct Scratch {
     static constexpr int capacity = trace::RayBatch::capacity;
     int job_count = 0;
-    static constexpr int most_jobs = 4 * capacity;
+    static constexpr int most_jobs = 16 * capacity;
     Job jobs[most_jobs];
     bool single_cells = false;  ///< also tiles of one cell, whose point stands for all of it
 
