@@ -203,7 +203,7 @@ def shaders(bench):
     what = dict(resolution=size.final_shader_resolution, samples=samples, rays=(shadow, diffuse))
     zero = bench.pair(scene, bounces=0, **what)
     for bounces in (1, 2):
-        add("final", copies, microseconds, bounces, *pair_or_crops(bench, scene, zero[0], size.shader_rays, bounces=bounces, **what))
+        add("final", copies, microseconds, bounces, *pair_or_crops(bench, scene, zero[0], 2 * size.shader_rays, bounces=bounces, **what))
     text = (f"Networks of {scenes.NODES} patterns as reflectances, {', '.join(map(str, size.copies))} and {copies} in a row, in the Cornell box with a corridor around the camera: every ray meets something. "
             f"Preview: {size.shader_resolution} x {size.shader_resolution}, 4 shadow and 4 diffuse rays, 4 camera samples; "
             f"final: {size.final_shader_resolution} x {size.final_shader_resolution}, 64,16 and 1024,16 rays, 64 camera samples.\n\n"
