@@ -398,5 +398,32 @@ Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
   EXPECT_EQ(render_text(scene, 4, coarse).result.stages[Stage::prelighting], 16u * 16u);
 }
 
+// Slats much narrower than a pixel: each sample finds a few that none before it met. Expectation: their patterned shader runs in batches of 256
+// all the same, but for one in each of the seven passes and one where a list is full; by sample and block of pixels it would be hundreds.
+TEST(DistributionGrids, OfManySamplesAreShadedInFullBatches) {
+  std::string slats, indices;
+  for (int i = 0; i < 3000; ++i) {
+    const double x = -1 + 2 * i / 3000.0;
+    for (const char* end : {" -1 0 ", " 1 0 "}) slats += std::to_string(x) + end + std::to_string(x + 0.5 / 3000) + end;
+    for (int c = 0; c < 4; ++c) indices += std::to_string(4 * i + c) + " ";
+  }
+  const auto built = build_text(film(64) + R"(LookAt 0 0 1  0 0 0  0 1 0
+Camera "orthographic"
+WorldBegin
+LightSource "point" "rgb I" [ 1 1 1 ] "point3 from" [ 0 0 1 ]
+Texture "noise" "float" "fbm"
+Texture "color" "spectrum" "scale" "texture scale" "noise" "rgb tex" [ .5 .5 .5 ]
+Material "diffuse" "texture reflectance" "color"
+Shape "bilinearmesh" "integer indices" [ )" + indices + "] \"point3 P\" [ " + slats + "]\n");
+  auto s = settings(0, {1}, {1});
+  s.pixel_points = 0;
+  set_thread_count(1);
+  const auto r = render_built(built, 64, s);
+  set_thread_count(0);
+  const uint64_t points = r.result.stages[Stage::prelighting];
+  EXPECT_GT(points, 20000u);
+  EXPECT_LE(r.result.stages.batches, points / 240 + 30);
+}
+
 }  // namespace
 }  // namespace dapple
