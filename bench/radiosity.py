@@ -4,7 +4,7 @@
 
 Writes OUT/radiosity_TABLE.md and .json for each of the tables named, or all:
   cornell   the Cornell box at 0 to 3 bounces, preview and final rays, without and with the cache
-  shaders   the same box with networks of 200 patterns as reflectances, and what 64 camera samples cost against 4
+  shaders   the box, closed, with networks of 200 patterns as reflectances, and what 64 camera samples cost against 4
   lights    2, 20 and 100 small lamps
   memory    thousands of displaced objects, and caches of parts of what all their entries take
   error     differences from path tracing against time, for values of --cache-width and for path tracing itself

@@ -91,9 +91,8 @@ class Integrator {
 
   virtual ~Integrator() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  /// Adds the samples of `work` to the film, or puts some off, which the workspace keeps. What the film gets is a pure function of scene,
-  /// settings and work, and of its pixels' samples in order. Only pixels of this tile, and of others that were rendered in the workspace,
-  /// are touched: tiles under way, and those in workspaces that were not finished since, must not overlap.
+  /// Adds the samples of `work` to the film, those of a pixel in their order; some may be put off until finish(), and are kept by the
+  /// workspace. A pure function of scene, settings and work. Tiles that were rendered since the last finish() must not overlap.
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
   /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread, while it is called
   /// on none.
