@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_mask.h"
 
+#include <array>
 #include <cmath>
 
 #include "dapple/base/hash.h"
@@ -9,7 +10,7 @@
 namespace dapple::app {
 
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& v, bool periodic) {
-  forest::CanopyMask mask{forest::Raster(v.width, v.height, 1), v.pitch, periodic};
+  forest::CanopyMask mask{forest::Raster(v.width, v.height, scene.traced.has_colored_opacity() ? 3 : 1), v.pitch, periodic};
   const Box3f bounds = scene.traced.bounds();
   const double bottom = v.ground + v.clearance, top = bounds.isEmpty() ? bottom : double(bounds.max.z) + 1e-3;
   if (!(top > bottom)) {
@@ -23,11 +24,12 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
     trace::RayBatch rays;
     uint8_t hit[trace::RayBatch::capacity];
     int pixel[trace::RayBatch::capacity];
-    std::vector<int> blocked(size_t(v.width), 0);
+    std::vector<std::array<int, 3>> blocked(size_t(v.width));
     int n = 0;
     const auto flush = [&] {
       scene.traced.occluded(rays, n, hit);
-      for (int i = 0; i < n; ++i) blocked[size_t(pixel[i])] += hit[i];
+      for (int i = 0; i < n; ++i)
+        for (size_t c = 0; c < 3; ++c) blocked[size_t(pixel[i])][c] += hit[i] >> c & 1;
       n = 0;
     };
     for (int x = 0; x < v.width; ++x)
@@ -41,7 +43,8 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
         if (n == trace::RayBatch::capacity) flush();
       }
     if (n > 0) flush();
-    for (int x = 0; x < v.width; ++x) mask.transmittance.row(0, int(row))[x] = 1 - float(blocked[size_t(x)]) / float(side * side);
+    for (int c = 0; c < mask.transmittance.channels; ++c)
+      for (int x = 0; x < v.width; ++x) mask.transmittance.row(c, int(row))[x] = 1 - float(blocked[size_t(x)][size_t(c)]) / float(side * side);
   });
   return mask;
 }

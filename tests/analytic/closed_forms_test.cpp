@@ -2,6 +2,7 @@
 // Whole renders whose result is known in closed form; the derivation stands above each test.
 #include <gtest/gtest.h>
 
+#include "dapple/integrate/ambient_occlusion.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -160,6 +161,51 @@ Material "diffuse" "rgb reflectance" [ 0 0 0 ]
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ] "float alpha" .3
 )";
   expect_near(render_text(scene, 256, bounces(0)).mean(), .7f, .01f, "alpha");
+}
+
+// Two black panes of opacities a and b, by channel, before a sky of 1: L = (1 - a) (1 - b). A white floor below them shows the same, lit by
+// that sky or by a sun of irradiance pi. An interface between them changes nothing.
+TEST(Opacity, DiffersByChannel) {
+  const std::string panes = R"(
+Texture "pane" "spectrum" "scale" "rgb tex" [ .8 .4 0 ] "float scale" .5
+AttributeBegin
+Material "diffuse" "rgb reflectance" [ 0 0 0 ]
+Shape "bilinearmesh" "point3 P" [ -400 -400 3  400 -400 3  -400 400 3  400 400 3 ] "rgb opacity" [ 1 .5 .1 ] "float alpha" .5
+Shape "bilinearmesh" "point3 P" [ -400 -400 2  400 -400 2  -400 400 2  400 400 2 ] "texture opacity" "pane"
+AttributeEnd
+)";
+  const std::string interface = R"(AttributeBegin Material "interface" Shape "bilinearmesh" "point3 P" [ -400 -400 2.5  400 -400 2.5  -400 400 2.5  400 400 2.5 ] AttributeEnd
+)";
+  const std::string sky = std::string(film) + R"(LookAt 0 0 1  0 0 9  0 1 0
+Camera "orthographic"
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+)" + panes;
+  const auto floor = [&](const std::string& light) {
+    return std::string(film) + R"(LookAt 0 0 1  0 0 0  0 1 0
+Camera "orthographic"
+WorldBegin
+)" + light + R"(
+Material "diffuse" "rgb reflectance" [ 1 1 1 ]
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
+)" + panes;
+  };
+  const std::string lit_by_sky = floor(R"(LightSource "infinite" "rgb L" [ 1 1 1 ])");
+  const std::string sun = floor(R"(LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ])");
+  const RGB expected(0.5f * 0.6f, 0.75f * 0.8f, 0.95f);
+  for (const std::string& scene : {sky, lit_by_sky, sun, sky + interface, lit_by_sky + interface, sun + interface}) {
+    expect_near(render_text(scene, 1024, bounces(0)).mean(), expected, .01f, "path");
+    integrate::DistributionIntegrator::Settings distribution;
+    distribution.shading.bounces = 0;
+    distribution.shading.shadow_rays = integrate::RayList{256};
+    expect_near(render_text(scene, 1024, distribution).mean(), expected, .01f, "distribution");
+  }
+  const auto built = test::build_text(lit_by_sky);
+  for (const bool bleeding : {false, true}) {
+    integrate::AmbientOcclusion::Settings occlusion;
+    occlusion.color_bleeding = bleeding;
+    expect_near(test::render_built(built, 64, integrate::AmbientOcclusion(*built.scene, occlusion)).mean(), expected, .01f, "ambient occlusion");
+  }
 }
 
 // A quad that crosses the image at constant speed covers each pixel of its path for a share of the shutter time. It moves by its own width

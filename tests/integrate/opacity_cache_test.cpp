@@ -34,12 +34,15 @@ Texture "in plane" "float" "fbm" "texture x" "u" "texture y" "v" "float z" .5
 Texture "ragged" "float" "smoothstep" "texture in" "in plane" "float low" -.1 "float high" .1
 Texture "in space" "float" "fbm"
 Texture "spotted" "float" "smoothstep" "texture in" "in space" "float low" -.1 "float high" .1
+Texture "tint in plane" "spectrum" "mix" "rgb tex1" [ .1 0 0 ] "rgb tex2" [ 1 .7 .2 ] "texture amount" "ragged"
+Texture "tint in space" "spectrum" "mix" "rgb tex1" [ .1 0 0 ] "rgb tex2" [ 1 .7 .2 ] "texture amount" "spotted"
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]
 )";
 
 // 60 cards in a ball.
 std::string cards(const std::string& alpha) {
+  const std::string parameter = alpha.starts_with("tint") ? "opacity" : "alpha";
   KeyedRng rng(7);
   std::string P, uv, indices;
   for (int i = 0; i < 60; ++i) {
@@ -53,7 +56,7 @@ std::string cards(const std::string& alpha) {
     }
     for (const int k : {0, 1, 2, 0, 2, 3}) indices += std::to_string(4 * i + k) + " ";
   }
-  return "Shape \"trianglemesh\" \"point3 P\" [ " + P + "] \"point2 uv\" [ " + uv + "] \"integer indices\" [ " + indices + "] \"texture alpha\" \"" + alpha + "\"\n";
+  return "Shape \"trianglemesh\" \"point3 P\" [ " + P + "] \"point2 uv\" [ " + uv + "] \"integer indices\" [ " + indices + "] \"texture " + parameter + "\" \"" + alpha + "\"\n";
 }
 
 constexpr uint32_t card_geometry = 1;  // after the ground
@@ -102,6 +105,44 @@ TEST(OpacityCache, PlanePatternsAreRightAtTheLattice) {
       for (const float off : {0.0f, 0.4f * size})  // all of the cell is its middle
         EXPECT_NEAR(cached(cache, hit_at(u + off, v - off, width_of(level))) * 255, byte_of(expected), 1.01) << level << " " << x << " " << y;
     }
+}
+
+RGB direct_color(const scene::Scene& scene, const OpacityTest::Hit& h) {
+  RGB alpha;
+  scene.colored_opacity(h.geometry, 1, &h.primitive, &h.u, &h.v, &h.time, &alpha);
+  return alpha;
+}
+
+TEST(OpacityCache, KeepsChannelsApart) {
+  for (const bool plane : {true, false}) {
+    const auto built = build_text(head + cards(plane ? "tint in plane" : "tint in space"));
+    const OpacityCache cache(*built.scene, 1 << 20);
+    KeyedRng rng(6);
+    OpacityTest::Counts counts;
+    bool differ = false;
+    for (const int level : {6, 8})
+      for (int i = 0; i < 200; ++i) {
+        const int cells = 1 << level;
+        const int y = int(rng.next() * float(cells) / 2), x = cells / 2 + int(rng.next() * float(cells) / 2);
+        OpacityTest::Hit hit = hit_at((float(x) + 0.5f) / float(cells), (float(y) + 0.5f) / float(cells), width_of(level));
+        OpacityTest::Hit there = hit;
+        if (!plane) {
+          const V2f p = OpacityCache::point_in_cell(card_geometry, 0, true, level, int(hit.u * float(cells)), int(hit.v * float(cells)));
+          there.u = p.x, there.v = p.y;
+        }
+        const RGB expected = direct_color(*built.scene, there);
+        for (int again = 0; again < 8; ++again) {  // computed alone, then from a tile
+          const RGB found = cache.seen_colored_opacity(hit, &counts);
+          for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1.01f / 255) << plane << " " << level << " " << x << " " << y;
+        }
+        differ |= expected.r > 2 * expected.b;
+        hit.width = 0;
+        EXPECT_EQ(cache.seen_colored_opacity(hit, &counts), direct_color(*built.scene, hit));
+      }
+    EXPECT_TRUE(differ);
+    EXPECT_GT(counts.hits, counts.fills);
+    EXPECT_GT(counts.fills, 0u);
+  }
 }
 
 // Cells that are wider than 1/64 are means: over all cells the mean of the pattern comes out.
@@ -254,7 +295,7 @@ TEST(OpacityCache, LeavesAloneWhatChangesInTime) {
   mesh->P = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
   mesh->P_end = {V3f(0, 0, 1), V3f(1, 0, 1), V3f(0, 1, 1)};
   mesh->indices = {0, 1, 2};
-  scene.traced.add(trace::MeshPtr(mesh), true);
+  scene.traced.add(trace::MeshPtr(mesh), trace::CutOut::gray);
   scene.bindings.resize(1);
   scene.bindings[0].alpha = built.scene->bindings[card_geometry].alpha;
   const OpacityCache deforming(scene, 1 << 20);
@@ -303,7 +344,7 @@ class Holes final : public shading::Material {
 TEST(OpacityCache, SparesTheOpacityStagesOfShaders) {
   const auto built = build_text(head + cards("v"));
   const auto shader = std::make_shared<Holes>();
-  built.scene->bindings[card_geometry].alpha = std::make_shared<shading::OpacityTexture>(shader, nullptr);
+  built.scene->bindings[card_geometry].alpha = std::make_shared<shading::MeanTexture>(std::make_shared<shading::OpacityTexture>(shader, nullptr, nullptr));
   const auto without = render_built(built, 64, test::bounces(1));
   const int asked = shader->asked.exchange(0);
   const OpacityCache cache(*built.scene, 1 << 20);
@@ -366,8 +407,13 @@ TEST_P(WholeRender, IsTheSameForAnyThreadsAndSizes) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, WholeRender,
                          testing::Values(Render{"path", "ragged"}, Render{"path", "spotted"}, Render{"distribution", "ragged"}, Render{"distribution", "spotted"},
-                                         Render{"ao", "ragged"}, Render{"ao", "spotted"}),
-                         [](const auto& test) { return std::string(test.param.integrator) + "_" + test.param.alpha; });
+                                         Render{"ao", "ragged"}, Render{"ao", "spotted"}, Render{"path", "tint in plane"},
+                                         Render{"distribution", "tint in space"}, Render{"ao", "tint in plane"}),
+                         [](const auto& test) {
+                           std::string name = std::string(test.param.integrator) + "_" + test.param.alpha;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace dapple

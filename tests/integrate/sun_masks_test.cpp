@@ -218,7 +218,7 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
         rays.set(i, o + d * start, d, infinity, 0.5f, uint32_t(r * 32 + size_t(i)));
       }
       scene.traced.occluded(rays, 32, hit);
-      return 1 - double(std::count(hit, hit + 32, 1)) / 32;
+      return 1 - double(std::count(hit, hit + 32, trace::all_channels)) / 32;
     };
     const double near = traced(0), far = traced((1.5f * frame.slope(N[r]) + 1.5f) * frame.slab),
                  v = double(visible[r].g);

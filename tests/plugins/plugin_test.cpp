@@ -112,7 +112,7 @@ TEST(PluginParameters, HaveTheirDefaultsAndUnknownOnesAreNamed) {
   const Rendered r = render_world(probe("\n \"float colour\" 3") + plane);
   EXPECT_EQ(r.run.exit_code, 0);
   expect_contains(r.run.output, "scene.pbrt:10:");
-  expect_contains(r.run.output, "expected one of: filename, fault, coverage, a_bool, an_integer, a_colour");
+  expect_contains(r.run.output, "expected one of: filename, fault, coverage, colored, a_bool, an_integer, a_colour");
   const Rendered wrong = render_world(probe(R"("string an_integer" "seven")") + plane);
   EXPECT_EQ(wrong.run.exit_code, 3);
   expect_contains(wrong.run.output, "scene.pbrt:9:");
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Broken{"folder", ".", "", "it is not a file"}, Broken{"text", "text.so", "", "not a shared object"},
                     Broken{"truncated", "truncated.so", "", "cut short"},
                     Broken{"no_entry", "libno_entry.so", "", "expected DAPPLE_SHADER_PLUGIN"},
-                    Broken{"version", "libother_version.so", "", "it has plug-in ABI version 8, expected 2"},
+                    Broken{"version", "libother_version.so", "", "it has plug-in ABI version 9, expected 3"},
                     Broken{"layout", "libother_layout.so", "", "layout"},
                     Broken{"factory", "libprobe.so", R"("string fault" "factory")", "the factory is closed"},
                     Broken{"undeclared", "libprobe.so", R"("string fault" "undeclared")",
@@ -220,7 +220,8 @@ INSTANTIATE_TEST_SUITE_P(Faults, BadValues,
                                          BadValue{"infinity", "postlighting", 0}),
                          [](const auto& test) { return std::string(test.param.fault); });
 
-// Where coverage is the mean of (.1, .25, .4), and of alpha 1/2, a grey of 1/2 hides that share of a sky of 1.
+// Where coverage is the mean of (.1, .25, .4), and of alpha 1/2, a grey of 1/2 hides that share of a sky of 1. Or each channel by
+// itself, if the shader says so.
 TEST(Opacity, OfShaderAndShapeMultiply) {
   for (const char* integrator : {"path", "distribution"}) {
     const std::vector<std::string> options{"--pixel-samples", "64"};
@@ -231,6 +232,9 @@ TEST(Opacity, OfShaderAndShapeMultiply) {
     const Rendered half =
         render_world(material + plane.substr(0, plane.size() - 1) + " \"float alpha\" .5\n", options, integrator);
     EXPECT_NEAR(half.mean[1], 1 - 0.125 * 0.5, 2e-3) << integrator;
+    const Rendered colored = render_world(probe("\"rgb coverage\" [ .1 .25 .4 ] \"bool colored\" true") + plane, options, integrator);
+    const double coverage[] = {0.1, 0.25, 0.4};
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(colored.mean[c], 1 - coverage[c] * 0.5, 4e-3) << integrator;
   }
 }
 

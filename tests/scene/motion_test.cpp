@@ -19,7 +19,7 @@ struct Moving {
     mesh->P = {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0)};
     mesh->indices = {0, 1, 2};
     const uint32_t object = scene.traced.add_object();
-    scene.traced.add(trace::MeshPtr(mesh), false, object);
+    scene.traced.add(trace::MeshPtr(mesh), trace::CutOut::none, object);
     still = scene.traced.add_instance(object, AnimatedTransform());
     moving = scene.traced.add_instance(object, transform);
     scene.traced.commit();

@@ -41,9 +41,9 @@ TEST(Grids, SurfaceLiesWhereTheRayMetIt) {
   for (const bool moves : {false, true}) {
     TracedScene scene;
     const GridsPtr grids = diced(moves ? moving_figure() : test::figure_cage(), 0.02f, true);
-    scene.add(grids, false);
+    scene.add(grids, CutOut::none);
     const uint32_t object = scene.add_object();
-    scene.add(grids, false, object);
+    scene.add(grids, CutOut::none, object);
     const Transform place =
         Transform::translate({8, 0, 0}) * Transform::rotate(30, {1, 1, 0}) * Transform::scale({1, -1.5, 1});
     scene.add_instance(object, AnimatedTransform(place, place));
@@ -94,7 +94,7 @@ TEST(Grids, AreCutOutByOpacity) {
   scene.set_opacity_test(&cut);
   geom::ControlCage cage = test::plane_cage(1, 1);
   cage.scheme = geom::SurfaceScheme::polygons;
-  scene.add(diced(cage, 0.02f, false), true);
+  scene.add(diced(cage, 0.02f, false), CutOut::gray);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   for (int i = 0; i < RayBatch::capacity; ++i)
@@ -106,7 +106,7 @@ TEST(Grids, AreCutOutByOpacity) {
 // Rays from inside a closed surface that miss it.
 size_t escaping(const GridsPtr& grids, const std::vector<V3f>& inside, size_t ray_count) {
   TracedScene scene;
-  scene.add(grids, false);
+  scene.add(grids, CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   KeyedRng rng(7);
@@ -148,7 +148,7 @@ TEST(Grids, NoRayEscapesFromASphere) {
 TEST(Grids, NoRayPassesAtTheBordersOfPatches) {
   const GridsPtr grids = diced(test::figure_cage(), 0.01f, true);
   TracedScene scene;
-  scene.add(grids, false);
+  scene.add(grids, CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   KeyedRng rng(5);

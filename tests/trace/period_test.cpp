@@ -45,7 +45,7 @@ TEST(Period, IsManyCopies) {
   TracedScene repeated, copies;
   for (TracedScene* scene : {&repeated, &copies}) {
     const uint32_t object = scene->add_object();
-    scene->add(random_disks(60, 3), false, object);
+    scene->add(random_disks(60, 3), CutOut::none, object);
     place(scene, object, scene == &repeated ? -1 : -8, scene == &repeated ? 1 : 8);
   }
   repeated.set_period(Box2f(V2f(0, 0), V2f(side, side)));
@@ -85,10 +85,10 @@ TEST(Disks, SurfaceLiesOnTheRay) {
   const DisksPtr cloud = random_disks(90, 5);
   TracedScene scene;
   const uint32_t object = scene.add_object();
-  scene.add(cloud, false, object);
+  scene.add(cloud, CutOut::none, object);
   const Transform t = Transform::translate({0.3, -1, 2}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({1.5, -1.5, 1.5});
   scene.add_instance(object, AnimatedTransform(t, t));
-  scene.add(cloud, false);
+  scene.add(cloud, CutOut::none);
   scene.commit();
   const auto rays = std::make_unique<RayBatch>();
   const auto hits = std::make_unique<HitBatch>();

@@ -47,7 +47,7 @@ class Meshes : public testing::TestWithParam<std::tuple<int, bool>> {};
 TEST_P(Meshes, CheapSurfaceIsTheSameSurface) {
   const auto [corners, flip] = GetParam();
   TracedScene scene;
-  scene.add(random_mesh(corners, flip, 1), false);
+  scene.add(random_mesh(corners, flip, 1), CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   random_rays(2, RayBatch::capacity, &t->rays);
@@ -69,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(All, Meshes, testing::Combine(testing::Values(3, 4), te
 // A batch answers what single rays do, and occlusion what nearest hits do.
 TEST(TracedScene, OccludedWhereSomethingIsHit) {
   TracedScene scene;
-  scene.add(random_mesh(3, false, 3), false);
-  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(Transform::translate({1, 0, 0}), .7f, -.7f, .5f, 5, false)), false);
+  scene.add(random_mesh(3, false, 3), CutOut::none);
+  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(Transform::translate({1, 0, 0}), .7f, -.7f, .5f, 5, false)), CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   const auto single = std::make_unique<Traced>();
@@ -91,7 +91,7 @@ TEST(TracedScene, OccludedWhereSomethingIsHit) {
 TEST(TracedScene, SphereUnderMirroringTransformKeepsItsOutside) {
   TracedScene scene;
   const Transform m = Transform::translate({.2, -.1, .3}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({-1.5, .7, 1});
-  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(m, 1, -1, 1, 2 * pi, false)), false);
+  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(m, 1, -1, 1, 2 * pi, false)), CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   random_rays(5, RayBatch::capacity, &t->rays);
@@ -125,7 +125,7 @@ TEST(TracedScene, OpacityIsASharePerRay) {
   quad->corners = 4;
   quad->P = {V3f(-9, -9, 0), V3f(9, -9, 0), V3f(9, 9, 0), V3f(-9, 9, 0)};
   quad->indices = {0, 1, 2, 3};
-  scene.add(MeshPtr(quad), true);
+  scene.add(MeshPtr(quad), CutOut::gray);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   int hits = 0;
@@ -137,6 +137,67 @@ TEST(TracedScene, OpacityIsASharePerRay) {
   }
   const double n = 64.0 * RayBatch::capacity;
   EXPECT_NEAR(hits / n, 0.5, 5 * 0.5 / std::sqrt(n));
+}
+
+class Tinted final : public OpacityTest {
+ public:
+  static constexpr RGB of[] = {RGB(1, 0.5f, 0), RGB(0.2f, 0.7f, 0.2f), RGB(1)};
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override { std::fill_n(alpha, n, 1.0f); }
+  void colored_opacity(uint32_t geometry, int n, const uint32_t*, const float*, const float*, const float*, RGB* alpha) const override {
+    std::fill_n(alpha, n, of[geometry]);
+  }
+};
+
+// Panes of opacities a, b and c = 1, in any order of their numbers: weighted, a of the rays end on the first, (1 - a) b on the second,
+// the rest on the third, in each channel. Shadow rays that stop before the third are blocked for 1 - (1 - a) (1 - b). Panes are quads, a quadric and instances; scenes are repeated or not.
+TEST(TracedScene, ColoredOpacityIsASharePerRayAndChannel) {
+  for (const bool instanced : {false, true})
+    for (const bool repeated : {false, true})
+      for (const float sign : {-1.0f, 1.0f}) {
+        TracedScene scene;
+        const Tinted tinted;
+        scene.set_opacity_test(&tinted);
+        const uint32_t object = instanced ? scene.add_object() : no_id;
+        for (int g = 0; g < 3; ++g) {
+          const float z = sign * float(2 - g);
+          auto quad = std::make_shared<geom::Mesh>();
+          quad->corners = 4;
+          quad->P = {V3f(-2, -2, z), V3f(2, -2, z), V3f(2, 2, z), V3f(-2, 2, z)};
+          quad->indices = {0, 1, 2, 3};
+          const auto disk = std::make_shared<geom::Quadric>(geom::Quadric::disk(Transform(), z, 2, 0, 2 * pi, false));
+          scene.add(g == 1 ? Shape(QuadricPtr(disk)) : Shape(MeshPtr(quad)), g < 2 ? CutOut::colored : CutOut::none, object);
+        }
+        if (instanced) scene.add_instance(object, {});
+        if (repeated) scene.set_period(Box2f(V2f(-1, -1), V2f(1, 1)));
+        scene.commit();
+        ASSERT_TRUE(scene.has_colored_opacity());
+        const auto t = std::make_unique<Traced>();
+        uint8_t blocked[RayBatch::capacity];
+        RGB ended[3], shadow;
+        constexpr int batches = 256;
+        // Across borders of a repeated scene.
+        const V3f d = normalize(V3f(0.3f, 0.1f, -sign));
+        for (int batch = 0; batch < batches; ++batch) {
+          for (int i = 0; i < RayBatch::capacity; ++i)
+            t->rays.set(i, V3f(0, 0, sign * 2.5f), d, 2.4f / std::abs(d.z), 0, uint32_t(hash(batch, i)));
+          scene.occluded(t->rays, RayBatch::capacity, blocked);
+          for (int i = 0; i < RayBatch::capacity; ++i) t->rays.t_max[i] = infinity;
+          scene.intersect(t->rays, RayBatch::capacity, &t->hits);
+          for (int i = 0; i < RayBatch::capacity; ++i) {
+            ASSERT_NE(t->hits.geometry[i], no_id);
+            ended[t->hits.geometry[i]] += t->hits.weight(i);
+            shadow += RGB(float(blocked[i] & 1), float(blocked[i] >> 1 & 1), float(blocked[i] >> 2 & 1));
+          }
+        }
+        const float n = float(batches) * RayBatch::capacity;
+        for (int c = 0; c < 3; ++c) {
+          const float a = Tinted::of[0][c], b = Tinted::of[1][c], through = (1 - a) * (1 - b);
+          EXPECT_NEAR(ended[0][c] / n, a, 0.02f) << c;
+          EXPECT_NEAR(ended[1][c] / n, (1 - a) * b, 0.02f) << c;
+          EXPECT_NEAR(ended[2][c] / n, through, 0.02f) << c;
+          EXPECT_NEAR(shadow[c] / n, 1 - through, 0.02f) << c;
+        }
+      }
 }
 
 class Listener final : public OpacityTest {
@@ -162,8 +223,8 @@ TEST(TracedScene, TellsTheOpacityTestOfTheFootprint) {
   quad->P = {V3f(-2, -3, 0), V3f(2, -3, 0), V3f(2, 3, 0), V3f(-2, 3, 0)};
   quad->indices = {0, 1, 2, 3};
   const uint32_t object = scene.add_object();
-  scene.add(MeshPtr(quad), true);
-  scene.add(MeshPtr(quad), true, object);
+  scene.add(MeshPtr(quad), CutOut::gray);
+  scene.add(MeshPtr(quad), CutOut::gray, object);
   const Transform far = Transform::translate(V3d(100, 0, 0)) * Transform::scale(V3d(5, 5, 5));
   scene.add_instance(object, AnimatedTransform(far, far));
   scene.commit();

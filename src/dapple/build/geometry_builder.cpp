@@ -148,9 +148,7 @@ void GeometryBuilder::build() {
 
 void GeometryBuilder::add(Job& job) {
   const ShapeEntity& e = *job.entity;
-  shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
-  if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
-  alpha = with_shader_opacity(alpha, e.material);
+  const Opacity opacity = opacity_of(e);
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
@@ -166,13 +164,13 @@ void GeometryBuilder::add(Job& job) {
       context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader", "the shape as it is");
     const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
     if (!curves) {
-      add_shape(shape, job, alpha, object, job.emitters.empty() ? nullptr : &job.emitters[i]);
+      add_shape(shape, job, opacity, object, job.emitters.empty() ? nullptr : &job.emitters[i]);
       continue;
     }
     if (!pending_.curves || pending_.curves->kind != (*curves)->kind || pending_.object != object ||
-        pending_.alpha != alpha || !look_alike(*pending_.like, e)) {
+        pending_.opacity != opacity || !look_alike(*pending_.like, e)) {
       flush_curves();
-      pending_ = {std::make_shared<geom::CurveSet>(), &e, alpha, object};
+      pending_ = {std::make_shared<geom::CurveSet>(), &e, opacity, object};
       pending_.curves->kind = (*curves)->kind;
     }
     const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
@@ -182,33 +180,48 @@ void GeometryBuilder::add(Job& job) {
   }
 }
 
-// The shape's alpha, and the opacity of its shader where that has such a stage.
-shading::FloatTexturePtr GeometryBuilder::with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material) {
-  const shading::MaterialPtr& m = scene_.materials[size_t(material)];
-  if (!m->stages().has(shading::Stage::opacity)) return alpha;
-  shading::FloatTexturePtr& both = opacities_[{material, alpha}];
-  if (!both) both = std::make_shared<shading::OpacityTexture>(m, alpha);
-  return both;
+// The shape's alpha, its opacity by channel, and that of its shader where it has such a stage.
+GeometryBuilder::Opacity GeometryBuilder::opacity_of(const ShapeEntity& e) {
+  shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
+  if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
+  shading::RgbTexturePtr opacity = textures_.optional_reflectance_texture(e.params, "opacity");
+  if (opacity && opacity->constant() && opacity->constant()->min() >= 1) opacity = nullptr;
+  shading::MaterialPtr shader = scene_.materials[size_t(e.material)];
+  if (!shader->stages().has(shading::Stage::opacity)) shader = nullptr;
+  if (!opacity && !shader) return {alpha, nullptr};
+  Opacity& both = opacities_[{shader, opacity, alpha}];
+  if (!both.alpha) {
+    const auto product = std::make_shared<shading::OpacityTexture>(shader, opacity, alpha);
+    both.alpha = std::make_shared<shading::MeanTexture>(product);
+    const auto constant = product->constant();
+    const bool gray = constant && constant->min() == constant->max();
+    if ((opacity && !gray) || (shader && shader->has_colored_opacity())) both.colored = product;
+  }
+  if (!both.colored || e.area_light < 0) return both;
+  context_.diagnostics.unsupported(e.loc, "opacity that differs by channel on an area light", "its mean");
+  return {both.alpha, nullptr};
 }
 
 void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
   pending_ = {};
-  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, {}}, curves.alpha, curves.object);
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, {}}, curves.opacity, curves.object);
 }
 
-void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha,
-                                uint32_t object, const trace::Shape* emitter) {
+void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
+                                const trace::Shape* emitter) {
   const ShapeEntity& e = *job.entity;
   bytes_ += bytes_of(shape);
   fingerprint_ = hash(fingerprint_, job.fingerprint);
   scene::GeometryBinding binding;
   binding.material = e.material;
-  binding.alpha = alpha;
+  const shading::FloatTexturePtr& alpha = binding.alpha = opacity.alpha;
+  binding.opacity = opacity.colored;
+  trace::CutOut cut_out = !alpha ? trace::CutOut::none : opacity.colored ? trace::CutOut::colored : trace::CutOut::gray;
   // The test that cuts out has no place on a disk.
-  const bool cut_out = alpha && (!std::holds_alternative<trace::DisksPtr>(shape) || alpha->constant());
-  if (alpha && !cut_out) context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
+  if (std::holds_alternative<trace::DisksPtr>(shape) && alpha && !alpha->constant()) cut_out = trace::CutOut::none;
+  if (alpha && cut_out == trace::CutOut::none) context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
   binding.inside_medium = medium_index(e.inside_medium);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;

@@ -40,18 +40,24 @@ class GeometryBuilder {
     uint64_t fingerprint;
     std::vector<trace::Shape> emitters;  ///< of what moves and shines: the shapes in world space, at shutter open
   };
+  /// As GeometryBinding has it.
+  struct Opacity {
+    shading::FloatTexturePtr alpha;
+    shading::RgbTexturePtr colored;
+    bool operator==(const Opacity&) const = default;
+  };
 
   std::vector<Job> collect_jobs();
   void make_views();
   Dicing dicing_of(const Job& job) const;
   void add(Job& job);
-  void add_shape(const trace::Shape& shape, const Job& job, const shading::FloatTexturePtr& alpha, uint32_t object,
+  void add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
                  const trace::Shape* emitter = nullptr);
   void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
                   const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
-  shading::FloatTexturePtr with_shader_opacity(const shading::FloatTexturePtr& alpha, int32_t material);
+  Opacity opacity_of(const scenefile::ShapeEntity& e);
   int32_t medium_index(const std::string& name) const;
 
   const BuildContext& context_;
@@ -67,14 +73,14 @@ class GeometryBuilder {
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;
 
-  /// Of shapes of equal material and alpha.
-  std::map<std::pair<int32_t, shading::FloatTexturePtr>, shading::FloatTexturePtr> opacities_;
+  /// Of shapes of equal shader, opacity and alpha.
+  std::map<std::tuple<shading::MaterialPtr, shading::RgbTexturePtr, shading::FloatTexturePtr>, Opacity> opacities_;
 
   // Curves of equal looks are gathered: hair comes as one directive a strand.
   struct PendingCurves {
     std::shared_ptr<geom::CurveSet> curves;
     const scenefile::ShapeEntity* like = nullptr;
-    shading::FloatTexturePtr alpha;
+    Opacity opacity;
     uint32_t object = trace::no_id;
   } pending_;
 };

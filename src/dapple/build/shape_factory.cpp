@@ -278,7 +278,7 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
 
 std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
   std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
-  e.params.find("alpha");
+  for (const char* read_later : {"alpha", "opacity"}) e.params.find(read_later);
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
   std::erase_if(shapes, [](const trace::Shape& s) {
     const auto* mesh = std::get_if<trace::MeshPtr>(&s);

@@ -25,6 +25,7 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
     uint32_t geometry[capacity];
     geom::SurfacePoint surface[capacity];
     V3f d[capacity];  ///< of the ray that arrived
+    RGB passed[capacity];  ///< of the light on its way
     float width[capacity];
     shading::Bsdf bsdf[capacity];
   } seen, met;
@@ -64,7 +65,7 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
       scene::Features features[OcclusionWorkspace::capacity];
       for (int k = 0; k < w.seen.count; ++k) {
         const int p = w.seen.owner[k];
-        L[p] = w.open[k] * (1 / float(settings_.rays));
+        L[p] = w.open[k] * w.seen.passed[k] * (1 / float(settings_.rays));
         if (settings_.color_bleeding) L[p] *= w.seen.bsdf[k].albedo();
         if (wants_features) features[p] = describe(scene_, w.seen.surface[k], w.seen.bsdf[k], -w.seen.d[k]);
       }
@@ -92,6 +93,7 @@ void AmbientOcclusion::trace_camera_rays(OcclusionWorkspace& w) const {
     seen.geometry[k] = w.hits.geometry[p];
     seen.surface[k] = scene_.traced.surface(w.hits, p, c.ray[p].ray.time);
     seen.d[k] = w.batch.direction(p);
+    seen.passed[k] = w.passed[p];
     seen.width[k] = c.ray[p].cone_width + c.ray[p].cone_spread * w.distance[p];
     w.open[k] = RGB();
   }
@@ -137,7 +139,7 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
   for (int i = 0; i < w.ray_count; ++i) {
     const int k = w.ray_owner[i];
     if (w.hits.geometry[i] == no_id) {
-      w.open[k] += RGB(1);
+      w.open[k] += w.passed[i];
       continue;
     }
     const int m = met.count++;
@@ -145,10 +147,11 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
     met.geometry[m] = w.hits.geometry[i];
     met.surface[m] = scene_.traced.surface(w.hits, i, w.batch.time[i]);
     met.d[m] = w.batch.direction(i);
+    met.passed[m] = w.passed[i];
     met.width[m] = w.seen.width[k] + w.distance[i] * spread;
   }
   w.prelight(materials_, met, [](const OcclusionWorkspace& ws, int k) { return ws.camera.ray[ws.seen.owner[k]].ray.time; });
-  for (int m = 0; m < met.count; ++m) w.open[met.owner[m]] += met.bsdf[m].albedo() * 0.5f;
+  for (int m = 0; m < met.count; ++m) w.open[met.owner[m]] += met.passed[m] * met.bsdf[m].albedo() * 0.5f;
   w.ray_count = 0;
 }
 

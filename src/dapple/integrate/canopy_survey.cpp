@@ -170,7 +170,7 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
                     uint32_t ray_count, uint32_t seed) {
   constexpr size_t batch = trace::RayBatch::capacity;
   const size_t batches = (ray_count + batch - 1) / batch;
-  std::vector<uint32_t> passed(batches);
+  std::vector<int> passed(batches);  // channels of rays
   parallel_for(batches, [&](size_t b) {
     trace::RayBatch rays{};
     uint8_t hit[batch];
@@ -185,10 +185,10 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
                V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, 0, index);
     }
     scene.traced.occluded(rays, n, hit);
-    for (int i = 0; i < n; ++i) passed[b] += !hit[i];
+    for (int i = 0; i < n; ++i) passed[b] += 3 - std::popcount(hit[i]);
   });
   double through = 0;
-  for (const uint32_t n : passed) through += n;
+  for (const int n : passed) through += n / 3.0;
   return std::max(through, 0.5) / ray_count;
 }
 

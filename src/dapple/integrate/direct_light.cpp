@@ -14,11 +14,20 @@ namespace {
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
+// Something lets a part of the light through: one shadow ray says little about it, even of a light without size.
+bool has_veils(const scene::Scene& scene) {
+  return std::any_of(scene.bindings.begin(), scene.bindings.end(), [](const scene::GeometryBinding& b) {
+    const auto even = b.alpha ? b.alpha->constant() : std::optional(1.0f);
+    return b.opacity || (even && *even > 0 && *even < 1);
+  });
+}
+
 }  // namespace
 
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
-  for (const auto& light : scene.lights) light_is_delta_.push_back(light->is_delta());
+  const bool veiled = has_veils(scene);
+  for (const auto& light : scene.lights) one_ray_serves_.push_back(light->is_delta() && !veiled);
   group_ = scene.light_groups.of_light;
   group_.resize(scene.lights.size());
 }
@@ -57,7 +66,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !light_is_delta_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cells ? std::min(rays, PointBatch::origins) : 1;
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cells ? std::min(rays, PointBatch::origins) : 1;
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }

@@ -38,7 +38,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const RayTracer& tracer_;
   const RayList shadow_rays_;
-  std::vector<uint8_t> light_is_delta_, group_;  // by light
+  std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };
 
 }  // namespace dapple::integrate

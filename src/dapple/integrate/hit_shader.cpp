@@ -186,7 +186,7 @@ void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
   tracer_.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get());
   w.stages.tracing_seconds += timer.seconds();
   for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
-  if (!materials_.shadows_pass()) return;
+  if (!tracer_.weakens()) return;
   for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
 }
 

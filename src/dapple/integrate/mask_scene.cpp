@@ -111,7 +111,8 @@ std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint
   const trace::Shape& shape = scene.traced.shape(geometry);
   const shading::FloatTexturePtr& alpha = scene.bindings[geometry].alpha;
   const std::optional<float> even = alpha ? alpha->constant() : std::optional<float>(1);
-  const RGB transmittance(even ? std::clamp(1 - *even, 0.0f, 1.0f) : 0.0f);
+  RGB transmittance(even ? std::clamp(1 - *even, 0.0f, 1.0f) : 0.0f);
+  if (const auto& opacity = scene.bindings[geometry].opacity; even && opacity) transmittance = RGB(1) - *opacity->constant();
   std::shared_ptr<FacetClusters> clusters;
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) {
     clusters = std::make_shared<FacetClusters>(strips_of(**curves));

@@ -14,18 +14,30 @@
 namespace dapple::integrate {
 
 using shading::FloatTexturePtr;
+using shading::RgbTexturePtr;
 using shading::ShadingPoints;
 using shading::TextureReads;
 
 namespace {
 
-constexpr int tile_cells = OpacityCache::tile * OpacityCache::tile;
+constexpr int tile_bytes = OpacityCache::tile * OpacityCache::tile;
+static_assert(tile_bytes == 4 * OpacityCache::colored_tile * OpacityCache::colored_tile);
 constexpr float cell_width = 1;             // of a ray's footprint
 constexpr uint8_t times_before_tile = 4;    // a tile costs some twenty single cells
 constexpr float widest_plane = 0x1p14f;     // |u| and |v| up to here fit the names of tiles
 constexpr float time = scene::PatchTable::dicing_time;
 
 uint8_t to_byte(float alpha) { return alpha > 0 ? uint8_t(std::lround(std::min(alpha, 1.0f) * 255)) : uint8_t(0); }
+
+float within_one(float alpha) { return std::clamp(alpha, 0.0f, 1.0f); }
+RGB within_one(const RGB& alpha) { return clamp(alpha, 0, 1); }
+
+// Cell number c of a tile.
+void store(float alpha, int c, uint8_t* tile) { tile[c] = to_byte(alpha); }
+void store(const RGB& alpha, int c, uint8_t* tile) {
+  for (int i = 0; i < 3; ++i) tile[4 * c + i] = to_byte(alpha[i]);
+  tile[4 * c + 3] = 0;
+}
 
 // The name of a tile at a level.
 uint64_t place_of(int level, int x, int y) {
@@ -58,7 +70,7 @@ OpacityCache::OpacityCache(scene::Scene& scene, size_t bytes) : scene_(scene) {
   decode_pictures(bytes / 2);
   const size_t left = bytes - texel_bytes_;
   asked_ = std::vector<std::atomic<uint8_t>>(std::bit_floor(std::min(left / 16, size_t(1) << 18)));
-  cache_ = std::make_unique<gi::TileCache>(left - asked_.size(), tile_cells / 4);
+  cache_ = std::make_unique<gi::TileCache>(left - asked_.size(), tile_bytes / 4);
   scene.traced.set_opacity_test(this);
 }
 
@@ -67,11 +79,13 @@ OpacityCache::~OpacityCache() { scene_.traced.set_opacity_test(&scene_); }
 OpacityCache::Source OpacityCache::make_source(uint32_t geometry) {
   Source s;
   const FloatTexturePtr& alpha = scene_.bindings[geometry].alpha;
+  const RgbTexturePtr& colors = scene_.bindings[geometry].opacity;
   if (!alpha || alpha->constant()) {
     s.kind = Kind::constant;
-    s.alpha = alpha ? *alpha->constant() : 1;
+    if (alpha) s.opacity = colors ? *colors->constant() : RGB(*alpha->constant());
     return s;
   }
+  s.colored = colors != nullptr;
   const trace::Shape& shape = scene_.traced.shape(geometry);
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) s.mesh = mesh->get();
   s.triangles = s.mesh && s.mesh->corners == 3;
@@ -81,7 +95,7 @@ OpacityCache::Source OpacityCache::make_source(uint32_t geometry) {
     s.number = picture_of(alpha, *image);
   } else if (in_plane) {
     s.kind = Kind::plane;
-    s.number = index_in(&textures_, alpha);
+    s.number = colors ? index_in(&colored_textures_, colors) : index_in(&textures_, alpha);
   } else if (alpha->reads() != TextureReads::time && !deforms(shape)) {
     s.kind = Kind::primitive;
   }
@@ -107,7 +121,7 @@ void OpacityCache::decode_pictures(size_t bytes) {
     texel_bytes_ += p.texels.size();
     parallel_for((height + tile - 1) / tile, [&](size_t row) {
       const size_t y = row * tile, rows = std::min(height - y, size_t(tile));
-      uint8_t block[tile_cells];
+      uint8_t block[tile_bytes];
       for (size_t x = 0; x < width; x += tile) {
         compute_texels(p, int(x), int(y), tile, block);
         for (size_t j = 0; j < rows; ++j)
@@ -127,13 +141,24 @@ float OpacityCache::exact(const Hit& hit) const {
 float OpacityCache::seen_opacity(const Hit& hit, Counts* counts) const {
   const Source& s = sources_[hit.geometry];
   switch (s.kind) {
-    case Kind::constant: return s.alpha;
+    case Kind::constant: return s.opacity.r;
     case Kind::picture: return seen_in_picture(s, hit, counts);
-    case Kind::plane: return seen_in_plane(s, hit, counts);
-    case Kind::primitive: return seen_on_primitive(s, hit, counts);
-    case Kind::exact: break;
+    case Kind::exact: return exact(hit);
+    case Kind::plane:
+    case Kind::primitive: break;
   }
-  return exact(hit);
+  const auto c = cell_of(s, hit);
+  return c ? float(cell(*c, counts)) / 255 : exact(hit);
+}
+
+RGB OpacityCache::seen_colored_opacity(const Hit& hit, Counts* counts) const {
+  const Source& s = sources_[hit.geometry];
+  if (s.kind == Kind::constant) return s.opacity;
+  if (const auto c = s.kind == Kind::exact ? std::nullopt : cell_of(s, hit)) {
+    const uint32_t bytes = cell(*c, counts);
+    return RGB(float(bytes & 255), float(bytes >> 8 & 255), float(bytes >> 16 & 255)) * (1.0f / 255);
+  }
+  return OpacityTest::seen_colored_opacity(hit, counts);
 }
 
 float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* counts) const {
@@ -147,7 +172,7 @@ float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* cou
   if (whole) ++counts->lookups, ++counts->hits;
   const auto texel = [&](int x, int y) {
     if (x < 0 || y < 0) return uint8_t(0);
-    return whole ? p.texels[size_t(y) * size_t(p.lattice.width) + size_t(x)] : cell({&s, hit.geometry, hit.primitive, 0}, x, y, counts);
+    return whole ? p.texels[size_t(y) * size_t(p.lattice.width) + size_t(x)] : uint8_t(cell({{&s, hit.geometry, hit.primitive, 0}, x, y}, counts));
   };
   uint8_t value[4];
   for (int k = 0; k < at.count; ++k) value[k] = texel(at.x[k], at.y[k]);
@@ -165,14 +190,13 @@ int OpacityCache::level_of(float area, float width) {
   return std::max(min_level, (exponent + 2) >> 1);
 }
 
-float OpacityCache::seen_in_plane(const Source& s, const Hit& hit, Counts* counts) const {
+std::optional<OpacityCache::Cell> OpacityCache::cell_in_plane(const Source& s, const Hit& hit) const {
   float uv_area;
   const V2f uv = s.mesh->uv_at(hit.primitive, hit.u, hit.v, &uv_area);
   const int level = level_of(hit.area / uv_area, hit.width);
-  if (level > max_level || !(std::abs(uv.x) < widest_plane) || !(std::abs(uv.y) < widest_plane)) return exact(hit);
+  if (level > max_level || !(std::abs(uv.x) < widest_plane) || !(std::abs(uv.y) < widest_plane)) return std::nullopt;
   const float cells = float(1 << level);
-  const Lattice lattice{&s, hit.geometry, hit.primitive, level};
-  return float(cell(lattice, int(std::floor(uv.x * cells)), int(std::floor(uv.y * cells)), counts)) / 255;
+  return Cell{{&s, hit.geometry, hit.primitive, level}, int(std::floor(uv.x * cells)), int(std::floor(uv.y * cells))};
 }
 
 // Of the unit square of u and v, where Embree's normal does not tell.
@@ -186,26 +210,42 @@ float OpacityCache::area_of(const Hit& hit) const {
   return length(cross(middle.dPdu, middle.dPdv));
 }
 
-float OpacityCache::seen_on_primitive(const Source& s, const Hit& hit, Counts* counts) const {
+std::optional<OpacityCache::Cell> OpacityCache::cell_on_primitive(const Source& s, const Hit& hit) const {
   const int level = level_of(hit.area > 0 ? hit.area : area_of(hit), hit.width);
-  if (level > max_level) return exact(hit);
+  if (level > max_level) return std::nullopt;
   const int cells = 1 << level;
   const float v = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(hit.geometry)) ? 0.5f + 0.5f * hit.v : hit.v;
   const int x = std::clamp(int(hit.u * float(cells)), 0, cells - 1);
   const int y = std::clamp(int(v * float(cells)), 0, s.triangles ? cells - 1 - x : cells - 1);
-  return float(cell({&s, hit.geometry, hit.primitive, level}, x, y, counts)) / 255;
+  return Cell{{&s, hit.geometry, hit.primitive, level}, x, y};
 }
 
-uint8_t OpacityCache::cell(const Lattice& l, int x, int y, Counts* counts) const {
+/// Where a cell is in its tile.
+struct OpacityCache::CellPlace {
+  explicit CellPlace(const Cell& c) : colored(c.lattice.source->colored) {
+    const int side = c.lattice.tile(), in_tile = (c.y & (side - 1)) * side + (c.x & (side - 1));
+    word = colored ? in_tile : in_tile / 4;
+    shift = in_tile % 4 * 8;
+  }
+  uint32_t of(uint32_t w) const { return colored ? w : w >> shift & 255; }
+
+  bool colored;
+  int word, shift;
+};
+
+uint32_t OpacityCache::cell(const Cell& c, Counts* counts) const {
+  const Lattice& l = c.lattice;
   const bool alone = l.source->kind == Kind::primitive;
-  const uint64_t domain = alone ? uint64_t(l.geometry) << 32 | l.primitive : uint64_t(l.source->kind) << 32 | l.source->number;
-  const uint64_t key = hash(domain, place_of(l.level + (alone ? 32 : 0), x >> 3, y >> 3));
-  const int in_tile = (y & 7) * tile + (x & 7);
+  const uint64_t domain = alone ? uint64_t(l.geometry) << 32 | l.primitive
+                                : uint64_t(l.source->kind) << 33 | uint64_t(l.source->colored) << 32 | l.source->number;
+  const int side = l.tile(), shift = std::countr_zero(unsigned(side));
+  const uint64_t key = hash(domain, place_of(l.level + (alone ? 32 : 0), c.x >> shift, c.y >> shift));
   ++counts->lookups;
+  const CellPlace at(c);
   uint32_t word;
-  if (!cache_->peek(key, in_tile / 4, &word)) return miss(l, x, y, key, counts);
+  if (!cache_->peek(key, at.word, &word)) return miss(c, key, counts);
   ++counts->hits;
-  return uint8_t(word >> (in_tile % 4 * 8));
+  return at.of(word);
 }
 
 bool OpacityCache::first_times(uint64_t key) const {
@@ -218,45 +258,54 @@ bool OpacityCache::first_times(uint64_t key) const {
 }
 
 // Computes the tile, or, where that would not pay or is another thread's work, the cell alone.
-uint8_t OpacityCache::miss(const Lattice& l, int x, int y, uint64_t key, Counts* counts) const {
-  uint32_t words[tile_cells / 4];
-  uint8_t bytes[tile_cells];
+uint32_t OpacityCache::miss(const Cell& c, uint64_t key, Counts* counts) const {
+  const Lattice& l = c.lattice;
+  const CellPlace at(c);
+  uint32_t words[tile_bytes / 4];
+  uint8_t bytes[tile_bytes];
   gi::TileCache::Slot slot;
   const Timer timer;
   const auto found = first_times(key) ? gi::TileCache::Found::refused : cache_->find(key, words, &slot);
-  const int in_tile = (y & 7) * tile + (x & 7);
   if (found == gi::TileCache::Found::ready) {
     ++counts->hits;
-    return uint8_t(words[in_tile / 4] >> (in_tile % 4 * 8));
+    return at.of(words[at.word]);
   }
+  const auto pack = [&bytes](int word) {
+    const uint8_t* const b = bytes + 4 * word;
+    return uint32_t(b[0]) | uint32_t(b[1]) << 8 | uint32_t(b[2]) << 16 | uint32_t(b[3]) << 24;
+  };
   if (found != gi::TileCache::Found::mine) {
-    compute(l, x, y, 1, bytes);
+    compute(l, c.x, c.y, 1, bytes);
     counts->fill_seconds += timer.seconds();
-    return bytes[0];
+    return l.source->colored ? pack(0) : bytes[0];
   }
+  const int inside = l.tile() - 1;
   try {
-    compute(l, x & ~7, y & ~7, tile, bytes);
+    compute(l, c.x & ~inside, c.y & ~inside, l.tile(), bytes);
   } catch (...) {
     cache_->abandon(slot);
     throw;
   }
-  for (int w = 0; w < tile_cells / 4; ++w)
-    words[w] = uint32_t(bytes[4 * w]) | uint32_t(bytes[4 * w + 1]) << 8 | uint32_t(bytes[4 * w + 2]) << 16 |
-               uint32_t(bytes[4 * w + 3]) << 24;
+  for (int w = 0; w < tile_bytes / 4; ++w) words[w] = pack(w);
   cache_->publish(slot, words);
   ++counts->fills;
   counts->fill_seconds += timer.seconds();
-  return bytes[in_tile];
+  return at.of(words[at.word]);
 }
 
 // Cells from (x0, y0) on, `across` of them along each edge, row by row.
 void OpacityCache::compute(const Lattice& l, int x0, int y0, int across, uint8_t* out) const {
   if (l.source->kind == Kind::picture) return compute_texels(pictures_[l.source->number], x0, y0, across, out);
-  l.source->kind == Kind::plane ? compute_plane(l, x0, y0, across, out) : compute_primitive(l, x0, y0, across, out);
+  const bool plane = l.source->kind == Kind::plane;
+  if (l.source->colored) {
+    plane ? compute_plane(*colored_textures_[l.source->number], l.level, x0, y0, across, out) : compute_primitive<RGB>(l, x0, y0, across, out);
+    return;
+  }
+  plane ? compute_plane(*textures_[l.source->number], l.level, x0, y0, across, out) : compute_primitive<float>(l, x0, y0, across, out);
 }
 
 void OpacityCache::compute_texels(const Picture& p, int x0, int y0, int across, uint8_t* out) const {
-  float s[tile_cells], t[tile_cells], alpha[tile_cells];
+  float s[tile_bytes], t[tile_bytes], alpha[tile_bytes];
   int n = 0;
   for (int y = y0; y < y0 + across; ++y)
     for (int x = x0; x < x0 + across; ++x, ++n) {
@@ -271,16 +320,17 @@ void OpacityCache::compute_texels(const Picture& p, int x0, int y0, int across, 
   std::transform(alpha, alpha + n, out, to_byte);
 }
 
-void OpacityCache::compute_plane(const Lattice& l, int x0, int y0, int across, uint8_t* out) const {
-  const int side = points_across(l.level), per_cell = side * side;
-  const float size = 1 / float(1 << l.level);
+template <class T>
+void OpacityCache::compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across, uint8_t* out) const {
+  const int side = points_across(level), per_cell = side * side;
+  const float size = 1 / float(1 << level);
   ShadingPoints points;
-  float alpha[ShadingPoints::capacity], sum[tile_cells] = {};
+  T alpha[ShadingPoints::capacity], sum[tile_bytes] = {};
   points.count = 0;
   int first = 0;  // point of the batch, counted over all cells
   const auto evaluate = [&] {
-    textures_[l.source->number]->evaluate(points, alpha);
-    for (int i = 0; i < points.count; ++i) sum[(first + i) / per_cell] += std::clamp(alpha[i], 0.0f, 1.0f);
+    texture.evaluate(points, alpha);
+    for (int i = 0; i < points.count; ++i) sum[(first + i) / per_cell] += within_one(alpha[i]);
     first += points.count;
     points.count = 0;
   };
@@ -293,7 +343,7 @@ void OpacityCache::compute_plane(const Lattice& l, int x0, int y0, int across, u
       if (points.count == ShadingPoints::capacity) evaluate();
     }
   if (points.count > 0) evaluate();
-  for (int c = 0; c < across * across; ++c) out[c] = to_byte(sum[c] / float(per_cell));
+  for (int c = 0; c < across * across; ++c) store(sum[c] / float(per_cell), c, out);
 }
 
 V2f OpacityCache::point_in_cell(uint32_t geometry, uint32_t primitive, bool triangle, int level, int x, int y) {
@@ -304,21 +354,26 @@ V2f OpacityCache::point_in_cell(uint32_t geometry, uint32_t primitive, bool tria
   return {(float(x) + at.x) / float(cells), (float(y) + at.y) / float(cells)};
 }
 
+template <class T>
 void OpacityCache::compute_primitive(const Lattice& l, int x0, int y0, int across, uint8_t* out) const {
   const bool curve = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(l.geometry));
-  uint32_t primitive[tile_cells]{};
-  float u[tile_cells]{}, v[tile_cells]{}, times[tile_cells]{}, alpha[tile_cells];
-  int cell_of[tile_cells], n = 0;
+  uint32_t primitive[tile_bytes]{};
+  float u[tile_bytes]{}, v[tile_bytes]{}, times[tile_bytes]{};
+  T alpha[tile_bytes];
+  int cell_of[tile_bytes], n = 0;
   for (int c = 0; c < across * across; ++c) {
     const int x = x0 + c % across, y = y0 + c / across;
-    out[c] = 0;
+    store(T(0), c, out);
     if (l.source->triangles && x + y >= 1 << l.level) continue;
     const V2f at = point_in_cell(l.geometry, l.primitive, l.source->triangles, l.level, x, y);
     cell_of[n] = c, primitive[n] = l.primitive, u[n] = at.x, v[n] = curve ? 2 * at.y - 1 : at.y, times[n] = time;
     ++n;
   }
-  scene_.opacity(l.geometry, n, primitive, u, v, times, alpha);
-  for (int i = 0; i < n; ++i) out[cell_of[i]] = to_byte(alpha[i]);
+  if constexpr (std::is_same_v<T, RGB>)
+    scene_.colored_opacity(l.geometry, n, primitive, u, v, times, alpha);
+  else
+    scene_.opacity(l.geometry, n, primitive, u, v, times, alpha);
+  for (int i = 0; i < n; ++i) store(alpha[i], cell_of[i], out);
 }
 
 void OpacityCache::add(const Counts& counts) const {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dapple/gi/tile_cache.h"
@@ -14,19 +15,20 @@ namespace dapple::integrate {
 /// The opacity of cut-out surfaces for rays of all kinds: the opacity stage's results in a multiresolution cache, so that rays through
 /// leaves run no shaders.
 ///
-/// - A picture over u and v (UvImage) is decoded to 8 bits a texel and interpolated, exactly as far as its numbers have 8 bits.
+/// - A picture over u and v (UvImage), alike for all channels, is decoded to 8 bits a texel and interpolated, exactly as far as its numbers have 8 bits.
 /// - A pattern of u and v alone is cached in their plane, once for all surfaces that bear it.
 /// - Other patterns, and the opacity stages of shaders, are cached on each primitive, at the middle of the shutter interval.
 /// - What reads the time, and what reads the place on a mesh that deforms, is not cached.
 ///
 /// The plane, or the primitive, is cut into 2^level by 2^level cells, the level being the coarsest whose cells are no wider than the ray's
-/// footprint. A cell's value, 8 bits, is a pure function of texture, primitive, level and cell; entries are tiles of 8 x 8 cells.
+/// footprint. A cell's value, 8 bits a channel, is a pure function of texture, primitive, level and cell; entries are tiles of 8 x 8 cells,
+/// of 4 x 4 where opacity differs by channel.
 /// Rays that ask for finer cells than those of `max_level`, or say no footprint, get the exact value. What is cached is alpha, never the
 /// decision whether a ray passes: that stays a hash of the ray's key. Instances share.
 class OpacityCache final : public trace::OpacityTest {
  public:
-  static constexpr int tile = 8;       ///< cells along an edge of a tile
-  static constexpr int min_level = 3;  ///< a tile
+  static constexpr int tile = 8, colored_tile = 4;  ///< cells along an edge of a tile
+  static constexpr int min_level = 3;               ///< a tile
   static constexpr int max_level = 10;
 
   /// True if something in the scene is cut out by more than a number.
@@ -43,6 +45,11 @@ class OpacityCache final : public trace::OpacityTest {
     scene_.opacity(geometry, n, primitive, u, v, time, alpha);
   }
   float seen_opacity(const Hit& hit, Counts* counts) const override;
+  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
+                       RGB* alpha) const override {
+    scene_.colored_opacity(geometry, n, primitive, u, v, time, alpha);
+  }
+  RGB seen_colored_opacity(const Hit& hit, Counts* counts) const override;
   void add(const Counts& counts) const override;
 
   /// "opacity", with its counts.
@@ -66,9 +73,9 @@ class OpacityCache final : public trace::OpacityTest {
   };
   struct Source {
     Kind kind = Kind::exact;
-    bool triangles = false;
+    bool triangles = false, colored = false;
     uint32_t number = 0;               ///< of the picture, or of the texture
-    float alpha = 1;                   ///< of kind constant
+    RGB opacity{1};                    ///< of kind constant
     const geom::Mesh* mesh = nullptr;  ///< null for other shapes
   };
   /// A lattice of cells: where it lies, and at which level.
@@ -76,27 +83,41 @@ class OpacityCache final : public trace::OpacityTest {
     const Source* source;
     uint32_t geometry, primitive;
     int level;
+
+    int tile() const { return source->colored ? colored_tile : OpacityCache::tile; }
   };
+  struct Cell {
+    Lattice lattice;
+    int x, y;
+  };
+  struct CellPlace;
 
   Source make_source(uint32_t geometry);
   uint32_t picture_of(const shading::FloatTexturePtr& texture, const shading::UvImage& image);
   void decode_pictures(size_t bytes);
   float exact(const Hit& hit) const;
   float seen_in_picture(const Source& s, const Hit& hit, Counts* counts) const;
-  float seen_in_plane(const Source& s, const Hit& hit, Counts* counts) const;
-  float seen_on_primitive(const Source& s, const Hit& hit, Counts* counts) const;
+  std::optional<Cell> cell_in_plane(const Source& s, const Hit& hit) const;
+  std::optional<Cell> cell_on_primitive(const Source& s, const Hit& hit) const;
+  std::optional<Cell> cell_of(const Source& s, const Hit& hit) const {
+    return s.kind == Kind::plane ? cell_in_plane(s, hit) : cell_on_primitive(s, hit);
+  }
   float area_of(const Hit& hit) const;
 
-  uint8_t cell(const Lattice& lattice, int x, int y, Counts* counts) const;
-  uint8_t miss(const Lattice& lattice, int x, int y, uint64_t key, Counts* counts) const;
+  /// Alpha in a byte, or red, green and blue from the lowest byte on.
+  uint32_t cell(const Cell& c, Counts* counts) const;
+  uint32_t miss(const Cell& c, uint64_t key, Counts* counts) const;
   bool first_times(uint64_t key) const;
   void compute(const Lattice& lattice, int x0, int y0, int across, uint8_t* out) const;
   void compute_texels(const Picture& picture, int x0, int y0, int across, uint8_t* out) const;
-  void compute_plane(const Lattice& lattice, int x0, int y0, int across, uint8_t* out) const;
+  template <class T>
+  void compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across, uint8_t* out) const;
+  template <class T>
   void compute_primitive(const Lattice& lattice, int x0, int y0, int across, uint8_t* out) const;
 
   scene::Scene& scene_;
   std::vector<shading::FloatTexturePtr> textures_;  ///< in the plane
+  std::vector<shading::RgbTexturePtr> colored_textures_;
   std::vector<Picture> pictures_;
   std::vector<shading::FloatTexturePtr> picture_textures_;
   std::vector<Source> sources_;  ///< by geometry

@@ -91,6 +91,8 @@ void PathIntegrator::start_paths(PathWorkspace& w) const {
 void PathIntegrator::trace_paths(PathWorkspace& w) const {
   for (uint32_t step = 0; w.now->count > 0; ++step) {
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
+    if (scene_.traced.has_colored_opacity())
+      for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
     collect_hits(w);
     prelight(w);
     w.append_flights();

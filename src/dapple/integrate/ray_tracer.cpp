@@ -59,7 +59,8 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
 void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   if (materials_.shadows_pass()) return visible_through(rays, n, medium, visible, s);
   scene_.traced.occluded(rays, n, s.occluded);
-  for (int i = 0; i < n; ++i) visible[i] = RGB(s.occluded[i] ? 0.0f : 1.0f);
+  const auto sees = [&s](int i, int channel) { return s.occluded[i] >> channel & 1 ? 0.0f : 1.0f; };
+  for (int i = 0; i < n; ++i) visible[i] = RGB(sees(i, 0), sees(i, 1), sees(i, 2));
 }
 
 int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
@@ -97,6 +98,7 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
     s.ray[i] = i;
     visible[i] = RGB(1);
   }
+  const bool colored = scene_.traced.has_colored_opacity();
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     scene_.traced.intersect(s.rays, n, &s.hits);
     transmit(rays, n, segment, s);
@@ -109,6 +111,7 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
         continue;
       }
       visible[r] *= s.transmittance[i];
+      if (colored) visible[r] *= s.hits.weight(i);
       if (hit && !visible[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }
     n = kept;
@@ -122,9 +125,10 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     std::fill_n(flights->emitted, n, RGB());
   }
   scene_.traced.intersect(rays, n, hits);
+  const bool colored = scene_.traced.has_colored_opacity();
   for (int i = 0; i < n; ++i) {
     distance[i] = hits->geometry[i] == trace::no_id ? infinity : hits->t[i];
-    passed[i] = RGB(1);
+    passed[i] = colored ? hits->weight(i) : RGB(1);
   }
   if (!materials_.shadows_pass()) return;
   s.hits = *hits;
@@ -142,6 +146,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
       const bool hit = s.hits.geometry[i] != trace::no_id;
+      if (colored && segment > 0) passed[r] *= s.hits.weight(i);
       if (!flights) {
         passed[r] *= s.transmittance[i];
       } else if (!arrive(s, i, &passed[r], &distance[r], flights)) {

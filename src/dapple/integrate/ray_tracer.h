@@ -48,6 +48,9 @@ class RayTracer {
   RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true, const shading::Visibility* masks = nullptr)
       : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
 
+  /// Some light is lost on its way: what nearest() says has passed is not all.
+  bool weakens() const { return materials_.shadows_pass() || scene_.traced.has_colored_opacity(); }
+
   /// Shadow rays: writes visible[i], the fraction of light that passes ray i, which starts in medium[i]; zero where
   /// something is in the way.
   void visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;

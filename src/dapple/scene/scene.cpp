@@ -47,11 +47,11 @@ void Scene::set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy,
   solve(dy, &p->dudy[i], &p->dvdy[i]);
 }
 
-void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
-                    const float* time, float* alpha) const {
-  const shading::FloatTexture& texture = *bindings[geometry].alpha;
+template <class T>
+void Scene::evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                     const float* time, T* out) const {
   if (const auto value = texture.constant()) {
-    std::fill_n(alpha, n, *value);
+    std::fill_n(out, n, *value);
     return;
   }
   shading::ShadingPoints points;
@@ -60,7 +60,18 @@ void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const f
     const geom::SurfacePoint s = traced.local_surface(geometry, primitive[i], u[i], v[i], time[i]);
     set_point(s, -s.Ng, 0, time[i], 0, &points, i);
   }
-  texture.evaluate(points, alpha);
+  texture.evaluate(points, out);
+}
+
+void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                    const float* time, float* alpha) const {
+  evaluate(*bindings[geometry].alpha, geometry, n, primitive, u, v, time, alpha);
+}
+
+void Scene::colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
+                            RGB* alpha) const {
+  if (bindings[geometry].opacity) return evaluate(*bindings[geometry].opacity, geometry, n, primitive, u, v, time, alpha);
+  OpacityTest::colored_opacity(geometry, n, primitive, u, v, time, alpha);
 }
 
 }  // namespace dapple::scene

@@ -29,6 +29,7 @@ struct GeometryBinding {
   /// Place in Scene::light_table of primitive 0's light; no_id: emits nothing.
   uint32_t first_light = trace::no_id;
   shading::FloatTexturePtr alpha;  ///< null = opaque
+  shading::RgbTexturePtr opacity;  ///< where it differs by channel: `alpha` is its mean. null = it does not
   int32_t inside_medium = vacuum, outside_medium = vacuum;
   bool changes_medium = false;     ///< the surface separates the two media above
 
@@ -82,6 +83,13 @@ class Scene final : public trace::OpacityTest {
 
   void opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
                float* alpha) const override;
+  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
+                       RGB* alpha) const override;
+
+ private:
+  template <class T>
+  void evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                const float* time, T* out) const;
 };
 
 }  // namespace dapple::scene

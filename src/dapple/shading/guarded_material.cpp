@@ -62,6 +62,7 @@ GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_p
   try {
     diffuse_to_rays_ = shader_->is_diffuse_to_rays();
     subsurface_ = shader_->has_subsurface();
+    colored_opacity_ = shader_->has_colored_opacity();
   } catch (...) {  // it says nothing: false is always right
   }
 }

@@ -34,6 +34,7 @@ class GuardedMaterial final : public Material {
   /// As the shader says, which is held to it: what else its prelighting gives is replaced.
   bool is_diffuse_to_rays() const override { return diffuse_to_rays_; }
   bool has_subsurface() const override { return subsurface_; }
+  bool has_colored_opacity() const override { return colored_opacity_; }
 
   const std::string& name() const { return name_; }
 
@@ -55,7 +56,7 @@ class GuardedMaterial final : public Material {
   std::shared_ptr<const void> code_;  // first, to go last
   std::unique_ptr<const Material> shader_;
   StageSet stages_;
-  bool diffuse_to_rays_ = false, subsurface_ = false;
+  bool diffuse_to_rays_ = false, subsurface_ = false, colored_opacity_ = false;
   std::string name_;
   mutable std::mutex mutex_;
   mutable std::array<Faults, stage_count> faults_;

@@ -46,6 +46,8 @@ class Material {
   virtual bool is_interface() const { return false; }
   /// True if some Bsdf of prelighting is of kind subsurface.
   virtual bool has_subsurface() const { return false; }
+  /// True if the channels of the opacity stage may differ; else their mean is taken.
+  virtual bool has_colored_opacity() const { return false; }
 };
 
 using MaterialPtr = std::shared_ptr<const Material>;

@@ -6,29 +6,66 @@
 
 namespace dapple::shading {
 
-/// How much of a surface is there: the mean over the channels of a shader's opacity stage, in [0, 1], times the shape's
-/// alpha.
-class OpacityTexture final : public FloatTexture {
+/// How much of a surface is there, by channel, in [0, 1]: a shader's opacity stage times the shape's opacity times its alpha.
+class OpacityTexture final : public RgbTexture {
  public:
-  /// alpha may be null.
-  OpacityTexture(MaterialPtr material, FloatTexturePtr alpha)
-      : material_(std::move(material)), alpha_(std::move(alpha)) {}
+  /// Any may be null. `shader`: one that has an opacity stage.
+  OpacityTexture(MaterialPtr shader, RgbTexturePtr opacity, FloatTexturePtr alpha)
+      : shader_(std::move(shader)), opacity_(std::move(opacity)), alpha_(std::move(alpha)) {}
 
   /// A shader is trusted not to read the time (docs/guide/shaders.md).
-  TextureReads reads() const override { return alpha_ ? std::max(alpha_->reads(), TextureReads::surface) : TextureReads::surface; }
-  void evaluate(const ShadingPoints& points, float* out) const override {
-    RGB Oi[ShadingPoints::capacity];
-    material_->opacity(points, Oi);
-    if (alpha_)
-      alpha_->evaluate(points, out);
+  TextureReads reads() const override {
+    const TextureReads by_shader = shader_ ? TextureReads::surface : TextureReads::uv;
+    return std::max({by_shader, opacity_ ? opacity_->reads() : by_shader, alpha_ ? alpha_->reads() : by_shader});
+  }
+  std::optional<RGB> constant() const override {
+    const auto opacity = opacity_ ? opacity_->constant() : RGB(1);
+    const auto alpha = alpha_ ? alpha_->constant() : 1.0f;
+    if (shader_ || !opacity || !alpha) return std::nullopt;
+    return clamp(*opacity, 0, 1) * std::clamp(*alpha, 0.0f, 1.0f);
+  }
+  void evaluate(const ShadingPoints& points, RGB* out) const override {
+    float alpha[ShadingPoints::capacity];
+    if (shader_)
+      shader_->opacity(points, out);
     else
-      std::fill_n(out, points.count, 1.0f);
-    for (int i = 0; i < points.count; ++i) out[i] *= std::clamp(Oi[i].average(), 0.0f, 1.0f);
+      std::fill_n(out, points.count, RGB(1));
+    if (opacity_) {
+      RGB opacity[ShadingPoints::capacity];
+      opacity_->evaluate(points, opacity);
+      for (int i = 0; i < points.count; ++i) out[i] *= clamp(opacity[i], 0, 1);
+    }
+    if (alpha_)
+      alpha_->evaluate(points, alpha);
+    else
+      std::fill_n(alpha, points.count, 1.0f);
+    for (int i = 0; i < points.count; ++i) out[i] = clamp(out[i], 0, 1) * std::clamp(alpha[i], 0.0f, 1.0f);
   }
 
  private:
-  MaterialPtr material_;
+  MaterialPtr shader_;
+  RgbTexturePtr opacity_;
   FloatTexturePtr alpha_;
+};
+
+/// The mean over the channels.
+class MeanTexture final : public FloatTexture {
+ public:
+  explicit MeanTexture(RgbTexturePtr of) : of_(std::move(of)) {}
+
+  TextureReads reads() const override { return of_->reads(); }
+  std::optional<float> constant() const override {
+    const auto value = of_->constant();
+    return value ? std::optional(value->average()) : std::nullopt;
+  }
+  void evaluate(const ShadingPoints& points, float* out) const override {
+    RGB values[ShadingPoints::capacity];
+    of_->evaluate(points, values);
+    for (int i = 0; i < points.count; ++i) out[i] = values[i].average();
+  }
+
+ private:
+  RgbTexturePtr of_;
 };
 
 }  // namespace dapple::shading

@@ -38,7 +38,7 @@
 namespace dapple::shading {
 
 /// To be raised whenever the meaning of what crosses the border changes; plugin_layout() sees other changes by itself.
-inline constexpr uint32_t plugin_abi_version = 2;
+inline constexpr uint32_t plugin_abi_version = 3;
 inline constexpr uint64_t plugin_magic = 0x6e69676c50706144;  // "DapPlgin"
 
 /// How a parameter is written in a scene: bool, integer, float, rgb (or spectrum), string, float or texture, rgb or
@@ -132,7 +132,7 @@ inline Frame surface_frame(const ShadingPoints& points, int i) {
 /// - overrides, in public, the stages it has; no list of them is needed,
 /// - may declare parameters: static constexpr ParamDecl parameters[],
 /// - says by is_diffuse_to_rays() that its light can be cached, if its prelighting gives diffuse surfaces only, coated
-/// or not,
+/// or not, and by has_colored_opacity() that the channels of its opacity stage differ,
 /// - has a constructor from const PluginParams&, which may throw: its message becomes that of the scene's error.
 /// Stages must be pure functions of what they are given: they run on many threads at once, on batches that differ from
 /// run to run.
@@ -236,6 +236,7 @@ inline uint64_t plugin_layout() {
                            virtual_place(&Material::is_diffuse_to_rays),
                            virtual_place(&Material::is_opaque_reflector),
                            virtual_place(&Material::is_interface),
+                           virtual_place(&Material::has_colored_opacity),
                            virtual_place(&MaterialTableEnd::end),
                            virtual_place(&FloatTexture::evaluate),
                            virtual_place(&FloatTexture::constant),

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "dapple/trace/ray_batch.h"
+
 namespace dapple::trace {
 
 /// Port through which traced geometry asks how opaque it is at a hit. Filled in by the shading system. Thread-safe and pure.
@@ -29,6 +31,18 @@ class OpacityTest {
   virtual float seen_opacity(const Hit& hit, Counts* /*counts*/) const {
     float alpha = 1;
     opacity(hit.geometry, 1, &hit.primitive, &hit.u, &hit.v, &hit.time, &alpha);
+    return alpha;
+  }
+  /// The same two of geometry whose opacity differs by channel.
+  virtual void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                               const float* time, RGB* alpha) const {
+    float gray[RayBatch::capacity];
+    opacity(geometry, n, primitive, u, v, time, gray);
+    for (int i = 0; i < n; ++i) alpha[i] = RGB(gray[i]);
+  }
+  virtual RGB seen_colored_opacity(const Hit& hit, Counts* /*counts*/) const {
+    RGB alpha;
+    colored_opacity(hit.geometry, 1, &hit.primitive, &hit.u, &hit.v, &hit.time, &alpha);
     return alpha;
   }
   /// Takes the counts of a batch of rays.

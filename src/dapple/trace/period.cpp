@@ -101,15 +101,19 @@ void TracedScene::walk_intersect(const RayBatch& rays, int n, HitBatch* hits) co
   for (int i = 0; i < n; ++i) {
     hits->geometry[i] = hits->instance[i] = no_id;
     hits->t[i] = rays.t_max[i];
+    hits->channels[i] = all_channels;
   }
   HitBatch found;
   for (int cell = 0; walk.count > 0 && cell < max_cells; ++cell) {
     walk.measure();
     intersect_cell(walk.segments, walk.count, &found);
     for (int i = 0; i < walk.count; ++i) {
+      const int ray = walk.ray[i];
+      if (has_colored_opacity_) found.channels[i] &= hits->channels[ray];
+      hits->channels[ray] = found.channels[i];
       if (found.geometry[i] == no_id) continue;
-      hits->copy_lane(walk.ray[i], found, i);
-      hits->t[walk.ray[i]] = float(walk.passed[i] + found.t[i]);
+      hits->copy_lane(ray, found, i);
+      hits->t[ray] = float(walk.passed[i] + found.t[i]);
     }
     walk.go_on([&](int i) { return found.geometry[i] == no_id; });
   }
@@ -123,7 +127,7 @@ void TracedScene::walk_occluded(const RayBatch& rays, int n, uint8_t* hit) const
     walk.measure();
     occluded_cell(walk.segments, walk.count, found);
     for (int i = 0; i < walk.count; ++i) hit[walk.ray[i]] |= found[i];
-    walk.go_on([&](int i) { return !found[i]; });
+    walk.go_on([&](int i) { return hit[walk.ray[i]] != all_channels; });
   }
 }
 

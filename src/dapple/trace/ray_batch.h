@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "dapple/base/ray.h"
+#include "dapple/base/rgb.h"
 
 namespace dapple::trace {
 
 inline constexpr uint32_t no_id = ~0u;
+
+/// Sets of the channels of RGB, as bits.
+inline constexpr uint8_t no_channel = 0, all_channels = 7;
 
 /// Rays in batches, structure of arrays. tnear is 0: callers move origins off surfaces.
 struct RayBatch {
@@ -38,11 +43,21 @@ struct HitBatch {
   alignas(64) uint32_t geometry[capacity];  ///< index in TracedScene's table of geometries
   alignas(64) uint32_t primitive[capacity];
   alignas(64) uint32_t instance[capacity];  ///< no_id if not instanced
+  /// Where opacity differs by channel, light of some channels ends elsewhere than where the ray did: those that went with it. Set only in
+  /// scenes that have such.
+  alignas(64) uint8_t channels[capacity];
 
   void copy_lane(int to, const HitBatch& o, int from) {
     t[to] = o.t[from], u[to] = o.u[from], v[to] = o.v[from];
     nx[to] = o.nx[from], ny[to] = o.ny[from], nz[to] = o.nz[from];
     geometry[to] = o.geometry[from], primitive[to] = o.primitive[from], instance[to] = o.instance[from];
+    channels[to] = o.channels[from];
+  }
+  /// What stands for all light by that of the channels of lane i.
+  RGB weight(int i) const {
+    const uint8_t bits = channels[i];
+    const float each = 3 / float(std::popcount(bits));
+    return {bits & 1 ? each : 0, bits & 2 ? each : 0, bits & 4 ? each : 0};
   }
 };
 

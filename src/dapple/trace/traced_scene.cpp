@@ -15,6 +15,8 @@ namespace dapple::trace {
 
 namespace {
 
+constexpr uint32_t leading_channel = 0x1ead;  // tells this use of a ray's key from others
+
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
   if (code == RTC_ERROR_OUT_OF_MEMORY) throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
@@ -52,14 +54,15 @@ struct TracedScene::Callbacks {
       if (!a->valid[i]) continue;
       const V3f normal(RTCHitN_Ng_x(a->hit, a->N, i), RTCHitN_Ng_y(a->hit, a->N, i), RTCHitN_Ng_z(a->hit, a->N, i));
       const uint32_t primitive = RTCHitN_primID(a->hit, a->N, i), instance = RTCHitN_instID(a->hit, a->N, i, 0);
+      const float t = RTCRayN_tfar(a->ray, a->N, i);
       const OpacityTest::Hit hit{g.index,
                                  primitive,
                                  RTCHitN_u(a->hit, a->N, i),
                                  RTCHitN_v(a->hit, a->N, i),
                                  RTCRayN_time(a->ray, a->N, i),
-                                 g.scene->local_width(*context, RTCRayN_tfar(a->ray, a->N, i), instance),
+                                 g.scene->local_width(*context, t, instance),
                                  g.scene->parameter_area(g, primitive, normal)};
-      if (!g.scene->keep_hit(hit, instance, RTCRayN_id(a->ray, a->N, i), context)) a->valid[i] = 0;
+      if (!g.scene->keep_hit(g, hit, t, instance, RTCRayN_id(a->ray, a->N, i), context)) a->valid[i] = 0;
     }
   }
 
@@ -77,11 +80,11 @@ struct TracedScene::Callbacks {
     const float t_max = RTCRayN_tfar(ray, N, i);
     // A cut-out front side may uncover the back side.
     while (q.intersect(o, d, t_min, t_max, t, u, v)) {
-      if (!g.cut_out) return true;
+      if (g.cut_out == CutOut::none) return true;
       RayContext* const context = context_of(embree);
       const uint32_t instance = embree->instID[0];
       const OpacityTest::Hit hit{g.index, 0, *u, *v, RTCRayN_time(ray, N, i), g.scene->local_width(*context, *t, instance), 0};
-      if (g.scene->keep_hit(hit, instance, RTCRayN_id(ray, N, i), context)) return true;
+      if (g.scene->keep_hit(g, hit, *t, instance, RTCRayN_id(ray, N, i), context)) return true;
       t_min = std::nextafter(*t, infinity);
     }
     return false;
@@ -194,7 +197,7 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
     }
   }
   rtcSetGeometryUserData(g, &owner);
-  if (owner.cut_out && !std::holds_alternative<QuadricPtr>(owner.shape)) {
+  if (owner.cut_out != CutOut::none && !std::holds_alternative<QuadricPtr>(owner.shape)) {
     rtcSetGeometryIntersectFilterFunction(g, Callbacks::filter);
     rtcSetGeometryOccludedFilterFunction(g, Callbacks::filter);
   }
@@ -204,10 +207,11 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
   return g;
 }
 
-uint32_t TracedScene::add(const Shape& shape, bool cut_out, uint32_t object) {
+uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
   geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out}));
   has_disks_ |= std::holds_alternative<DisksPtr>(shape);
+  has_colored_opacity_ |= cut_out == CutOut::colored;
   RTCGeometry g = make_geometry(*geometries_.back());
   Object& owner = object == no_id ? top_ : objects_[object];
   rtcAttachGeometryByID(owner.scene, g, unsigned(owner.geometries.size()));
@@ -269,11 +273,42 @@ void TracedScene::commit() {
   build_seconds_ = timer.seconds();
 }
 
-bool TracedScene::keep_hit(const OpacityTest::Hit& hit, uint32_t instance, uint32_t key, RayContext* context) const {
-  const float alpha = opacity_test_->seen_opacity(hit, &context->counts);
-  if (alpha >= 1) return true;
-  if (!(alpha > 0)) return false;
-  return to_unit_float(hash(key, hit.geometry, instance, hit.primitive)) < alpha;
+void TracedScene::RayContext::start(uint8_t leading_channel) {
+  leading = leading_channel;
+  blocked = no_channel;
+  stopped = all_channels;
+  blocked_at[0] = blocked_at[1] = blocked_at[2] = stopped_at = infinity;
+}
+
+uint8_t TracedScene::RayContext::channels(float t) const {
+  uint8_t with = stopped_at == t ? stopped : all_channels;
+  for (int c = 0; c < 3; ++c)
+    if (blocked_at[c] < t) with &= uint8_t(~(1 << c));
+  return with;
+}
+
+// One draw serves all channels. Embree may ask twice about a hit, and in any order: what is kept in the context does not mind.
+bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t key, RayContext* context) const {
+  const auto draw = [&] { return to_unit_float(hash(key, hit.geometry, instance, hit.primitive)); };
+  if (g.cut_out == CutOut::gray) {
+    const float alpha = opacity_test_->seen_opacity(hit, &context->counts);
+    if (alpha >= 1) return true;
+    if (!(alpha > 0)) return false;
+    return draw() < alpha;
+  }
+  const RGB alpha = opacity_test_->seen_colored_opacity(hit, &context->counts);
+  const float drawn = draw();
+  uint8_t blocks = no_channel;
+  for (int c = 0; c < 3; ++c) {
+    if (!(drawn < alpha[c])) continue;
+    blocks |= uint8_t(1 << c);
+    context->blocked_at[c] = std::min(context->blocked_at[c], t);
+  }
+  context->blocked |= blocks;
+  if (context->leading == all_channels) return context->blocked == all_channels;
+  if (!(blocks & context->leading)) return false;
+  context->stopped_at = t, context->stopped = blocks;
+  return true;
 }
 
 // The ray's footprint at distance t, in the space of what it hit. `instance`: Embree's number.
@@ -302,6 +337,7 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
   RayContext context;
   for (int i = 0; i < n; ++i) {
     context.width = r.width[i], context.spread = r.spread[i];
+    if (has_colored_opacity_) context.start(uint8_t(1 << hash(r.key[i], leading_channel) % 3));
     RTCRayHit q;
     q.ray = embree_ray(r, i);
     q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -320,6 +356,7 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
     }
     h->geometry[i] = geometry;
     h->instance[i] = instance;
+    if (has_colored_opacity_) h->channels[i] = context.channels(q.ray.tfar);
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
   if (has_disks_) place_on_disks(r, n, h);
@@ -363,9 +400,10 @@ void TracedScene::occluded_cell(const RayBatch& r, int n, uint8_t* hit) const {
   RayContext context;
   for (int i = 0; i < n; ++i) {
     context.width = r.width[i], context.spread = r.spread[i];
+    if (has_colored_opacity_) context.start(all_channels);
     RTCRay q = embree_ray(r, i);
     rtcOccluded1(top_.scene, &context.embree, &q);
-    hit[i] = q.tfar < 0;
+    hit[i] = q.tfar < 0 ? all_channels : context.blocked;
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
 }

@@ -29,6 +29,9 @@ using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr, DisksPtr>;
 /// World space, whatever moves at shutter open. Bezier curves: of their control points with radii.
 Box3f bounds_of(const Shape& shape);
 
+/// Whether hits on a shape are to be asked about: whether it is there, and for which light.
+enum class CutOut : uint8_t { none, gray, colored };
+
 /// Sees every batch of rays before it is traced, from the threads that trace: for benchmarks, which replay them.
 class RayRecorder {
  public:
@@ -48,8 +51,7 @@ class TracedScene {
   /// Opens an object definition; add() calls that name it put shapes into it.
   uint32_t add_object();
   /// Adds a shape to the scene (object = no_id) or to an object. Returns its index in the table of geometries.
-  /// `cut_out`: ask the OpacityTest about hits.
-  uint32_t add(const Shape& shape, bool cut_out, uint32_t object = no_id);
+  uint32_t add(const Shape& shape, CutOut cut_out, uint32_t object = no_id);
   /// Places an object; motion is world from object space. Returns the instance's index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
   /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again on its
@@ -62,9 +64,13 @@ class TracedScene {
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
   void commit();
 
-  /// Nearest hits of rays [0, n).
+  /// True if something is CutOut::colored: then HitBatch::channels are set.
+  bool has_colored_opacity() const { return has_colored_opacity_; }
+
+  /// Nearest hits of rays [0, n). Where opacity differs by channel a ray takes the way of one channel, drawn by its key; others go with it
+  /// where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean right.
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
-  /// hit[i] = 1 where something lies within [0, t_max).
+  /// hit[i]: the channels for which something lies within [0, t_max), all or none but for coloured opacity.
   void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
@@ -102,7 +108,17 @@ class TracedScene {
     RTCIntersectContext embree;  ///< first: Embree hands it back
     float width = 0, spread = 0;
     OpacityTest::Counts counts{};
+
+    // Of the ray under way, where opacity is coloured.
+    uint8_t leading = all_channels;  ///< the channel whose way it takes; all: it ends where all are blocked
+    uint8_t blocked = no_channel;    ///< channels, for a ray that all lead
+    float blocked_at[3];             ///< by channel: the nearest that stops it
+    float stopped_at;                ///< by a surface of coloured opacity, if any,
+    uint8_t stopped;                 ///< which blocks these
+
     RayContext() { rtcInitIntersectContext(&embree); }
+    void start(uint8_t leading_channel);
+    uint8_t channels(float t) const;  ///< that go with a ray that ended at t
   };
   /// Embree's own scene, for benchmarks. Queries take the `embree` of a RayContext.
   RTCScene embree_scene() const { return top_.scene; }
@@ -112,7 +128,7 @@ class TracedScene {
     Shape shape;
     const TracedScene* scene;
     uint32_t index;
-    bool cut_out;
+    CutOut cut_out;
   };
   struct Instance {
     float m[3][4];  ///< world from object, at shutter open
@@ -134,7 +150,7 @@ class TracedScene {
   void place_on_disks(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
-  bool keep_hit(const OpacityTest::Hit& hit, uint32_t instance, uint32_t ray_key, RayContext* context) const;
+  bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key, RayContext* context) const;
   float local_width(const RayContext& context, float t, uint32_t instance) const;
   float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
   geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time, bool tangents) const;
@@ -153,7 +169,7 @@ class TracedScene {
   double build_seconds_ = 0;
   std::optional<Box2f> period_;
   Box3f bounds_;
-  bool has_disks_ = false;
+  bool has_disks_ = false, has_colored_opacity_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };
 

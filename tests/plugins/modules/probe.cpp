@@ -14,12 +14,13 @@ class Probe final : public PluginMaterial {
   static constexpr ParamDecl parameters[] = {
       ParamDecl::text("fault", "none", "factory, a stage's name, word, nan, negative or frame"),
       ParamDecl::color_texture("coverage", RGB(1), "what the opacity stage gives"),
+      ParamDecl::boolean("colored", false, "whether its channels count apart"),
       ParamDecl::boolean("a_bool", true, ""),
       ParamDecl::integer("an_integer", 7, ""),
       ParamDecl::color("a_colour", RGB(1, 2, 3), ""),
   };
 
-  explicit Probe(const PluginParams& p) : fault_(p.text("fault")), coverage_(p.color_texture("coverage")) {
+  explicit Probe(const PluginParams& p) : fault_(p.text("fault")), coverage_(p.color_texture("coverage")), colored_(p.boolean("colored")) {
     if (fault_ == "factory") throw std::runtime_error("the factory is closed");
     if (fault_ == "undeclared") p.number("nowhere");
     if (fault_ == "values" &&
@@ -27,6 +28,7 @@ class Probe final : public PluginMaterial {
       throw std::runtime_error("wrong defaults");
   }
 
+  bool has_colored_opacity() const override { return colored_; }
   void opacity(const ShadingPoints& points, RGB* Oi) const override {
     fail_at(points, "opacity");
     const InputValues<RGB> coverage(coverage_, points);
@@ -68,6 +70,7 @@ class Probe final : public PluginMaterial {
 
   std::string fault_;
   Input<RGB> coverage_;
+  bool colored_;
 };
 
 }  // namespace
