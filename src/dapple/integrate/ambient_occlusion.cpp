@@ -78,7 +78,7 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
 void AmbientOcclusion::trace_camera_rays(OcclusionWorkspace& w) const {
   const CameraBatch& c = w.camera;
   for (int p = 0; p < c.count; ++p) {
-    w.batch.set(p, c.ray[p].ray.o, c.ray[p].ray.d, infinity, c.ray[p].ray.time, c.seed[p] + 0x9e3779b9u * c.index[p],
+    w.batch.set(p, c.ray[p].ray.o, c.ray[p].ray.d, infinity, c.ray[p].ray.time, trace::ray_key(c.seed[p], c.index[p]),
                 c.ray[p].cone_width * camera_share, c.ray[p].cone_spread * camera_share);
     w.medium[p] = scene::vacuum;
   }

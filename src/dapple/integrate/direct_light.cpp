@@ -105,7 +105,7 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
     const ShadowRay ray(to.p, light, origin);
     if (!(ray.distance > 0)) continue;
     const int s = w.shadow_count++;
-    w.shadow.set(s, origin, ray.d, ray.distance, from.time, w.seed[j] + 0x9e3779b9u * w.index[j], b.width[k], b.spread[k]);
+    w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[j], w.index[j]), b.width[k], b.spread[k]);
     w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
     w.shadow_normal[s] = from.Ng;
     w.shadow_point[s] = k;
@@ -186,7 +186,7 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, ShadingWorkspace
       const ShadowRay ray(to.p, light, P);
       if (L.is_black() || !L.is_finite() || !(ray.distance > 0)) continue;
       const int s = w.shadow_count++;
-      w.shadow.set(s, P, ray.d, ray.distance, b.time[k], w.seed[k] + 0x9e3779b9u * w.index[k], b.width[k], b.spread[k]);
+      w.shadow.set(s, P, ray.d, ray.distance, b.time[k], trace::ray_key(w.seed[k], w.index[k]), b.width[k], b.spread[k]);
       w.shadow_medium[s] = b.medium[k];
       w.shadow_normal[s] = V3f(0, 0, 0);
       w.shadow_point[s] = k;

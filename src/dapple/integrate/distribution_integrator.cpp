@@ -170,7 +170,7 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
   const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
   for (int p = 0; p < c.count; ++p) {
     const Ray& r = c.ray[p].ray;
-    w.camera_rays.set(p, r.o, r.d, infinity, r.time, c.seed[p] + 0x9e3779b9u * c.index[p],
+    w.camera_rays.set(p, r.o, r.d, infinity, r.time, trace::ray_key(c.seed[p], c.index[p]),
                       c.ray[p].cone_width * share, c.ray[p].cone_spread * share);
     w.medium[p] = scene_.camera_medium;
     w.L.clear(p);

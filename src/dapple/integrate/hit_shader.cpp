@@ -226,7 +226,7 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = r.count++;
-    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.share[k]), w.seed[j] + 0x9e3779b9u * w.index[j]);
+    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.share[k]), trace::ray_key(w.seed[j], w.index[j]));
     r.behind[i] = behind;
     r.weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
@@ -349,7 +349,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     const RGB weight = s.weight * w.job_weight[j];
     if (weight.is_black() || !weight.is_finite()) continue;
     const int i = r.count++;
-    const uint32_t key = w.seed[j] + 0x9e3779b9u * w.index[j];
+    const uint32_t key = trace::ray_key(w.seed[j], w.index[j]);
     r.point[i] = k;
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];

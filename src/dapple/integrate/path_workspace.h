@@ -110,7 +110,7 @@ struct PathWorkspace final : Integrator::Workspace {
     if (wants_features) features[p] = {};
   }
   /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
-  uint32_t next_key(int p) { return camera.seed[p] + 0x9e3779b9u * (camera.index[p] * 64 + ++ray_number[p]); }
+  uint32_t next_key(int p) { return trace::ray_key(camera.seed[p], camera.index[p] * 64 + ++ray_number[p]); }
   /// A key for stochastic evaluations at the path's current vertex; likewise.
   uint64_t vertex_key(int p, uint64_t purpose) const {
     return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);

@@ -168,13 +168,13 @@ struct CacheBatch {
  private:
   uint32_t slots_in_use = 0;
   uint16_t slots[4 * capacity];  ///< a hash table of entries + 1; 0: empty
-  std::vector<uint32_t> words;  ///< of the entries
+  std::unique_ptr<uint32_t[]> words;  ///< of the entries
 };
 
 inline CacheBatch::CacheBatch(int groups) {
   const int each = RadiosityCache::words(RadiosityCache::max_points, groups);
-  words.resize(size_t(each) * capacity);
-  for (int e = 0; e < capacity; ++e) entry[e].words = words.data() + e * each, entry[e].groups = groups;
+  words = std::make_unique_for_overwrite<uint32_t[]>(size_t(each) * capacity);  // pages that no batch needs are never touched
+  for (int e = 0; e < capacity; ++e) entry[e].words = words.get() + e * each, entry[e].groups = groups;
 }
 
 inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth) {

@@ -49,7 +49,7 @@ void HitShader::send_probes(const Place& place, ShadingWorkspace& w) const {
     if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes(place, b, k));
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
-    s.key[j] = w.seed[j] + 0x9e3779b9u * w.index[j];
+    s.key[j] = trace::ray_key(w.seed[j], w.index[j]);
     s.rays.set(n, b.surface[k].P + chord.offset, chord.d, chord.length, b.ray_time(k, s.number[j], w.seed[j]), s.key[j]);
     s.job[n++] = j;
   }

@@ -14,6 +14,9 @@ inline constexpr uint32_t no_id = ~0u;
 /// Sets of the channels of RGB, as bits.
 inline constexpr uint8_t no_channel = 0, all_channels = 7;
 
+/// RayBatch::key of one of many rays of a seed.
+inline uint32_t ray_key(uint32_t seed, uint32_t index) { return seed + 0x9e3779b9u * index; }
+
 /// Rays in batches, structure of arrays. tnear is 0: callers move origins off surfaces.
 struct RayBatch {
   static constexpr int capacity = 256;
