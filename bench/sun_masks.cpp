@@ -80,7 +80,7 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
   std::vector<RGB> visible(r.P.size());
   parallel_ranges(r.P.size(), size_t(together) * 64, [&](size_t begin, size_t end) {
     trace::RayBatch rays;
-    uint8_t hit[capacity];
+    RGB passed[capacity];
     for (size_t first = begin; first < end; first += size_t(together)) {
       const int count = int(std::min(size_t(together), end - first));
       for (int k = 0; k < count; ++k)
@@ -91,11 +91,11 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
           const V3f o = integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at], 0}, d);
           rays.set(k * n + i, o + d * ahead, d, infinity, 0.5f, uint32_t(at * size_t(n)) + uint32_t(i));
         }
-      scene.traced.occluded(rays, count * n, hit);
+      scene.traced.transmitted(rays, count * n, passed);
       for (int k = 0; k < count; ++k) {
-        int passed = 0;
-        for (int i = 0; i < n; ++i) passed += !hit[k * n + i];
-        visible[first + size_t(k)] = RGB(float(passed) / float(n));
+        RGB sum;
+        for (int i = 0; i < n; ++i) sum += passed[k * n + i];
+        visible[first + size_t(k)] = sum / float(n);
       }
     }
   });

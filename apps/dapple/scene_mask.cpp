@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_mask.h"
 
-#include <array>
 #include <cmath>
 
 #include "dapple/base/hash.h"
@@ -22,14 +21,13 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
   const float reach = float((top - bottom) / d.z);
   parallel_for(size_t(v.height), [&](size_t row) {
     trace::RayBatch rays;
-    uint8_t hit[trace::RayBatch::capacity];
+    RGB share[trace::RayBatch::capacity];
     int pixel[trace::RayBatch::capacity];
-    std::vector<std::array<int, 3>> blocked(size_t(v.width));
+    std::vector<RGB> passed(size_t(v.width));
     int n = 0;
     const auto flush = [&] {
-      scene.traced.occluded(rays, n, hit);
-      for (int i = 0; i < n; ++i)
-        for (size_t c = 0; c < 3; ++c) blocked[size_t(pixel[i])][c] += hit[i] >> c & 1;
+      scene.traced.transmitted(rays, n, share);
+      for (int i = 0; i < n; ++i) passed[size_t(pixel[i])] += share[i];
       n = 0;
     };
     for (int x = 0; x < v.width; ++x)
@@ -44,7 +42,7 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
       }
     if (n > 0) flush();
     for (int c = 0; c < mask.transmittance.channels; ++c)
-      for (int x = 0; x < v.width; ++x) mask.transmittance.row(c, int(row))[x] = 1 - float(blocked[size_t(x)][size_t(c)]) / float(side * side);
+      for (int x = 0; x < v.width; ++x) mask.transmittance.row(c, int(row))[x] = passed[size_t(x)][c] / float(side * side);
   });
   return mask;
 }

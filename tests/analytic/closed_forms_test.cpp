@@ -198,7 +198,7 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
     integrate::DistributionIntegrator::Settings distribution;
     distribution.shading.bounces = 0;
     distribution.shading.shadow_rays = integrate::RayList{256};
-    expect_near(render_text(scene, 1024, distribution).mean(), expected, .01f, "distribution");
+    expect_near(render_text(scene, 1024, distribution).mean(), expected, .01f, "distribution of " + scene);
   }
   const auto built = test::build_text(lit_by_sky);
   for (const bool bleeding : {false, true}) {

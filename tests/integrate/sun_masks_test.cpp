@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <numeric>
 
 #include "dapple/base/parallel.h"
 #include "dapple/forest/sun_mask.h"
@@ -210,15 +211,15 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
   size_t within = 0;
   for (size_t r = 0; r < P.size(); ++r) {
     const auto traced = [&](float start) {
-      uint8_t hit[32];
+      RGB passed[32];
       for (int i = 0; i < 32; ++i) {
         const V2f p = samples.point(sets[r], i) * tangent;
         const V3f d = normalize(frame.to_light + frame.x * p.x + frame.y * p.y);
         const V3f o = offset_origin(integrate::RayOrigin{P[r], N[r], V3f(0, 0, 0), error[r], 0}, d);
         rays.set(i, o + d * start, d, infinity, 0.5f, uint32_t(r * 32 + size_t(i)));
       }
-      scene.traced.occluded(rays, 32, hit);
-      return 1 - double(std::count(hit, hit + 32, trace::all_channels)) / 32;
+      scene.traced.transmitted(rays, 32, passed);
+      return double(std::accumulate(passed, passed + 32, RGB()).g) / 32;
     };
     const double near = traced(0), far = traced((1.5f * frame.slope(N[r]) + 1.5f) * frame.slab),
                  v = double(visible[r].g);

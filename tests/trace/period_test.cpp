@@ -56,13 +56,13 @@ TEST(Period, IsManyCopies) {
   slanted_rays(n, rays.get());
   repeated.intersect(*rays, n, a.get());
   copies.intersect(*rays, n, b.get());
-  uint8_t hidden_a[n], hidden_b[n];
-  repeated.occluded(*rays, n, hidden_a);
-  copies.occluded(*rays, n, hidden_b);
+  RGB passed_a[n], passed_b[n];
+  repeated.transmitted(*rays, n, passed_a);
+  copies.transmitted(*rays, n, passed_b);
   int hits = 0, differ = 0, far = 0;
   for (int i = 0; i < n; ++i) {
-    if (a->geometry[i] != b->geometry[i] || hidden_a[i] != hidden_b[i] || a->primitive[i] != b->primitive[i]) {
-      differ += a->geometry[i] != no_id || b->geometry[i] != no_id || hidden_a[i] != hidden_b[i];
+    if (a->geometry[i] != b->geometry[i] || passed_a[i] != passed_b[i] || a->primitive[i] != b->primitive[i]) {
+      differ += a->geometry[i] != no_id || b->geometry[i] != no_id || passed_a[i] != passed_b[i];
       continue;
     }
     if (a->geometry[i] == no_id) continue;

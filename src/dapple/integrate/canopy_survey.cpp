@@ -170,10 +170,10 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
                     uint32_t ray_count, uint32_t seed) {
   constexpr size_t batch = trace::RayBatch::capacity;
   const size_t batches = (ray_count + batch - 1) / batch;
-  std::vector<int> passed(batches);  // channels of rays
+  std::vector<double> passed(batches);
   parallel_for(batches, [&](size_t b) {
     trace::RayBatch rays{};
-    uint8_t hit[batch];
+    RGB share[batch];
     const int n = int(std::min(batch, ray_count - b * batch));
     const float sine = float(std::sqrt(1 - mu * mu));
     const float length = float((top - bottom) / mu) * (1 - 1e-4f);
@@ -184,11 +184,11 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
       rays.set(i, V3f(lerp(at.x, plot.min.x, plot.max.x), lerp(at.y, plot.min.y, plot.max.y), float(top)),
                V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, 0, index);
     }
-    scene.traced.occluded(rays, n, hit);
-    for (int i = 0; i < n; ++i) passed[b] += 3 - std::popcount(hit[i]);
+    scene.traced.transmitted(rays, n, share);
+    for (int i = 0; i < n; ++i) passed[b] += double(share[i].average());
   });
   double through = 0;
-  for (const int n : passed) through += n / 3.0;
+  for (const double n : passed) through += n;
   return std::max(through, 0.5) / ray_count;
 }
 

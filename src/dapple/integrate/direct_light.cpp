@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
-// Something lets a part of the light through: one shadow ray says little about it, even of a light without size.
+// Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
 bool has_veils(const scene::Scene& scene) {
   return std::any_of(scene.bindings.begin(), scene.bindings.end(), [](const scene::GeometryBinding& b) {
     const auto even = b.alpha ? b.alpha->constant() : std::optional(1.0f);
@@ -26,7 +26,7 @@ bool has_veils(const scene::Scene& scene) {
 
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
-  const bool veiled = has_veils(scene);
+  const bool veiled = tracer.draws_opacity() && has_veils(scene);
   for (const auto& light : scene.lights) one_ray_serves_.push_back(light->is_delta() && !veiled);
   group_ = scene.light_groups.of_light;
   group_.resize(scene.lights.size());

@@ -58,9 +58,7 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
 
 void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   if (materials_.shadows_pass()) return visible_through(rays, n, medium, visible, s);
-  scene_.traced.occluded(rays, n, s.occluded);
-  const auto sees = [&s](int i, int channel) { return s.occluded[i] >> channel & 1 ? 0.0f : 1.0f; };
-  for (int i = 0; i < n; ++i) visible[i] = RGB(sees(i, 0), sees(i, 1), sees(i, 2));
+  scene_.traced.transmitted(rays, n, visible);
 }
 
 int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& s) const {

@@ -13,7 +13,6 @@ class RayTracer {
  public:
   static constexpr int capacity = trace::RayBatch::capacity;
   struct Scratch {
-    uint8_t occluded[capacity];
     trace::RayBatch rays;
     trace::HitBatch hits;
     int32_t medium[capacity];
@@ -48,6 +47,8 @@ class RayTracer {
   RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true, const shading::Visibility* masks = nullptr)
       : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
 
+  /// Shadow rays that meet a surface of some opacity are stopped or not, by draws; else they are weakened.
+  bool draws_opacity() const { return materials_.shadows_pass(); }
   /// Some light is lost on its way: what nearest() says has passed is not all.
   bool weakens() const { return materials_.shadows_pass() || scene_.traced.has_colored_opacity(); }
 

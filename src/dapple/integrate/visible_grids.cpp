@@ -176,9 +176,9 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
     const V3f origin = offset_origin(s, to_eye);
     const float distance = length(to_eye);
     w.seen_ray.set(0, origin, to_eye * (1 / distance), distance, patches_.time(id), 0, patches_.cell(id).size);
-    uint8_t hidden = 0;
-    scene_.traced.occluded(w.seen_ray, 1, &hidden);
-    if (!hidden) return id;
+    RGB passed;
+    scene_.traced.transmitted(w.seen_ray, 1, &passed);
+    if (!passed.is_black()) return id;
   }
   patches_.choose_stand_in(&id, 0);
   return id;

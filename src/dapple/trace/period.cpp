@@ -119,15 +119,15 @@ void TracedScene::walk_intersect(const RayBatch& rays, int n, HitBatch* hits) co
   }
 }
 
-void TracedScene::walk_occluded(const RayBatch& rays, int n, uint8_t* hit) const {
+void TracedScene::walk_transmitted(const RayBatch& rays, int n, RGB* passed) const {
   CellWalk walk(rays, n, *period_, bounds_);
-  std::fill_n(hit, n, uint8_t(0));
-  uint8_t found[RayBatch::capacity];
+  std::fill_n(passed, n, RGB(1));
+  RGB found[RayBatch::capacity];
   for (int cell = 0; walk.count > 0 && cell < max_cells; ++cell) {
     walk.measure();
-    occluded_cell(walk.segments, walk.count, found);
-    for (int i = 0; i < walk.count; ++i) hit[walk.ray[i]] |= found[i];
-    walk.go_on([&](int i) { return hit[walk.ray[i]] != all_channels; });
+    transmitted_cell(walk.segments, walk.count, found);
+    for (int i = 0; i < walk.count; ++i) passed[walk.ray[i]] *= found[i];
+    walk.go_on([&](int i) { return !passed[walk.ray[i]].is_black(); });
   }
 }
 

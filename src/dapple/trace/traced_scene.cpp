@@ -2,6 +2,7 @@
 #include "dapple/trace/traced_scene.h"
 
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -16,6 +17,8 @@ namespace dapple::trace {
 namespace {
 
 constexpr uint32_t leading_channel = 0x1ead;  // tells this use of a ray's key from others
+constexpr float depth_unit = 0x1p20f;
+constexpr int32_t most_depth = 16 << 20;  // e^-16 is nothing
 
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
@@ -209,7 +212,8 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
 
 uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
-  geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out}));
+  const bool flat = std::holds_alternative<MeshPtr>(shape) || std::holds_alternative<DisksPtr>(shape);
+  geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out, flat}));
   has_disks_ |= std::holds_alternative<DisksPtr>(shape);
   has_colored_opacity_ |= cut_out == CutOut::colored;
   RTCGeometry g = make_geometry(*geometries_.back());
@@ -273,39 +277,73 @@ void TracedScene::commit() {
   build_seconds_ = timer.seconds();
 }
 
+void TracedScene::RayContext::start_shadow() {
+  is_shadow = true;
+  depth[0] = depth[1] = depth[2] = 0;
+  met_count = 0;
+}
+
+bool TracedScene::RayContext::meets_again(uint64_t random) {
+  for (unsigned i = 0; i < std::min(met_count, 4u); ++i)
+    if (met[i] == random) return true;
+  met[met_count++ % 4] = random;
+  return false;
+}
+
+bool TracedScene::RayContext::weaken(const RGB& opacity) {
+  bool dark = true;
+  for (int c = 0; c < 3; ++c) {
+    const float alpha = opacity[c];
+    if (alpha >= 1)
+      depth[c] = most_depth;
+    else if (alpha > 0)
+      depth[c] = std::min(depth[c] + int32_t(std::lround(-std::log1p(-alpha) * depth_unit)), most_depth);
+    dark &= depth[c] == most_depth;
+  }
+  return dark;
+}
+
+RGB TracedScene::RayContext::transmittance() const {
+  RGB passed;
+  for (int c = 0; c < 3; ++c) passed[c] = depth[c] == 0 ? 1 : depth[c] == most_depth ? 0 : std::exp(float(depth[c]) / -depth_unit);
+  return passed;
+}
+
 void TracedScene::RayContext::start(uint8_t leading_channel) {
   leading = leading_channel;
-  blocked = no_channel;
   stopped = all_channels;
   blocked_at[0] = blocked_at[1] = blocked_at[2] = stopped_at = infinity;
 }
 
 uint8_t TracedScene::RayContext::channels(float t) const {
-  uint8_t with = stopped_at == t ? stopped : all_channels;
+  const float end = std::min(t, stopped_at);
+  uint8_t with = t < stopped_at ? all_channels : stopped;
   for (int c = 0; c < 3; ++c)
-    if (blocked_at[c] < t) with &= uint8_t(~(1 << c));
+    if (blocked_at[c] < end) with &= uint8_t(~(1 << c));
   return with;
 }
 
 // One draw serves all channels. Embree may ask twice about a hit, and in any order: what is kept in the context does not mind.
 bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t key, RayContext* context) const {
-  const auto draw = [&] { return to_unit_float(hash(key, hit.geometry, instance, hit.primitive)); };
+  const uint64_t random = hash(key, hit.geometry, instance, hit.primitive);
+  const float drawn = to_unit_float(random);
+  const bool weakens = context->is_shadow && g.met_once;
+  if (weakens && context->meets_again(random)) return false;
   if (g.cut_out == CutOut::gray) {
     const float alpha = opacity_test_->seen_opacity(hit, &context->counts);
     if (alpha >= 1) return true;
     if (!(alpha > 0)) return false;
-    return draw() < alpha;
+    return weakens ? context->weaken(RGB(alpha)) : drawn < alpha;
   }
   const RGB alpha = opacity_test_->seen_colored_opacity(hit, &context->counts);
-  const float drawn = draw();
+  if (weakens) return context->weaken(alpha);
+  if (context->is_shadow) return context->weaken({drawn < alpha.r ? 1.0f : 0.0f, drawn < alpha.g ? 1.0f : 0.0f, drawn < alpha.b ? 1.0f : 0.0f});
   uint8_t blocks = no_channel;
   for (int c = 0; c < 3; ++c) {
     if (!(drawn < alpha[c])) continue;
     blocks |= uint8_t(1 << c);
     context->blocked_at[c] = std::min(context->blocked_at[c], t);
   }
-  context->blocked |= blocks;
-  if (context->leading == all_channels) return context->blocked == all_channels;
   if (!(blocks & context->leading)) return false;
   context->stopped_at = t, context->stopped = blocks;
   return true;
@@ -390,20 +428,20 @@ V3f TracedScene::instance_point(uint32_t instance, const V3f& p) const {
   return out;
 }
 
-void TracedScene::occluded(const RayBatch& r, int n, uint8_t* hit) const {
+void TracedScene::transmitted(const RayBatch& r, int n, RGB* passed) const {
   if (recorder_) recorder_->record(r, n, true);
-  if (period_) return walk_occluded(r, n, hit);
-  occluded_cell(r, n, hit);
+  if (period_) return walk_transmitted(r, n, passed);
+  transmitted_cell(r, n, passed);
 }
 
-void TracedScene::occluded_cell(const RayBatch& r, int n, uint8_t* hit) const {
+void TracedScene::transmitted_cell(const RayBatch& r, int n, RGB* passed) const {
   RayContext context;
   for (int i = 0; i < n; ++i) {
     context.width = r.width[i], context.spread = r.spread[i];
-    if (has_colored_opacity_) context.start(all_channels);
+    context.start_shadow();
     RTCRay q = embree_ray(r, i);
     rtcOccluded1(top_.scene, &context.embree, &q);
-    hit[i] = q.tfar < 0 ? all_channels : context.blocked;
+    passed[i] = q.tfar < 0 ? RGB() : context.transmittance();
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
 }

@@ -70,8 +70,9 @@ class TracedScene {
   /// Nearest hits of rays [0, n). Where opacity differs by channel a ray takes the way of one channel, drawn by its key; others go with it
   /// where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean right.
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
-  /// hit[i]: the channels for which something lies within [0, t_max), all or none but for coloured opacity.
-  void occluded(const RayBatch& rays, int n, uint8_t* hit) const;
+  /// What shadow rays bring: passed[i] is the share of the light that comes through all that lies within [0, t_max). Layers of flat primitives
+  /// multiply; others stop a ray or not, by draws, as they do nearest hits.
+  void transmitted(const RayBatch& rays, int n, RGB* passed) const;
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
   geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye = {0, 0, 1},
@@ -109,16 +110,27 @@ class TracedScene {
     float width = 0, spread = 0;
     OpacityTest::Counts counts{};
 
-    // Of the ray under way, where opacity is coloured.
-    uint8_t leading = all_channels;  ///< the channel whose way it takes; all: it ends where all are blocked
-    uint8_t blocked = no_channel;    ///< channels, for a ray that all lead
-    float blocked_at[3];             ///< by channel: the nearest that stops it
-    float stopped_at;                ///< by a surface of coloured opacity, if any,
-    uint8_t stopped;                 ///< which blocks these
+    // Of a shadow ray under way. In whole numbers, since sums of these do not depend on the order of hits.
+    bool is_shadow = false;
+    int32_t depth[3];    ///< optical, by channel, in units of 1 / depth_unit
+    uint64_t met[4];     ///< random numbers of the last hits
+    unsigned met_count;
+
+    // Of another ray, where opacity is coloured.
+    uint8_t leading = no_channel;  ///< the channel whose way it takes
+    float blocked_at[3];           ///< by channel: the nearest that stops it
+    float stopped_at;              ///< by a surface of coloured opacity, if any,
+    uint8_t stopped;               ///< which blocks these
 
     RayContext() { rtcInitIntersectContext(&embree); }
     void start(uint8_t leading_channel);
     uint8_t channels(float t) const;  ///< that go with a ray that ended at t
+    void start_shadow();
+    /// Embree gives a quad twice where the ray meets its diagonal, the second time after up to three others.
+    bool meets_again(uint64_t random);
+    /// True if no light is left.
+    bool weaken(const RGB& opacity);
+    RGB transmittance() const;
   };
   /// Embree's own scene, for benchmarks. Queries take the `embree` of a RayContext.
   RTCScene embree_scene() const { return top_.scene; }
@@ -129,6 +141,7 @@ class TracedScene {
     const TracedScene* scene;
     uint32_t index;
     CutOut cut_out;
+    bool met_once;  ///< by a ray, in each of its primitives
   };
   struct Instance {
     float m[3][4];  ///< world from object, at shutter open
@@ -144,9 +157,9 @@ class TracedScene {
   struct MemoryUse;
 
   void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
-  void occluded_cell(const RayBatch& rays, int n, uint8_t* hit) const;
+  void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
   void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
-  void walk_occluded(const RayBatch& rays, int n, uint8_t* hit) const;
+  void walk_transmitted(const RayBatch& rays, int n, RGB* passed) const;
   void place_on_disks(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
