@@ -325,18 +325,20 @@ uint8_t TracedScene::RayContext::channels(float t) const {
 
 // One draw serves all channels. Embree may ask twice about a hit, and in any order: what is kept in the context does not mind.
 bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t key, RayContext* context) const {
-  const uint64_t random = hash(key, hit.geometry, instance, hit.primitive);
-  const float drawn = to_unit_float(random);
+  const auto draw = [&] { return hash(key, hit.geometry, instance, hit.primitive); };
   const bool weakens = context->is_shadow && g.met_once;
-  if (weakens && context->meets_again(random)) return false;
   if (g.cut_out == CutOut::gray) {
     const float alpha = opacity_test_->seen_opacity(hit, &context->counts);
     if (alpha >= 1) return true;
     if (!(alpha > 0)) return false;
-    return weakens ? context->weaken(RGB(alpha)) : drawn < alpha;
+    const uint64_t random = draw();
+    if (weakens) return !context->meets_again(random) && context->weaken(RGB(alpha));
+    return to_unit_float(random) < alpha;
   }
   const RGB alpha = opacity_test_->seen_colored_opacity(hit, &context->counts);
-  if (weakens) return context->weaken(alpha);
+  const uint64_t random = draw();
+  if (weakens) return !context->meets_again(random) && context->weaken(alpha);
+  const float drawn = to_unit_float(random);
   if (context->is_shadow) return context->weaken({drawn < alpha.r ? 1.0f : 0.0f, drawn < alpha.g ? 1.0f : 0.0f, drawn < alpha.b ? 1.0f : 0.0f});
   uint8_t blocks = no_channel;
   for (int c = 0; c < 3; ++c) {
