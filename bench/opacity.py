@@ -96,6 +96,7 @@ def bench(context):
             kind = "pattern over u, v" if place == "uv" else "pattern in space"
             measure(f"{kind}, 4 shadow rays", scene, "--rays", 4)
             measure(f"{kind}, 16 shadow rays", scene, "--rays", 16)
+            measure(f"{kind}, 64 shadow rays", scene, "--rays", 64)
             measure(f"{kind}, ambient occlusion, 8 rays", scene, "--integrator", "ao", "--rays", 8)
         forest = common.ROOT.parent / "shared/scenes/forest/forest-cutout.pbrt"
         if forest.exists():
