@@ -425,5 +425,29 @@ Shape "bilinearmesh" "integer indices" [ )" + indices + "] \"point3 P\" [ " + sl
   EXPECT_LE(r.result.stages.batches, points / 240 + 30);
 }
 
+// One thread has claimed all points and put them off, for want of a full batch, and is not called again: what another thread renders of the
+// same points must not wait for it, however much there is.
+TEST(DistributionGrids, ThatAnIdleThreadHasClaimedAreShadedByWhoNeedsThem) {
+  const auto built = build_text(film(16) + R"(LookAt 0 0 1  0 0 0  0 1 0
+Camera "orthographic"
+WorldBegin
+LightSource "distant" "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3.14159265 3.14159265 3.14159265 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
+)");
+  const DistributionIntegrator integrator(*built.scene, settings(0, {1}, {1}));
+  std::unique_ptr<integrate::Integrator::Workspace> workspaces[] = {integrator.make_workspace(), integrator.make_workspace()};
+  scene::Film image(built.scene->film);
+  const Box2i all(V2i(0, 0), V2i(16, 16));
+  integrator.render({all, 0, 1}, *workspaces[0], image);
+  EXPECT_EQ(workspaces[0]->stages[Stage::prelighting], 0u) << "the test is to have points that are put off";
+  integrator.render({all, 1, 64}, *workspaces[1], image);
+  EXPECT_EQ(workspaces[1]->stages[Stage::prelighting], 16u * 16u);
+  integrator.finish(workspaces, image);
+  EXPECT_EQ(workspaces[0]->stages[Stage::prelighting], 0u);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) expect_near(image.pixel(x, y), RGB(.5f), 1e-5f, "pixel " + std::to_string(x) + ", " + std::to_string(y));
+}
+
 }  // namespace
 }  // namespace dapple

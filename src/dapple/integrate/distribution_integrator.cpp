@@ -109,8 +109,6 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
 }
 
 void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const {
-  // No thread waits for what it has to shade itself later.
-  parallel_for(workspaces.size(), [&](size_t i) { shade_claimed(0, static_cast<DistributionWorkspace&>(*workspaces[i])); });
   parallel_for(workspaces.size(), [&](size_t i) {
     auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
     finish_waiting(w, film);

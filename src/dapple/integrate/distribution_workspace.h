@@ -40,12 +40,14 @@ struct CameraSample {
   bool is_ready() const { return source == Source::nothing || (source == Source::grid && grid->has(wanted)); }
 };
 
-/// Points of grids that this thread has to shade. Whatever happens, other threads must not wait for them for ever.
+/// Points of grids that this thread has to shade, unless another thread that wants them sooner takes them. Whatever happens, other threads
+/// must not wait for them for ever.
 class ClaimedPoints {
  public:
   struct Claim {
     GridStore::GridPtr grid;
     ShadingGrid::Parts points;
+    bool taken;
   };
 
   ClaimedPoints() = default;
@@ -53,9 +55,19 @@ class ClaimedPoints {
   ClaimedPoints(const ClaimedPoints&) = delete;
   ClaimedPoints& operator=(const ClaimedPoints&) = delete;
 
-  void add(const GridStore::GridPtr& grid, ShadingGrid::Parts points) {
-    claims_.push_back({grid, points});
+  void add(const GridStore::GridPtr& grid, ShadingGrid::Parts points, bool taken = false) {
+    claims_.push_back({grid, points, taken});
     count_ += std::popcount(points);
+  }
+  /// Takes those of a claim that no other thread has taken; the claim is for these alone from then on.
+  ShadingGrid::Parts take(size_t i) {
+    Claim& c = claims_[i];
+    if (c.taken) return c.points;
+    c.taken = true;
+    count_ -= std::popcount(c.points);
+    c.points = c.grid->take(c.points);
+    count_ += std::popcount(c.points);
+    return c.points;
   }
   int count() const { return count_; }  ///< of points
   std::span<const Claim> claims() const { return claims_; }

@@ -25,7 +25,6 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
   }
   finish_samples(w.L, w, film);
   if (w.waiting.samples.size() > WaitingSamples::most) {
-    shade_claimed(0, w);
     finish_waiting(w, film);
   } else if (w.claimed.count() >= PointBatch::capacity || w.waiting.hits >= DistributionWorkspace::capacity) {
     shade_claimed(PointBatch::capacity - 1, w);
@@ -33,8 +32,14 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
   }
 }
 
-// All of them, whoever shades their points.
+// All of them. Points that other threads have claimed and not begun are shaded here: those threads may have run out of pixels.
 void DistributionIntegrator::finish_waiting(DistributionWorkspace& w, scene::Film& film) const {
+  shade_claimed(0, w);
+  for (const auto& waiting : w.waiting.samples) {
+    if (waiting.sample.source != Source::grid) continue;
+    if (const ShadingGrid::Parts mine = waiting.grid->take(waiting.grid->unready(waiting.sample.wanted))) w.claimed.add(waiting.grid, mine, true);
+  }
+  shade_claimed(0, w);
   for (const auto& waiting : w.waiting.samples)
     if (waiting.sample.source == Source::grid) waiting.grid->wait(waiting.sample.wanted);
   finish_some_waiting(w, film);

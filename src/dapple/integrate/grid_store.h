@@ -32,21 +32,25 @@ struct ShadingGrid {
   std::unique_ptr<RGB[]> diffuse;  ///< radiance by diffuse lobes: of all points, then its parts, point by point
   std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
   TileLinks links;
-  std::atomic<Parts> claimed{0}, ready{0};
+  std::atomic<Parts> claimed{0}, taken{0}, ready{0};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
 
-  /// Claims what nobody has claimed of these points: the caller must shade them, and then publish() them.
+  /// Claims what nobody has claimed of these points: the caller must see to it that they are shaded, at the end of the pass at the latest.
   Parts claim(Parts points) {
     points &= ~claimed.load(std::memory_order_relaxed);  // most samples find all claimed, and need not write
     return points ? points & ~claimed.fetch_or(points, std::memory_order_relaxed) : 0;
   }
+  /// Takes what nobody has taken of claimed points, whoever claimed them: the caller must shade them at once, without waiting for other
+  /// grids, and then publish() them.
+  Parts take(Parts points) { return points & ~taken.fetch_or(points, std::memory_order_relaxed); }
   void publish(Parts mine) {
     ready.fetch_or(mine, std::memory_order_release);
     ready.notify_all();
   }
-  bool has(Parts wanted) const { return (ready.load(std::memory_order_acquire) & wanted) == wanted; }
-  /// Returns when these parts, claimed by other threads, are ready. Those may wait for entries of the radiosity cache in the meantime,
-  /// but not for grids: they wait for those when they have published their own.
+  Parts unready(Parts wanted) const { return wanted & ~ready.load(std::memory_order_acquire); }
+  bool has(Parts wanted) const { return unready(wanted) == 0; }
+  /// Returns when these parts, taken by other threads (links: claimed), are ready. Those may wait for entries of the radiosity cache in the
+  /// meantime, but not for grids: they wait for those when they have published their own.
   void wait(Parts wanted) const {
     for (Parts now; ((now = ready.load(std::memory_order_acquire)) & wanted) != wanted;) ready.wait(now, std::memory_order_acquire);
   }

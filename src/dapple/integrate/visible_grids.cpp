@@ -140,7 +140,7 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
       b.count = 0;
       const auto claims = w.claimed.claims();
       for (taken = 0; taken < claims.size() && b.count + std::popcount(claims[taken].points) <= PointBatch::capacity; ++taken)
-        add_points(*claims[taken].grid, claims[taken].points, b, w);
+        add_points(*claims[taken].grid, w.claimed.take(taken), b, w);
       if (b.count > 0) shade_batch(w);
       w.claimed.publish(taken);
     }
