@@ -5,6 +5,13 @@
 
 namespace dapple::shading {
 
+LightMotion::LightMotion(const AnimatedTransform& world_from_object)
+    : motion_(world_from_object), object_from_open_(world_from_object.start().inverse()) {
+  const Decomposition &first = motion_.decomposition(0), &last = motion_.decomposition(1);
+  if (first.rotation == last.rotation && std::equal(&first.scale[0][0], &first.scale[0][0] + 9, &last.scale[0][0]))
+    way_ = V3f(last.translation - first.translation);
+}
+
 LightMotion::Place::Place(const M44d& m) : shift_(float(m[0][3]), float(m[1][3]), float(m[2][3])) {
   for (int j = 0; j < 3; ++j) columns_[j] = V3f(float(m[0][j]), float(m[1][j]), float(m[2][j]));
   const V3f cofactors[3] = {cross(columns_[1], columns_[2]), cross(columns_[2], columns_[0]), cross(columns_[0], columns_[1])};
@@ -19,6 +26,7 @@ float LightMotion::Place::density(const V3f& d) const {
 }
 
 LightMotion::Place LightMotion::at(float time) const {
+  if (way_) return Place(*way_ * time);
   const M44d now = motion_.matrix_at(double(time)), &back = object_from_open_.matrix();
   M44d m;
   for (int i = 0; i < 3; ++i)
@@ -31,9 +39,7 @@ LightBounds LightMotion::bounds(const LightBounds& at_open) const {
   LightBounds out = at_open;
   float travel = 0;
   out.box = swept_box(at_open.box, [this](float time, const V3f& p) { return at(time).point(p); }, &travel);
-  const Decomposition &first = motion_.decomposition(0), &last = motion_.decomposition(1);
-  const bool only_travels = first.rotation == last.rotation && std::equal(&first.scale[0][0], &first.scale[0][0] + 9, &last.scale[0][0]);
-  if (!only_travels) out.cos_theta_o = -1;
+  if (!way_) out.cos_theta_o = -1;
   return out;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "dapple/base/animated_transform.h"
 #include "dapple/shading/light.h"
@@ -11,13 +12,13 @@ namespace dapple::shading {
 /// Carries a light, described in world space at shutter open, to where it is at a time of the shutter interval.
 class LightMotion {
  public:
-  explicit LightMotion(const AnimatedTransform& world_from_object)
-      : motion_(world_from_object), object_from_open_(world_from_object.start().inverse()) {}
+  explicit LightMotion(const AnimatedTransform& world_from_object);
 
   /// World space at a time ("now") from world space at shutter open.
   class Place {
    public:
     explicit Place(const M44d& now_from_open);
+    explicit Place(const V3f& shift) : shift_(shift) {}
     V3f point(const V3f& p) const { return vector(p) + shift_; }
     V3f vector(const V3f& v) const { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; }
     V3f normal(const V3f& n) const { return normalize(rows_back_[0] * n.x + rows_back_[1] * n.y + rows_back_[2] * n.z); }
@@ -28,8 +29,9 @@ class LightMotion {
     float density(const V3f& d) const;
 
    private:
-    V3f columns_[3], shift_, rows_back_[3];  ///< of the map, and of its inverse
-    float determinant_back_;
+    V3f columns_[3] = {V3f(1, 0, 0), V3f(0, 1, 0), V3f(0, 0, 1)}, shift_;  ///< of the map
+    V3f rows_back_[3] = {columns_[0], columns_[1], columns_[2]};           ///< of its inverse
+    float determinant_back_ = 1;
   };
   Place at(float time) const;
 
@@ -39,6 +41,7 @@ class LightMotion {
  private:
   AnimatedTransform motion_;
   Transform object_from_open_;
+  std::optional<V3f> way_;  ///< from shutter open to close, of what neither turns nor changes its size
 };
 
 /// A light without area that moves: one at a point, or that shines in one direction. Irradiance by the former falls with the square of the
