@@ -285,6 +285,8 @@ TEST(CameraView, PixelsAreAsWideAsTheCamerasRays) {
     float width;
     CameraView(c).pixel_widths(P, &width);
     EXPECT_NEAR(width, length(Q - P[0]), 0.01f * width) << type;
+    EXPECT_NEAR(r.cone_width + 7 * r.cone_spread, width, 1e-4f * width) << type;
+    EXPECT_NEAR(c.pixel_width(P[0]), width, 1e-4f * width) << type;
   }
 }
 

@@ -285,12 +285,11 @@ Material "diffuse"
   EXPECT_EQ(points(small + cover) - points(cover), 8u);
 }
 
-// Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the number of samples; the image's mean
-// stays, and it does not depend on threads or on what the store of grids forgets.
-TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {
+// Leaves with sides of .1 in a box of 2: a mesh of quads.
+std::string cloud_of_leaves(int count) {
   std::string leaves, indices;
   KeyedRng rng(2);
-  for (int leaf = 0; leaf < 3000; ++leaf) {
+  for (int leaf = 0; leaf < count; ++leaf) {
     const V3f n = normalize(square_to_sphere(V2f(rng.next(), rng.next())));
     V3f s, t;
     coordinate_system(n, &s, &t);
@@ -299,12 +298,18 @@ TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {
       for (int axis = 0; axis < 3; ++axis) leaves += std::to_string((c + (s * q.x + t * q.y) * 0.05f)[axis]) + " ";
     for (int v = 0; v < 4; ++v) indices += std::to_string(4 * leaf + v) + " ";
   }
+  return "Shape \"bilinearmesh\" \"point3 P\" [ " + leaves + "] \"integer indices\" [ " + indices + "]\n";
+}
+
+// Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the number of samples; the image's mean
+// stays, and it does not depend on threads or on what the store of grids forgets.
+TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {
   const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -.8 .8 -.8 .8 ]
 WorldBegin
 LightSource "distant" "point3 from" [ 1 0 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
-Shape "bilinearmesh" "point3 P" [ )" + leaves + "] \"integer indices\" [ " + indices + "]");
+)" + cloud_of_leaves(3000));
   auto s = settings(0, {1}, {1});
   s.pixel_points = 0;
   const auto all = render_built(built, 256, s);
@@ -325,6 +330,30 @@ Shape "bilinearmesh" "point3 P" [ )" + leaves + "] \"integer indices\" [ " + ind
   const auto again = render_built(built, 256, s);
   set_thread_count(0);
   EXPECT_TRUE(same_bits(few.film, again.film));
+}
+
+// The leaves of a pixel send between them about as many rays as the one point of a wall would; those that are larger than pixels send all of them.
+TEST(DistributionGroups, OfAPixelShareItsRays) {
+  const auto render = [](const std::string& half, int pixel_points) {
+    const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ )" + "-" + half + " " + half + " -" + half + " " + half + R"( ]
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+)" + cloud_of_leaves(3000));
+    auto s = settings(0, {64}, {1});
+    s.pixel_points = pixel_points;
+    return render_built(built, 64, s);
+  };
+  const uint64_t pixels = 64;
+  const auto points = [](const auto& r) { return r.result.stages[Stage::prelighting]; };
+  const auto many = render(".8", 16), one = render(".8", 1), close = render(".1", 16);
+  EXPECT_GT(points(many), 8 * pixels);
+  EXPECT_LT(many.result.rays.shadow, 2 * 64 * pixels);
+  EXPECT_GT(many.result.rays.shadow, 64 * pixels / 2);
+  EXPECT_EQ(one.result.rays.shadow, 64 * points(one));
+  EXPECT_GT(close.result.rays.shadow, 64 * points(close) / 2);
+  expect_near(many.mean(), one.mean(), .05f, "sixteen points, and one");
 }
 
 // The recursion is as deep as bounces and specular depth say: they are bounded.

@@ -17,28 +17,14 @@ float largest_scale(const Transform& t) {
 
 }  // namespace
 
-CameraView::CameraView(const scene::Camera& camera)
-    : settings_(camera.settings()), to_camera_(camera.world_to_camera()) {
-  const auto& s = settings_;
-  world_scale_ = largest_scale(s.camera_to_world.start());
+CameraView::CameraView(const scene::Camera& camera) : camera_(camera) {
+  const auto& s = camera.settings();
   if (s.projection == Projection::perspective) half_ = std::tan(radians(s.fov_degrees) / 2);
-  switch (s.projection) {
-    case Projection::perspective:
-    case Projection::orthographic:
-      pixel_ = (s.screen_max_y - s.screen_min_y) * half_ / float(s.resolution.y);
-      break;
-    case Projection::spherical_lat_long:
-      pixel_ = pi / float(s.resolution.y);
-      break;
-    case Projection::spherical_equal_area:
-      pixel_ = std::sqrt(4 * pi / float(s.resolution.x) / float(s.resolution.y));
-      break;
-  }
 }
 
 float CameraView::width_at(const V3f& world) const {
-  const auto& s = settings_;
-  const V3f p = to_camera_.point(world);
+  const auto& s = camera_.settings();
+  const V3f p = camera_.world_to_camera().point(world);
   float depth = 1;
   bool seen = true;
   if (s.projection == Projection::perspective || s.projection == Projection::orthographic) {
@@ -51,7 +37,7 @@ float CameraView::width_at(const V3f& world) const {
     depth = length(p);
   }
   if (!seen && s.projection == Projection::perspective) depth = length(p);
-  const float width = pixel_ * world_scale_ * depth * (seen ? 1.0f : off_screen);
+  const float width = camera_.pixel_width(depth) * (seen ? 1.0f : off_screen);
   return std::max(width, std::numeric_limits<float>::min());
 }
 

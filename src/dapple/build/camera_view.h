@@ -19,11 +19,8 @@ class CameraView final : public geom::DicingView {
  private:
   float width_at(const V3f& world) const;
 
-  scene::Camera::Settings settings_;
-  Transform to_camera_;
-  float world_scale_;  ///< world units a unit of camera space
-  float half_ = 1;     ///< half the picture over a unit of the screen window, at unit depth
-  float pixel_ = 0;    ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
+  scene::Camera camera_;
+  float half_ = 1;  ///< half the picture over a unit of the screen window, at unit depth
 };
 
 /// What another view sees of a surface through its instances: the smallest pixels of any. Of many instances the nearest

@@ -61,6 +61,7 @@ class DistributionIntegrator final : public Integrator {
   void shade_claimed(int left, DistributionWorkspace& w) const;
   void add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
+  int points_in_pixel(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;
   void finish_ready(DistributionWorkspace& w, scene::Film& film) const;
   void finish_waiting(DistributionWorkspace& w, scene::Film& film) const;

@@ -138,6 +138,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
   WaitingSamples waiting;
   LightSums waiting_L;
   trace::RayBatch seen_ray;
+  trace::HitBatch seen_hits;
 
   PixelPoints seen;
   bool seen_known = false;

@@ -114,8 +114,9 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
     for (int end = 0; end < n; ++end) {
       const V3f way = of_part[end].P - from.P;
       if (dot(of_part[end].Ng, from.Ng) < like_normals || std::abs(dot(way, from.Ng)) > near_plane * length(way)) {
-        if (4 * ++elsewhere > part_count) return;
-        continue;
+        if (4 * ++elsewhere <= part_count) continue;
+        job.links->cut |= TileLinks::scattered;
+        return;
       }
       ends[count] = of_part[end];
       parts[count++] = part;

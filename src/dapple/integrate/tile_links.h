@@ -22,6 +22,9 @@ struct TileLinks {
   /// A bit of `cut` that is no cell's: something stands on the tile, so each of its points has to be tried.
   static constexpr uint32_t suspect = 1u << 31;
 
+  /// A bit of `cut` that is free in a group: it does not lie in a surface.
+  static constexpr uint32_t scattered = 1;
+
   static constexpr int bit(int i, int j) { return j * side + i; }
   bool is_divided(int i, int j) const { return divided >> bit(i, j) & 1; }
   bool is_cut_in_u(int i, int j) const { return cut >> bit(i, j) & 1; }

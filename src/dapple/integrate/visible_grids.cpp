@@ -154,11 +154,13 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
 void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
   const GridId id = patches_seen(grid.id, w);
   const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
+  const int share = points_in_pixel(id, w);
   for (int j = 0; j < id.height(); ++j)
     for (int i = 0; i < id.width(); ++i) {
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
       shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
+      b.share[k] *= share;
       w.target[k] = {&grid, id.index(i, j)};
       if (interpolator_) w.interpolation->point[k] = {id, i, j};
     }
@@ -182,6 +184,36 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
   }
   patches_.choose_stand_in(&id, 0);
   return id;
+}
+
+// A pixel that sees many small patches shows the mean of some: these do the work of one point between them. So many as rays through the
+// footprint of a pixel around this one meet: a function of the name, as in patches_seen().
+int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWorkspace& w) const {
+  const int rays = std::min({settings_.pixel_points, settings_.pixel_samples, int(PixelPoints::first_samples)});
+  if (rays < 2 || !PixelPoints::is_small(grid)) return 1;
+  const float time = patches_.time(grid);
+  patches_.shading_point(grid, grid.width() / 2, grid.height() / 2, scene_.camera.position(), &w.seen_hits, 0);
+  const V3f P = scene_.traced.surface(w.seen_hits, 0, time, false).P, to_eye = scene_.camera.to_eye(P);
+  const float distance = length(to_eye), width = scene_.camera.pixel_width(P);
+  if (!(distance > 0) || !(width > 0)) return 1;
+  const Frame frame(to_eye * (1 / distance));
+  const uint32_t seed = uint32_t(grid.hash());
+  for (int i = 0; i < rays; ++i) {
+    const V2f at = sample_2d(seed, uint32_t(i), 0);
+    const V3f o = P + to_eye, to_point = (frame.s * (at.x - 0.5f) + frame.t * (at.y - 0.5f)) * width - to_eye;
+    w.seen_ray.set(i, o, normalize(to_point), infinity, time, trace::ray_key(seed, uint32_t(i)), 0, width / distance);
+  }
+  scene_.traced.intersect(w.seen_ray, rays, &w.seen_hits);
+  GridId seen[PixelPoints::first_samples];
+  int count = 0;
+  for (int i = 0; i < rays; ++i) {
+    if (w.seen_hits.geometry[i] == trace::no_id) continue;
+    const geom::SurfacePoint s = scene_.traced.surface_without_tangents(w.seen_ray, w.seen_hits, i);
+    scene::GridPoint point;
+    if (!patches_.dice(w.seen_hits, i, w.seen_ray.direction(i), time, s, width * std::sqrt(settings_.shading_rate), &w.shading.extents, &point)) continue;
+    if (PixelPoints::is_small(point.grid) && std::find(seen, seen + count, point.grid) == seen + count) seen[count++] = point.grid;
+  }
+  return std::max(count, 1);
 }
 
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {

@@ -17,7 +17,11 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
   for (int i = 0; i < 3; ++i) axes_[i] = world_start_.vector(V3f(i == 0, i == 1, i == 2));
   const float height = (settings.screen_max_y - settings.screen_min_y) * tan_half;
   pixel_ = height / float(settings.resolution.y);
-  spread_ = pixel_ * length(axes_[2]);
+  if (settings.projection == Projection::spherical_lat_long) pixel_ = pi / float(settings.resolution.y);
+  if (settings.projection == Projection::spherical_equal_area)
+    pixel_ = std::sqrt(4 * pi / float(settings.resolution.x) / float(settings.resolution.y));
+  scale_ = length(axes_[2]);
+  spread_ = pixel_ * scale_;
   pinhole_ = settings.projection == Projection::perspective && settings.lens_radius == 0 &&
              !settings.camera_to_world.is_animated();
   corner_ = axes_[0] * (settings.screen_min_x * tan_half) + axes_[1] * (settings.screen_max_y * tan_half) + axes_[2];
@@ -46,13 +50,13 @@ CameraRay Camera::generate_general(const V2f& film, const V2f& lens, float time)
       const float theta = pi * y, phi = 2 * pi * x;
       const V3f v = spherical_direction(std::sin(theta), std::cos(theta), phi);
       d = V3f(v.x, v.z, v.y);
-      r.cone_spread = pi / float(s.resolution.y);
+      r.cone_spread = pixel_;
       break;
     }
     case Projection::spherical_equal_area: {
       const V3f v = image::equal_area_direction(V2f(x, y));
       d = V3f(v.x, v.z, v.y);
-      r.cone_spread = std::sqrt(4 * pi / float(s.resolution.x) / float(s.resolution.y));
+      r.cone_spread = pixel_;
       break;
     }
   }
@@ -81,6 +85,12 @@ CameraRay Camera::generate_general(const V2f& film, const V2f& lens, float time)
 V3f Camera::to_eye(const V3f& p) const {
   if (settings_.projection != Projection::orthographic) return position() - p;
   return world_start_.vector(V3f(0, 0, -1e6f));
+}
+
+float Camera::pixel_width(const V3f& p) const {
+  const V3f seen = camera_start_.point(p);
+  const bool flat = settings_.projection == Projection::perspective || settings_.projection == Projection::orthographic;
+  return pixel_width(flat ? std::abs(seen.z) : length(seen));
 }
 
 }  // namespace dapple::scene

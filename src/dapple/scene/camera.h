@@ -43,6 +43,10 @@ class Camera {
   V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
   /// From p to the camera at shutter open; to a far point on the way of orthographic cameras.
   V3f to_eye(const V3f& p) const;
+  /// World width of a pixel's footprint, as generate() tells it, at a depth in camera space; of spherical cameras at a distance.
+  float pixel_width(float depth) const { return pixel_ * scale_ * (settings_.projection == Projection::orthographic ? 1 : depth); }
+  /// Around p, at shutter open.
+  float pixel_width(const V3f& p) const;
   /// World to camera space, in units of which depth is z.
   const Transform& world_to_camera() const { return camera_start_; }
 
@@ -64,7 +68,8 @@ class Camera {
   V3f origin_, axes_[3];  ///< of a still camera, in world space
   bool pinhole_ = false;  ///< still, perspective, no lens: the common case, by the three vectors below
   V3f corner_, per_x_, per_y_;  ///< unnormalised direction through the film's corner, and its change a pixel
-  float half_width_ = 1, half_height_ = 1, pixel_ = 0;
+  float half_width_ = 1, half_height_ = 1, scale_ = 1;  ///< scale: world units a unit of camera space
+  float pixel_ = 0;  ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
   float spread_ = 0;  ///< pinhole: of a ray whose unnormalised direction is of unit length
 };
 
