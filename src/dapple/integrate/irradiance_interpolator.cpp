@@ -147,8 +147,8 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
     if (patches_.is_outside(id, at.i, at.j)) weight = 0;
     if (!(weight > 0)) continue;
     const int index = n * w.corners + c;
-    w.wanted[index] = {at, hash(id.hash(), id.index(at.i, at.j), 0x9e37u)};
-    w.order[w.order_count++] = index;
+    w.wanted[index] = at;
+    w.order[w.order_count++] = {hash(id.hash(), id.index(at.i, at.j), 0x9e37u), index};
     any = true;
   }
   return any;
@@ -156,20 +156,20 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
 
 // Looks up each node once.
 void IrradianceInterpolator::find_nodes(Workspace& w) const {
-  std::sort(w.order, w.order + w.order_count, [&w](int a, int b) { return w.wanted[a].key != w.wanted[b].key ? w.wanted[a].key < w.wanted[b].key : a < b; });
+  std::sort(w.order, w.order + w.order_count);
   w.node_count = 0;
   for (int n = 0; n < w.order_count; ++n) {
-    const auto& wanted = w.wanted[w.order[n]];
-    if (n == 0 || wanted.key != w.node[w.node_count - 1].key) {
+    const auto [key, index] = w.order[n];
+    if (n == 0 || key != w.node[w.node_count - 1].key) {
       Node& node = w.node[w.node_count++];
-      node.at = wanted.at, node.key = wanted.key;
+      node.at = w.wanted[index], node.key = key;
       node.found = cache_.find(node.key, w.words.data(), &node.slot);
       const bool ready = node.found == TileCache::Found::ready;
       if (ready) unpack(w.node_count - 1, w);
       const bool hit = ready || node.found == TileCache::Found::pending;
       w.counts += {1, hit, !hit, 0};
     }
-    w.node_of[w.order[n]] = w.node_count - 1;
+    w.node_of[index] = w.node_count - 1;
   }
 }
 

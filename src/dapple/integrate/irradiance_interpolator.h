@@ -56,11 +56,9 @@ class IrradianceInterpolator {
     };
     int pending[capacity], pending_count = 0;
     float weight[capacity][corners];
-    struct Wanted {
-      Point at;
-      uint64_t key;
-    } wanted[capacity * corners];  ///< by point and corner; what they share is looked up once
-    int order[capacity * corners], order_count = 0;
+    Point wanted[capacity * corners];  ///< by point and corner; what they share is looked up once
+    std::pair<uint64_t, int> order[capacity * corners];  ///< keys of those, and their indices
+    int order_count = 0;
     int node_of[capacity * corners], node_count = 0;
     Node node[capacity * corners];
     std::vector<gi::IrradianceRecord> parts;  ///< by node and group of lights

@@ -25,7 +25,7 @@ class PublishLinks {
 };
 
 uint32_t slot_of(const GridId& id) {
-  const uint32_t h = id.patch * 0x9e3779b1u + id.tile_u * 0x85ebca77u + id.tile_v * 0xc2b2ae3du + id.instance * 0x27d4eb2fu;
+  const uint32_t h = id.patch * 0x9e3779b1u + id.tile_u * 0x85ebca77u + id.tile_v * 0xc2b2ae3du + id.instance * 0x27d4eb2fu + id.span * 0x165667b1u;
   return h >> 16 ^ h;
 }
 
