@@ -198,10 +198,11 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
   if (!(distance > 0) || !(width > 0)) return 1;
   const Frame frame(to_eye * (1 / distance));
   const uint32_t seed = uint32_t(grid.hash());
+  const float reach = std::min(distance, length(scene_.traced.bounds().size()));  // an eye that is far away would cost digits
   for (int i = 0; i < rays; ++i) {
     const V2f at = sample_2d(seed, uint32_t(i), 0);
-    const V3f o = P + to_eye, to_point = (frame.s * (at.x - 0.5f) + frame.t * (at.y - 0.5f)) * width - to_eye;
-    w.seen_ray.set(i, o, normalize(to_point), infinity, time, trace::ray_key(seed, uint32_t(i)), 0, width / distance);
+    const V3f aside = (frame.s * (at.x - 0.5f) + frame.t * (at.y - 0.5f)) * width, way = normalize(to_eye - aside);
+    w.seen_ray.set(i, P + aside + way * reach, -way, infinity, time, trace::ray_key(seed, uint32_t(i)), width, 0);
   }
   scene_.traced.intersect(w.seen_ray, rays, &w.seen_hits);
   GridId seen[PixelPoints::first_samples];
