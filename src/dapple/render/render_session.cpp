@@ -53,8 +53,10 @@ std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
 }  // namespace
 
 uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
-  const uint32_t most = rules.time_limit > 0 || rules.noise_target > 0 ? 8 : 32;
-  return std::min(std::clamp(done, 1u, most), rules.pixel_samples - done);
+  const bool looked_at = rules.time_limit > 0 || rules.noise_target > 0;
+  uint32_t size = std::clamp(done, 1u, looked_at ? 8u : 32u);
+  if (!looked_at && done > 0 && done < 16) size = 16 - done;
+  return std::min(size, rules.pixel_samples - done);
 }
 
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {

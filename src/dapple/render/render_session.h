@@ -50,7 +50,8 @@ class RenderSession {
   SessionResult run(const std::atomic<bool>& interrupt);
 
   static constexpr int tile_size = 32;
-  /// Samples of a pass when `done` are finished: 1, 1, 2, 4, 8, and so on up to 32, or to 8 where passes are looked at.
+  /// Samples of a pass when `done` are finished: 1, 15, 16, 32, 32, and so on: the first gives a whole image soon, and each costs leaves
+  /// 16 camera rays a pixel (docs/design/016). Where passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
   static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
  private:
