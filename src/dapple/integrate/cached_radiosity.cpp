@@ -182,7 +182,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
         }
         const int k = f.count++;
         set_shading_point(id, i, j, cell, entry.key, f, k);
-        if (id.cluster_level > 0 && (entry.links().cut & TileLinks::scattered)) f.share[k] *= scattered_share;
+        if (id.cluster_level > 0 && entry.links().is_scattered()) f.share[k] *= scattered_share;
         spread_origins(id, i, j, entry.links(), f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;

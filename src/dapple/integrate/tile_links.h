@@ -26,6 +26,7 @@ struct TileLinks {
   static constexpr uint32_t scattered = 1;
 
   static constexpr int bit(int i, int j) { return j * side + i; }
+  bool is_scattered() const { return cut & scattered; }  ///< of a group
   bool is_divided(int i, int j) const { return divided >> bit(i, j) & 1; }
   bool is_cut_in_u(int i, int j) const { return cut >> bit(i, j) & 1; }
   bool is_cut_in_v(int i, int j) const { return cut >> (side * side + bit(i, j)) & 1; }
