@@ -106,11 +106,12 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
 nlohmann::ordered_json compared(const std::vector<RGB>& a, const std::vector<RGB>& ahead, const std::vector<RGB>& b) {
   constexpr double eighth = 0.125;
   double mean_a = 0, mean_ahead = 0, mean_b = 0, square = 0;
-  size_t alike = 0, within_slab = 0;
+  size_t alike = 0, darker = 0, within_slab = 0;
   for (size_t i = 0; i < a.size(); ++i) {
     const double d = double(b[i].g) - double(a[i].g);
     mean_a += double(a[i].g), mean_ahead += double(ahead[i].g), mean_b += double(b[i].g), square += d * d;
     alike += std::abs(d) <= eighth;
+    darker += d < -eighth;
     within_slab += d >= -eighth && double(b[i].g) <= std::max(double(ahead[i].g), double(a[i].g)) + eighth;
   }
   const double n = double(a.size());
@@ -119,6 +120,7 @@ nlohmann::ordered_json compared(const std::vector<RGB>& a, const std::vector<RGB
           {"mean_masks", mean_b / n},
           {"rms", std::sqrt(square / n)},
           {"within_an_eighth", double(alike) / n},
+          {"darker_by_an_eighth", double(darker) / n},
           {"within_a_slab_and_an_eighth", double(within_slab) / n}};
 }
 

@@ -221,7 +221,8 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
       scene.traced.transmitted(rays, 32, passed);
       return double(std::accumulate(passed, passed + 32, RGB()).g) / 32;
     };
-    const double near = traced(0), far = traced((1.5f * frame.slope(N[r]) + 1.5f) * frame.slab),
+    const V2f slope = frame.slope(N[r]);
+    const double near = traced(0), far = traced((0.5f * (std::abs(slope.x) + std::abs(slope.y)) + 1.5f) * frame.slab),
                  v = double(visible[r].g);
     mean += v, least += near, most += far;
     within += v >= std::min(near, far) - 0.25 && v <= std::max(near, far) + 0.25;

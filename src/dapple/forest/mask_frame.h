@@ -24,10 +24,13 @@ struct MaskFrame {
   }
 
   V3f to_grid(const V3f& p) const { return {dot(p, x) / pitch, dot(p, y) / pitch, -dot(p, to_light) / slab}; }
-  /// Levels that a plane of normal n gains over a pixel, along columns and rows together.
-  float slope(const V3f& n) const {
-    const float across = std::abs(dot(n, x)) + std::abs(dot(n, y)), along = std::abs(dot(n, to_light));
-    return std::min(across / std::max(along, 1e-6f), steepest) * (pitch / slab);
+  /// Levels that a plane of normal n gains over a pixel, along columns and along rows; 0 for normal 0.
+  V2f slope(const V3f& n) const {
+    const V2f across(dot(n, x), dot(n, y));
+    const float along = dot(n, to_light), sum = std::abs(across.x) + std::abs(across.y);
+    if (!(sum > 0)) return {0, 0};
+    const float levels = std::min(sum / std::max(std::abs(along), 1e-6f), steepest) * (pitch / slab) / sum;
+    return across * (along < 0 ? -levels : levels);
   }
 };
 

@@ -77,7 +77,7 @@ void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) cons
     visible[i] = RGB(1);
     if (tile->words == 0) continue;
     const SlabMap::Receiver from =
-        map.receiver(grid[i], length2(rays.Ng[i]) > 0 ? map.frame().slope(rays.Ng[i]) : 0, order[o].key, *tile);
+        map.receiver(grid[i], map.frame().slope(rays.Ng[i]), order[o].key, *tile);
     if (from.below <= 0) continue;
     const uint64_t random = hash(rays.key[i], 0x510b);
     SlabStep step;
@@ -87,8 +87,9 @@ void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) cons
       step.sx = drift.x, step.sy = drift.y;
     }
     const int px = step.start_x(from.column, from.level), py = step.start_y(from.row, from.level);
+    const int below = from.below_of(step, px, py);
     for (int c = 0; c < tile->channels; ++c)
-      if (blocked(*tile, c, step, px, py, from.from, from.below)) visible[i][c] = 0;
+      if (blocked(*tile, c, step, px, py, from.from, below)) visible[i][c] = 0;
     if (tile->channels == 1) visible[i] = RGB(visible[i].r);
   }
 }

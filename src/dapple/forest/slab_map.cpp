@@ -11,6 +11,7 @@ namespace {
 
 constexpr int most_drift = 512;
 constexpr float too_far = 5e8f;
+constexpr float bent = 0.25f;  // more slabs, and more of its slope, that a bent surface may reach
 
 /// Of the longest straight line along d through a box.
 float longest_chord(const Box3f& box, const V3f& d) {
@@ -93,14 +94,19 @@ int SlabMap::top_of(const TileKey& key) const {
   return int(std::floor(std::clamp(-height / frame_.slab, -too_far, too_far))) - 1;
 }
 
-SlabMap::Receiver SlabMap::receiver(const V3f& grid, float slope, const TileKey& key, const SlabTile& tile) const {
+SlabMap::Receiver SlabMap::receiver(const V3f& grid, const V2f& slope, const TileKey& key, const SlabTile& tile) const {
   Receiver r;
   r.column = std::clamp(grid.x - float(key.x) * float(tile_), 0.0f, float(tile_)) + float(border_);
   r.row = std::clamp(grid.y - float(key.y) * float(tile_), 0.0f, float(tile_)) + float(border_);
   r.level = std::clamp(grid.z - float(tile.base), -1.0f, float(tile.levels()));
-  // Pixels that its rays look at reach 3/2 of a pixel from it.
-  r.below = int(std::floor(r.level - 1.5f * slope - 0.5f));
+  r.slope = slope;
+  const float gain = std::abs(slope.x) + std::abs(slope.y);
+  // Slabs are filled as far as a surface rises over half a pixel; the rest is for neighbours that lie otherwise.
+  r.rise = (0.5f + bent) * gain + bent;
+  r.below = int(std::floor(r.level - 0.5f));
   r.from = std::max(0, r.below - usual_levels_);
+  // Pixels that its rays look at reach 3/2 of a pixel from it.
+  r.clear = int(std::floor(r.level - gain - r.rise));
   return r;
 }
 

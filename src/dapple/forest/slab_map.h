@@ -47,10 +47,23 @@ class SlabMap {
   /// below) in which something may block its rays.
   struct Receiver {
     float column, row, level;
+    V2f slope;
+    float rise;  ///< levels from its surface at the middle of a pixel to where its slabs begin there
     int from, below;
+    int clear;  ///< above it its surface sets nothing that its rays look at
+
+    /// The same for one ray, whose pixel of level 0 is (px, py): without what its own surface sets in the pixels that
+    /// the ray crosses.
+    int below_of(const SlabStep& step, int px, int py) const {
+      const auto least = [](float gain, float a, float b) { return std::min(gain * a, gain * b); };
+      const float x = float(px) + 0.5f - column, y = float(py) + 0.5f - row;
+      const float top = level - rise + least(slope.x, x - float(step.drift_x(below)), x - float(step.drift_x(clear))) +
+                        least(slope.y, y - float(step.drift_y(below)), y - float(step.drift_y(clear)));
+      return std::min(below, int(std::floor(top)));
+    }
   };
   /// slope: MaskFrame::slope of its surface, whose own slabs do not count.
-  Receiver receiver(const V3f& grid, float slope, const TileKey& key, const SlabTile& tile) const;
+  Receiver receiver(const V3f& grid, const V2f& slope, const TileKey& key, const SlabTile& tile) const;
   /// Per level, of a ray along unit d.
   V2f drift(const V3f& d) const;
 

@@ -15,7 +15,8 @@ SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples)
       const V2f p = samples.point(s, i), g = samples.dither(s, i);
       const SlabStep step{p.x * scale, p.y * scale, g.x, g.y};
       const std::vector<SlabRun> runs = slab_runs(step, levels_);
-      rays_.push_back({step, uint32_t(runs_.size()), uint32_t(runs.size())});
+      steps_.push_back(step);
+      runs_of_.push_back({uint32_t(runs_.size()), uint32_t(runs.size())});
       runs_.insert(runs_.end(), runs.begin(), runs.end());
     }
 }
@@ -23,15 +24,24 @@ SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples)
 int SunMask::passing(const SlabTile& tile, int channel, const SlabMap::Receiver& from, int set) const {
   const int n = samples_.count();
   if (from.below <= 0 || tile.words == 0) return n;
-  const Ray* const rays = rays_.data() + size_t(set) * size_t(n);
+  constexpr int together = 64;
   const bool has_runs = tile.levels() <= levels_;
+  const size_t first = size_t(set) * size_t(n);
   int passed = 0;
-  for (int i = 0; i < n; ++i) {
-    const SlabStep& step = rays[i].step;
-    const int px = step.start_x(from.column, from.level), py = step.start_y(from.row, from.level);
-    passed += has_runs
-                  ? !blocked(tile, channel, runs_.data() + rays[i].first, rays[i].count, px, py, from.from, from.below)
-                  : !blocked(tile, channel, step, px, py, from.from, from.below);
+  for (int begin = 0; begin < n; begin += together) {
+    const int count = std::min(together, n - begin);
+    const SlabStep* const steps = steps_.data() + first + begin;
+    int px[together], py[together], below[together];
+    for (int i = 0; i < count; ++i) {
+      px[i] = steps[i].start_x(from.column, from.level), py[i] = steps[i].start_y(from.row, from.level);
+      below[i] = from.below_of(steps[i], px[i], py[i]);
+    }
+    for (int i = 0; i < count; ++i) {
+      const Runs& runs = runs_of_[first + size_t(begin + i)];
+      passed += has_runs
+                    ? !blocked(tile, channel, runs_.data() + runs.first, runs.count, px[i], py[i], from.from, below[i])
+                    : !blocked(tile, channel, steps[i], px[i], py[i], from.from, below[i]);
+    }
   }
   return passed;
 }
@@ -60,7 +70,7 @@ void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::sp
     for (const Sorted& s : receivers) {
       const uint32_t r = s.receiver;
       const SlabMap::Receiver from =
-          map_.receiver(frame.to_grid(P[r]), length2(N[r]) > 0 ? frame.slope(N[r]) : 0, key, tile);
+          map_.receiver(frame.to_grid(P[r]), frame.slope(N[r]), key, tile);
       for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r])) * weight;
       if (tile.channels == 1) visible[r] = RGB(visible[r].r);
     }

@@ -23,9 +23,8 @@ class SunMask {
                   std::span<RGB> visible) const;
 
  private:
-  struct Ray {
-    SlabStep step;
-    uint32_t first, count;  ///< of its runs
+  struct Runs {
+    uint32_t first, count;
   };
   struct Sorted {
     uint64_t tile;
@@ -37,8 +36,9 @@ class SunMask {
 
   const SlabMap& map_;
   const SunSamples& samples_;
-  const int levels_;       ///< that runs are made for
-  std::vector<Ray> rays_;  ///< by set and sample
+  const int levels_;             ///< that runs are made for
+  std::vector<SlabStep> steps_;  ///< by set and sample
+  std::vector<Runs> runs_of_;    ///< likewise
   std::vector<SlabRun> runs_;
 };
 
