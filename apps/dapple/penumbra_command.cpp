@@ -12,9 +12,9 @@
 #include "dapple/build/scene_builder.h"
 #include "dapple/image/atomic_file.h"
 #include "dapple/image/image_writer.h"
+#include "dapple/integrate/scene_mask.h"
 #include "dapple/render/report.h"
 #include "penumbra_options.h"
-#include "scene_mask.h"
 
 namespace dapple::app {
 
@@ -102,7 +102,7 @@ class PenumbraRun {
   }
 
   void look_along(const SunPlace& sun) {
-    SceneMaskView view;
+    integrate::SceneMaskView view;
     std::tie(view.centre_x, view.centre_y) = mask_centre(o_);
     const V2i size = mask_pixels(o_);
     view.width = size.x;

@@ -114,7 +114,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.canopy_slabs > 0) r.canopy_slabs = o.canopy_slabs;
   if (!o.canopy_plot.empty()) r.canopy_plot = rectangle("--canopy-plot", o.canopy_plot);
   r.masks = o.masks;
-  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb"});
+  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb", "--far-ground", "--ground-pixel"});
   return r;
 }
 
@@ -170,6 +170,7 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy"});
   warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
   warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution"});
+  warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -348,6 +349,9 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--mask-sky", o->masks.sky_directions,
                  "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
   app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
+  app.add_option("--far-ground", o->masks.far_ground,
+                 "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy above it, in place of rays; 0: nowhere [0]");
+  app.add_option("--ground-pixel", o->masks.ground_pixel, "far ground: side of a pixel, scene units; 0: as the film's at that distance [0]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o->canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")

@@ -66,6 +66,8 @@ TEST(ExitCode, BadShadowMasksAre3) {
   for (const char* bad : {"0", "-1", "nan", "inf"}) check({"--mask-pixel", bad}, "--mask-pixel", "above 0");
   for (const char* bad : {"-1", "1025"}) check({"--mask-sky", bad}, "--mask-sky", "0 to 1024");
   for (const char* bad : {"0", "-1", "nan"}) check({"--mask-mb", bad}, "--mask-mb", "MB above 0");
+  for (const char* bad : {"-1", "nan", "inf"}) check({"--far-ground", bad}, "--far-ground", "0 or more");
+  for (const char* bad : {"-1", "nan"}) check({"--far-ground", "5", "--ground-pixel", bad}, "--ground-pixel", "0 or more");
 
   ScratchFolder folder;
   const std::string scene = (folder.path() / "masks.pbrt").string();

@@ -344,8 +344,8 @@ TEST(SlabMasks, DoNotDependOnThreadsCapOrCompany) {
     MaskVisibility::Settings s;
     s.sun = r, s.max_bytes = bytes;
     const MaskVisibility masks(scene_of(random_leaves(800)), std::span(&sun, 1), s);
-    EXPECT_TRUE(masks.answers(to_sun));
-    EXPECT_FALSE(masks.answers(normalize(V3f(0.4f, 0.2f, 0.8f))));
+    EXPECT_TRUE(masks.answers(V3f(0), V3f(0), to_sun));
+    EXPECT_FALSE(masks.answers(V3f(0), V3f(0), normalize(V3f(0.4f, 0.2f, 0.8f))));
     masks.visible(rays, first.data());
     if (bytes > 1) {
       again = first;
@@ -373,7 +373,7 @@ TEST(SlabMasks, SkyDirectionsSeePastAnEdge) {
   for (int i = 0; i < rays.count; ++i)
     rays.P[i] = V3f(0, 0, 0), rays.Ng[i] = V3f(0, 0, 1), rays.d[i] = spiral_direction(i, rays.count),
     rays.key[i] = uint32_t(i);
-  EXPECT_FALSE(masks.answers(V3f(0, 0, -1)));
+  EXPECT_FALSE(masks.answers(V3f(0), V3f(0), V3f(0, 0, -1)));
   std::vector<RGB> visible(size_t(rays.count));
   masks.visible(rays, visible.data());
   for (int i = 0; i < rays.count; ++i) {

@@ -55,7 +55,9 @@ MaskRequest read_masks(const Entity& e) {
   if (e.params.find("maskpixel")) m.pixel = e.params.get_float("maskpixel", 0);
   if (e.params.find("masksky")) m.sky_directions = e.params.get_int("masksky", 0);
   if (e.params.find("maskmb")) m.mb = e.params.get_float("maskmb", 0);
-  m.check(e.loc, {"\"sunshadows\"", "\"masklevels\"", "\"maskpixel\"", "\"masksky\"", "\"maskmb\""});
+  if (e.params.find("farground")) m.far_ground = e.params.get_float("farground", 0);
+  if (e.params.find("groundpixel")) m.ground_pixel = e.params.get_float("groundpixel", 0);
+  m.check(e.loc, {"\"sunshadows\"", "\"masklevels\"", "\"maskpixel\"", "\"masksky\"", "\"maskmb\"", "\"farground\"", "\"groundpixel\""});
   return m;
 }
 
@@ -293,6 +295,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     }
     s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
     s.masks = make_masks(scene, asked.masks);
+    s.far_ground = make_far_ground(scene, asked.masks, s.masks);
     return std::make_unique<integrate::PathIntegrator>(scene, s);
   }
   const IntegratorRequest r = asked.over(preset);
@@ -330,6 +333,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.light_groups = r.light_groups;
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
+  s.far_ground = make_far_ground(scene, r.masks, s.masks);
   return std::make_unique<integrate::DistributionIntegrator>(scene, s);
 }
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/mask_factory.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "dapple/base/log.h"
+#include "dapple/base/timer.h"
+#include "dapple/integrate/ground_survey.h"
 #include "dapple/integrate/mask_scene.h"
 
 namespace dapple::build {
@@ -12,6 +16,7 @@ namespace {
 
 constexpr float default_mb = 512;
 constexpr float widest_pixel = 1e6f, most_mb = 1e6f;
+constexpr float farthest = 1e9f;
 constexpr size_t facet_bytes = size_t(8) << 30;
 
 template <class T>
@@ -30,10 +35,12 @@ MaskRequest MaskRequest::over(const MaskRequest& other) const {
   if (!r.pixel) r.pixel = other.pixel;
   if (!r.sky_directions) r.sky_directions = other.sky_directions;
   if (!r.mb) r.mb = other.mb;
+  if (!r.far_ground) r.far_ground = other.far_ground;
+  if (!r.ground_pixel) r.ground_pixel = other.ground_pixel;
   return r;
 }
 
-void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 5>& names) const {
+void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 7>& names) const {
   const auto fail = [&](int name, const std::string& value, const std::string& expected) {
     throw InputError(loc, std::string(names[size_t(name)]) + " is " + value + ", expected " + expected);
   };
@@ -48,6 +55,9 @@ void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 5
   if (sky_directions && (*sky_directions < 0 || *sky_directions > forest::MaskVisibility::most_sky_directions))
     fail(3, shown(*sky_directions), "a number from 0 to " + shown(forest::MaskVisibility::most_sky_directions));
   if (mb && !(*mb > 0 && *mb <= most_mb)) fail(4, shown(*mb), "MB above 0, to 1000000");
+  if (far_ground && !(*far_ground >= 0 && *far_ground <= farthest)) fail(5, shown(*far_ground), "metres, 0 or more");
+  if (ground_pixel && !(*ground_pixel >= 0 && *ground_pixel <= widest_pixel))
+    fail(6, shown(*ground_pixel), "metres, 0 or more");
 }
 
 std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& scene, const MaskRequest& request) {
@@ -73,6 +83,28 @@ std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& sce
   } catch (const std::invalid_argument& problem) {
     throw InputError({"shadow masks", 0, 0}, std::string(problem.what()) + " (--mask-pixel, --mask-levels)");
   }
+}
+
+std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Scene& scene, const MaskRequest& request,
+                                                                std::shared_ptr<const forest::MaskVisibility> masks) {
+  const float nearest = request.far_ground.value_or(0);
+  if (!(nearest > 0)) return nullptr;
+  if (scene.has_media()) {
+    log_warning("penumbras on far ground know nothing of media: shadow rays are traced");
+    return nullptr;
+  }
+  const Timer timer;
+  forest::GroundLight light = integrate::survey_ground(scene, {nearest, request.ground_pixel.value_or(0)});
+  const auto& heights = light.height.values;
+  if (std::all_of(heights.begin(), heights.end(), [](float h) { return std::isnan(h); }) ||
+      (light.beams.empty() && light.sky.values.empty())) {
+    log_warning("penumbras on far ground have no effect: no ground with anything above it (z up), or neither sun nor sky");
+    return nullptr;
+  }
+  log_info(fmt::format("far ground: {} x {} pixels, {} suns{}, {:.1f} MB, {:.2f} s", light.height.width, light.height.height,
+                       light.beams.size(), light.sky.values.empty() ? "" : " and the sky", double(light.bytes()) / (1 << 20),
+                       timer.seconds()));
+  return std::make_shared<forest::GroundVisibility>(std::move(light), std::move(masks));
 }
 
 }  // namespace dapple::build

@@ -48,7 +48,7 @@ int MaskVisibility::map_of(const V3f& d) const {
   return int(sun_cosine_.size() + nearest);
 }
 
-bool MaskVisibility::answers(const V3f& d) const {
+bool MaskVisibility::answers(const V3f&, const V3f&, const V3f& d) const {
   for (size_t s = 0; s < sun_cosine_.size(); ++s)
     if (dot(d, maps_[s]->frame().to_light) >= sun_cosine_[s]) return true;
   return !sky_x_.empty() && d.z > 0;

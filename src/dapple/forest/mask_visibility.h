@@ -26,7 +26,7 @@ class MaskVisibility final : public shading::Visibility {
   MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const shading::NarrowBeam> suns,
                  const Settings& settings);
 
-  bool answers(const V3f& d) const override;
+  bool answers(const V3f& P, const V3f& Ng, const V3f& d) const override;
   void visible(const shading::ShadowRays& rays, RGB* visible) const override;
 
   TileStore::State tiles() const { return store_.state(); }

@@ -35,6 +35,7 @@ struct CacheShares {
 HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
   HitShader::Settings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
+  if (settings.far_ground) s.visibility = settings.far_ground.get();
   return s;
 }
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/ground_visibility.h"
 #include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/grid_store.h"
 #include "dapple/integrate/irradiance_interpolator.h"
@@ -33,6 +34,7 @@ class DistributionIntegrator final : public Integrator {
     bool light_groups = false;               ///< what groups of lights give is kept apart, for films that ask for it
     bool log_caches = false;                 ///< for view_caches(): at most 70 MB a thread
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
+    std::shared_ptr<const forest::GroundVisibility> far_ground;  ///< asked before `masks`, for which it answers too; null: none
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);

@@ -39,10 +39,15 @@ constexpr float lit_share = 0.25f;
 // Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
 constexpr float delta_cosine = 0.98f;
 
+const shading::Visibility* visibility_of(const PathIntegrator::Settings& s) {
+  if (s.far_ground) return s.far_ground.get();
+  return s.masks.get();
+}
+
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, settings.masks.get()) {
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, visibility_of(settings)) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
 }

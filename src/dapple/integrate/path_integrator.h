@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/forest/ground_visibility.h"
 #include "dapple/forest/mask_visibility.h"
 #include "dapple/integrate/canopy_transport.h"
 #include "dapple/integrate/integrator.h"
@@ -28,6 +29,7 @@ class PathIntegrator final : public Integrator {
     std::shared_ptr<const CanopyTransport> canopy;
     bool canopy_gather = true;
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
+    std::shared_ptr<const forest::GroundVisibility> far_ground;  ///< asked before `masks`, for which it answers too; null: none
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);

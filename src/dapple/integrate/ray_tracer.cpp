@@ -70,7 +70,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   int masked = 0, unmasked = 0;
   for (int i = 0; i < n; ++i) {
     const V3f d = rays.direction(i);
-    if (std::isinf(rays.t_max[i]) && masks_->answers(d)) {
+    if (std::isinf(rays.t_max[i]) && masks_->answers(rays.origin(i), Ng[i], d)) {
       s.masked.P[masked] = rays.origin(i), s.masked.Ng[masked] = Ng[i], s.masked.d[masked] = d, s.masked.key[masked] = rays.key[i];
       s.masked_ray[masked++] = i;
       continue;

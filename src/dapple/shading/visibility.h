@@ -19,13 +19,14 @@ struct ShadowRays {
   uint32_t key[capacity];  ///< of their random numbers
 };
 
-/// Port: how much of the light at infinity arrives, told without tracing rays. Filled in by forest::MaskVisibility.
+/// Port: how much of the light at infinity arrives, told without tracing rays. Filled in by forest::MaskVisibility and
+/// forest::GroundVisibility.
 class Visibility {
  public:
   virtual ~Visibility() = default;
-  /// Whether it can tell about direction d (unit, towards the light).
-  virtual bool answers(const V3f& d) const = 0;
-  /// Writes visible[0, rays.count) in [0, 1], by channel. All directions must be such as it answers. Thread-safe, and a
+  /// Whether it can tell about direction d (unit, towards the light) from P, on a surface of unit normal Ng (0: none).
+  virtual bool answers(const V3f& P, const V3f& Ng, const V3f& d) const = 0;
+  /// Writes visible[0, rays.count) in [0, 1], by channel. All rays must be such as it answers. Thread-safe, and a
   /// pure function of each ray.
   virtual void visible(const ShadowRays& rays, RGB* visible) const = 0;
 };

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene_mask.h"
+#include "dapple/integrate/scene_mask.h"
 
 #include <cmath>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 
-namespace dapple::app {
+namespace dapple::integrate {
 
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& v, bool periodic) {
   forest::CanopyMask mask{forest::Raster(v.width, v.height, scene.traced.has_colored_opacity() ? 3 : 1), v.pitch, periodic};
   const Box3f bounds = scene.traced.bounds();
   const double bottom = v.ground + v.clearance, top = bounds.isEmpty() ? bottom : double(bounds.max.z) + 1e-3;
-  if (!(top > bottom)) {
-    std::fill(mask.transmittance.values.begin(), mask.transmittance.values.end(), 1.0f);
-    return mask;
-  }
   const int side = int(std::ceil(std::sqrt(double(v.samples))));
   const V3d& d = v.direction;
-  const float reach = float((top - bottom) / d.z);
+  const double back = (bottom - v.plane) / d.z;
   parallel_for(size_t(v.height), [&](size_t row) {
     trace::RayBatch rays;
     RGB share[trace::RayBatch::capacity];
@@ -34,8 +30,13 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
       for (int s = 0; s < side * side; ++s) {
         KeyedRng rng(hash(uint64_t(x), uint64_t(row), uint64_t(s), uint64_t{0x6d61736b}));
         const double i = x + (s % side + double(rng.next())) / side, j = double(row) + (s / side + double(rng.next())) / side;
-        const double back = (bottom - v.plane) / d.z;
-        const V3d p(v.centre_x + (i - 0.5 * v.width) * v.pitch + back * d.x, v.centre_y + (0.5 * v.height - j) * v.pitch + back * d.y, bottom);
+        V3d p(v.centre_x + (i - 0.5 * v.width) * v.pitch + back * d.x, v.centre_y + (0.5 * v.height - j) * v.pitch + back * d.y, bottom);
+        if (v.relief) p.z += double(v.relief(p.x, p.y));
+        if (!(p.z < top)) {  // nothing stands above it, or there is no ground
+          passed[size_t(x)] += RGB(1);
+          continue;
+        }
+        const float reach = float((top - p.z) / d.z);
         rays.set(n, V3f(float(p.x), float(p.y), float(p.z)), V3f(float(d.x), float(d.y), float(d.z)), reach, 0, uint32_t(rng.next_bits()));
         pixel[n++] = x;
         if (n == trace::RayBatch::capacity) flush();
@@ -47,4 +48,4 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
   return mask;
 }
 
-}  // namespace dapple::app
+}  // namespace dapple::integrate

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "dapple/base/vec.h"
 #include "dapple/forest/canopy_mask.h"
 #include "dapple/scene/scene.h"
 
-namespace dapple::app {
+namespace dapple::integrate {
 
 /// How a scene's plants become a sheet of leaves.
 struct SceneMaskView {
@@ -17,9 +19,11 @@ struct SceneMaskView {
   double clearance = 0.05;
   V3d direction{0, 0, 1};   ///< towards the light, unit: what is in the way along it through a point of the sheet is on the sheet there
   int samples = 16;         ///< rays a pixel, the next square
+  /// For ground that is not level: its height above `ground` at (x, y); NaN: none, which is clear. Of world coordinates, m.
+  std::function<float(double x, double y)> relief;
 };
 
 /// The part of each pixel through which nothing stands in the way: rays on a grid in the pixel, jittered, their random numbers from the pixel's place.
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& view, bool periodic);
 
-}  // namespace dapple::app
+}  // namespace dapple::integrate
