@@ -237,7 +237,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.specular_depth = 16;
   r.bounces = 4;
   r.shading_rate = 1.0f;
-  r.pixel_points = 2;
+  r.pixel_points = 3;
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
   r.caustics = name == "final";

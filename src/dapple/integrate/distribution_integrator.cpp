@@ -263,7 +263,8 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
       const GridId id = patches_seen(w.sample[p].point.grid, w);
       const int point = patches_.neighbours(w.sample[p].point).nearest;
       shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), b, k);
-      b.share[k] *= points_in_pixel(id, w);
+      const Shares shares = shared_work(id, w);
+      b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
     }
     if (b.count == 0) continue;
     shader_.prelight(b, HitShader::Arrival::view, w.shading);

@@ -63,6 +63,10 @@ class DistributionIntegrator final : public Integrator {
   void shade_claimed(int left, DistributionWorkspace& w) const;
   void add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
+  struct Shares {
+    int rays = 1, diffuse = 1;  ///< PointBatch::share and crowd
+  };
+  Shares shared_work(const scene::GridId& grid, DistributionWorkspace& w) const;
   int points_in_pixel(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;
   void finish_ready(DistributionWorkspace& w, scene::Film& film) const;

@@ -147,6 +147,7 @@ void DistributionIntegrator::set_point(const CameraSample& s, PointBatch& b, int
   b.medium[k] = s.medium;
   b.key[k] = hash(settings_.shading.seed, s.seed, s.index);
   b.share[k] = settings_.pixel_samples;
+  b.crowd[k] = 1;
   b.set_no_cell(k);
 }
 

@@ -90,6 +90,7 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
   b.share[k] = motion.segments(id.span);
+  b.crowd[k] = 1;
   b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
   b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
   if (!b.moves[k]) return;
@@ -160,7 +161,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         b.irradiance.add(k, b.indirect.at(k));
         continue;
       }
-      const int rays = diffuse_rays(place, b.share[k]);
+      const int rays = diffuse_rays(place, b.diffuse_share(k));
       for (int i = 0; i < rays; ++i)
         if (add_diffuse_job(b, k, i, rays, w)) send(false);
     }
@@ -226,7 +227,7 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
     const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
     const int i = r.count++;
-    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.share[k]), trace::ray_key(w.seed[j], w.index[j]));
+    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.diffuse_share(k)), trace::ray_key(w.seed[j], w.index[j]));
     r.behind[i] = behind;
     r.weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
   }
@@ -242,7 +243,7 @@ void HitShader::set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, co
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], r.spread[i]);
   r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
-  r.share[i] = cache_ ? shared_by(b.share[k], rays) : b.share[k];
+  r.share[i] = cache_ ? shared_by(b.diffuse_share(k), rays) : b.share[k];
 }
 
 void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const {
@@ -298,6 +299,7 @@ void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wan
       found.medium[c] = r.medium[i];
       found.key[c] = hash(b.key[k], r.rays.key[i]);
       found.share[c] = r.share[i];
+      found.crowd[c] = 1;
       found.set_no_cell(c);
       if (found.count == PointBatch::capacity) shade_found();
     }
@@ -312,7 +314,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
     b.specular.clear(k);
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
-    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.share[k]) : 1;
+    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.diffuse_share(k)) : 1;
     if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced

@@ -77,6 +77,8 @@ struct PointBatch {
   int32_t medium[capacity];  ///< in which wo leaves
   uint64_t key[capacity];   ///< of all random numbers of the point
   int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
+  int crowd[capacity];      ///< the same for diffuse rays alone, times `share`
+  int diffuse_share(int k) const { return share[k] * crowd[k]; }
   /// Where the rays of points start that stand for their whole cells, or move; those of other points start at `surface`.
   static constexpr int origins = 4;
   bool whole_cells = false;

@@ -154,13 +154,13 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
 void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
   const GridId id = patches_seen(grid.id, w);
   const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
-  const int share = points_in_pixel(id, w);
+  const Shares shares = shared_work(id, w);
   for (int j = 0; j < id.height(); ++j)
     for (int i = 0; i < id.width(); ++i) {
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
       shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
-      b.share[k] *= share;
+      b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
       if (interpolator_) w.interpolation->point[k] = {id, i, j};
     }
@@ -186,11 +186,23 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
   return id;
 }
 
-// A pixel that sees many small patches shows the mean of some: these do the work of one point between them. So many as rays through the
-// footprint of a pixel around this one meet: a function of the name, as in patches_seen().
+// What points of small patches share of the work of one; the last few rays are each point's own. Where hemispheres serve many points, diffuse
+// rays are so many as those of one hemisphere, which a leaf cannot share.
+DistributionIntegrator::Shares DistributionIntegrator::shared_work(const GridId& grid, DistributionWorkspace& w) const {
+  constexpr int least_rays = 4, points_of_hemisphere = 16, points_of_larger = 4;
+  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? points_of_larger : 1};
+  const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1), most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1),
+            alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
+  const int crowd = most > 1 || most_diffuse > alone ? points_in_pixel(grid, w) : 1;
+  const int rays = std::min(crowd, most), diffuse = std::min(crowd * alone, most_diffuse);
+  return {rays, std::max(diffuse / rays, 1)};
+}
+
+// A pixel that sees many small patches shows the mean of some. So many as rays through the footprint of a pixel around this one meet: a
+// function of the name, as in patches_seen().
 int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWorkspace& w) const {
-  const int rays = std::min({settings_.pixel_points, settings_.pixel_samples, int(PixelPoints::first_samples)});
-  if (rays < 2 || !PixelPoints::is_small(grid)) return 1;
+  constexpr int most = int(PixelPoints::first_samples);
+  const int rays = std::min({settings_.pixel_points > 0 ? settings_.pixel_points : most, settings_.pixel_samples, most});
   const float time = patches_.time(grid);
   patches_.shading_point(grid, grid.width() / 2, grid.height() / 2, scene_.camera.position(), &w.seen_hits, 0);
   const V3f P = scene_.traced.surface(w.seen_hits, 0, time, false).P, to_eye = scene_.camera.to_eye(P);
@@ -205,7 +217,7 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
     w.seen_ray.set(i, P + aside + way * reach, -way, infinity, time, trace::ray_key(seed, uint32_t(i)), width, 0);
   }
   scene_.traced.intersect(w.seen_ray, rays, &w.seen_hits);
-  GridId seen[PixelPoints::first_samples];
+  GridId seen[most];
   int count = 0;
   for (int i = 0; i < rays; ++i) {
     if (w.seen_hits.geometry[i] == trace::no_id) continue;
