@@ -351,7 +351,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--mask-mb", o->masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--far-ground", o->masks.far_ground,
                  "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy above it, in place of rays; 0: nowhere [0]");
-  app.add_option("--ground-pixel", o->masks.ground_pixel, "far ground: side of a pixel, scene units; 0: as the film's at that distance [0]");
+  app.add_option("--ground-pixel", o->masks.ground_pixel, "far ground: side of a pixel, scene units; 0: by itself [0]");
   app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o->canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")

@@ -146,10 +146,14 @@ TEST(FarGround, TakesWhatThereIs) {
   const auto open = build_text(head + sun + "Shape \"bilinearmesh\" \"point3 P\" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]");
   EXPECT_TRUE(integrate::survey_ground(*open.scene, {1, 0}).height.values.empty());
 
-  const auto wide = integrate::survey_ground(*build_text(scene(level, 0, sky)).scene, {1, 0.0005f});
+  const auto fine = integrate::survey_ground(*build_text(scene(level, 0, sun)).scene, {1, 1e-30f});
+  EXPECT_FALSE(forest::GroundVisibility(fine, nullptr).answers({0, 0, 0}, {0, 0, 1}, {0, 0, 1}));
+
+  const auto wide = integrate::survey_ground(*build_text(scene(level, 0, sky)).scene, {1, 0.003f});
   EXPECT_EQ(wide.height.width, 4096);
   EXPECT_TRUE(std::isnan(wide.height.row(0, 2048)[0]));
-  EXPECT_EQ(forest::GroundVisibility(wide, nullptr).answers({wide.area.min.x + 0.01f, 0, 0}, {0, 0, 1}, {0, 0, 1}), false);
+  EXPECT_FALSE(forest::GroundVisibility(wide, nullptr).answers({wide.area.min.x + 0.01f, 0, 0}, {0, 0, 1}, {0, 0, 1}));
+  EXPECT_TRUE(forest::GroundVisibility(wide, nullptr).answers({0, 0, 0}, {0, 0, 1}, {0, 0, 1}));
 }
 
 }  // namespace

@@ -222,8 +222,9 @@ class Survey {
     if (const auto height = sheet_height(beam.to_light)) {
       SceneMaskView view = view_of(beam.to_light, *height);
       // The sheet reaches from above the plot to where the sun is seen from it, by whole pixels.
-      const V2d shift = V2d(double(beam.to_light.x), double(beam.to_light.y)) * (*height / double(beam.to_light.z));
-      const int sx = int(std::lround(shift.x / plot_.pitch)), sy = int(std::lround(shift.y / plot_.pitch));
+      const V2d shift = V2d(double(beam.to_light.x), double(beam.to_light.y)) * (*height / (double(beam.to_light.z) * plot_.pitch));
+      if (!(shift.length() < most_pixels)) return;
+      const int sx = int(std::lround(shift.x)), sy = int(std::lround(shift.y));
       view.width += std::abs(sx), view.height += std::abs(sy);
       view.centre_x += 0.5 * sx * plot_.pitch, view.centre_y += 0.5 * sy * plot_.pitch;
       const forest::SunDisc sun(std::acos(std::clamp(double(beam.to_light.z), -1.0, 1.0)), std::atan2(double(beam.to_light.y), double(beam.to_light.x)), RGB(1),
