@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/forest/ground_visibility.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dapple::forest {
@@ -23,6 +24,10 @@ RGB bilinear(const Raster& r, const V2f& place) {
 
 }  // namespace
 
+bool GroundLight::empty() const {
+  return sky.values.empty() && std::all_of(beams.begin(), beams.end(), [](const Beam& b) { return b.share.values.empty(); });
+}
+
 size_t GroundLight::bytes() const {
   size_t numbers = height.values.size() + sky.values.size();
   for (const Beam& b : beams) numbers += b.share.values.size();
@@ -41,9 +46,10 @@ bool GroundVisibility::find(const V3f& P, const V3f& Ng, V2f* place) const {
 }
 
 const Raster* GroundVisibility::share_of(const V3f& d) const {
+  const Raster* share = &light_.sky;
   for (const GroundLight::Beam& b : light_.beams)
-    if (dot(d, b.to_light) >= b.cosine) return &b.share;
-  return d.z > 0 && !light_.sky.values.empty() ? &light_.sky : nullptr;
+    if (dot(d, b.to_light) >= b.cosine) share = &b.share;
+  return d.z > 0 && !share->values.empty() ? share : nullptr;
 }
 
 bool GroundVisibility::answers(const V3f& P, const V3f& Ng, const V3f& d) const {

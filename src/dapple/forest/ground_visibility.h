@@ -15,7 +15,7 @@ struct GroundLight {
   struct Beam {
     V3f to_light;      ///< unit, to its centre
     float cosine = 1;  ///< of the largest angle to it that counts as the beam
-    Raster share;      ///< of its irradiance on the open ground, 0 to 1
+    Raster share;      ///< of its irradiance on the open ground, 0 to 1; no pixels: not known
   };
 
   Box2f area;                ///< m
@@ -26,6 +26,8 @@ struct GroundLight {
   V3f eye{0, 0, 0};
   float nearest = 0;         ///< m from the eye: ground nearer is left to others
 
+  /// Nothing is known of any light.
+  bool empty() const;
   size_t bytes() const;
 };
 

@@ -23,6 +23,7 @@ constexpr int coarsest = 16;                            // pixels of a cell of t
 constexpr int scout_cells = 512;                        // to find where anything stands
 constexpr float beam_margin = 1e-3f;              // radians
 constexpr double least_rise = 0.1;                // of a sun's direction
+constexpr float widest_sun = 0.1f;                // radians, radius
 constexpr int sky_rows = 64;
 constexpr double sky_cell = 1.0 / 32;  // pixels of the sky's sheet, of its height
 constexpr float half_time = 0.5f;
@@ -165,8 +166,7 @@ class Survey {
   }
 
   forest::GroundLight make() {
-    for (const shading::NarrowBeam& b : beams_)
-      if (double(b.to_light.z) >= least_rise && b.radius <= 0.1f) add_beam(b);
+    for (const shading::NarrowBeam& b : beams_) light_.beams.push_back({b.to_light, std::cos(b.radius + beam_margin), share_of(b)});
     add_sky();
     leave_out_borders();
     light_.height = std::move(heights_);
@@ -175,8 +175,8 @@ class Survey {
 
  private:
   float height_at(double x, double y) const {
-    const int i = int(std::floor((x - double(plot_.area.min.x)) / plot_.pitch)), j = int(std::floor((double(plot_.area.max.y) - y) / plot_.pitch));
-    return i >= 0 && j >= 0 && i < plot_.width && j < plot_.height ? heights_.row(0, j)[i] : std::nanf("");
+    const double i = (x - double(plot_.area.min.x)) / plot_.pitch, j = (double(plot_.area.max.y) - y) / plot_.pitch;
+    return i >= 0 && j >= 0 && i < plot_.width && j < plot_.height ? heights_.row(0, int(j))[int(i)] : std::nanf("");
   }
 
   /// How high above the ground the nearest thing along d stands, in the mean over where one does; nullopt: nowhere.
@@ -217,27 +217,28 @@ class Survey {
     return v;
   }
 
-  void add_beam(const shading::NarrowBeam& beam) {
-    forest::GroundLight::Beam out{beam.to_light, std::cos(beam.radius + beam_margin), Raster(1, 1, 1, 1)};
-    if (const auto height = sheet_height(beam.to_light)) {
-      SceneMaskView view = view_of(beam.to_light, *height);
-      // The sheet reaches from above the plot to where the sun is seen from it, by whole pixels.
-      const V2d shift = V2d(double(beam.to_light.x), double(beam.to_light.y)) * (*height / (double(beam.to_light.z) * plot_.pitch));
-      if (!(shift.length() < most_pixels)) return;
-      const int sx = int(std::lround(shift.x)), sy = int(std::lround(shift.y));
-      view.width += std::abs(sx), view.height += std::abs(sy);
-      view.centre_x += 0.5 * sx * plot_.pitch, view.centre_y += 0.5 * sy * plot_.pitch;
-      const forest::SunDisc sun(std::acos(std::clamp(double(beam.to_light.z), -1.0, 1.0)), std::atan2(double(beam.to_light.y), double(beam.to_light.x)), RGB(1),
-                                forest::LimbDarkening::none, std::max(double(beam.radius), 1e-5));
-      const Raster e = forest::sun_irradiance(mask_of_scene(scene_, view, false), *height, sun);
-      const RGB open = sun.irradiance_horizontal();
-      out.share = Raster(plot_.width, plot_.height, e.channels);
-      const int x0 = std::max(-sx, 0), y0 = std::max(sy, 0);
-      for (int c = 0; c < e.channels; ++c)
-        for (int y = 0; y < plot_.height; ++y)
-          for (int x = 0; x < plot_.width; ++x) out.share.row(c, y)[x] = std::min(e.row(c, y + y0)[x + x0] / open[c], 1.0f);
-    }
-    light_.beams.push_back(std::move(out));
+  /// No pixels for those left out.
+  Raster share_of(const shading::NarrowBeam& beam) {
+    const V3d d(beam.to_light);
+    if (d.z < least_rise || beam.radius > widest_sun) return {};
+    const auto height = sheet_height(beam.to_light);
+    if (!height) return Raster(1, 1, 1, 1);
+    // The sheet reaches from above the plot to where the sun is seen from it, by whole pixels.
+    const V2d shift = V2d(d.x, d.y) * (*height / (d.z * plot_.pitch));
+    if (!(shift.length() < most_pixels)) return {};
+    const int sx = int(std::lround(shift.x)), sy = int(std::lround(shift.y));
+    SceneMaskView view = view_of(beam.to_light, *height);
+    view.width += std::abs(sx), view.height += std::abs(sy);
+    view.centre_x += 0.5 * sx * plot_.pitch, view.centre_y += 0.5 * sy * plot_.pitch;
+    const forest::SunDisc sun(std::acos(std::min(d.z, 1.0)), std::atan2(d.y, d.x), RGB(1), forest::LimbDarkening::none, std::max(double(beam.radius), 1e-5));
+    const Raster e = forest::sun_irradiance(mask_of_scene(scene_, view, false), *height, sun);
+    const RGB open = sun.irradiance_horizontal();
+    Raster share(plot_.width, plot_.height, e.channels);
+    const int x0 = std::max(-sx, 0), y0 = std::max(sy, 0);
+    for (int c = 0; c < e.channels; ++c)
+      for (int y = 0; y < plot_.height; ++y)
+        for (int x = 0; x < plot_.width; ++x) share.row(c, y)[x] = std::min(e.row(c, y + y0)[x + x0] / open[c], 1.0f);
+    return share;
   }
 
   /// Of all lights at infinity but the beams, as they look from the middle of the plot.
@@ -292,7 +293,7 @@ class Survey {
 
   /// Where the plot ends and more stands beyond.
   void leave_out_borders() {
-    const int border = int(std::ceil(2 * tallest_ / plot_.pitch));
+    const int border = int(std::min(std::ceil(2 * tallest_ / plot_.pitch), double(most_pixels)));
     const int left = plot_.cut[0] ? border : 0, right = plot_.width - (plot_.cut[1] ? border : 0), bottom = plot_.height - (plot_.cut[2] ? border : 0),
               top = plot_.cut[3] ? border : 0;
     for (int y = 0; y < plot_.height; ++y)
