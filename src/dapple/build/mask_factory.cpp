@@ -96,8 +96,7 @@ std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Sce
   const Timer timer;
   forest::GroundLight light = integrate::survey_ground(scene, {nearest, request.ground_pixel.value_or(0)});
   const auto& heights = light.height.values;
-  if (std::all_of(heights.begin(), heights.end(), [](float h) { return std::isnan(h); }) ||
-      light.empty()) {
+  if (std::all_of(heights.begin(), heights.end(), [](float h) { return std::isnan(h); }) || light.empty()) {
     log_warning("penumbras on far ground have no effect: no ground with anything above it (z up), or neither sun nor sky");
     return nullptr;
   }

@@ -41,8 +41,6 @@ class GroundVisibility final : public shading::Visibility {
   bool answers(const V3f& P, const V3f& Ng, const V3f& d) const override;
   void visible(const shading::ShadowRays& rays, RGB* visible) const override;
 
-  const GroundLight& light() const { return light_; }
-
  private:
   bool find(const V3f& P, const V3f& Ng, V2f* place) const;
   const Raster* share_of(const V3f& d) const;

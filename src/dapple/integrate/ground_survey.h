@@ -14,8 +14,8 @@ struct GroundSurveyOptions {
 /// What of sun and sky arrives on the ground of a scene (z up), by rays and Fourier transforms (forest/penumbra.h). The ground is what is met first from
 /// below, where something stands on it or near, on at most 4096 x 4096 pixels about the camera. Canopies become one sheet for each light, at the mean height
 /// at which they are met: for suns what stands along the middle of the beam, which puts shadows where they belong; for the sky what stands above. Suns lower
-/// than 6 degrees, those wider than 11, and those whose shadows are 4096 pixels long are left out. The sky is that of all lights at infinity, on 128 x 64 directions, from the middle of the plot. No
-/// pixels where nothing stands on any ground.
+/// than 6 degrees, those wider than 11, and those whose shadows are 4096 pixels long are left out. The sky is that of all lights at infinity, on 128 x 64
+/// directions, from the middle of the plot. No pixels where nothing stands on any ground.
 forest::GroundLight survey_ground(const scene::Scene& scene, const GroundSurveyOptions& options);
 
 }  // namespace dapple::integrate
