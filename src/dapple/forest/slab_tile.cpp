@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/forest/slab_tile.h"
 
-#include <bit>
-
 namespace dapple::forest {
 
 namespace {
@@ -39,34 +37,6 @@ void SlabTile::fill(int channel, int px, int py, int first, int last) {
   const int w0 = first / word_bits, w1 = last / word_bits;
   for (int w = w0; w <= w1; ++w)
     p[w - first_word] |= bit_range(w == w0 ? first % word_bits : 0, w == w1 ? last % word_bits : word_bits - 1);
-}
-
-std::vector<SlabRun> slab_runs(const SlabStep& step, int levels) {
-  std::vector<SlabRun> runs;
-  for (int k = 0; k < levels; ++k) {
-    const int dx = step.drift_x(k), dy = step.drift_y(k), word = k / word_bits;
-    if (runs.empty() || runs.back().dx != dx || runs.back().dy != dy || runs.back().word != word)
-      runs.push_back({int16_t(dx), int16_t(dy), word, 0});
-    runs.back().levels |= uint64_t{1} << (k % word_bits);
-  }
-  return runs;
-}
-
-bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from,
-             int below) {
-  below = std::min(below, tile.levels());
-  if (below <= 0) return false;
-  const int32_t first = std::max(std::max(from, 0) / word_bits, tile.first_word), last = (below - 1) / word_bits;
-  const uint64_t rest = bit_range(0, (below - 1) % word_bits);
-  const uint64_t* const start = tile.pixel(channel, px, py) - tile.first_word;
-  const std::ptrdiff_t column = tile.words, row = column * tile.size;
-  const SlabRun* const end = runs + count;
-  while (runs < end && runs->word < first) ++runs;
-  for (; runs < end && runs->word <= last; ++runs) {
-    const uint64_t levels = runs->word == last ? runs->levels & rest : runs->levels;
-    if (start[runs->word - runs->dy * row - runs->dx * column] & levels) return true;
-  }
-  return false;
 }
 
 bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, int py, int from, int below) {

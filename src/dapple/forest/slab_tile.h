@@ -56,19 +56,8 @@ struct SlabStep {
   int start_y(float row, float level) const { return int(std::floor(row - 0.5f + level * sy + gy)); }
 };
 
-/// Levels over which a ray stays in one pixel, within one word.
-struct SlabRun {
-  int16_t dx, dy;  ///< drift
-  int32_t word;
-  uint64_t levels;
-};
-/// The runs of levels [0, levels), in order; levels: a multiple of 64.
-std::vector<SlabRun> slab_runs(const SlabStep& step, int levels);
-
 /// Whether anything is in levels [from, below) on the ray whose pixel of level 0 is (px, py), or between those and the
 /// start of from's word. The path must stay in the tile.
-bool blocked(const SlabTile& tile, int channel, const SlabRun* runs, size_t count, int px, int py, int from, int below);
-/// The same without runs made beforehand.
 bool blocked(const SlabTile& tile, int channel, const SlabStep& step, int px, int py, int from, int below);
 
 /// For all pixels and levels at once: how many of the rays that start in pixel (x, y) at a level pass, [(level * size +

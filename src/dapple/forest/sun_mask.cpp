@@ -7,40 +7,40 @@
 
 namespace dapple::forest {
 
-SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples)
-    : map_(map), samples_(samples), levels_(map.deep_levels()) {
+SunMask::SunMask(const SlabMap& map, double tangent, const SunSamples& samples) : map_(map), samples_(samples) {
   const float scale = float(tangent) * map.frame().slab / map.frame().pitch;
+  std::vector<SlabStep> steps;
   for (int s = 0; s < samples.sets(); ++s)
     for (int i = 0; i < samples.count(); ++i) {
       const V2f p = samples.point(s, i), g = samples.dither(s, i);
-      const SlabStep step{p.x * scale, p.y * scale, g.x, g.y};
-      const std::vector<SlabRun> runs = slab_runs(step, levels_);
-      steps_.push_back(step);
-      runs_of_.push_back({uint32_t(runs_.size()), uint32_t(runs.size())});
-      runs_.insert(runs_.end(), runs.begin(), runs.end());
+      steps.push_back({p.x * scale, p.y * scale, g.x, g.y});
+      if (int(steps.size()) == SlabPaths::most_rays || i + 1 == samples.count()) {
+        paths_.emplace_back(steps, map.deep_levels());
+        steps.clear();
+      }
     }
+  groups_ = int(paths_.size()) / samples.sets();
 }
 
-int SunMask::passing(const SlabTile& tile, int channel, const SlabMap::Receiver& from, int set) const {
-  const int n = samples_.count();
-  if (from.below <= 0 || tile.words == 0) return n;
-  constexpr int together = 64;
-  const bool has_runs = tile.levels() <= levels_;
-  const size_t first = size_t(set) * size_t(n);
+int SunMask::passing(const SlabTile& tile, int channel, SlabMap::Receiver from, int set, PathsOfTile* of_tile) const {
+  if (from.below <= 0 || tile.words == 0) return samples_.count();
   int passed = 0;
-  for (int begin = 0; begin < n; begin += together) {
-    const int count = std::min(together, n - begin);
-    const SlabStep* const steps = steps_.data() + first + begin;
-    int px[together], py[together], below[together];
-    for (int i = 0; i < count; ++i) {
-      px[i] = steps[i].start_x(from.column, from.level), py[i] = steps[i].start_y(from.row, from.level);
-      below[i] = from.below_of(steps[i], px[i], py[i]);
+  for (int group = set * groups_; group < (set + 1) * groups_; ++group) {
+    const SlabPaths& paths = paths_[size_t(group)];
+    const int n = paths.rays();
+    int px[SlabPaths::most_rays], py[SlabPaths::most_rays], below[SlabPaths::most_rays];
+    for (int i = 0; i < n; ++i) {
+      const SlabStep step = paths.step(i);
+      px[i] = step.start_x(from.column, from.level), py[i] = step.start_y(from.row, from.level);
+      below[i] = from.below_of(step, px[i], py[i]);
     }
-    for (int i = 0; i < count; ++i) {
-      const Runs& runs = runs_of_[first + size_t(begin + i)];
-      passed += has_runs
-                    ? !blocked(tile, channel, runs_.data() + runs.first, runs.count, px[i], py[i], from.from, below[i])
-                    : !blocked(tile, channel, steps[i], px[i], py[i], from.from, below[i]);
+    if (tile.levels() <= paths.levels()) {
+      std::optional<TilePaths>& here = (*of_tile)[size_t(group)];
+      if (!here) here.emplace(paths, tile);
+      passed += here->passing(channel, px, py, from.from, below);
+    } else {
+      for (int i = 0; i < n; ++i)
+        passed += !blocked(tile, channel, paths.step(i), px[i], py[i], from.from, below[i]);
     }
   }
   return passed;
@@ -67,11 +67,12 @@ void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::sp
       interest.add(at.x - corner.x, at.y - corner.y, map_.reach(), at.z);
     }
     const SlabTile tile = map_.partial_tile(key, interest);
+    PathsOfTile paths(paths_.size());
     for (const Sorted& s : receivers) {
       const uint32_t r = s.receiver;
       const SlabMap::Receiver from =
           map_.receiver(frame.to_grid(P[r]), frame.slope(N[r]), key, tile);
-      for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r])) * weight;
+      for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r], &paths)) * weight;
       if (tile.channels == 1) visible[r] = RGB(visible[r].r);
     }
   });

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "dapple/forest/slab_map.h"
+#include "dapple/forest/slab_paths.h"
 #include "dapple/forest/sun_samples.h"
 
 namespace dapple::forest {
@@ -23,23 +25,20 @@ class SunMask {
                   std::span<RGB> visible) const;
 
  private:
-  struct Runs {
-    uint32_t first, count;
-  };
   struct Sorted {
     uint64_t tile;
     uint32_t receiver;
     bool same_tile(const Sorted& o) const { return tile == o.tile; }
   };
   std::vector<Sorted> sorted_by_tile(std::span<const V3f> P) const;
-  int passing(const SlabTile& tile, int channel, const SlabMap::Receiver& from, int set) const;
+  /// Paths of a set's samples, some at once, in a tile; made for sets that are asked for.
+  using PathsOfTile = std::vector<std::optional<TilePaths>>;
+  int passing(const SlabTile& tile, int channel, SlabMap::Receiver from, int set, PathsOfTile* paths) const;
 
   const SlabMap& map_;
   const SunSamples& samples_;
-  const int levels_;             ///< that runs are made for
-  std::vector<SlabStep> steps_;  ///< by set and sample
-  std::vector<Runs> runs_of_;    ///< likewise
-  std::vector<SlabRun> runs_;
+  int groups_ = 0;                ///< of samples that go together
+  std::vector<SlabPaths> paths_;  ///< by set and group
 };
 
 }  // namespace dapple::forest
