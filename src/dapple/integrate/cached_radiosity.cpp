@@ -21,9 +21,6 @@ void take_nearest(scene::PatchTable::Neighbours* near) {
   near->weight[0] = 1;
 }
 
-// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors cancel: so many do the
-// work of one between them.
-constexpr int scattered_share = 4;
 
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
@@ -181,9 +178,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
           continue;
         }
         const int k = f.count++;
-        set_shading_point(id, i, j, cell, entry.key, f, k);
-        if (id.cluster_level > 0 && entry.links().is_scattered()) f.share[k] *= scattered_share;
-        spread_origins(id, i, j, entry.links(), f, k);
+        set_cell(id, i, j, cell, entry.key, entry.links(), f, k);
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;

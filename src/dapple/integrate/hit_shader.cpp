@@ -17,6 +17,10 @@ using trace::no_id;
 
 namespace {
 
+// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors cancel: so many do the
+// work of one between them.
+constexpr int scattered_share = 4;
+
 enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times };
 
 // Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
@@ -78,6 +82,25 @@ void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) co
 
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
                                   int k) const {
+  set_middle(id, i, j, cell, key, b, k);
+  if (!b.moves[k]) return;
+  float times[PointBatch::origins];
+  geom::SurfacePoint at[PointBatch::origins];
+  for (int o = 0; o < PointBatch::origins; ++o) times[o] = time_of_origin(b, k, o);
+  scene_.traced.surfaces(b.place(k), PointBatch::lane(k), times, at);
+  for (int o = 0; o < PointBatch::origins; ++o)
+    b.origin[k * PointBatch::origins + o] = {at[o].P, at[o].Ng, at[o].Ns - b.surface[k].Ns, at[o].error, times[o]};
+}
+
+void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
+                         PointBatch& b, int k) const {
+  set_middle(id, i, j, cell, key, b, k);
+  if (id.cluster_level > 0 && links.is_scattered()) b.share[k] *= scattered_share;
+  spread_origins(id, i, j, links, b, k);
+}
+
+void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
+                           int k) const {
   const scene::Motion& motion = patches_->motion();
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
   b.geometry[k] = id.geometry;
@@ -93,12 +116,6 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
   b.crowd[k] = 1;
   b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
   b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
-  if (!b.moves[k]) return;
-  for (int o = 0; o < PointBatch::origins; ++o) {
-    const float time = time_of_origin(b, k, o);
-    const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time);
-    b.origin[k * PointBatch::origins + o] = {s.P, s.Ng, s.Ns - b.surface[k].Ns, s.error, time};
-  }
 }
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
@@ -110,21 +127,34 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
-    if (!b.moves[k]) to = {middle.P, middle.Ng, V3f(0, 0, 0), middle.error, b.time[k]};
+    const float time = b.moves[k] ? time_of_origin(b, k, o) : b.time[k];
+    const auto stay = [&] {
+      geom::SurfacePoint s = middle;
+      if (b.moves[k]) {
+        patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
+        s = surface_at(b, k, time);
+      }
+      to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
+    };
     const uint64_t random = hash(b.key[k], for_origins, o);
     V2f at(to_unit_float(random), to_unit_float(random << 24));
     if (id.cluster_level > 0) {
       const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
-      if (links.divided >> patches_->part(id, patch.patch) & 1) continue;
+      if (links.divided >> patches_->part(id, patch.patch) & 1) {
+        stay();
+        continue;
+      }
       patches_->place_on_tile(patch, at.x, at.y, &b.place(k), PointBatch::lane(k));
     } else {
       at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
       patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
     }
-    const float time = b.moves[k] ? to.time : b.time[k];
     const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
-    if (!(dot(s.Ng, middle.Ng) > 0)) continue;
+    if (!(dot(s.Ng, middle.Ng) > 0)) {
+      stay();
+      continue;
+    }
     to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
     if (o == seen_from) b.surface[k] = s;
   }

@@ -55,10 +55,6 @@ class HitShader {
   /// Where such a point is at another time.
   geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place(k), PointBatch::lane(k), time, false); }
 
-  /// Spreads the origins of its rays over the cell: what coarse cells hold is a mean, not what happens to be at their middle.
-  /// Of a group of patches, over four of them that are linked.
-  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
-
   /// Finds the links of the tiles that are w.linking.jobs, those of tiles of one cell only if asked to.
   void link(bool single_cells, ShadingWorkspace& w) const;
 
@@ -95,6 +91,13 @@ class HitShader {
   static bool any_ray(const RaySet&, int) { return true; }
   static bool is_diffuse_ray(const RaySet& r, int ray) { return r.lobe[ray] == shading::Lobe::diffuse; }
   static bool is_specular_ray(const RaySet& r, int ray) { return !is_diffuse_ray(r, ray); }
+
+  /// As set_shading_point(), with the origins of its rays spread over the cell: what coarse cells hold is a mean, not what happens to be at
+  /// their middle. Of a group of patches, over four of them that are linked.
+  void set_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
+                PointBatch& b, int k) const;
+  void set_middle(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
+  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   static Place behind_diffuse(const Place& place);
   float diffuse_width_scale() const;

@@ -426,6 +426,19 @@ geom::SurfacePoint TracedScene::surface(const HitBatch& h, int i, float time, bo
   return h.instance[i] == no_id ? s : to_world(s, h.instance[i], time, tangents);
 }
 
+void TracedScene::surfaces(const HitBatch& h, int i, std::span<const float> times, geom::SurfacePoint* out) const {
+  const Shape& shape = geometries_[h.geometry[i]]->shape;
+  const auto* mesh = std::get_if<MeshPtr>(&shape);
+  const auto* grids = std::get_if<GridsPtr>(&shape);
+  const bool deforms = (mesh && !(*mesh)->P_end.empty()) || (grids && !(*grids)->P_end.empty());
+  geom::SurfacePoint local;
+  for (size_t k = 0; k < times.size(); ++k) {
+    if (k == 0 || deforms)
+      local = local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], times[k], V3f(h.nx[i], h.ny[i], h.nz[i]), false);
+    out[k] = h.instance[i] == no_id ? local : to_world(local, h.instance[i], times[k], false);
+  }
+}
+
 geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, const HitBatch& h, int i) const {
   const Geometry& g = *geometries_[h.geometry[i]];
   if (const auto* grids = std::get_if<GridsPtr>(&g.shape)) {

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -79,6 +80,8 @@ class TracedScene {
                                    bool tangents = true) const;
   /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where `tangents` are not wanted.
   geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
+  /// The same at each of several times, without the tangents.
+  void surfaces(const HitBatch& hits, int i, std::span<const float> times, geom::SurfacePoint* out) const;
   /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
