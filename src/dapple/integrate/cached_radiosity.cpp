@@ -91,7 +91,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
       for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
         patches_->dice(r.hits, i, d, time, s, width *= 0.5f, &w.extents, &at);
       if (const scene::Motion& motion = patches_->motion(); !motion.moves(r.hits.instance[i], geometry))
-        at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse));
+        at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
       if (at.grid.cluster_level > 0) patches_->turn_group(d, at.patch, &at.grid);
       c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
       c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);

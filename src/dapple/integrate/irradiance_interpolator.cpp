@@ -85,7 +85,7 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     }
   }
   for (int step = max_step; step > 0 && waiting_count > 0; --step) {
-    w.pending_count = w.order_count = 0;
+    w.pending_count = w.order_count = w.quad_count = 0;
     for (int n = 0; n < waiting_count; ++n) {
       const int k = waiting[n];
       if (next_step[k] >= step && choose_nodes(w.point[k], step, w.pending_count, w)) w.pending[w.pending_count++] = k;
@@ -136,22 +136,43 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
   id.u_level = uint8_t(std::max(0, id.u_level - step)), id.v_level = uint8_t(std::max(0, id.v_level - step));
   const int columns = 1 << id.u_level, rows = 1 << id.v_level;
   const float x = std::clamp(s * float(columns) - 0.5f, 0.0f, float(columns - 1)), y = std::clamp(t * float(rows) - 0.5f, 0.0f, float(rows - 1));
-  const float fx = x - std::floor(x), fy = y - std::floor(y);
+  const int i0 = int(x), j0 = int(y);
+  const float fx = x - float(i0), fy = y - float(j0);
+  id.tile_u = id.tile_v = 0;
+  const int q = quad(id, i0, j0, w);
+  w.quad_of[n] = q;
   bool any = false;
   for (int c = 0; c < w.corners; ++c) {
-    const uint32_t i = uint32_t(std::min(int(x) + (c & 1), columns - 1)), j = uint32_t(std::min(int(y) + (c >> 1), rows - 1));
-    id.tile_u = i / GridId::tile, id.tile_v = j / GridId::tile;
-    const Point at{id, int(i % GridId::tile), int(j % GridId::tile)};
     float& weight = w.weight[n][c];
     weight = ((c & 1) ? fx : 1 - fx) * ((c >> 1) ? fy : 1 - fy);
-    if (patches_.is_outside(id, at.i, at.j)) weight = 0;
     if (!(weight > 0)) continue;
-    const int index = n * w.corners + c;
-    w.wanted[index] = at;
-    w.order[w.order_count++] = {hash(id.hash(), id.index(at.i, at.j), 0x9e37u), index};
-    any = true;
+    Workspace::Quad& of = w.quads[q];
+    if (!(of.asked >> c & 1)) {
+      of.asked |= uint8_t(1 << c);
+      const uint32_t i = uint32_t(std::min(i0 + (c & 1), columns - 1)), j = uint32_t(std::min(j0 + (c >> 1), rows - 1));
+      id.tile_u = i / GridId::tile, id.tile_v = j / GridId::tile;
+      const Point at{id, int(i % GridId::tile), int(j % GridId::tile)};
+      if (patches_.is_outside(id, at.i, at.j)) {
+        of.outside |= uint8_t(1 << c);
+      } else {
+        const int index = q * w.corners + c;
+        w.wanted[index] = at;
+        w.order[w.order_count++] = {hash(id.hash(), id.index(at.i, at.j), 0x9e37u), index};
+      }
+    }
+    if (of.outside >> c & 1) weight = 0;
+    any |= weight > 0;
   }
   return any;
+}
+
+// The number of four nodes; those of one of the last points, mostly.
+int IrradianceInterpolator::quad(const GridId& lattice, int i, int j, Workspace& w) {
+  constexpr int recent = 4;
+  for (int q = w.quad_count - 1; q >= std::max(0, w.quad_count - recent); --q)
+    if (w.quads[q].i == i && w.quads[q].j == j && w.quads[q].lattice == lattice) return q;
+  w.quads[w.quad_count] = {lattice, i, j, 0, 0};
+  return w.quad_count++;
 }
 
 // Looks up each node once.
@@ -262,7 +283,7 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
   for (int c = 0; c < w.corners; ++c) {
     const float weight = w.weight[n][c];
     if (!(weight > 0)) continue;
-    const Node& node = w.node[w.node_of[n * w.corners + c]];
+    const Node& node = w.node[w.node_of[w.quad_of[n] * w.corners + c]];
     const Frame frame(node.n);
     way[c] = frame.to_local(P - node.P), turned[c] = frame.to_local(normal);
     if (!(turned[c].z >= least_cosine)) return 1;
@@ -283,14 +304,14 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
   if (later != 0) {
     sum = RGB();
     for (int c = 0; c < w.corners; ++c)
-      if (w.weight[n][c] > 0) sum += w.node[w.node_of[n * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) * (w.weight[n][c] / all);
+      if (w.weight[n][c] > 0) sum += w.node[w.node_of[w.quad_of[n] * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) * (w.weight[n][c] / all);
   }
   if (settings_.light_groups == 0) return b.indirect.set(k, {sum}), 0;
   RGB parts[scene::LightGroups::max_count];
   const size_t groups = size_t(settings_.light_groups);
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;
-    const gi::IrradianceRecord* of_node = &w.parts[size_t(w.node_of[n * w.corners + c]) * groups];
+    const gi::IrradianceRecord* of_node = &w.parts[size_t(w.node_of[w.quad_of[n] * w.corners + c]) * groups];
     for (size_t g = 0; g < groups; ++g) parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c], later) * w.weight[n][c];
   }
   share_out(sum, {parts, groups});  // none was below zero, nor was the sum

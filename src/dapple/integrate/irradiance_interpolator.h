@@ -56,7 +56,14 @@ class IrradianceInterpolator {
     };
     int pending[capacity], pending_count = 0;
     float weight[capacity][corners];
-    Point wanted[capacity * corners];  ///< by point and corner; what they share is looked up once
+    Point wanted[capacity * corners];  ///< by quad and corner; what they share is looked up once
+    /// Four nodes, around many points: their corner on a lattice, and which of them were asked for and lie outside.
+    struct Quad {
+      scene::GridId lattice;
+      int i, j;
+      uint8_t asked, outside;
+    } quads[capacity];
+    int quad_of[capacity], quad_count = 0;
     std::pair<uint64_t, int> order[capacity * corners];  ///< keys of those, and their indices
     int order_count = 0;
     int node_of[capacity * corners], node_count = 0;
@@ -76,6 +83,7 @@ class IrradianceInterpolator {
  private:
   void set_receiver(const PointBatch& b, int k, Workspace& w) const;
   bool choose_nodes(const Point& p, int step, int k, Workspace& w) const;
+  static int quad(const scene::GridId& lattice, int i, int j, Workspace& w);
   void find_nodes(Workspace& w) const;
   template <class Wanted>
   void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
