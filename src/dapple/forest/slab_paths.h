@@ -45,8 +45,8 @@ class TilePaths {
   TilePaths(const SlabPaths& paths, const SlabTile& tile);
 
   /// How many rays meet nothing in levels [from, below[i]), and in those between from and the start of its word. Ray
-  /// i's pixel of level 0 is (px[i], py[i]); its path must stay in the tile from there to 64 levels below from
-  /// below[i].
+  /// i's pixel of level 0 is (px[i], py[i]); its path must stay in the tile over all words from from's to that of the
+  /// largest below.
   int passing(int channel, const int* px, const int* py, int from, const int* below) const;
 
  private:

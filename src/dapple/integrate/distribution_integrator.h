@@ -66,6 +66,7 @@ class DistributionIntegrator final : public Integrator {
   struct Shares {
     int rays = 1, diffuse = 1;  ///< PointBatch::share and crowd
   };
+  int finest_step(const scene::PatchTable::Cell& cell, const V3f& P) const;
   Shares shared_work(const scene::GridId& grid, DistributionWorkspace& w) const;
   int points_in_pixel(const scene::GridId& grid, DistributionWorkspace& w) const;
   void shade_batch(DistributionWorkspace& w) const;

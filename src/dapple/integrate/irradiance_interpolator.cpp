@@ -107,7 +107,7 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
       const int k = w.pending[n];
       const int finer = blend(n, k, step, w, b);
       b.indirect_known[k] = finer == 0;
-      next_step[k] = step > 1 ? std::max(1, step - finer) : 0;
+      next_step[k] = step > w.point[k].finest_step ? std::max(w.point[k].finest_step, step - finer) : 0;
     }
     waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
   }
@@ -292,7 +292,7 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
     reach += weight * length(way[c]) / node.record.distance;
     all += weight;
   }
-  const float limit = step > 1 ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
+  const float limit = step > w.point[k].finest_step ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
   if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
   for (int c = 0; c < w.corners; ++c) {

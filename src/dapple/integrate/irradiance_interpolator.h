@@ -34,6 +34,7 @@ class IrradianceInterpolator {
   struct Point {
     scene::GridId grid;
     int i, j;
+    int finest_step = 1;  ///< its finest hemispheres are 2^finest_step such cells apart
   };
   struct Workspace {
     explicit Workspace(const IrradianceInterpolator& of);

@@ -11,6 +11,8 @@ using shading::Bsdf;
 
 namespace {
 constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
+// Of what is asked for: points that are longer, times their refinement, are not refined. Rates are powers of two, so that points are .7 to 1.4 as long.
+constexpr float finer_than = 1.2f;
 
 // Whatever happens, other threads must not wait for ever.
 class PublishLinks {
@@ -162,8 +164,16 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
       shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
-      if (interpolator_) w.interpolation->point[k] = {id, i, j};
+      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P)};
     }
+}
+
+// Points that are finer than their pixels ask for share the hemispheres of those around them.
+int DistributionIntegrator::finest_step(const scene::PatchTable::Cell& cell, const V3f& P) const {
+  const float width = scene_.camera.pixel_width(P) * std::sqrt(settings_.shading_rate), length = scene::PatchTable::seen_length(cell, normalize(scene_.camera.to_eye(P)));
+  int step = 1;
+  for (float refined = 2; refined <= most_refined && length * refined <= finer_than * width; refined *= 2) ++step;
+  return step;
 }
 
 // A group with a patch to stand for it that the camera sees, on the side that was hit: those behind others are darker. A function of the
@@ -190,9 +200,10 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
 // rays are so many as those of one hemisphere, which a leaf cannot share.
 DistributionIntegrator::Shares DistributionIntegrator::shared_work(const GridId& grid, DistributionWorkspace& w) const {
   constexpr int least_rays = 4, points_of_hemisphere = 16, points_of_larger = 4;
-  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? points_of_larger : 1};
-  const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1), most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1),
-            alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
+  const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1),
+            most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1);
+  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? std::min(points_of_larger, most_diffuse) : 1};
+  const int alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
   const int crowd = most > 1 || most_diffuse > alone ? points_in_pixel(grid, w) : 1;
   const int rays = std::min(crowd, most), diffuse = std::min(crowd * alone, most_diffuse);
   return {rays, std::max(diffuse / rays, 1)};

@@ -240,6 +240,8 @@ PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   return {std::sqrt(std::max(length2(s), length2(t))), s, t};
 }
 
+float PatchTable::seen_length(const Cell& cell, const V3f& d) { return std::sqrt(std::max(across2(cell.s, d), across2(cell.t, d))); }
+
 PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
   const GridId& id = at.grid;
   const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));

@@ -119,6 +119,8 @@ class PatchTable {
     V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
   };
   Cell cell(const GridId& grid, Extents* memory = nullptr) const;
+  /// The length of a micropolygon across a direction of unit length, as dice() measures it.
+  static float seen_length(const Cell& cell, const V3f& d);
 
  private:
   struct GeometryPatches {
