@@ -62,6 +62,41 @@ INSTANTIATE_TEST_SUITE_P(RadiosityCache, Walls,
                                          WallCase{"all_meshes", {.wall_quads = 100, .room_quads = 144}, 2e-3f}),
                          [](const auto& test) { return std::string(test.param.name); });
 
+// A house of one mesh, in the sun: walls of panels inside and outside, a hand's width apart, and mouldings of a few centimetres. A group of many of
+// its patches may have the area of a few panels, on both sides of the walls. Seen: none of it inside; 1.1 % of a lit
+// room's light where any patch that shows a ray its side stood for a group, 25 % where groups of a few panels are read.
+TEST(RadiosityCacheBreakers, HouseOfPanelsAndMouldings) {
+  std::string points, indices;
+  int count = 0;
+  const auto add = [&](const V3f& p, const V3f& s, const V3f& t) {
+    for (const V3f& c : {p, p + s, p + s + t, p + t}) points += std::to_string(c.x) + " " + std::to_string(c.y) + " " + std::to_string(c.z) + "  ";
+    for (const int i : {0, 1, 2, 0, 2, 3}) indices += std::to_string(count + i) + " ";
+    count += 4;
+  };
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool outside : {false, true})
+      for (const float side : {-1.0f, 1.0f}) {
+        const float half = outside ? 2.1f : 2, facing = outside ? side : -side;
+        V3f n(0, 0, 0), s(0, 0, 0), t(0, 0, 0);
+        n[axis] = side * half, s[(axis + 1) % 3] = facing, t[(axis + 2) % 3] = 1;
+        for (int i = 0; i < 2; ++i)
+          for (int j = 0; j < 2; ++j) add(n + s * (half * float(i - 1)) + t * (half * float(j - 1)), s * half, t * half);
+        for (int i = 0; !outside && i < 40; ++i) add(n * 0.995f + s * (0.1f * float(i) - 2) + t * 1.5f, s * 0.05f, t * 0.05f);
+      }
+  const auto house = [&](const std::string& light) {
+    return build_text(R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32
+LookAt -1.5 -1.5 1  1 1 -.5  0 0 1
+Camera "perspective" "float fov" 80
+WorldBegin
+)" + light + R"(
+Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
+Shape "trianglemesh" "integer indices" [ )" + indices + "] \"point3 P\" [ " + points + "]\n");
+  };
+  const RGB lit = render_built(house("LightSource \"point\" \"rgb I\" [ 4 4 4 ]\n"), 8, settings(4)).mean();
+  const RGB dark = render_built(house("LightSource \"distant\" \"point3 from\" [ -3 -2 2 ] \"rgb L\" [ 3 3 3 ]\n"), 8, settings(4)).mean();
+  EXPECT_LT(dark.luminance(), 1e-4f * lit.luminance()) << dark.luminance() / lit.luminance();
+}
+
 // A ceiling over a floor, seen from between them: all its light comes from the floor. `material`: of the floor.
 std::string floor_and_ceiling(const std::string& material) {
   return R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32

@@ -49,8 +49,21 @@ PatchClusters::PatchClusters(std::span<const Box3f> boxes, std::span<const float
     for (size_t i = 0; i < groups.size(); ++i) next[i / 4].extendBy(groups[i]);
     groups = std::move(next);
     std::vector<float>& diameters = diameters_.emplace_back();
-    for (const Box3f& b : groups) diameters.push_back(length(b.max - b.min));
+    const size_t size = size_t(1) << (2 * diameters_.size());
+    for (size_t g = 0; g < groups.size(); ++g)
+      diameters.push_back(is_of_few(areas, g * size, size) ? HUGE_VALF : length(groups[g].max - groups[g].min));
   }
+}
+
+// Whether so few patches have the area of a group that so many as large would be less than a third of it.
+bool PatchClusters::is_of_few(std::span<const float> areas, size_t first, size_t size) const {
+  const size_t last = std::min(first + size, order_.size());
+  double sum = 0, squares = 0;
+  for (size_t rank = first; rank < last; ++rank) {
+    const double area = double(areas[order_[rank]]);
+    sum += area, squares += area * area;
+  }
+  return 3 * sum * sum < double(last - first) * squares;
 }
 
 uint32_t PatchClusters::representative(uint32_t group, int level, uint32_t choice) const {

@@ -18,7 +18,8 @@ class PatchClusters {
 
   int levels() const { return int(diameters_.size()); }
   uint32_t group(uint32_t patch, int level) const { return uint32_t(uint64_t(rank_[patch]) >> (2 * level)); }
-  /// Diagonal of the group's box, level >= 1.
+  /// Diagonal of the group's box, level >= 1. Infinite where a few of its patches have most of its area, as the panels of a wall beside the
+  /// mouldings of its windows: those are as large as the group, and lie on both sides of a house.
   float diameter(uint32_t group, int level) const { return diameters_[size_t(level - 1)][group]; }
   /// A patch that may stand for a group: any of it, chosen by a hash with a chance in proportion to its area.
   uint32_t representative(uint32_t group, int level, uint32_t choice) const;
@@ -32,6 +33,8 @@ class PatchClusters {
   bool ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const;
 
  private:
+  bool is_of_few(std::span<const float> areas, size_t first, size_t size) const;
+
   std::vector<uint32_t> rank_;   ///< place of each patch in the order of halves
   std::vector<uint32_t> order_;  ///< inverse of rank_
   std::vector<double> area_before_;            ///< by rank, of all patches of lower rank; one more than patches

@@ -92,7 +92,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
         patches_->dice(r.hits, i, d, time, s, width *= 0.5f, &w.extents, &at);
       if (const scene::Motion& motion = patches_->motion(); !motion.moves(r.hits.instance[i], geometry))
         at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
-      if (at.grid.cluster_level > 0) patches_->turn_group(d, at.patch, &at.grid);
+      if (at.grid.cluster_level > 0) patches_->turn_group(s.Ng, at.patch, &at.grid);
       c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
       c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
       c.set[c.count] = uint8_t(set);

@@ -23,9 +23,9 @@ constexpr int scattered_share = 4;
 
 enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times };
 
-// Cells are wider than those that ask for them by this many times the cache's width: else a chain of short rays, in a corner or between the
-// legs of chairs, asks for ever more fine cells, bounce by bounce.
-constexpr float cell_growth = 3;
+// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a corner or between the legs
+// of chairs, asks for ever more fine cells, bounce by bounce. With few rays a cell its noise hides how coarse it is.
+constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -151,7 +151,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     }
     const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
-    if (!(dot(s.Ng, middle.Ng) > 0)) {
+    if (!(dot(s.Ng, middle.Ng) > (id.cluster_level > 0 ? scene::PatchTable::alike : 0))) {
       stay();
       continue;
     }
@@ -284,11 +284,14 @@ void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const 
     trace_rays(r, w);
     r.L.clear_all(r.count);
   }
-  gather_hits(place, behind_diffuse(place), diffuse_width_scale(), any_ray, sets, w);
+  gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), any_ray, sets, w);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 
-float HitShader::diffuse_width_scale() const { return 1 + cell_growth * settings_.cache_width; }
+float HitShader::diffuse_width_scale(const Place& place) const {
+  const float rays = float(std::max(settings_.diffuse_rays.at(behind_diffuse(place).depth.diffuse), 1));
+  return 1 + std::clamp(growth_of_one_ray / rays, least_growth, most_growth) * settings_.cache_width;
+}
 
 HitShader::Place HitShader::behind_diffuse(const Place& place) {
   return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
@@ -400,7 +403,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
     gather_hits(place, below, settings_.cache_width, is_specular_ray, 1, w);
   }
-  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(), is_diffuse_ray, 1, w);
+  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), is_diffuse_ray, 1, w);
   r.weigh();
   for (int i = 0; i < r.count; ++i) b.specular.add(r.point[i], r.L.at(i));
   w.job_count = 0;

@@ -199,9 +199,9 @@ bool PatchTable::is_of(const GridId& grid, const trace::HitBatch& hits, int i) c
   return grid.patch == (grid.cluster_level > 0 ? geometries_[grid.geometry].clusters->group(patch, grid.cluster_level) : patch);
 }
 
-void PatchTable::turn_group(const V3f& d, uint32_t patch, GridId* group) const {
+void PatchTable::turn_group(const V3f& Ng, uint32_t patch, GridId* group) const {
   for (uint32_t choice = 0; choice < stand_ins; ++choice)
-    if ((dot(choose_stand_in(group, choice).Ng, d) > 0) == bool(group->behind)) return;
+    if (dot(choose_stand_in(group, choice).Ng, Ng) > alike) return;
   group->patch = patch;
   group->cluster_level = 0, group->tile_u = 0;
 }

@@ -84,9 +84,10 @@ class PatchTable {
   int part(const GridId& group, uint32_t patch) const { return geometries_[group.geometry].clusters->part(patch, group.cluster_level); }
   /// Whether the patch of a hit belongs to the tile's patch, or group of patches.
   bool is_of(const GridId& grid, const trace::HitBatch& hits, int i) const;
-  /// Lets that patch stand for a group which shows a ray along d the side that the name says; where none does, the name becomes that
-  /// of `patch`, which was hit.
-  void turn_group(const V3f& d, uint32_t patch, GridId* group) const;
+  /// Lets a patch stand for a group that is turned alike `patch`, which was hit and whose normal is Ng; where none is, the name becomes that of
+  /// `patch`. What only shows a ray the same side may be at a right angle to it: the outer side of the next wall.
+  void turn_group(const V3f& Ng, uint32_t patch, GridId* group) const;
+  static constexpr float alike = 0.2f;  ///< cosine between normals
 
   /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
   void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
