@@ -160,6 +160,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
+  const float width_scale = diffuse_width_scale(below);
   int points[resolution_count] = {}, all = 0;
   link_tiles(c, w);
   f.count = 0;
@@ -179,6 +180,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
         }
         const int k = f.count++;
         set_cell(id, i, j, cell, entry.key, entry.links(), f, k);
+        f.width[k] *= diffuse_width_scale(below, f.diffuse_share(k)) / width_scale;
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;

@@ -24,7 +24,8 @@ constexpr int scattered_share = 4;
 enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times };
 
 // Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a corner or between the legs
-// of chairs, asks for ever more fine cells, bounce by bounce. With few rays a cell its noise hides how coarse it is.
+// of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
+// how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
@@ -288,8 +289,9 @@ void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const 
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 
-float HitShader::diffuse_width_scale(const Place& place) const {
-  const float rays = float(std::max(settings_.diffuse_rays.at(behind_diffuse(place).depth.diffuse), 1));
+float HitShader::diffuse_width_scale(const Place& place, int share) const {
+  if (place.depth.diffuse == 0) return 1 + most_growth * settings_.cache_width;
+  const float rays = float(std::max(diffuse_rays(place, share), 1));
   return 1 + std::clamp(growth_of_one_ray / rays, least_growth, most_growth) * settings_.cache_width;
 }
 

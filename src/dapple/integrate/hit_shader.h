@@ -100,7 +100,8 @@ class HitShader {
   void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   static Place behind_diffuse(const Place& place);
-  float diffuse_width_scale(const Place& place) const;
+  /// Of the width of a point that does so large a share of the work of others.
+  float diffuse_width_scale(const Place& place, int share = 1) const;
   /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
   static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }
   int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }

@@ -181,7 +181,8 @@ int DistributionIntegrator::finest_step(const scene::PatchTable::Cell& cell, con
 GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWorkspace& w) const {
   GridId id = grid;
   if (id.cluster_level == 0) return id;
-  for (uint32_t choice = 0; choice < scene::PatchTable::stand_ins; ++choice) {
+  constexpr uint32_t most_choices = 8;
+  for (uint32_t choice = 0; choice < most_choices; ++choice) {
     const geom::SurfacePoint s = patches_.choose_stand_in(&id, choice);
     const V3f to_eye = scene_.camera.to_eye(s.P);
     if ((dot(s.Ng, to_eye) < 0) != bool(id.behind)) continue;

@@ -72,7 +72,7 @@ class PatchTable {
             GridPoint* out) const;
 
   /// Patches that may stand for a group.
-  static constexpr uint32_t stand_ins = 8;
+  static constexpr uint32_t stand_ins = 32;
   /// The patch that stands for a group by this choice, as a tile of one cell.
   GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
