@@ -55,7 +55,7 @@ PatchClusters::PatchClusters(std::span<const Box3f> boxes, std::span<const float
   }
 }
 
-// Whether so few patches have the area of a group that so many as large would be less than a third of it.
+// Whether less than a third of a group's patches have its area, counted as (sum a)^2 / sum a^2.
 bool PatchClusters::is_of_few(std::span<const float> areas, size_t first, size_t size) const {
   const size_t last = std::min(first + size, order_.size());
   double sum = 0, squares = 0;

@@ -100,7 +100,7 @@ class HitShader {
   void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   static Place behind_diffuse(const Place& place);
-  /// Of the width of a point that does so large a share of the work of others.
+  /// What rays take of the width of a point that `share` points do the work of (PointBatch::diffuse_share).
   float diffuse_width_scale(const Place& place, int share = 1) const;
   /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
   static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }

@@ -11,7 +11,8 @@ using shading::Bsdf;
 
 namespace {
 constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
-// Of what is asked for: points that are longer, times their refinement, are not refined. Rates are powers of two, so that points are .7 to 1.4 as long.
+// A point is refined n times if n of its lengths are less than this much of what its pixel asks for: rates are powers of two, so that points are
+// .7 to 1.4 times as long as that.
 constexpr float finer_than = 1.2f;
 
 // Whatever happens, other threads must not wait for ever.
