@@ -2,18 +2,21 @@
 #include "dapple/forest/canopy_mask.h"
 
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
+#include <vector>
+
+#include "dapple/base/parallel.h"
 
 namespace dapple::forest {
 
 double Raster::mean(int channel) const {
-  double sum = 0;
-  for (int y = 0; y < height; ++y) {
-    double line = 0;
-    for (int x = 0; x < width; ++x) line += double(row(channel, y)[x]);
-    sum += line;
-  }
-  return sum / (double(width) * height);
+  std::vector<double> lines(size_t(height), 0.0);
+  parallel_for(lines.size(), [&](size_t y) {
+    const float* const from = row(channel, int(y));
+    lines[y] = std::accumulate(from, from + width, 0.0);
+  });
+  return std::accumulate(lines.begin(), lines.end(), 0.0) / (double(width) * height);
 }
 
 CanopyMask CanopyMask::from_image(const image::Image& image, double width_m, bool periodic, const FileLoc& loc) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "dapple/base/parallel.h"
 
@@ -179,27 +180,45 @@ LightRaster folded(const LightRaster& raster, int width, int height) {
   const Raster& w = raster.weight;
   LightRaster out{{0, 0, width, height}, Raster(width, height, w.channels)};
   const double part = 1 / (double(raster.stride) * raster.stride);
-  parallel_for(size_t(w.channels), [&](size_t c) {
-    std::vector<double> sums(size_t(width) * size_t(height), 0.0), line(static_cast<size_t>(width)), everywhere(size_t(width), 0.0);
-    for (int y = 0; y < w.height; ++y) {
-      std::fill(line.begin(), line.end(), 0.0);
-      double base = 0;
-      for (int x = 0; x < w.width; ++x) {
-        const double v = double(w.row(int(c), y)[x]) * part;
-        if (v == 0) continue;
-        const Run run(raster.window.x0 + x, raster.stride, width);
-        base += run.all * v;
-        for (int i = 0, at = run.first; i < run.count; ++i, at = at + 1 == width ? 0 : at + 1) line[size_t(at)] += v;
-      }
-      const Run run(raster.window.y0 + y, raster.stride, height);
-      for (int x = 0; x < width; ++x) everywhere[size_t(x)] += run.all * (line[size_t(x)] + base);
-      for (int i = 0, at = run.first; i < run.count; ++i, at = at + 1 == height ? 0 : at + 1)
-        for (int x = 0; x < width; ++x) sums[size_t(at) * size_t(width) + size_t(x)] += line[size_t(x)] + base;
+  // Lines of the raster, folded along x, some at a time; each line of the result adds those that meet it, in their order.
+  constexpr int lines = 64;
+  const size_t n = static_cast<size_t>(width);
+  std::vector<double> sums(n * size_t(height)), folds(n * lines), everywhere(n);
+  for (int c = 0; c < w.channels; ++c) {
+    std::fill(sums.begin(), sums.end(), 0.0);
+    std::fill(everywhere.begin(), everywhere.end(), 0.0);
+    for (int first = 0; first < w.height; first += lines) {
+      const int count = std::min(lines, w.height - first);
+      std::vector<Run> runs;
+      for (int i = 0; i < count; ++i) runs.emplace_back(raster.window.y0 + first + i, raster.stride, height);
+      parallel_for(size_t(count), [&](size_t i) {
+        double* const line = &folds[i * n];
+        std::fill_n(line, n, 0.0);
+        double base = 0;
+        for (int x = 0; x < w.width; ++x) {
+          const double v = double(w.row(c, first + int(i))[x]) * part;
+          if (v == 0) continue;
+          const Run run(raster.window.x0 + x, raster.stride, width);
+          base += run.all * v;
+          for (int j = 0, at = run.first; j < run.count; ++j, at = at + 1 == width ? 0 : at + 1) line[at] += v;
+        }
+        for (size_t x = 0; x < n; ++x) line[x] += base;
+      });
+      for (int i = 0; i < count; ++i)
+        for (size_t x = 0; runs[size_t(i)].all > 0 && x < n; ++x) everywhere[x] += runs[size_t(i)].all * folds[size_t(i) * n + x];
+      parallel_for(size_t(height), [&](size_t y) {
+        for (int i = 0; i < count; ++i) {
+          const Run& run = runs[size_t(i)];
+          const int after = int(y) - run.first;
+          if ((after < 0 ? after + height : after) >= run.count) continue;
+          for (size_t x = 0; x < n; ++x) sums[y * n + x] += folds[size_t(i) * n + x];
+        }
+      });
     }
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x)
-        out.weight.row(int(c), y)[x] = float(sums[size_t(y) * size_t(width) + size_t(x)] + everywhere[size_t(x)]);
-  });
+    parallel_for(size_t(height), [&](size_t y) {
+      for (size_t x = 0; x < n; ++x) out.weight.row(c, int(y))[x] = float(sums[y * n + x] + everywhere[x]);
+    });
+  }
   return out;
 }
 
