@@ -21,7 +21,6 @@ void take_nearest(scene::PatchTable::Neighbours* near) {
   near->weight[0] = 1;
 }
 
-
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
 

@@ -11,8 +11,8 @@ using shading::Bsdf;
 
 namespace {
 constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
-// A point is refined n times if n of its lengths are less than this much of what its pixel asks for: rates are powers of two, so that points are
-// .7 to 1.4 times as long as that.
+// A point is n times as fine as its pixel asks for if n of its lengths are less than this much of what that is: rates are powers of two, so that
+// points are .7 to 1.4 times as long.
 constexpr float finer_than = 1.2f;
 
 // Whatever happens, other threads must not wait for ever.
@@ -171,7 +171,8 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
 
 // Points that are finer than their pixels ask for share the hemispheres of those around them.
 int DistributionIntegrator::finest_step(const scene::PatchTable::Cell& cell, const V3f& P) const {
-  const float width = scene_.camera.pixel_width(P) * std::sqrt(settings_.shading_rate), length = scene::PatchTable::seen_length(cell, normalize(scene_.camera.to_eye(P)));
+  const float width = scene_.camera.pixel_width(P) * std::sqrt(settings_.shading_rate);
+  const float length = scene::PatchTable::seen_length(cell, normalize(scene_.camera.to_eye(P)));
   int step = 1;
   for (float refined = 2; refined <= most_refined && length * refined <= finer_than * width; refined *= 2) ++step;
   return step;
