@@ -11,13 +11,13 @@ import sys
 
 import against_cycles
 import against_povray
+import bare_rays
 import canopy
 import common
 import flicker
 import interpolation
 import motion
 import opacity
-import path_rays
 import presets
 import radiosity
 import scene_load
@@ -25,8 +25,8 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "canopy": canopy, "flicker": flicker, "interpolation": interpolation, "motion": motion,
-              "opacity": opacity, "path_rays": path_rays, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "flicker": flicker, "interpolation": interpolation, "motion": motion,
+              "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/geom/rectangle_emitter.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace dapple::geom {
@@ -52,17 +53,20 @@ struct RectangleEmitter::Spherical {
   }
 
   /// Where in the rectangle, each in [0, 1].
-  V2f sample(const V2f& u, double solid_angle) const {
+  void sample(std::span<const V2f> u, double solid_angle, V2f* st) const {
     const double b0 = -y0 / root(y0, z0), b1 = y1 / root(y1, z0);
-    const double au = u.x * solid_angle + 2 * std::numbers::pi - g23.positive();
-    const double fu = (std::cos(au) * b0 - b1) / std::sin(au);
-    const double cu = std::clamp(std::copysign(1 / std::sqrt(fu * fu + b0 * b0), fu), -1.0, 1.0);
-    const double xu = std::clamp(-(cu * z0) / std::sqrt(std::max(1 - cu * cu, 1e-30)), x0, x1);
-    const double d2 = xu * xu + z0 * z0;
-    const double h0 = y0 / std::sqrt(d2 + y0 * y0), h1 = y1 / std::sqrt(d2 + y1 * y1);
-    const double hv = h0 + u.y * (h1 - h0), hv2 = hv * hv;
-    const double yv = hv2 < 1 - 1e-12 ? std::clamp(hv * std::sqrt(d2 / (1 - hv2)), y0, y1) : (hv > 0 ? y1 : y0);
-    return {static_cast<float>((xu - x0) / (x1 - x0)), static_cast<float>((yv - y0) / (y1 - y0))};
+    const double first = 2 * std::numbers::pi - g23.positive();
+    for (size_t i = 0; i < u.size(); ++i) {
+      const double au = u[i].x * solid_angle + first;
+      const double fu = (std::cos(au) * b0 - b1) / std::sin(au);
+      const double cu = std::clamp(std::copysign(1 / std::sqrt(fu * fu + b0 * b0), fu), -1.0, 1.0);
+      const double xu = std::clamp(-(cu * z0) / std::sqrt(std::max(1 - cu * cu, 1e-30)), x0, x1);
+      const double d2 = xu * xu + z0 * z0;
+      const double h0 = y0 / std::sqrt(d2 + y0 * y0), h1 = y1 / std::sqrt(d2 + y1 * y1);
+      const double hv = h0 + u[i].y * (h1 - h0), hv2 = hv * hv;
+      const double yv = hv2 < 1 - 1e-12 ? std::clamp(hv * std::sqrt(d2 / (1 - hv2)), y0, y1) : (hv > 0 ? y1 : y0);
+      st[i] = {static_cast<float>((xu - x0) / (x1 - x0)), static_cast<float>((yv - y0) / (y1 - y0))};
+    }
   }
 };
 
@@ -98,17 +102,24 @@ V2f RectangleEmitter::uv_at(const V2f& st) const {
   return (uv[0] * (1 - st.x) + uv[1] * st.x) * (1 - st.y) + (uv[3] * (1 - st.x) + uv[2] * st.x) * st.y;
 }
 
-bool RectangleEmitter::sample(const V3f& ref, const V2f& u, EmitterSample* out) const {
+uint32_t RectangleEmitter::sample(const V3f& ref, std::span<const V2f> u, EmitterSample* out) const {
   const Spherical spherical(ref, *this);
   const double solid_angle = spherical.solid_angle();
   const bool by_angle = solid_angle >= min_solid_angle;
-  const V2f st = by_angle ? spherical.sample(u, solid_angle) : u;
-  out->p = corner_ + ex_ * st.x + ey_ * st.y;
-  out->n = normal();
-  out->uv = uv_at(st);
-  if (!by_angle) return area_to_solid_angle(ref, out->p, out->n, 1 / area(), &out->pdf);
-  out->pdf = static_cast<float>(1 / solid_angle);
-  return true;
+  V2f st[most_at_once];
+  if (by_angle)
+    spherical.sample(u, solid_angle, st);
+  else
+    std::copy(u.begin(), u.end(), st);
+  uint32_t drawn = 0;
+  for (size_t i = 0; i < u.size(); ++i) {
+    out[i].p = corner_ + ex_ * st[i].x + ey_ * st[i].y;
+    out[i].n = normal();
+    out[i].uv = uv_at(st[i]);
+    out[i].pdf = static_cast<float>(1 / solid_angle);
+    if (by_angle || area_to_solid_angle(ref, out[i].p, out[i].n, 1 / area(), &out[i].pdf)) drawn |= 1u << i;
+  }
+  return drawn;
 }
 
 float RectangleEmitter::pdf(const V3f& ref, const V3f&, const V3f& p, const V3f&) const {

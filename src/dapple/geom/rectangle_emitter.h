@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "dapple/geom/emitter_sample.h"
 
@@ -23,7 +24,9 @@ class RectangleEmitter {
   RectangleEmitter(const V3f corners[4], bool flip, const std::optional<UV>& uv = std::nullopt);
 
   /// False where nothing can be drawn (ref in the plane).
-  bool sample(const V3f& ref, const V2f& u, EmitterSample* out) const;
+  bool sample(const V3f& ref, const V2f& u, EmitterSample* out) const { return sample(ref, {&u, 1}, out); }
+  /// The same for up to most_at_once u: bit i of the result is set where out[i] was drawn.
+  uint32_t sample(const V3f& ref, std::span<const V2f> u, EmitterSample* out) const;
   /// Density (solid angle) with which sample() returns the direction wi of p, a point of the rectangle seen from ref.
   float pdf(const V3f& ref, const V3f& wi, const V3f& p, const V3f& n) const;
 

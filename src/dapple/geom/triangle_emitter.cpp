@@ -92,29 +92,33 @@ Box3f TriangleEmitter::bounds() const {
   return box;
 }
 
-bool TriangleEmitter::sample(const V3f& ref, const V2f& u, EmitterSample* out) const {
+uint32_t TriangleEmitter::sample(const V3f& ref, std::span<const V2f> u, EmitterSample* out) const {
   const SphericalTriangle spherical(ref, p0_, p1_, p2_);
-  V3f b;
-  if (spherical.solid_angle > 0) {
-    const V3d w = spherical.sample(u);
-    const double b0 = std::abs(w.dot(spherical.B.cross(spherical.C)));
-    const double b1 = std::abs(w.dot(spherical.C.cross(spherical.A)));
-    const double b2 = std::abs(w.dot(spherical.A.cross(spherical.B)));
-    const double sum = b0 + b1 + b2;
-    if (!(sum > 0)) return false;
-    b = {static_cast<float>(b0 / sum), static_cast<float>(b1 / sum), static_cast<float>(b2 / sum)};
-  } else {
-    const V2f b01 = square_to_triangle(u);
-    b = {b01.x, b01.y, 1 - b01.x - b01.y};
+  const bool by_angle = spherical.solid_angle > 0;
+  const V3f n = normal();
+  const float density = by_angle ? static_cast<float>(1 / spherical.solid_angle) : 1 / area();
+  uint32_t drawn = 0;
+  for (size_t i = 0; i < u.size(); ++i) {
+    V3f b;
+    if (by_angle) {
+      const V3d w = spherical.sample(u[i]);
+      const double b0 = std::abs(w.dot(spherical.B.cross(spherical.C)));
+      const double b1 = std::abs(w.dot(spherical.C.cross(spherical.A)));
+      const double b2 = std::abs(w.dot(spherical.A.cross(spherical.B)));
+      const double sum = b0 + b1 + b2;
+      if (!(sum > 0)) continue;
+      b = {static_cast<float>(b0 / sum), static_cast<float>(b1 / sum), static_cast<float>(b2 / sum)};
+    } else {
+      const V2f b01 = square_to_triangle(u[i]);
+      b = {b01.x, b01.y, 1 - b01.x - b01.y};
+    }
+    out[i].p = p0_ * b.x + p1_ * b.y + p2_ * b.z;
+    out[i].n = n;
+    out[i].uv = uv_at(b);
+    out[i].pdf = density;
+    if (by_angle || area_to_solid_angle(ref, out[i].p, n, density, &out[i].pdf)) drawn |= 1u << i;
   }
-  out->p = p0_ * b.x + p1_ * b.y + p2_ * b.z;
-  out->n = normal();
-  out->uv = uv_at(b);
-  if (spherical.solid_angle > 0) {
-    out->pdf = static_cast<float>(1 / spherical.solid_angle);
-    return true;
-  }
-  return area_to_solid_angle(ref, out->p, out->n, 1 / area(), &out->pdf);
+  return drawn;
 }
 
 float TriangleEmitter::pdf(const V3f& ref, const V3f&, const V3f& p, const V3f&) const {

@@ -7,6 +7,7 @@
 namespace dapple::integrate {
 
 using shading::Bsdf;
+using shading::Light;
 using trace::no_id;
 
 namespace {
@@ -73,45 +74,60 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
   if (w.job_count > 0) draw(b, w);
 }
 
+// The shadow ray of a job towards what was drawn for it, if it could bring anything.
+void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, const V3f& receiver, const shading::LightSampler::Selection& chosen,
+                                 const shading::LightSample& light, ShadingWorkspace& w) const {
+  const int k = w.job_point[job];
+  const Bsdf& bsdf = b.bsdf[k];
+  const float cosine = dot(light.wi, from.normal(bsdf.frame.n)), pdf = light.pdf * chosen.probability;
+  RGB L = light.radiance * (w.job_weight[job] * std::abs(cosine) / pdf);
+  Target target = to_specular;
+  if (bsdf.is_diffuse()) {
+    target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
+    L *= bsdf.crossing(cosine);
+    if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
+  } else {
+    float bsdf_pdf = 0;
+    L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[job], w.index[job]), &bsdf_pdf);
+    if (!light.delta) L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));
+  }
+  if (L.is_black() || !L.is_finite()) return;
+  const V3f origin = offset_origin(from, light.wi);
+  const ShadowRay ray(receiver, light, origin);
+  if (!(ray.distance > 0)) return;
+  const int s = w.shadow_count++;
+  w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k], b.spread[k]);
+  w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
+  w.shadow_normal[s] = from.Ng;
+  w.shadow_point[s] = k;
+  w.shadow_target[s] = target;
+  w.shadow_light[s] = L;
+  w.shadow_source[s] = chosen.light;
+}
+
 // Draws a point on a light for each job, and traces the shadow rays.
 void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
   w.draw_samples(w.job_count);
   w.shadow_count = 0;
-  for (int j = 0; j < w.job_count; ++j) {
+  for (int j = 0, end = 0; j < w.job_count; j = end) {
     const int k = w.job_point[j];
-    const Bsdf& bsdf = b.bsdf[k];
     const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-    const V3f n = from.normal(bsdf.frame.n);
-    const shading::LightReceiver to = receiver(b, k, from.P, n, from.time);
+    const shading::LightReceiver to = receiver(b, k, from.P, from.normal(b.bsdf[k].frame.n), from.time);
     shading::LightSampler::Selection chosen{w.job_light[j], 1};
-    if (chooses()) chosen = scene_.light_sampler->select(to, w.u2[j]);
+    end = j + 1;
+    if (chooses())
+      chosen = scene_.light_sampler->select(to, w.u2[j]);
+    else if (!(b.duration[k] > 0))
+      while (end < w.job_count && end < j + Light::most_at_once && w.job_point[end] == k && w.job_light[end] == chosen.light &&
+             b.same_origin(k, int(w.index[j]), int(w.index[end])))
+        ++end;
     if (chosen.light < 0) continue;
-    shading::LightSample light;
-    if (!scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[j], w.u1[j]), &light)) continue;
-    const float cosine = dot(light.wi, n), pdf = light.pdf * chosen.probability;
-    RGB L = light.radiance * (w.job_weight[j] * std::abs(cosine) / pdf);
-    Target target = to_specular;
-    if (bsdf.is_diffuse()) {
-      target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
-      L *= bsdf.crossing(cosine);
-      if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) continue;
-    } else {
-      float bsdf_pdf = 0;
-      L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[j], w.index[j]), &bsdf_pdf);
-      if (!light.delta) L *= power_heuristic(pdf / w.job_weight[j], bsdf_pdf * float(w.counts[k]));
-    }
-    if (L.is_black() || !L.is_finite()) continue;
-    const V3f origin = offset_origin(from, light.wi);
-    const ShadowRay ray(to.p, light, origin);
-    if (!(ray.distance > 0)) continue;
-    const int s = w.shadow_count++;
-    w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[j], w.index[j]), b.width[k], b.spread[k]);
-    w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
-    w.shadow_normal[s] = from.Ng;
-    w.shadow_point[s] = k;
-    w.shadow_target[s] = target;
-    w.shadow_light[s] = L;
-    w.shadow_source[s] = chosen.light;
+    V2f u[Light::most_at_once];
+    for (int i = j; i < end; ++i) u[i - j] = {w.u0[i], w.u1[i]};
+    shading::LightSample light[Light::most_at_once];
+    const uint32_t drawn = scene_.lights[size_t(chosen.light)]->sample_all(to, {u, size_t(end - j)}, light);
+    for (int i = j; i < end; ++i)
+      if (drawn >> (i - j) & 1) add_shadow_ray(b, i, from, to.p, chosen, light[i - j], w);
   }
   trace(w);
   LightSums* const sums[] = {&b.irradiance, &b.irradiance_behind, &b.specular};

@@ -33,6 +33,8 @@ class DirectLight {
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
   void draw(PointBatch& b, ShadingWorkspace& w) const;
+  void add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, const V3f& receiver, const shading::LightSampler::Selection& chosen,
+                      const shading::LightSample& light, ShadingWorkspace& w) const;
   void trace(ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;

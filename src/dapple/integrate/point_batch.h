@@ -120,16 +120,19 @@ struct PointBatch {
   /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i, uint32_t seed) const {
     if (!whole_cells && !moves[k]) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
-    RayOrigin from = origin[k * origins + ((i + i / origins) ^ int(key[k] % origins)) % origins];
+    RayOrigin from = origin[k * origins + origin_index(k, i)];
     if (!moves[k]) from.time = ray_time(k, i, seed);
     return from;
   }
+  bool same_origin(int k, int i, int j) const { return (!whole_cells && !moves[k]) || origin_index(k, i) == origin_index(k, j); }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {
     return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
   }
 
  private:
+  int origin_index(int k, int i) const { return ((i + i / origins) ^ int(key[k] % origins)) % origins; }
+
   const int groups_;
   trace::HitBatch places_[capacity / trace::HitBatch::capacity];
   std::unique_ptr<RaySet> sets_[most_ray_sets];

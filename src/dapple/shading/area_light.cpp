@@ -21,6 +21,18 @@ class AreaLight : public Light {
     return shape_.sample(to.p, u, &s) && arrive(to, s, out);
   }
 
+  uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const override {
+    if constexpr (requires(geom::EmitterSample* s) { shape_.sample(to.p, u, s); }) {
+      geom::EmitterSample s[Light::most_at_once];
+      uint32_t drawn = shape_.sample(to.p, u, s);
+      for (size_t i = 0; i < u.size(); ++i)
+        if ((drawn >> i & 1) && !arrive(to, s[i], &out[i])) drawn &= ~(1u << i);
+      return drawn;
+    } else {
+      return Light::sample_all(to, u, out);
+    }
+  }
+
   float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override {
     return invisible_ ? 0 : shape_.pdf(to.p, wi, p_light, n_light);
   }
@@ -91,6 +103,10 @@ class MovingAreaLight final : public AreaLight<Shape> {
     s.n = now.normal(s.n);
     s.pdf *= now.density(normalize(s.p - to.p));
     return s.pdf > 0 && s.pdf < infinity && this->arrive(to, s, out);
+  }
+
+  uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const override {
+    return Light::sample_all(to, u, out);
   }
 
   float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override {

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "dapple/base/rgb.h"
-#include "dapple/base/vec.h"
+#include "dapple/geom/emitter_sample.h"
 
 namespace dapple::shading {
 
@@ -53,6 +54,9 @@ class Light {
 
   /// Draws a direction towards the light. False where none arrives.
   virtual bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const = 0;
+  /// Draws up to most_at_once directions, as sample() does, for less: bit i of the result is set where out[i] was drawn.
+  virtual uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const;
+  static constexpr int most_at_once = geom::most_at_once;
   /// Density of sample() for wi, given that the light was hit at `p_light` with geometric normal `n_light` (both unused
   /// for lights at infinity). Zero for delta lights.
   virtual float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const = 0;

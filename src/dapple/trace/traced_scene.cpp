@@ -316,7 +316,7 @@ float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V
   return length(normal) * float((grid.columns - 1) * (grid.rows - 1));
 }
 
-// One ray at a time: as fast as packets of 16 for camera rays, faster for the others (bench/path_rays), and what a ray meets
+// One ray at a time: as fast as packets of 16 for camera rays, faster for the others (bench/bare_rays), and what a ray meets
 // cannot depend on its neighbours.
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);

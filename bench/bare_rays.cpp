@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_path_rays SCENE: what path tracing costs beyond its rays. Records every ray of a rendering, then times, in
+// bench_bare_rays SCENE: what an integrator costs beyond its rays. Records every ray of a rendering, then times, in
 // alternation and for one and several threads, the same rendering and Embree alone tracing the recorded rays in the
 // recorded order: one at a time and in packets of 16, of which the faster counts. Prints JSON.
 #include <embree3/rtcore.h>
@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
+#include "dapple/integrate/distribution_integrator.h"
 #include "dapple/integrate/path_integrator.h"
 #include "dapple/render/render_session.h"
 
@@ -99,10 +102,13 @@ size_t trace_singly(RTCScene scene, const RecordedRay* rays, const RecordedBatch
   return hits;
 }
 
+// With empty caches, for each rendering.
+using MakeIntegrator = std::function<std::unique_ptr<integrate::Integrator>()>;
+
 class Bench {
  public:
-  Bench(const build::BuiltScene& built, uint32_t samples, int bounces)
-      : built_(built), samples_(samples), integrator_(*built.scene, settings(bounces)) {}
+  Bench(const build::BuiltScene& built, uint32_t samples, MakeIntegrator make)
+      : built_(built), samples_(samples), make_integrator_(std::move(make)) {}
 
   void record() {
     built_.scene->traced.set_recorder(&recorder_);
@@ -110,8 +116,9 @@ class Bench {
     built_.scene->traced.set_recorder(nullptr);
   }
   double render() const {
+    const std::unique_ptr<integrate::Integrator> integrator = make_integrator_();
     scene::Film film(built_.scene->film);
-    render::RenderSession session(integrator_, film, {.pixel_samples = samples_});
+    render::RenderSession session(*integrator, film, {.pixel_samples = samples_});
     return session.run(false).seconds;
   }
   /// Seconds of Embree alone; `hits` keeps the work from being optimised away and must agree between ways.
@@ -131,25 +138,39 @@ class Bench {
   size_t ray_count() const { return recorder_.rays.size(); }
 
  private:
-  static integrate::PathIntegrator::Settings settings(int bounces) {
-    integrate::PathIntegrator::Settings s;
-    s.diffuse_bounces = bounces;
-    return s;
-  }
   const build::BuiltScene& built_;
   const uint32_t samples_;
-  const integrate::PathIntegrator integrator_;
+  const MakeIntegrator make_integrator_;
   Recorder recorder_;
 };
+
+MakeIntegrator path(const scene::Scene& scene, int bounces) {
+  integrate::PathIntegrator::Settings s;
+  s.diffuse_bounces = bounces;
+  return [&scene, s] { return std::make_unique<integrate::PathIntegrator>(scene, s); };
+}
+
+MakeIntegrator distribution(const scene::Scene& scene, int bounces, int rays, int samples, bool cache) {
+  integrate::DistributionIntegrator::Settings s;
+  s.shading.bounces = bounces;
+  s.shading.shadow_rays = s.shading.diffuse_rays = integrate::RayList{rays};
+  s.pixel_samples = samples;
+  s.radiosity_cache = cache;
+  return [&scene, s] { return std::make_unique<integrate::DistributionIntegrator>(scene, s); };
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string path;
-  int size = 512, samples = 8, bounces = 4, repeats = 5, threads = 2;
-  CLI::App app("Times path tracing against Embree alone tracing the same rays.");
+  std::string file, integrator = "path";
+  int size = 512, samples = 8, bounces = 4, rays = 4, repeats = 5, threads = 2;
+  bool no_cache = false;
+  CLI::App app("Times rendering against Embree alone tracing the same rays.");
   app.option_defaults()->always_capture_default();
-  app.add_option("scene", path)->required();
+  app.add_option("scene", file)->required();
+  app.add_option("--integrator", integrator)->check(CLI::IsMember({"path", "distribution"}));
+  app.add_option("--rays", rays, "distribution: shadow and diffuse rays of a point, at every depth");
+  app.add_flag("--no-cache", no_cache, "distribution: without the radiosity cache");
   app.add_option("--size", size, "pixels each way");
   app.add_option("--samples", samples, "camera samples a pixel");
   app.add_option("--bounces", bounces, "diffuse bounces");
@@ -161,12 +182,13 @@ int main(int argc, char** argv) {
     Diagnostics diagnostics;
     build::BuildOptions options;
     options.film.resolution = V2i(size, size);
-    const build::BuiltScene built = build::load_scene(path, options, diagnostics);
-    Bench bench(built, static_cast<uint32_t>(samples), bounces);
+    const build::BuiltScene built = build::load_scene(file, options, diagnostics);
+    Bench bench(built, static_cast<uint32_t>(samples),
+                integrator == "path" ? path(*built.scene, bounces) : distribution(*built.scene, bounces, rays, samples, !no_cache));
     set_thread_count(1);
     bench.record();
 
-    nlohmann::ordered_json result{{"scene", path}, {"rays", bench.ray_count()}};
+    nlohmann::ordered_json result{{"scene", file}, {"rays", bench.ray_count()}};
     for (int i = 0; i < repeats; ++i)
       for (const int n : {1, threads}) {
         set_thread_count(n);
@@ -181,7 +203,7 @@ int main(int argc, char** argv) {
       }
     std::printf("%s\n", result.dump(2).c_str());
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_path_rays: %s\n", error.what());
+    std::fprintf(stderr, "bench_bare_rays: %s\n", error.what());
     return 1;
   }
 }
