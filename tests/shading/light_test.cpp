@@ -420,6 +420,47 @@ TEST(ShapedLight, DecayBends) {
   EXPECT_EQ(at(curve, 6), 0);
 }
 
+// Drawn together, directions are bit for bit those drawn one by one: of shapes that know it, of those that do not, of light that is black in
+// parts, from the front, behind, the plane of the light, and far away.
+TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
+  auto image = std::make_shared<image::Image>(2, 2, 3);
+  image->pixel(0, 0)[1] = 1;
+  const V3f corners[4] = {V3f(-1, -1, 1), V3f(1, -1, 1), V3f(1.5f, 1, 1), V3f(-1, 1, 1)};
+  const AnimatedTransform way(Transform(), Transform::translate({1, -1, 2}) * Transform::rotate(40, {1, 1, 0}));
+  std::vector<std::unique_ptr<Light>> lights;
+  lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2)}));
+  lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2), .pattern = std::make_shared<EmissionPattern>(image, nullptr)}));
+  lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2)}, std::make_shared<const LightMotion>(way)));
+  lights.push_back(make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, corners[0], corners[2], corners[1], false), {.radiance = RGB(2)}));
+  lights.push_back(make_area_light(EmitterShape(std::in_place_type<geom::QuadEmitter>, corners, true), {.radiance = RGB(2)}));
+  lights.push_back(make_area_light(EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1, -1, 1, 2 * pi, false), {.radiance = RGB(2)}));
+  int together = 0, none = 0;
+  for (size_t l = 0; l < lights.size(); ++l)
+    for (const V3f& p : {V3f(0, 0, 0), V3f(0.3f, 0.2f, 0.999f), V3f(0, 0, 5), V3f(3, 0, 1), V3f(0, 0, -5000)}) {
+      const LightReceiver to{.p = p, .n = V3f(0, 0, 1), .time = 0.6f};
+      for (int n = 1; n <= Light::most_at_once; ++n) {
+        V2f u[Light::most_at_once];
+        LightSample all[Light::most_at_once];
+        for (int i = 0; i < n; ++i) u[i] = {to_unit_float(hash(l, n, i)), to_unit_float(hash(l, n, i, 1))};
+        const uint32_t drawn = lights[l]->sample_all(to, {u, size_t(n)}, all);
+        EXPECT_EQ(drawn >> n, 0u);
+        for (int i = 0; i < n; ++i) {
+          LightSample one;
+          const bool found = lights[l]->sample(to, u[i], &one);
+          ASSERT_EQ(found, bool(drawn >> i & 1)) << l << " " << p;
+          ++(found ? together : none);
+          if (!found) continue;
+          EXPECT_EQ(one.wi, all[i].wi) << l;
+          EXPECT_EQ(one.radiance, all[i].radiance) << l;
+          EXPECT_EQ(one.distance, all[i].distance) << l;
+          EXPECT_EQ(one.pdf, all[i].pdf) << l;
+        }
+      }
+    }
+  EXPECT_GT(together, 1000);
+  EXPECT_GT(none, 1000);
+}
+
 // A square that is stretched, turned and moved on its way, or only moved: at a time it is the still light of the corners that it has then, and
 // densities agree.
 TEST(MovingLights, AreaLightAtATimeIsTheStillOne) {
