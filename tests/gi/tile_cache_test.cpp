@@ -2,8 +2,10 @@
 #include "dapple/gi/tile_cache.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -39,7 +41,7 @@ TEST(TileCache, GivesBackWhatWasPublished) {
   ASSERT_EQ(cache.find(42, entry.data(), &other), Found::ready);
   EXPECT_TRUE(holds(42, entry));
   entry = {};
-  EXPECT_TRUE(cache.wait(42, slot, entry.data()));
+  EXPECT_TRUE(cache.wait(slot, entry.data()));
   EXPECT_TRUE(holds(42, entry));
 }
 
@@ -68,7 +70,7 @@ TEST(TileCache, ForgetsWhatWasAbandoned) {
   ASSERT_EQ(cache.find(7, entry.data(), &slot), Found::mine);
   cache.abandon(slot);
   EXPECT_EQ(cache.bytes_in_use(), 0u);
-  EXPECT_FALSE(cache.wait(7, slot, entry.data()));
+  EXPECT_FALSE(cache.wait(slot, entry.data()));
   EXPECT_EQ(cache.find(7, entry.data(), &again), Found::mine);
 }
 
@@ -95,6 +97,90 @@ TEST(TileCache, StaysWithinItsMemory) {
   }
   EXPECT_EQ(cache.bytes_in_use(), cache.capacity() * TileCache::entry_bytes(words));
   EXPECT_EQ(cache.evictions(), 19999 - cache.capacity());
+}
+
+// Memory is taken into use as entries come: all that a large cache was given is found again, at whatever size it grew to.
+TEST(TileCache, GrowsWithoutLosing) {
+  for (const size_t bytes : {size_t(3) << 20, size_t(10) << 20, size_t(64) << 20}) {
+    TileCache cache(bytes, words);
+    const uint64_t most = cache.capacity() / 8;  // so few that no set is full
+    for (uint64_t key = 0; key < most; ++key) {
+      Entry entry;
+      TileCache::Slot slot;
+      ASSERT_EQ(cache.find(hash(key), entry.data(), &slot), Found::mine);
+      compute(hash(key), &entry);
+      cache.publish(slot, entry.data());
+      const uint64_t other = hash(key, 1) % (key + 1);
+      ASSERT_EQ(cache.find(hash(other), entry.data(), &slot), Found::ready) << key << " of " << most << ", " << other;
+      ASSERT_TRUE(holds(hash(other), entry));
+    }
+    EXPECT_EQ(cache.evictions(), 0u);
+    EXPECT_EQ(cache.bytes_in_use(), most * TileCache::entry_bytes(words));
+  }
+}
+
+// Entries that are being computed while the cache grows are pending wherever they belong, and found there in the end; what has been abandoned
+// is not.
+TEST(TileCache, GrowsAroundWhatIsBeingComputed) {
+  TileCache cache(size_t(8) << 20, words);
+  constexpr uint64_t count = 3000;
+  const auto name = [](uint64_t i) { return hash(i, 77); };
+  std::vector<TileCache::Slot> slots(count);
+  Entry entry;
+  TileCache::Slot slot;
+  for (uint64_t i = 0; i < count; ++i) ASSERT_EQ(cache.find(name(i), entry.data(), &slots[i]), Found::mine);
+  const auto flood = [&](uint64_t first) {
+    for (uint64_t key = first; key < first + 10000; ++key)
+      if (cache.find(hash(key), entry.data(), &slot) == Found::mine) cache.publish(slot, entry.data());
+  };
+  const auto finish = [&](uint64_t i) {
+    compute(name(i), &entry);
+    if (i % 3 == 0)
+      cache.abandon(slots[i]);
+    else
+      cache.publish(slots[i], entry.data());
+  };
+  for (uint64_t step = 0; step < 3; ++step) {
+    flood(10000 * step);
+    for (uint64_t i = 0; i < count; ++i) {
+      ASSERT_TRUE(i < step * 1000 || cache.find(name(i), entry.data(), &slot) == Found::pending);
+      if (i / 1000 == step) finish(i);
+    }
+  }
+  flood(30000);
+  uint64_t kept = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    EXPECT_TRUE(!cache.wait(slots[i], entry.data()) || holds(name(i), entry));
+    const Found found = cache.find(name(i), entry.data(), &slot);
+    kept += found == Found::ready;
+    EXPECT_TRUE(found != Found::ready || (holds(name(i), entry) && i % 3 != 0));
+    if (found == Found::mine) cache.abandon(slot);
+  }
+  EXPECT_GE(kept, count * 2 / 3 - cache.evictions());
+  EXPECT_LT(cache.evictions(), 20u);
+  // No way is reserved for ever: all memory can be claimed.
+  for (uint64_t key = 0; key < 20 * cache.capacity(); ++key)
+    if (cache.find(hash(key, 5), entry.data(), &slot) == Found::mine) cache.publish(slot, entry.data());
+  EXPECT_EQ(cache.bytes_in_use(), cache.capacity() * TileCache::entry_bytes(words));
+}
+
+size_t resident_bytes() {
+  size_t size = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> size >> resident;
+  return resident * size_t(sysconf(_SC_PAGESIZE));
+}
+
+TEST(TileCache, TouchesMemoryInProportionToWhatItHolds) {
+  TileCache cache(size_t(1) << 30, words);
+  const size_t before = resident_bytes();
+  constexpr uint64_t count = 20000;
+  for (uint64_t key = 0; key < count; ++key) {
+    Entry entry{};
+    TileCache::Slot slot;
+    ASSERT_EQ(cache.find(hash(key), entry.data(), &slot), Found::mine);
+    cache.publish(slot, entry.data());
+  }
+  EXPECT_LT(resident_bytes() - before, (size_t(2) << 20) + 20 * count * TileCache::entry_bytes(words));
 }
 
 // An entry that is looked up again and again outlives a flood of others.
@@ -167,15 +253,18 @@ TEST(TileCache, ReclaimedEntriesAreAddedTo) {
   EXPECT_EQ(cache.bytes_in_use(), TileCache::entry_bytes(words));
 }
 
-// Threads that want the same few keys, in a cache too small for them: whatever is read is whole and right.
-TEST(TileCache, IsRightUnderContention) {
-  TileCache cache(4096, words);
+// Threads that want the same few keys, in a cache too small for them, and in one that grows meanwhile: whatever is read is whole and right.
+class TileCacheThreads : public testing::TestWithParam<std::pair<size_t, uint64_t>> {};
+
+TEST_P(TileCacheThreads, ReadWhatIsWholeAndRight) {
+  const auto [bytes, keys] = GetParam();
+  TileCache cache(bytes, words);
   ASSERT_GT(cache.capacity(), 0u);
   std::atomic<int> wrong{0};
-  const auto work = [&](uint64_t seed) {
+  const auto work = [&, keys = keys](uint64_t seed) {
     KeyedRng rng(seed);
     for (int i = 0; i < 50000; ++i) {
-      const uint64_t key = hash(rng.next_bits() % 200);
+      const uint64_t key = hash(rng.next_bits() % keys);
       Entry entry{};
       TileCache::Slot slot;
       switch (cache.find(key, entry.data(), &slot)) {
@@ -191,7 +280,7 @@ TEST(TileCache, IsRightUnderContention) {
             cache.publish(slot, entry.data());
           break;
         case Found::pending:
-          if (cache.wait(key, slot, entry.data())) wrong += !holds(key, entry);
+          if (cache.wait(slot, entry.data())) wrong += !holds(key, entry);
           break;
         case Found::refused: break;
       }
@@ -202,6 +291,8 @@ TEST(TileCache, IsRightUnderContention) {
   for (std::thread& t : threads) t.join();
   EXPECT_EQ(wrong, 0);
 }
+
+INSTANTIATE_TEST_SUITE_P(Sizes, TileCacheThreads, testing::Values(std::pair(size_t(4096), uint64_t(200)), std::pair(size_t(8) << 20, uint64_t(40000))));
 
 }  // namespace
 }  // namespace dapple::gi

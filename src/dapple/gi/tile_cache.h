@@ -17,6 +17,9 @@ namespace dapple::gi {
 /// as far as these are used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds
 /// the version changed reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an
 /// entry is being computed.
+///
+/// Large memories are taken into use as entries come, by linear hashing (Litwin 1980): pages of the system's memory are touched where there
+/// is something to keep, not one for each entry.
 class TileCache {
  public:
   /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry;
@@ -41,6 +44,7 @@ class TileCache {
     bool small = false;
   };
   struct Slot {
+    uint64_t key = 0;
     uint32_t set = 0, way = 0, version = 0;
     int evicted = -1;  ///< with Found::mine: tag of the entry that had to go, -1 = none
   };
@@ -54,7 +58,7 @@ class TileCache {
   void publish(const Slot& slot, const uint32_t* words);
   void abandon(const Slot& slot);  ///< forgets the key
   /// Waits for an entry that was pending. False if it has been replaced or abandoned in the meantime.
-  bool wait(uint64_t key, const Slot& slot, uint32_t* out) const;
+  bool wait(const Slot& slot, uint32_t* out) const;
 
   int words() const { return words_; }  ///< of a large entry
   size_t capacity() const { return set_count_ * ways; }
@@ -74,6 +78,7 @@ class TileCache {
     std::atomic<uint8_t> lives[ways];     ///< that are left
     std::atomic<uint32_t> lock;
     uint32_t hand;
+    uint16_t awaited;  ///< bits of ways that wait for what is being computed for an earlier set of theirs; under the lock
 
     void revive(uint32_t way, uint8_t most) {
       if (lives[way].load(std::memory_order_relaxed) < most) lives[way].store(most, std::memory_order_relaxed);
@@ -84,9 +89,26 @@ class TileCache {
   size_t set_words() const { return large_ways_ * size_t(words_) + (ways - large_ways_) * size_t(small_words_); }
   size_t set_bytes() const { return sizeof(Header) + set_words() * sizeof(uint32_t); }
 
-  uint32_t set_of(uint64_t key) const { return uint32_t((key >> 32) * set_count_ >> 32); }
+  /// The sets in use: multiples of 2^level, and of those of 2^(level - 1) the ones below split * 2^level. A key belongs to the last of them
+  /// that is not after its home.
+  struct Growth {
+    uint32_t level, split;
+  };
+  static Growth unpack(uint64_t growth) { return {uint32_t(growth >> 32), uint32_t(growth)}; }
+  static uint64_t pack(Growth g) { return uint64_t(g.level) << 32 | g.split; }
+  uint64_t home_of(uint64_t key) const { return (key >> 32) * set_count_ >> 32; }
+  uint64_t multiples(uint32_t level) const { return ((set_count_ - 1) >> level) + 1; }
+  uint32_t place_of(uint64_t set) const;
+  uint32_t set_of(uint64_t key) const;
+  void grow_if_crowded();
+  void split_one(Growth g);
+  static void release(Header& h, uint32_t way);
+  template <class Do>
+  void finish(const Slot& slot, Do what);
   /// The i-th place in a set where a key is looked for.
   static uint32_t way_of(uint64_t key, uint32_t i) { return uint32_t(key + i) % ways; }
+  Found look(uint32_t set, uint64_t key, uint32_t* out, Slot* slot, uint8_t lives) const;
+  bool claim(uint32_t set, uint64_t key, Slot* slot, const Kind& kind);
   uint32_t choose_victim(Header& h, uint64_t key, bool small) const;
   bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
   std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const {
@@ -104,6 +126,8 @@ class TileCache {
   std::unique_ptr<std::byte, Free> memory_;
   Header* headers_ = nullptr;
   std::atomic<uint32_t>* payloads_ = nullptr;
+  std::atomic<uint64_t> growth_{0};
+  std::atomic_flag growing_;
   std::atomic<size_t> used_{0};        ///< bytes; changed by claims only
   std::atomic<uint64_t> evictions_{0};
 };

@@ -97,7 +97,7 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     for (int n = 0; n < w.node_count; ++n) {
       Node& node = w.node[n];
       if (node.found != TileCache::Found::pending) continue;
-      if (cache_.wait(node.key, node.slot, w.words.data())) {
+      if (cache_.wait(node.slot, w.words.data())) {
         unpack(n, w);
         node.found = TileCache::Found::ready;
       }

@@ -62,7 +62,7 @@ void RadiosityCache::publish(Entry& e) {
 }
 
 bool RadiosityCache::wait(Entry& e) {
-  if (cache_.wait(e.key, e.slot, e.words) && e.missing() == 0) {
+  if (cache_.wait(e.slot, e.words) && e.missing() == 0) {
     e.found = Found::ready;
     return true;
   }
