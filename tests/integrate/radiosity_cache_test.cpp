@@ -151,7 +151,7 @@ TEST(RadiosityCache, EntriesAreFilledPointByPoint) {
     e.groups = groups;
     e.words = memory.emplace_back(integrate::RadiosityCache::words(integrate::RadiosityCache::max_points, groups)).data();
     e.grid.u_level = e.grid.v_level = 5;
-    e.key = integrate::RadiosityCache::key(e.grid, 1);
+    e.key = integrate::RadiosityCache::key(e.grid.hash(), 1);
     e.needed = needed;
     cache.find(e, &counts);
     return e;

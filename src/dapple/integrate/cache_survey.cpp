@@ -24,14 +24,15 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   RaySet& r = b.ray_set(0);
   draw_diffuse_rays(place, r, w);
   trace_rays(r, w);
-  locate_radiosity(place, behind_diffuse(place), diffuse_width_scale(place), any_ray, 1, w);
+  const Place below = behind_diffuse(place);
+  locate_radiosity(place, below, diffuse_width_scale(place), any_ray, 1, w);
   std::fill_n(r.cached, r.count, false);
   TileLinks links[RaySet::capacity];
   for (int e = 0; e < c.entry_count; ++e) w.linking.jobs[e] = {c.entry[e].grid, &links[e]};
   w.linking.job_count = c.entry_count;
   link(true, w);
   for (int n = 0; n < c.count; ++n) {
-    auto near = patches_->neighbours(c.point[n]);
+    auto near = points_read(below, c.point[n]);
     if (!links[c.entry_of[n]].restrict_to(c.point[n], &near)) continue;
     r.cached[c.ray[n]] = true;
     answers[r.point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.key[n]));

@@ -12,15 +12,6 @@ namespace {
 // A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
 constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
-// Look-ups from this bounce on read the nearest point: what they blur is blurred once more by the bounces before.
-constexpr int first_nearest = 2;
-
-void take_nearest(scene::PatchTable::Neighbours* near) {
-  std::fill_n(near->index, 4, near->nearest);
-  std::fill_n(near->weight, 4, 0.0f);
-  near->weight[0] = 1;
-}
-
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
 
@@ -48,9 +39,8 @@ class ClaimGuard {
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by
 // chance, and thousands of rays read what they found.
-bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
+bool HitShader::lies_near_light(const scene::GridId& tile, uint64_t hash, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
-  const uint64_t hash = tile.hash();
   uint64_t& slot = w.near_lights.slot[(hash >> 1) % NearLights::slot_count];
   if ((slot ^ hash) > 1) {
     const scene::PatchTable::Cell cell = patches_->cell(tile, &w.extents);
@@ -70,6 +60,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
                                  ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
+  const scene::Motion& motion = patches_->motion();
   int rays = 0;
   for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
   c.clear(rays);
@@ -87,17 +78,27 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
       scene::GridPoint& at = c.point[c.count];
       if (!patches_->dice(r.hits, i, d, time, s, width, &w.extents, &at)) continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-      for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, w); ++halvings)
+      uint64_t name = at.grid.hash();
+      for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, name, w); ++halvings) {
         patches_->dice(r.hits, i, d, time, s, width *= 0.5f, &w.extents, &at);
-      if (const scene::Motion& motion = patches_->motion(); !motion.moves(r.hits.instance[i], geometry))
-        at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
-      if (at.grid.cluster_level > 0) patches_->turn_group(s.Ng, at.patch, &at.grid);
-      c.key[c.count] = RadiosityCache::key(at.grid, below.depth.diffuse);
+        name = at.grid.hash();
+      }
+      const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
+      if (among_movers) at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
+      if (in_group) patches_->turn_group(s.Ng, at.patch, &at.grid);
+      if (among_movers || in_group) name = at.grid.hash();
+      c.key[c.count] = RadiosityCache::key(name, below.depth.diffuse);
       c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
   }
+}
+
+// Diffuse rays read the nearest point: there are many, and what they blur is blurred once more by the bounces before. What enters a subsurface
+// body is seen by its few probes.
+scene::PatchTable::Neighbours HitShader::points_read(const Place& below, const scene::GridPoint& at) const {
+  return below.arrival == Arrival::probe && below.depth.diffuse == 1 ? patches_->neighbours(at) : patches_->nearest(at);
 }
 
 void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const {
@@ -107,8 +108,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   for (int n = 0; n < c.count; ++n) {
-    c.near[n] = patches_->neighbours(c.point[n]);
-    if (below.depth.diffuse >= first_nearest) take_nearest(&c.near[n]);
+    c.near[n] = points_read(below, c.point[n]);
     for (int i = 0; i < 4; ++i)
       if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }

@@ -224,7 +224,8 @@ void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
 
 // Diffuse ray i of so many from point k. True if the batch is full.
 bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w) {
-  w.seed[w.job_count] = seed_of(b.key[k], for_diffuse_rays);
+  const bool follows = w.job_count > 0 && w.job_point[w.job_count - 1] == k;
+  w.seed[w.job_count] = follows ? w.seed[w.job_count - 1] : seed_of(b.key[k], for_diffuse_rays);
   w.index[w.job_count] = uint32_t(i);
   w.job_weight[w.job_count] = 1 / float(rays);
   w.job_point[w.job_count] = k;
@@ -245,22 +246,29 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
   const PointBatch& b = w.level(place.level);
   w.draw_samples(w.job_count);
   r.count = 0;
-  for (int j = 0; j < w.job_count; ++j) {
-    const int k = w.job_point[j];
+  for (int first = 0, end = 0; first < w.job_count; first = end) {
+    const int k = w.job_point[first];
+    while (end < w.job_count && w.job_point[end] == k) ++end;
     const Bsdf& bsdf = b.bsdf[k];
     const float reflected = bsdf.reflectance.luminance(), both = reflected + bsdf.transmittance.luminance();
     const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
-    const bool behind = w.u2[j] >= front;
-    V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
-    const float cosine = local.z;
-    if (cosine <= 0) continue;
-    if ((dot(b.wo[k], bsdf.frame.n) < 0) != behind) local.z = -local.z;
-    const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-    const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
-    const int i = r.count++;
-    set_diffuse_ray(b, k, r, i, from, d, cosine, diffuse_rays(place, b.diffuse_share(k)), trace::ray_key(w.seed[j], w.index[j]));
-    r.behind[i] = behind;
-    r.weight[i] = bsdf.crossing(cosine) * (pi * w.job_weight[j] / (behind ? 1 - front : front));
+    const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
+    const bool seen_from_behind = dot(b.wo[k], bsdf.frame.n) < 0, one_origin = b.has_one_origin(k);
+    const int rays = diffuse_rays(place, b.diffuse_share(k));
+    RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
+    for (int j = first; j < end; ++j) {
+      const bool behind = w.u2[j] >= front;
+      V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
+      const float cosine = local.z;
+      if (cosine <= 0) continue;
+      if (seen_from_behind != behind) local.z = -local.z;
+      if (!one_origin) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
+      const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
+      const int i = r.count++;
+      set_diffuse_ray(b, k, r, i, from, d, cosine, rays, trace::ray_key(w.seed[j], w.index[j]));
+      r.behind[i] = behind;
+      r.weight[i] = bsdf.crossing(cosine) * weights[behind];
+    }
   }
   w.job_count = 0;
 }

@@ -126,7 +126,8 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
+  bool lies_near_light(const scene::GridId& tile, uint64_t hash, ShadingWorkspace& w) const;
+  scene::PatchTable::Neighbours points_read(const Place& below, const scene::GridPoint& at) const;
   /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
   /// them, whose resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading
   /// them at `below`. And what scatters into them where they ended in media.

@@ -124,6 +124,8 @@ struct PointBatch {
     if (!moves[k]) from.time = ray_time(k, i, seed);
     return from;
   }
+  /// All rays of the point leave from the same place, at the same time.
+  bool has_one_origin(int k) const { return !whole_cells && !moves[k] && !(duration[k] > 0); }
   bool same_origin(int k, int i, int j) const { return (!whole_cells && !moves[k]) || origin_index(k, i) == origin_index(k, j); }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {

@@ -55,7 +55,7 @@ class RadiosityCache {
   static constexpr int words(int points, int groups) { return TileLinks::words + points * (1 + groups) * 3 / 2; }
 
   static Resolution resolution(const scene::GridId& grid);
-  static uint64_t key(const scene::GridId& grid, int diffuse_depth) { return hash(grid.hash(), diffuse_depth); }
+  static uint64_t key(uint64_t hash_of_grid, int diffuse_depth) { return hash(hash_of_grid, diffuse_depth); }
 
   /// What became of look-ups.
   struct Counts {

@@ -21,10 +21,10 @@ constexpr float small_patch = 2;      // micropolygons: a patch no longer than t
 constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
 
-// The rate whose cells are nearest to `width` long where the patch is `length`: of the squares of both.
-int level_of(float length2, float width2) {
-  if (!(length2 > width2) || !(width2 > 0)) return 0;
-  const uint32_t bits = std::bit_cast<uint32_t>(2 * length2 / width2);
+// The rate whose cells are nearest to as wide as asked for, where the patch is so many of them long: of the square of that.
+int level_of(float widths2) {
+  if (!(widths2 > 1 && widths2 < infinity)) return 0;
+  const uint32_t bits = std::bit_cast<uint32_t>(2 * widths2);
   return std::min((int(bits >> 23) - 127) / 2, max_level);  // half its exponent: of what rounds up
 }
 
@@ -127,7 +127,7 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float ti
   out->grid.instance = hits.instance[i];
   out->grid.geometry = g;
   out->grid.behind = dot(p.Ng, d) > 0;
-  out->grid.span = motion_.span(hits.instance[i], g, width, time);
+  if (motion_.any()) out->grid.span = motion_.span(hits.instance[i], g, width, time);
   if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(g))) return dice_curve(hits, i, width, out);
 
   const GeometryPatches& patches = geometries_[g];
@@ -152,7 +152,8 @@ bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float ti
     return true;
   }
   GridId& grid = out->grid;
-  const int u_level = level_of(s_length2, sqr(width)), v_level = level_of(t_length2, sqr(width));
+  const float inverse2 = 1 / sqr(width);
+  const int u_level = level_of(s_length2 * inverse2), v_level = level_of(t_length2 * inverse2);
   grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
   out->x = place(point.s, u_level, &grid.tile_u);
   out->y = place(point.t, v_level, &grid.tile_v);
@@ -214,7 +215,7 @@ bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, Gri
   if (!(radius <= width)) return false;
   GridId& grid = out->grid;
   grid.patch = out->patch = hits.primitive[i];
-  grid.u_level = uint8_t(level_of(sqr(curve_length(hits.instance[i], hits.geometry[i], grid.patch)), sqr(width)));
+  grid.u_level = uint8_t(level_of(sqr(curve_length(hits.instance[i], hits.geometry[i], grid.patch) / width)));
   grid.behind = 0;  // its points face the eye
   out->x = place(hits.u[i], grid.u_level, &grid.tile_u);
   out->y = 0.5f;

@@ -107,6 +107,11 @@ class PatchTable {
     int nearest;
   };
   Neighbours neighbours(const GridPoint& at) const;
+  /// The nearest alone.
+  Neighbours nearest(const GridPoint& at) const {
+    const int n = is_half(at.grid) ? neighbours(at).nearest : at.cell();
+    return {{n, n, n, n}, {1, 0, 0, 0}, n};
+  }
   /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
   bool has_lattice(const GridId& grid) const;
   /// Whether the patch is a single triangle, half of its lattice.
