@@ -13,7 +13,7 @@ def bench(context):
     cached = ["--integrator", "distribution", "--samples", 1]
     cases = [("path tracing, landscape", [landscape])]
     for bounces in (1, 2, 3):
-        cases.append((f"cache, Cornell box, {bounces} bounces", [radiosity_scenes.CORNELL, "--size", 1024, "--bounces", bounces, *cached]))
+        cases.append((f"cache, Cornell box, {bounces} bounce{'s' * (bounces > 1)}", [radiosity_scenes.CORNELL, "--size", 1024, "--bounces", bounces, *cached]))
     cases.append(("cache, landscape, 3 bounces", [landscape, "--size", 1024, "--bounces", 3, *cached]))
     results, rows, many = {}, [], str(context.threads)
     for name, arguments in cases:

@@ -58,6 +58,27 @@ RC_GTEST_PROP(PatchMap, MapsThereAndBack, ()) {
   RC_ASSERT(length(there - back) < 1e-5f);
 }
 
+TEST(PatchMap, CornersAreWhereTheirParametersAre) {
+  Mesh fold = strip(2, 0);
+  fold.P[1] = V3f(0.5f, 0.5f, 1);  // two halves, then a pair
+  Mesh quads;
+  quads.corners = 4;
+  quads.P = {V3f(0, 0, 0), V3f(2, 0, 1), V3f(3, 1, 0), V3f(0, 2, 0)};
+  quads.indices = {0, 1, 2, 3};
+  for (const Mesh& mesh : {strip(3, 0.1f), fold, quads}) {
+    const PatchMap map(mesh);
+    for (uint32_t patch = 0; patch < map.patch_count(); ++patch) {
+      V3f corners[4];
+      map.corners_at(mesh, patch, 0, corners);
+      const float st[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+      for (int c = 0; c < (map.is_half(patch) ? 3 : 4); ++c) {
+        const auto f = map.face_point(patch, st[c][0], st[c][1]);
+        EXPECT_LT(length(mesh.at(f.face, f.u, f.v, 0).P - corners[c]), 1e-6f) << patch << " " << c;
+      }
+    }
+  }
+}
+
 TEST(PatchClusters, GroupsHoldTheirPatchesAndStandInForThem) {
   std::vector<Box3f> boxes;
   for (int i = 0; i < 1000; ++i) {

@@ -49,6 +49,17 @@ bool PatchMap::pair(const Mesh& mesh, uint32_t face, Patch* out) {
   return false;
 }
 
+void PatchMap::corners_at(const Mesh& mesh, uint32_t number, float time, V3f out[4]) const {
+  if (patches_.empty()) return mesh.corners_at(number, time, out);
+  const Patch& patch = patches_[number];
+  V3f p[3];
+  mesh.corners_at(patch.face, time, p);
+  for (uint32_t i = 0; i < 3; ++i) out[i] = p[(patch.rotation + i) % 3];
+  if (!patch.paired) return;
+  mesh.corners_at(patch.face + 1, time, p);
+  out[3] = p[(patch.rotation2 + 2) % 3];
+}
+
 PatchMap::FacePoint PatchMap::face_point(uint32_t number, float s, float t) const {
   if (patches_.empty()) return {number, s, t};
   const Patch& patch = patches_[number];

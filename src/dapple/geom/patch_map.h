@@ -37,6 +37,8 @@ class PatchMap {
     const float b1 = b[after[a]], b2 = b[after[a + 1]];
     return first ? PatchPoint{number, b1 + b2, b2} : PatchPoint{number, b1, b1 + b2};
   }
+  /// Where (0,0), (1,0), (1,1) and (0,1) are; a half has no fourth corner.
+  void corners_at(const Mesh& mesh, uint32_t patch, float time, V3f out[4]) const;
   /// Inverse of patch_point; both are affine on each side of the diagonal.
   FacePoint face_point(uint32_t patch, float s, float t) const;
 

@@ -108,9 +108,22 @@ V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch
 
 // Of a mesh's patch: from the middle of one edge to that of the opposite one; a half patch lacks two of them.
 PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint32_t patch) const {
+  if (const auto& map = geometries_[geometry].map) {
+    V3f c[4];
+    map->corners_at(*std::get<trace::MeshPtr>(scene_.shape(geometry)), patch, dicing_time, c);
+    const bool half = map->is_half(patch);
+    const V3f s = half ? c[1] - c[0] : (c[1] - c[0] + c[2] - c[3]) * 0.5f, t = half ? c[2] - c[1] : (c[3] - c[0] + c[2] - c[1]) * 0.5f;
+    if (instance == trace::no_id) return {instance, geometry, patch, s, t};
+    float m[3][4];
+    scene_.instance_rows(instance, dicing_time, m);
+    const auto world = [&m](const V3f& v) {
+      V3f out;
+      for (int i = 0; i < 3; ++i) out[i] = m[i][0] * v.x + m[i][1] * v.y + m[i][2] * v.z;
+      return out;
+    };
+    return {instance, geometry, patch, world(s), world(t)};
+  }
   const auto at = [&](float s, float t) { return patch_point(instance, geometry, patch, s, t); };
-  const auto& map = geometries_[geometry].map;
-  if (map && map->is_half(patch)) return {instance, geometry, patch, at(1, 0) - at(0, 0), at(1, 1) - at(1, 0)};
   return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
