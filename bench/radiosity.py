@@ -18,8 +18,8 @@ from types import SimpleNamespace
 import common
 import radiosity_scenes as scenes
 
-QUALITIES = {"preview": ((4, 4), (4, 4), 16), "final": ((64, 16), (1024, 16), 64)}  # shadow and diffuse rays, camera samples
-FULL = dict(resolution=1024, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=512, shader_rays=3e7, copies=[3],
+QUALITIES = {"preview": ((4, 4), (4, 4)), "final": ((64, 16), (1024, 16))}  # shadow and diffuse rays
+FULL = dict(resolution=1024, preview_samples=16, final_samples=64, corridor=0, final_resolution=256, qualities=["preview", "final"], bounces=3, max_rays=3e8, shader_resolution=512, shader_rays=3e7, copies=[3],
             final_shader_resolution=128, light_resolution=512,
             lights=[2, 20, 100], halls=[(64, 800, .002, [1 / 2, 1 / 4]), (12, 128, .02, [1 / 2, 1 / 4, 1 / 10, 1 / 20, 0])], error_resolution=256, reference_samples=4096,
             errors=[2, 1, .5, .25, .125], path_samples=[4, 16, 64, 256])
@@ -156,16 +156,18 @@ def crops_note(crops):
 
 def cornell(bench):
     size, rows, result, crops = bench.size, [], [], set()
+    scene = scenes.closed_cornell(bench.context.out) if size.corridor else scenes.CORNELL
     for quality in size.qualities:
-        shadow, diffuse, samples = QUALITIES[quality]
-        what = dict(resolution=size.resolution if quality == "preview" else size.final_resolution, samples=samples, rays=(shadow, diffuse))
-        zero = bench.pair(scenes.CORNELL, bounces=0, **what)
+        resolution, samples = (size.resolution, size.preview_samples) if quality == "preview" else (size.final_resolution, size.final_samples)
+        what = dict(resolution=resolution, samples=samples, rays=QUALITIES[quality])
+        zero = bench.pair(scene, bounces=0, **what)
         for bounces in range(size.bounces + 1):
-            without, cached = pair_or_crops(bench, scenes.CORNELL, zero[0], size.max_rays, bounces=bounces, **what) if bounces else zero
+            without, cached = pair_or_crops(bench, scene, zero[0], size.max_rays, bounces=bounces, **what) if bounces else zero
             rows.append([quality, bounces, *columns_of(without, cached, crops)])
             result.append({"quality": quality, "bounces": bounces, "without": without, "with": cached})
             print("|", " | ".join(map(str, rows[-1])), "|", file=sys.stderr, flush=True)
-    text = (f"Preview: {size.resolution} x {size.resolution}, 4 shadow and 4 diffuse rays, 16 camera samples; final: {size.final_resolution} x {size.final_resolution}, 64,16 and 1024,16 rays, 64 camera samples. "
+    text = (("The box with a corridor around the camera: every ray meets something. " if size.corridor else "")
+            + f"Preview: {size.resolution} x {size.resolution}, 4 shadow and 4 diffuse rays, {size.preview_samples} camera samples; final: {size.final_resolution} x {size.final_resolution}, 64,16 and 1024,16 rays, {size.final_samples} camera samples. "
             "The ratio of rays, without camera rays, is what the cache could gain at most if shading and look-ups were free.\n\n"
             + common.table(["rays", "bounces"] + PAIR_HEADER, rows))
     return result, text + crops_note(crops)
@@ -199,14 +201,13 @@ def shaders(bench):
         for bounces in range(size.bounces + 1):
             pair = pair_or_crops(bench, scene, zero[0], size.shader_rays, bounces=bounces, **what) if bounces else zero
             add("preview", n, microseconds, bounces, *pair)
-    shadow, diffuse, samples = QUALITIES["final"]
-    what = dict(resolution=size.final_shader_resolution, samples=samples, rays=(shadow, diffuse))
+    what = dict(resolution=size.final_shader_resolution, samples=size.final_samples, rays=QUALITIES["final"])
     zero = bench.pair(scene, bounces=0, **what)
     for bounces in (1, 2):
         add("final", copies, microseconds, bounces, *pair_or_crops(bench, scene, zero[0], 2 * size.shader_rays, bounces=bounces, **what))
     text = (f"Networks of {scenes.NODES} patterns as reflectances, {', '.join(map(str, size.copies))} and {copies} in a row, in the Cornell box with a corridor around the camera: every ray meets something. "
             f"Preview: {size.shader_resolution} x {size.shader_resolution}, 4 shadow and 4 diffuse rays, 4 camera samples; "
-            f"final: {size.final_shader_resolution} x {size.final_shader_resolution}, 64,16 and 1024,16 rays, 64 camera samples.\n\n"
+            f"final: {size.final_shader_resolution} x {size.final_shader_resolution}, 64,16 and 1024,16 rays, {size.final_samples} camera samples.\n\n"
             + common.table(["rays", "shader a point", "bounces", "in shaders, without", "with"] + PAIR_HEADER, rows) + crops_note(crops))
 
     reuse = []
@@ -343,7 +344,7 @@ def main():
             sizes.add_argument("--" + name.replace("_", "-"), nargs="+", type=type(value[0]) if name != "errors" else float)
         else:
             sizes.add_argument("--" + name.replace("_", "-"), type=type(value), help="rays above which times without the cache are extrapolated"
-                               if name == "max_rays" else None)
+                               if name == "max_rays" else "1: the Cornell box is closed by a corridor around the camera" if name == "corridor" else None)
     options = parser.parse_args()
     for name in options.names:
         if name not in TABLES:

@@ -63,6 +63,10 @@ Shape "bilinearmesh" "point3 P" [0 0 -900  0 548.8 -900  556 0 -900  556 548.8 -
 """
 
 
+def closed_cornell(folder):
+    return write(folder / "cornell_closed.pbrt", CORNELL.read_text() + CORRIDOR)
+
+
 def shaded_cornell(folder, copies):
     """The Cornell box with reflectances that networks modulate, and a corridor around the camera: every ray meets something."""
     lines = networks(copies)
