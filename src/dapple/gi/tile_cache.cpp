@@ -26,7 +26,7 @@ class SpinLock {
   std::atomic<uint32_t>& lock_;
 };
 
-// Memory in use from the beginning, and the share of entries above which more is taken into use.
+// Memory in use from the beginning; more is taken into use where entries hold more than one byte in so many.
 constexpr size_t first_bytes = 1 << 20;
 constexpr size_t sparse = 8;
 

@@ -15,8 +15,8 @@ namespace dapple::gi {
 /// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which dear entries may
 /// have several (Lives). Where there are two sizes, 6 of them are small; small entries that find no room there take that of large ones,
 /// as far as these are used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds
-/// the version changed reads again. Claiming an entry takes the lock of its set. Nobody holds a lock, or a pointer into the cache, while an
-/// entry is being computed.
+/// the version changed reads again. Claiming an entry, and publishing it, take the lock of its set. Nobody holds a lock, or a pointer into the
+/// cache, while an entry is being computed.
 ///
 /// Large memories are taken into use as entries come, by linear hashing (Litwin 1980): pages of the system's memory are touched where there
 /// is something to keep, not one for each entry.
