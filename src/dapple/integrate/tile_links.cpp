@@ -27,7 +27,7 @@ constexpr float like_normals = 0.7f, near_plane = 0.3f;
 }  // namespace
 
 bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* near) const {
-  if (divided == 0 && (cut & ~suspect) == 0) return true;
+  if (divided == 0 && (cut & ~suspects) == 0) return true;
   const GridId& id = at.grid;
   if (id.cluster_level > 0) return !(divided >> at.part & 1);
   const int i0 = near->nearest % id.width(), j0 = near->nearest / id.width();
@@ -54,36 +54,48 @@ uint64_t TileLinker::link(Scratch& s) const {
   uint64_t rays = 0;
   s.count = 0;
   for (int i = 0; i < s.job_count; ++i) {
-    if (s.jobs[i].known != 0) continue;
-    *s.jobs[i].links = {};
-    const GridId& id = s.jobs[i].grid;
-    if (id.count() == 1 && !s.single_cells) continue;
-    if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) continue;
-    id.cluster_level > 0 ? add_parts(s.jobs[i], s, &rays) : add_lines(s.jobs[i], s, &rays);
+    Job& job = s.jobs[i];
+    if (job.known == 0) *job.links = {};
+    const GridId& id = job.grid;
+    // Between points of a half there may be a cell outside it: all at once.
+    if (patches_->is_half(id)) job.wanted = TileLinks::all_parts;
+    const bool all_known = job.known != 0 && (id.cluster_level > 0 || patches_->is_half(id));
+    if (all_known || (id.count() == 1 && !s.single_cells) || std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry)))
+      job.wanted = 0;
+    if (job.wanted == 0) continue;
+    id.cluster_level > 0 ? add_parts(job, s, &rays) : add_lines(job, s, &rays);
   }
   trace(s, &rays);
   for (int i = 0; i < s.job_count; ++i)
-    if (s.jobs[i].links->cut & TileLinks::suspect) add_ways(s.jobs[i], s, &rays);
+    if (s.jobs[i].grid.cluster_level == 0 && (s.jobs[i].links->cut & TileLinks::suspects)) add_ways(s.jobs[i], s, &rays);
   trace(s, &rays);
   return rays;
 }
 
-// From edge to edge through the middles of all cells.
+// From edge to edge, through the middles of all cells of the rows and columns of wanted points.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
-  const float w = float(job.grid.width()), h = float(job.grid.height()), size = patches_->cell(job.grid, &s.extents).size;
-  const TileLinks suspect{0, TileLinks::suspect};
-  for (float j = 0.5f; j < h; ++j) add(job, {margin, j}, {w - margin, j}, size, suspect, s, rays);
-  for (float i = 0.5f; i < w; ++i) add(job, {i, margin}, {i, h - margin}, size, suspect, s, rays);
+  const int w = job.grid.width(), h = job.grid.height();
+  const float size = patches_->cell(job.grid, &s.extents).size;
+  const auto lines = [&](uint32_t points) {
+    uint32_t found = 0;
+    for (int j = 0; j < h; ++j)
+      for (int i = 0; i < w; ++i)
+        if (points >> job.grid.index(i, j) & 1) found |= TileLinks::row(j) | TileLinks::column(i);
+    return found;
+  };
+  const uint32_t wanted = lines(job.wanted) & ~lines(job.known);
+  for (int j = 0; j < h; ++j)
+    if (wanted & TileLinks::row(j)) add(job, {margin, float(j) + 0.5f}, {float(w) - margin, float(j) + 0.5f}, size, {0, TileLinks::row(j)}, s, rays);
+  for (int i = 0; i < w; ++i)
+    if (wanted & TileLinks::column(i)) add(job, {float(i) + 0.5f, margin}, {float(i) + 0.5f, float(h) - margin}, size, {0, TileLinks::column(i)}, s, rays);
 }
 
-// From each wanted shading point to the next ones, and to the corners of its cell.
+// From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of its cell.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
   const float size = patches_->cell(job.grid, &s.extents).size, corner = 0.5f - margin;
-  // Between points of a half there may be a cell outside it: all at once.
-  const bool half = patches_->is_half(job.grid);
-  if (half && job.known != 0) return;
-  const auto is_wanted = [&](int i, int j) { return half || (job.wanted >> job.grid.index(i, j) & 1); };
+  const uint32_t suspects = job.links->cut & TileLinks::suspects;
+  const auto is_wanted = [&](int i, int j) { return bool(job.wanted >> job.grid.index(i, j) & 1); };
   const auto is_new_pair = [&](int i, int j, int i1, int j1) {
     const auto is_there = [&](int u, int v) { return is_wanted(u, v) || (job.known >> job.grid.index(u, v) & 1); };
     return i1 < w && j1 < h && is_there(i, j) && is_there(i1, j1) && (is_wanted(i, j) || is_wanted(i1, j1));
@@ -92,9 +104,10 @@ void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
     for (int i = 0; i < w; ++i) {
       const V2f p(float(i) + 0.5f, float(j) + 0.5f);
       const int bit = TileLinks::bit(i, j);
-      if (is_new_pair(i, j, i + 1, j)) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
-      if (is_new_pair(i, j, i, j + 1)) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
-      if (!is_wanted(i, j)) continue;
+      const bool in_row = suspects & TileLinks::row(j), in_column = suspects & TileLinks::column(i);
+      if (in_row && is_new_pair(i, j, i + 1, j)) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
+      if (in_column && is_new_pair(i, j, i, j + 1)) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
+      if (!(in_row || in_column) || !is_wanted(i, j)) continue;
       for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) add(job, p, p + d * corner, size, {1u << bit, 0}, s, rays);
     }
 }

@@ -19,8 +19,11 @@ struct TileLinks {
   /// By cell: something stands in it, so its shading point says nothing about all of it. By part of a group: the same.
   uint32_t divided = 0;
   uint32_t cut = 0;      ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
-  /// A bit of `cut` that is no cell's: something stands on the tile, so each of its points has to be tried.
-  static constexpr uint32_t suspect = 1u << 31;
+  /// Bits of `cut` where no next cell is: something stands in this row or column of cells, so their points have to be tried.
+  static constexpr uint32_t row(int j) { return 1u << bit(side - 1, j); }
+  static constexpr uint32_t column(int i) { return 1u << (side * side + bit(i, side - 1)); }
+  static constexpr uint32_t suspects = 0xf0008888;  ///< all of them
+  static_assert(side == 4);
 
   /// A bit of `cut` that is free in a group: it does not lie in a surface.
   static constexpr uint32_t scattered = 1;
@@ -35,8 +38,8 @@ struct TileLinks {
   bool restrict_to(const scene::GridPoint& at, scene::PatchTable::Neighbours* near) const;
 };
 
-/// Finds links by rays just above the surface: lines across the whole tile first, and only where something stands in a line, the ways
-/// between those of its points that are wanted. A group of patches that lie in a surface, as leaves do not, is tried from the patch that
+/// Finds links by rays just above the surface: lines across the tile through the points that are wanted first, and only where something
+/// stands in a line, the ways between its wanted points, and to the corners of their cells. A group of patches that lie in a surface, as leaves do not, is tried from the patch that
 /// stands for it to each of its parts. What is smaller than a cell parts nothing (grass on a meadow), unless more of the kind stands in the
 /// way higher up and beside it, as a wall of many small patches does. A surface does not part itself, nor does what moves part what does
 /// not. A link is a pure function of the tile, whoever wanted it first.
