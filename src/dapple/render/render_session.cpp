@@ -54,8 +54,7 @@ std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
 
 uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
   const bool looked_at = rules.time_limit > 0 || rules.noise_target > 0;
-  uint32_t size = std::clamp(done, 1u, looked_at ? 8u : 32u);
-  if (!looked_at && done > 0 && done < 16) size = 16 - done;
+  const uint32_t size = done == 0 ? 1 : looked_at ? std::min(done, 8u) : std::max(128 - std::min(done, 128u), done);
   return std::min(size, rules.pixel_samples - done);
 }
 
@@ -71,7 +70,8 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     parallel_for(tiles.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
-      integrator_.render({tiles[i], result.samples, count}, *workspace, film_);
+      for (uint32_t done = 0; done < count && !interrupt; done += most_at_once)
+        integrator_.render({tiles[i], result.samples + done, std::min(most_at_once, count - done)}, *workspace, film_);
       pool.give(std::move(workspace));
       const size_t done = ++tiles_done;
       if (!callback_) return;

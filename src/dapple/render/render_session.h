@@ -50,8 +50,11 @@ class RenderSession {
   SessionResult run(const std::atomic<bool>& interrupt);
 
   static constexpr int tile_size = 32;
-  /// Samples of a pass when `done` are finished: 1, 15, 16, 32, 32, and so on: the first gives a whole image soon, and each costs leaves
-  /// 16 camera rays a pixel (docs/design/016). Where passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
+  /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel (docs/design/016).
+  static constexpr uint32_t most_at_once = 64;
+  /// Samples of a pass when `done` are finished: 1, 127, 128, 256, 512, and so on: the first gives a whole image soon, and of the fewer
+  /// parts of the scene that are left for later passes to find, the less is computed again for small caches (docs/design/018). Where
+  /// passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
   static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
  private:
