@@ -214,7 +214,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
 
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
-  prelight(f, below.arrival, w);
+  prelight(below, w);
   f.whole_cells = true;
   light_diffuse(below, w);
   f.whole_cells = false;

@@ -267,9 +267,10 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
     }
     if (b.count == 0) continue;
-    shader_.prelight(b, HitShader::Arrival::view, w.shading);
+    const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
+    shader_.prelight(place, w.shading);
     CacheAnswers answers[PointBatch::capacity];
-    shader_.survey({sample_level, {}, HitShader::Arrival::view}, log, answers, w.shading);
+    shader_.survey(place, log, answers, w.shading);
     for (int k = 0; k < b.count; ++k) {
       const V2i& pixel = w.camera.pixel[b.parent[k]];
       film.set_cache_use(pixel.x, pixel.y, answers[k].means(seconds));

@@ -21,12 +21,14 @@ namespace {
 // work of one between them.
 constexpr int scattered_share = 4;
 
-enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times };
+enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times, for_coats };
 
 // Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a corner or between the legs
 // of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
 // how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
+// Of the normal reflectance of varnish, glazes and wet surfaces: chooses how many rays go on, not what they bring.
+constexpr float common_reflectance = 0.04f;
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -66,19 +68,27 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
 
 void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  prelight(b, place.arrival, w);
-  light_diffuse(place, w);
+  prelight(place, w);
+  if (place.arrival == Arrival::coat) {
+    for (int k = 0; k < b.count; ++k) b.diffuse.clear(k);
+  } else {
+    light_diffuse(place, w);
+  }
   light_specular(place, w);
   finish(b, place.arrival, w);
 }
 
-void HitShader::prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
+void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
   static_assert(MaterialTable::Scratch::most_points >= PointBatch::capacity);
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     b.describe(k, points, lane);
-  }, b.bsdf, w.prelighting, &w.stages, arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
-  if (arrival != Arrival::probe) return;
-  for (int k = 0; k < b.count; ++k) open_boundary(&b.bsdf[k]);
+  }, b.bsdf, w.prelighting, &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
+  for (int k = 0; k < b.count; ++k) {
+    if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
+    if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat();
+    if (coats_mirror(place)) b.bsdf[k].remove_coat();
+  }
 }
 
 void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
@@ -311,26 +321,42 @@ void HitShader::gather_hits(const Place& place, const Place& below, float width_
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) std::fill_n(b.ray_set(set).cached, b.ray_set(set).count, false);
   if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, sets, w);
-  shade_hits(place, below, wanted, sets, w);
+  shade_hits(place, below, sets, [&](const RaySet& r, int i) { return wanted(r, i) && !r.cached[i] ? 1.0f : 0.0f; }, w);
+  if (coats_mirror(below))
+    shade_hits(place, {below.level, below.depth, Arrival::coat}, sets,
+               [&](const RaySet& r, int i) { return wanted(r, i) && materials_.has_coat(r.hits.geometry[i]) ? coat_weight(b, r, i) : 0.0f; }, w);
   if (!scene_.has_media()) return;
   for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
 }
 
-// Shades what those rays met that no cache served, in batches of all sets.
-void HitShader::shade_hits(const Place& place, const Place& below, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+// One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
+float HitShader::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
+  const float cosine = std::abs(dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
+  const float grazing = 1 - std::min(cosine, 1.0f), chance = common_reflectance + (1 - common_reflectance) * sqr(sqr(grazing)) * grazing;
+  return to_unit_float(hash(b.key[r.point[i]], for_coats, r.rays.key[i])) < chance ? 1 / chance : 0;
+}
+
+// In batches of all sets.
+template <class Weight>
+void HitShader::shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
+  float weights[PointBatch::capacity];
   const auto shade_found = [&] {
     if (found.count > 0) shade(below, w);
-    for (int c = 0; c < found.count; ++c) b.ray_set(found.parent[c] / RaySet::capacity).L.add(found.parent[c] % RaySet::capacity, found.Ci.at(c));
+    for (int c = 0; c < found.count; ++c)
+      b.ray_set(found.parent[c] / RaySet::capacity).L.add(found.parent[c] % RaySet::capacity, RGB(weights[c]), found.Ci.at(c));
     found.count = 0;
   };
   found.count = 0;
   for (int set = 0; set < sets; ++set) {
     const RaySet& r = b.ray_set(set);
     for (int i = 0; i < r.count; ++i) {
-      if (r.hits.geometry[i] == no_id || r.weight[i].is_black() || r.cached[i] || !wanted(r, i)) continue;
+      if (r.hits.geometry[i] == no_id || r.weight[i].is_black()) continue;
+      const float taken = weight(r, i);
+      if (taken == 0) continue;
       const int k = r.point[i], c = found.count++;
+      weights[c] = taken;
       found.parent[c] = set * RaySet::capacity + i;
       found.geometry[c] = r.hits.geometry[i];
       found.surface[c] = materials_.needs_tangents(r.hits.geometry[i]) ? scene_.traced.surface(r.hits, i, r.rays.time[i])
@@ -410,7 +436,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   direct_.add_lights_hit(b, r, place.depth.diffuse);
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
-    const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival};
+    const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
     gather_hits(place, below, settings_.cache_width, is_specular_ray, 1, w);
   }
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), is_diffuse_ray, 1, w);

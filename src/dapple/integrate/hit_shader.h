@@ -20,15 +20,16 @@ class HitShader {
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
     RayList subsurface_rays{16};  ///< probes of the body around a point that is seen, by diffuse depth
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
-    bool caustics = true;  ///< light that metal sends on where a diffuse ray met it; else it counts as diffuse there
+    bool caustics = true;  ///< light that metal and coats mirror where a diffuse ray met them; else it counts as diffuse there
     uint64_t seed = 0;
     const shading::Visibility* visibility = nullptr;  ///< masks in place of shadow rays; null: none. Must outlive this object
   };
 
   /// How a ray came to the points of a batch. Where it left a diffuse surface, or was scattered by a medium, layered materials, and metal
   /// if caustics are off, count as diffuse ones of their mean albedo, emitters are dark, since shadow rays have found them, and stages that
-  /// see the viewer are not run. A probe only asks how much light enters a subsurface body there: `diffuse` is that / pi.
-  enum class Arrival { view, diffuse, probe };
+  /// see the viewer are not run; `coat` is for what coats mirror there, if that is not counted as diffuse. A probe only asks how much light
+  /// enters a subsurface body there: `diffuse` is that / pi.
+  enum class Arrival { view, diffuse, coat, probe };
 
   /// Where a batch stands in the recursion.
   struct Place {
@@ -59,7 +60,7 @@ class HitShader {
   void link(bool single_cells, ShadingWorkspace& w) const;
 
   // shade() in steps, for callers that keep what a step gives.
-  void prelight(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;
+  void prelight(const Place& place, ShadingWorkspace& w) const;
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse. Sends no diffuse
   /// rays from points of b.indirect_known.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
@@ -110,7 +111,12 @@ class HitShader {
   void draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const;
   void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;
-  void shade_hits(const Place& place, const Place& below, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  /// Adds to L of these rays of the first sets what is shaded where they met something, weight(set, ray) times; 0: not at all.
+  template <class Weight>
+  void shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const;
+  float coat_weight(const PointBatch& b, const RaySet& r, int ray) const;
+  /// Diffuse rays of the first bounce see in coats what these mirror; later ones a diffuse surface.
+  bool coats_mirror(const Place& below) const { return settings_.caustics && below.arrival == Arrival::diffuse && below.depth.diffuse <= 1; }
   void trace_rays(RaySet& r, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;
@@ -121,7 +127,7 @@ class HitShader {
 
   /// None serves viewers: what they see in mirrors is sharp.
   RadiosityCache* cache_for(Arrival arrival) const {
-    return arrival == Arrival::view ? nullptr : arrival == Arrival::probe ? irradiance_cache_ : cache_;
+    return arrival == Arrival::probe ? irradiance_cache_ : arrival == Arrival::diffuse ? cache_ : nullptr;
   }
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;

@@ -245,8 +245,8 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
 
 void DistributionIntegrator::shade_batch(DistributionWorkspace& w) const {
   PointBatch& b = w.shading.level(sample_level);
-  shader_.prelight(b, HitShader::Arrival::view, w.shading);
   const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
+  shader_.prelight(place, w.shading);
   if (interpolator_) interpolator_->interpolate(place, *w.interpolation, w.shading);
   shader_.light_diffuse(place, w.shading);
   for (int k = 0; k < b.count; ++k) {

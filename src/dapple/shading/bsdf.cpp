@@ -98,7 +98,7 @@ bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_
     }
     case BsdfKind::dielectric: {
       InterfaceSample<float> s;
-      return finish(dielectric_of(b).sample(wo, u1, u2, Transport::radiance, part_both, &s), s, out);
+      return finish(dielectric_of(b).sample(wo, u1, u2, Transport::radiance, parts_of(b), &s), s, out);
     }
     case BsdfKind::subsurface:
       return sample_lossless(b, wo, u1, u2, key, out);
@@ -132,7 +132,8 @@ float ggx_mean_albedo(float alpha_x, float alpha_y) {
   return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
 }
 
-RGB coated_albedo(const Bsdf& b) {
+// Of which the coat mirrors `mirrored`.
+RGB coated_albedo(const Bsdf& b, float* mirrored) {
   const bool diffuse = b.base == BsdfKind::diffuse;
   const RGB base = diffuse ? b.reflectance : mean_fresnel(b.eta, b.k) * ggx_mean_albedo(b.base_alpha_x, b.base_alpha_y);
   // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal sends
@@ -144,7 +145,7 @@ RGB coated_albedo(const Bsdf& b) {
     const CoatAlbedo coat = coat_albedo(b.ior, extinction);
     const float leaves = lerp(spread, coat.entered, coat.entered / sqr(b.ior));
     const float back = lerp(spread, coat.reflected, coat_return(b.ior, extinction));
-    sum[c] = coat.reflected;
+    sum[c] = *mirrored = coat.reflected;
     float bounce = coat.entered * base[c] * leaves;
     for (int i = 0; i < (b.max_depth + 1) / 2 && bounce > 1e-6f; ++i) {
       sum[c] += bounce;
@@ -297,7 +298,7 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
     case BsdfKind::conductor:
       return conductor_of(*this).eval(wo, wi, pdf);
     case BsdfKind::dielectric:
-      return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, part_both, pdf));
+      return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, parts_of(*this), pdf));
     case BsdfKind::subsurface:
       return RGB(dielectric_of(*this).eval(wo, wi, Transport::radiance, parts_of(*this), pdf));
     case BsdfKind::coated: {
@@ -352,11 +353,16 @@ bool Bsdf::is_delta() const {
 }
 
 bool Bsdf::has_transmission() const {
-  return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::dielectric || kind == BsdfKind::thin_dielectric ||
-         kind == BsdfKind::passthrough || (kind == BsdfKind::subsurface && !reflects_only);
+  const bool boundary = kind == BsdfKind::dielectric || kind == BsdfKind::subsurface;
+  return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::thin_dielectric || kind == BsdfKind::passthrough || (boundary && !reflects_only);
 }
 
 RGB Bsdf::albedo() const {
+  float mirrored_by_coat = 0;
+  return albedo(&mirrored_by_coat);
+}
+
+RGB Bsdf::albedo(float* by_coat) const {
   switch (kind) {
     case BsdfKind::black:
       return {};
@@ -367,11 +373,10 @@ RGB Bsdf::albedo() const {
     case BsdfKind::conductor:
       return mean_fresnel(eta, k) * ggx_mean_albedo(alpha_x, alpha_y);
     case BsdfKind::coated:
-      return coated_albedo(*this);
-    case BsdfKind::subsurface: {
-      const float reflected = float(fresnel_diffuse(double(ior)));
-      return RGB(reflected) + reflectance * (1 - reflected);
-    }
+      return coated_albedo(*this, by_coat);
+    case BsdfKind::subsurface:
+      *by_coat = float(fresnel_diffuse(double(ior)));
+      return RGB(*by_coat) + reflectance * (1 - *by_coat);
     default:
       return RGB(1);
   }
@@ -379,9 +384,29 @@ RGB Bsdf::albedo() const {
 
 void Bsdf::flatten() {
   if (is_diffuse() || (kind != BsdfKind::conductor && kind != BsdfKind::coated && kind != BsdfKind::subsurface)) return;
+  const bool is_metal = kind == BsdfKind::conductor || (kind == BsdfKind::coated && base == BsdfKind::conductor);
   const Frame of_surface = frame;
-  *this = make_diffuse(clamp(albedo(), 0, 1));
+  float by_coat = 0;
+  const RGB sum = albedo(&by_coat);
+  *this = make_diffuse(clamp(sum, 0, 1));
   frame = of_surface;
+  mirrored = is_metal ? 0 : by_coat;
+}
+
+void Bsdf::remove_coat() {
+  reflectance = clamp(reflectance - RGB(mirrored), 0, 1);
+  mirrored = 0;
+}
+
+void Bsdf::keep_coat() {
+  const bool coated_diffuse = kind == BsdfKind::coated && base == BsdfKind::diffuse;
+  const Bsdf layered = *this;
+  *this = {};
+  frame = layered.frame;
+  if (!coated_diffuse && layered.kind != BsdfKind::subsurface) return;
+  *this = make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
+  frame = layered.frame;
+  reflects_only = true;
 }
 
 }  // namespace dapple::shading

@@ -68,7 +68,8 @@ struct Bsdf {
   /// subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is the share of the light that
   /// entered which leaves again; k and eta are parameters of crossing().
   RGB extinction;
-  bool reflects_only = false;  ///< subsurface: transmission is somebody else's
+  bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
+  float mirrored = 0;          ///< of flatten(): the share of light that a coat mirrored, which is part of reflectance
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -124,8 +125,13 @@ struct Bsdf {
   /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter. Glass and what is not
   /// there stay as they are.
   void flatten();
+  /// Of what flatten() has made diffuse, leaves what comes from under the coat.
+  void remove_coat();
+  /// Leaves what a coat or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other kinds.
+  void keep_coat();
 
  private:
+  RGB albedo(float* by_coat) const;
   RGB escape(float cosine) const;
   RGB eval_pdf_general(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
   float pdf_general(const V3f& wo, const V3f& wi) const;

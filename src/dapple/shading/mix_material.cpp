@@ -80,8 +80,10 @@ void MixMaterial::blend(const ShadingPoints& points, Bsdf* out, const Bsdf* seco
     const Frame frame = out[i].frame;
     const RGB transmittance = lerp(t, out[i].transmittance, second[i].transmittance);
     const RGB reflectance = lerp(t, out[i].reflectance, second[i].reflectance);
+    const float mirrored = lerp(t, out[i].mirrored, second[i].mirrored);
     out[i] = transmittance.is_black() ? Bsdf::make_diffuse(reflectance) : Bsdf::make_diffuse_transmission(reflectance, transmittance);
     out[i].frame = frame;
+    out[i].mirrored = mirrored;
   }
 }
 
