@@ -363,11 +363,12 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
                                                                        : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
       found.wo[c] = -r.rays.direction(i);
       found.set_one_time(c, r.rays.time[i]);
-      found.width[c] = b.width[k] + r.spread[i] * r.distance[i];
-      found.spread[c] = r.spread[i];
+      // Where few rays go on, each stands for more.
+      found.spread[c] = std::max(r.spread[i], std::min(widest_spread, r.spread[i] * std::sqrt(taken)));
+      found.width[c] = b.width[k] + found.spread[c] * r.distance[i];
       found.medium[c] = r.medium[i];
       found.key[c] = hash(b.key[k], r.rays.key[i]);
-      found.share[c] = r.share[i];
+      found.share[c] = std::max(1, int(float(r.share[i]) / taken));
       found.crowd[c] = 1;
       found.set_no_cell(c);
       if (found.count == PointBatch::capacity) shade_found();
