@@ -357,6 +357,35 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 }
 
 // The recursion is as deep as bounces and specular depth say: they are bounded.
+// Above the lamp only what a polished black floor mirrors lights the wall: as a diffuse surface the floor would send it elsewhere.
+TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
+  for (const std::string floor : {R"(NamedMaterial "varnish")", R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)"}) {
+    const auto built = build_text(film(12) + R"(LookAt 0 -3 3  0 2 3  0 0 1
+Camera "perspective" "float fov" 30
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 10 10 10 ]
+  Shape "bilinearmesh" "point3 P" [ -4 -4 2  -4 1 2  4 -4 2  4 1 2 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -4 2 2.05  4 2 2.05  -4 2 5  4 2 5 ]
+MakeNamedMaterial "paint" "string type" "diffuse" "rgb reflectance" [ 0 0 0 ]
+MakeNamedMaterial "varnish" "string type" "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "float roughness" .01
+)" + floor + R"(
+Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 2 0  4 2 0 ]
+)");
+    const float expected = render_built(built, 4096, test::bounces(1, 8)).mean().g;
+    ASSERT_GT(expected, 0);
+    for (const bool cache : {false, true}) {
+      auto s = settings(1, {4, 4}, {4096});
+      s.radiosity_cache = cache;
+      EXPECT_NEAR(render_built(built, 4, s).mean().g / expected, 1, 0.03) << floor << cache;
+      s.shading.caustics = false;
+      EXPECT_GT(std::abs(render_built(built, 4, s).mean().g / expected - 1), 0.1) << floor << cache;
+    }
+  }
+}
+
 TEST(DistributionDepth, IsBounded) {
   const auto with = [](const std::string& parameter) { return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
   EXPECT_THROW(with("\"integer bounces\" 33"), InputError);

@@ -91,6 +91,38 @@ TEST(Coat, WhiteFurnace) {
   }
 }
 
+// What a diffuse ray sees of a coat, in two parts: what is under it, as a diffuse surface, and what it mirrors.
+TEST(Coat, PartsOfAFlattenedOneAddUp) {
+  const auto mean_albedo = [](const Bsdf& b) {  // for light from everywhere
+    constexpr int n = 64;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const float sine2 = (float(i) + 0.5f) / n;
+      sum += test::directional_albedo(b, V3f(std::sqrt(sine2), 0, std::sqrt(1 - sine2)), 2000).g;
+    }
+    return sum / n;
+  };
+  const Bsdf layered[] = {Bsdf::make_coated_diffuse(RGB(0.5f), 1.5f, 0, 0, {}), Bsdf::make_coated_diffuse(RGB(0.9f), 1.33f, 0.1f, 0.1f, {}),
+                          Bsdf::make_subsurface(1.4f, 0, 0, RGB(1), RGB(0.9f), 0, RGB(0.6f))};
+  for (const Bsdf& b : layered) {
+    Bsdf whole = b, under = b, coat = b;
+    whole.flatten();
+    under.flatten();
+    under.remove_coat();
+    coat.keep_coat();
+    EXPECT_TRUE(coat.kind == BsdfKind::dielectric && !coat.has_transmission());
+    EXPECT_NEAR(under.reflectance.g + mean_albedo(coat), whole.reflectance.g, b.alpha_x > 0 ? 0.02f : 0.005f);
+    EXPECT_GT(whole.reflectance.g - under.reflectance.g, 0.05f);
+  }
+  Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, 0, 0, {}), flat = metal, rest = metal;
+  flat.flatten();
+  rest.flatten();
+  rest.remove_coat();
+  EXPECT_EQ(rest.reflectance.g, flat.reflectance.g);
+  metal.keep_coat();
+  EXPECT_EQ(metal.kind, BsdfKind::black);
+}
+
 // A white scattering medium over a white base under an index-matched coat: nothing is lost, whatever the phase
 // function.
 TEST(Coat, WhiteMediumLosesNothing) {
