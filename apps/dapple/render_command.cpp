@@ -321,7 +321,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
                  "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0 = all [the preset's]")
       ->check(CLI::Range(0, build::max_pixel_points));
   app.add_option("--caustics", o->caustics,
-                 "distribution: light that metal sends on to diffuse surfaces is sharp: on, off (metal counts as diffuse there) "
+                 "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as diffuse there) "
                  "[on in preset final]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
