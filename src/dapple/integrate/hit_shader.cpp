@@ -87,7 +87,7 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat();
-    if (coats_mirror(place)) b.bsdf[k].remove_coat();
+    if (coats_mirror(place) && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
   }
 }
 

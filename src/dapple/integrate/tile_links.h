@@ -39,10 +39,10 @@ struct TileLinks {
 };
 
 /// Finds links by rays just above the surface: lines across the tile through the points that are wanted first, and only where something
-/// stands in a line, the ways between its wanted points, and to the corners of their cells. A group of patches that lie in a surface, as leaves do not, is tried from the patch that
-/// stands for it to each of its parts. What is smaller than a cell parts nothing (grass on a meadow), unless more of the kind stands in the
-/// way higher up and beside it, as a wall of many small patches does. A surface does not part itself, nor does what moves part what does
-/// not. A link is a pure function of the tile, whoever wanted it first.
+/// stands in a line, the ways between its wanted points, and to the corners of their cells. A group of patches that lie in a surface, as
+/// leaves do not, is tried from the patch that stands for it to each of its parts. What is smaller than a cell parts nothing (grass on a
+/// meadow), unless more of the kind stands in the way higher up and beside it, as a wall of many small patches does. A surface does not
+/// part itself, nor does what moves part what does not. A link is a pure function of the tile, whoever wanted it first.
 class TileLinker {
  public:
   TileLinker(const scene::Scene& scene, const MaterialTable& materials, const scene::PatchTable* patches)
