@@ -85,8 +85,10 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   if (bsdf.is_diffuse()) {
     target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
     L *= bsdf.crossing(cosine);
+    if (light.delta && b.without_coats) L *= bsdf.with_coat();
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
   } else {
+    if (light.delta && bsdf.is_coat()) return;
     float bsdf_pdf = 0;
     L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[job], w.index[job]), &bsdf_pdf);
     if (!light.delta) L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));

@@ -395,7 +395,6 @@ void Bsdf::flatten() {
 
 void Bsdf::remove_coat() {
   reflectance = clamp(reflectance - RGB(mirrored), 0, 1);
-  mirrored = 0;
 }
 
 void Bsdf::keep_coat() {

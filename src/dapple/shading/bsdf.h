@@ -69,7 +69,7 @@ struct Bsdf {
   /// entered which leaves again; k and eta are parameters of crossing().
   RGB extinction;
   bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
-  float mirrored = 0;          ///< of flatten(): the share of light that a coat mirrored, which is part of reflectance
+  float mirrored = 0;          ///< of flatten() and remove_coat(): the share of light that the coat mirrored
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -127,6 +127,13 @@ struct Bsdf {
   void flatten();
   /// Of what flatten() has made diffuse, leaves what comes from under the coat.
   void remove_coat();
+  /// What to multiply irradiance by for it to count as before remove_coat().
+  RGB with_coat() const {
+    const auto ratio = [this](float r) { return r > 0 ? (r + mirrored) / r : 1; };
+    return {ratio(reflectance.r), ratio(reflectance.g), ratio(reflectance.b)};
+  }
+  /// Made by keep_coat().
+  bool is_coat() const { return kind == BsdfKind::dielectric && reflects_only; }
   /// Leaves what a coat or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other kinds.
   void keep_coat();
 
