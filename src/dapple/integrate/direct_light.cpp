@@ -85,7 +85,8 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   if (bsdf.is_diffuse()) {
     target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
     L *= bsdf.crossing(cosine);
-    if (light.delta && b.without_coats) L *= bsdf.with_coat();
+    // What a light without size sends a coat counts as diffuse: few mirrored rays would find it, and make bright spots.
+    if (light.delta) L *= bsdf.with_coat();
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
   } else {
     if (light.delta && bsdf.is_coat()) return;

@@ -84,12 +84,14 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     b.describe(k, points, lane);
   }, b.bsdf, w.prelighting, &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
-  b.without_coats = coats_mirror(place);
+  const bool mirror = coats_mirror(place);
   for (int k = 0; k < b.count; ++k) {
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat();
-    if (!materials_.has_coat(b.geometry[k])) b.bsdf[k].mirrored = 0;  // what chooses at random between coats and glass
-    if (b.without_coats) b.bsdf[k].remove_coat();
+    if (mirror && materials_.has_coat(b.geometry[k]))
+      b.bsdf[k].remove_coat();
+    else
+      b.bsdf[k].mirrored = 0;
   }
 }
 

@@ -82,9 +82,6 @@ struct PointBatch {
   /// Where the rays of points start that stand for their whole cells, or move; those of other points start at `surface`.
   static constexpr int origins = 4;
   bool whole_cells = false;
-  /// Coats mirror for themselves (Bsdf::remove_coat), but what a light without size sends them counts as diffuse: few rays would find it, and
-  /// bright spots.
-  bool without_coats = false;
   RayOrigin origin[capacity * origins];
   int parent[capacity];     ///< ray of the batch above that found the point
 

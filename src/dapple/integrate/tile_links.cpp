@@ -58,16 +58,15 @@ uint64_t TileLinker::link(Scratch& s) const {
     if (job.known == 0) *job.links = {};
     const GridId& id = job.grid;
     // Between points of a half there may be a cell outside it: all at once.
-    if (patches_->is_half(id)) job.wanted = TileLinks::all_parts;
-    const bool all_known = job.known != 0 && (id.cluster_level > 0 || patches_->is_half(id));
-    if (all_known || (id.count() == 1 && !s.single_cells) || std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry)))
-      job.wanted = 0;
+    const bool at_once = id.cluster_level > 0 || patches_->is_half(id);
+    if (at_once) job.wanted = job.known != 0 ? 0 : TileLinks::all_parts;
+    if ((id.count() == 1 && !s.single_cells) || std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) job.wanted = 0;
     if (job.wanted == 0) continue;
     id.cluster_level > 0 ? add_parts(job, s, &rays) : add_lines(job, s, &rays);
   }
   trace(s, &rays);
   for (int i = 0; i < s.job_count; ++i)
-    if (s.jobs[i].grid.cluster_level == 0 && (s.jobs[i].links->cut & TileLinks::suspects)) add_ways(s.jobs[i], s, &rays);
+    if (s.jobs[i].links->cut & TileLinks::suspects) add_ways(s.jobs[i], s, &rays);
   trace(s, &rays);
   return rays;
 }

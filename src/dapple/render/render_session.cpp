@@ -70,8 +70,8 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     parallel_for(tiles.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
-      for (uint32_t done = 0; done < count && !interrupt; done += most_at_once)
-        integrator_.render({tiles[i], result.samples + done, std::min(most_at_once, count - done)}, *workspace, film_);
+      for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
+        integrator_.render({tiles[i], result.samples + first, std::min(most_at_once, count - first)}, *workspace, film_);
       pool.give(std::move(workspace));
       const size_t done = ++tiles_done;
       if (!callback_) return;

@@ -69,7 +69,7 @@ struct Bsdf {
   /// entered which leaves again; k and eta are parameters of crossing().
   RGB extinction;
   bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
-  float mirrored = 0;          ///< of flatten() and remove_coat(): the share of light that the coat mirrored
+  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which remove_coat() takes from reflectance
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -127,7 +127,7 @@ struct Bsdf {
   void flatten();
   /// Of what flatten() has made diffuse, leaves what comes from under the coat.
   void remove_coat();
-  /// What to multiply irradiance by for it to count as before remove_coat().
+  /// What to multiply irradiance by for it to count as before remove_coat(), where there is something under the coat.
   RGB with_coat() const {
     const auto ratio = [this](float r) { return r > 0 ? (r + mirrored) / r : 1; };
     return {ratio(reflectance.r), ratio(reflectance.g), ratio(reflectance.b)};
