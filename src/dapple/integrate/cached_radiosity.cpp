@@ -61,6 +61,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   const scene::Motion& motion = patches_->motion();
+  const bool mirror = coats_mirror(below);
   int rays = 0;
   for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
   c.clear(rays);
@@ -89,6 +90,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
       if (among_movers || in_group) name = at.grid.hash();
       c.key[c.count] = RadiosityCache::key(name, below.depth.diffuse);
       c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
+      c.leaving[c.count] = mirror ? shading::through_coat(materials_.coat(geometry), dot(s.Ns, d)) : 1;
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
@@ -137,7 +139,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float widt
     if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) continue;
     r.cached[i] = true;
     for (int j = 0; j < 4; ++j)
-      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j]);
+      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j] * c.leaving[n]);
   }
 }
 

@@ -13,6 +13,8 @@ using trace::no_id;
 namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
+// Of coats, as points without size shine in them: smoother ones would throw spots that few rays find.
+constexpr float least_coat_alpha = 0.15f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
@@ -85,13 +87,17 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   if (bsdf.is_diffuse()) {
     target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
     L *= bsdf.crossing(cosine);
-    // What a light without size sends a coat counts as diffuse: few mirrored rays would find it, and make bright spots.
-    if (light.delta) L *= bsdf.with_coat();
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
   } else {
-    if (light.delta && bsdf.is_coat()) return;
+    Bsdf blurred;
+    const Bsdf* lit = &bsdf;
+    if (light.delta && bsdf.is_coat()) {
+      blurred = bsdf;
+      blurred.alpha_x = std::max(bsdf.alpha_x, least_coat_alpha), blurred.alpha_y = std::max(bsdf.alpha_y, least_coat_alpha);
+      lit = &blurred;
+    }
     float bsdf_pdf = 0;
-    L *= bsdf.eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[job], w.index[job]), &bsdf_pdf);
+    L *= lit->eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[job], w.index[job]), &bsdf_pdf);
     if (!light.delta) L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));
   }
   if (L.is_black() || !L.is_finite()) return;

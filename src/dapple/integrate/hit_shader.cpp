@@ -27,8 +27,7 @@ enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, fo
 // of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
 // how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
-// Of the normal reflectance of varnish, glazes and wet surfaces: chooses how many rays go on, not what they bring.
-constexpr float common_reflectance = 0.04f;
+constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find the sun by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -88,10 +87,7 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat();
-    if (mirror && materials_.has_coat(b.geometry[k]))
-      b.bsdf[k].remove_coat();
-    else
-      b.bsdf[k].mirrored = 0;
+    if (mirror && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
   }
 }
 
@@ -335,8 +331,8 @@ void HitShader::gather_hits(const Place& place, const Place& below, float width_
 
 // One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
 float HitShader::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
-  const float cosine = std::abs(dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
-  const float grazing = 1 - std::min(cosine, 1.0f), chance = common_reflectance + (1 - common_reflectance) * sqr(sqr(grazing)) * grazing;
+  const float cosine = dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i));
+  const float chance = std::max(shading::CommonCoat::reflectance(cosine), least_coats);
   return to_unit_float(hash(b.key[r.point[i]], for_coats, r.rays.key[i])) < chance ? 1 / chance : 0;
 }
 
@@ -394,7 +390,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
   std::copy_n(w.counts, b.count, counts);
   bool lit[PointBatch::capacity];
-  for (int k = 0; k < b.count; ++k) lit[k] = counts[k] > 0 && !b.bsdf[k].is_delta() && b.bsdf[k].kind != BsdfKind::passthrough;
+  for (int k = 0; k < b.count; ++k) lit[k] = counts[k] > 0 && (!b.bsdf[k].is_delta() || b.bsdf[k].is_coat()) && b.bsdf[k].kind != BsdfKind::passthrough;
   direct_.light(b, place.depth.diffuse, lit, w);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
@@ -452,7 +448,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
-    if (b.bsdf[k].kind == BsdfKind::subsurface) b.diffuse.scale(k, b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n)));
+    if (b.bsdf[k].kind == BsdfKind::subsurface || b.bsdf[k].removed_coat > 0) b.diffuse.scale(k, b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n)));
     b.Ci.set(k, b.diffuse, b.specular, std::plus<>());
   }
   if (arrival == Arrival::view) run_view_stages(scene_, b, w);

@@ -8,11 +8,12 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
     const auto& c = constants_.emplace_back(material->constant());
     needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
     flat_.push_back(caustics ? material->is_diffuse_to_rays() : material->is_opaque_reflector());
-    has_coat_.push_back(caustics && material->is_diffuse_to_rays() && !material->is_diffuse());
     const shading::StageSet stages = material->stages();
     view_independent_.push_back(material->is_diffuse() && !stages.has(shading::Stage::specularlighting) && !stages.has(shading::Stage::postlighting));
     flat_constants_.push_back(c);
     if (c && flat_.back()) flat_constants_.back()->flatten();
+    const bool mirrors = caustics && material->is_diffuse_to_rays() && !material->is_diffuse();
+    coat_.push_back(!mirrors ? 0 : c ? flat_constants_.back()->mirrored : shading::CommonCoat::mean);
     passes_.push_back(c && c->kind == shading::BsdfKind::passthrough);
   }
   shadows_pass_ = scene.has_media();

@@ -28,8 +28,10 @@ class MaterialTable {
   bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
   /// What a diffuse ray sees of it is diffuse, or counts as such.
   bool is_flat(uint32_t geometry) const { return flat_[index(geometry)]; }
-  /// Beside what counts as diffuse, diffuse rays see what its coat, or the boundary of a subsurface body, mirrors.
-  bool has_coat(uint32_t geometry) const { return has_coat_[index(geometry)]; }
+  /// Of diffuse light, what its coat, or the boundary of a subsurface body, mirrors: diffuse rays see that beside what counts as diffuse. Where
+  /// it differs from place to place, some value. 0: nothing.
+  float coat(uint32_t geometry) const { return coat_[index(geometry)]; }
+  bool has_coat(uint32_t geometry) const { return coat(geometry) > 0; }
   /// All that is seen of it is diffuse light, from wherever it is seen.
   bool is_view_independent(uint32_t geometry) const { return view_independent_[index(geometry)]; }
   /// Prelighting reads the points: it differs from place to place.
@@ -66,7 +68,8 @@ class MaterialTable {
   const bool caustics_;
   // By material.
   std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
-  std::vector<uint8_t> needs_tangents_, passes_, flat_, has_coat_, view_independent_;
+  std::vector<uint8_t> needs_tangents_, passes_, flat_, view_independent_;
+  std::vector<float> coat_;
   bool shadows_pass_ = false;
 };
 

@@ -151,6 +151,7 @@ struct CacheBatch {
   int ray[capacity];      ///< in its set
   scene::GridPoint point[capacity];
   scene::PatchTable::Neighbours near[capacity];
+  float leaving[capacity];  ///< towards the ray, of what its point sends on average
   uint64_t key[capacity];
   int entry_of[capacity];
 

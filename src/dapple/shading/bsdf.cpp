@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/bsdf.h"
 
+#include <utility>
+
 #include "dapple/numeric/quadrature.h"
 #include "dapple/shading/coat.h"
 #include "dapple/shading/interfaces.h"
@@ -395,6 +397,7 @@ void Bsdf::flatten() {
 
 void Bsdf::remove_coat() {
   reflectance = clamp(reflectance - RGB(mirrored), 0, 1);
+  removed_coat = std::exchange(mirrored, 0.0f);
 }
 
 void Bsdf::keep_coat() {

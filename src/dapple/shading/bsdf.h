@@ -9,6 +9,20 @@
 
 namespace dapple::shading {
 
+/// Varnish, glazes and wet surfaces, of index 1.5 (Schlick 1994).
+struct CommonCoat {
+  static constexpr float normal = 0.04f, mean = normal + (1 - normal) / 21;  ///< reflectance at normal incidence, and of diffuse light
+  static float reflectance(float cosine) {
+    const float grazing = 1 - std::min(std::abs(cosine), 1.0f);
+    return normal + (1 - normal) * sqr(sqr(grazing)) * grazing;
+  }
+};
+
+/// What a coat that mirrors this share of diffuse light lets through at this cosine, over its mean, if it does so as the common coat does.
+inline float through_coat(float mirrored, float cosine) {
+  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) / (1 - mirrored);
+}
+
 enum class BsdfKind : uint8_t {
   // Those that scatter the same to all directions of a side come first.
   black,                 ///< absorbs everything
@@ -69,7 +83,8 @@ struct Bsdf {
   /// entered which leaves again; k and eta are parameters of crossing().
   RGB extinction;
   bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
-  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which remove_coat() takes from reflectance
+  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance
+  float removed_coat = 0;              ///< mirrored, once remove_coat() has taken it from reflectance
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -93,8 +108,9 @@ struct Bsdf {
   /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by reciprocity that which enters:
   /// Fresnel transmittance times the share that escapes from a half-space (Chandrasekhar's H in the approximation of Hapke 2002). For
   /// make_entering's, times the diffuse transmittance of the boundary; else the mean over a hemisphere of radiance 1 is 1. One for other
-  /// diffuse Bsdfs.
+  /// diffuse Bsdfs, but for what remove_coat() left: what the coat lets through there, over its mean.
   RGB crossing(float cosine) const {
+    if (removed_coat > 0) return RGB(through_coat(removed_coat, cosine));
     if (extinction.is_black()) return RGB(1);
     return eta * escape(cosine);
   }
@@ -125,13 +141,8 @@ struct Bsdf {
   /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter. Glass and what is not
   /// there stay as they are.
   void flatten();
-  /// Of what flatten() has made diffuse, leaves what comes from under the coat.
+  /// Of what flatten() has made diffuse, leaves what comes from under the coat: see crossing().
   void remove_coat();
-  /// What to multiply irradiance by for it to count as before remove_coat(), where there is something under the coat.
-  RGB with_coat() const {
-    const auto ratio = [this](float r) { return r > 0 ? (r + mirrored) / r : 1; };
-    return {ratio(reflectance.r), ratio(reflectance.g), ratio(reflectance.b)};
-  }
   /// Made by keep_coat().
   bool is_coat() const { return kind == BsdfKind::dielectric && reflects_only; }
   /// Leaves what a coat or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other kinds.
