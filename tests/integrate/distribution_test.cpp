@@ -356,36 +356,59 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
   expect_near(many.mean(), one.mean(), .05f, "sixteen points, and one");
 }
 
-// The recursion is as deep as bounces and specular depth say: they are bounded.
-// Above the lamp only what a polished black floor mirrors lights the wall: as a diffuse surface the floor would send it elsewhere.
-TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
-  for (const std::string floor : {R"(NamedMaterial "varnish")", R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)"}) {
-    const auto built = build_text(film(12) + R"(LookAt 0 -3 3  0 2 3  0 0 1
-Camera "perspective" "float fov" 30
+// A wall that only a floor of this material lights, which is lit by these sources.
+std::string wall_above(const std::string& floor, const std::string& sources) {
+  return film(12) + R"(LookAt 0 1 3  0 2 3  0 0 1
+Camera "perspective" "float fov" 60
 WorldBegin
-AttributeBegin
-  AreaLightSource "diffuse" "rgb L" [ 10 10 10 ]
-  Shape "bilinearmesh" "point3 P" [ -4 -4 2  -4 1 2  4 -4 2  4 1 2 ]
-AttributeEnd
-Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
-Shape "bilinearmesh" "point3 P" [ -4 2 2.05  4 2 2.05  -4 2 5  4 2 5 ]
 MakeNamedMaterial "paint" "string type" "diffuse" "rgb reflectance" [ 0 0 0 ]
 MakeNamedMaterial "varnish" "string type" "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "float roughness" .01
+)" + sources + R"(
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -4 2 2.05  4 2 2.05  -4 2 5  4 2 5 ]
 )" + floor + R"(
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 2 0  4 2 0 ]
-)");
-    const float expected = render_built(built, 4096, test::bounces(1, 8)).mean().g;
-    ASSERT_GT(expected, 0);
-    for (const bool cache : {false, true}) {
-      auto s = settings(1, {4, 4}, {4096});
-      s.radiosity_cache = cache;
-      EXPECT_NEAR(render_built(built, 4, s).mean().g / expected, 1, 0.03) << floor << cache;
-      s.shading.caustics = false;
-      EXPECT_GT(std::abs(render_built(built, 4, s).mean().g / expected - 1), 0.1) << floor << cache;
+)";
+}
+
+void expect_as_path_traced(const std::string& scene, int path_samples, double error, bool coat_matters) {
+  const auto built = build_text(scene);
+  const float expected = render_built(built, path_samples, test::bounces(1, 8)).mean().g;
+  ASSERT_GT(expected, 0);
+  for (const bool cache : {false, true}) {
+    auto s = settings(1, {4, 4}, {4096});
+    s.radiosity_cache = cache;
+    EXPECT_NEAR(render_built(built, 4, s).mean().g / expected, 1, error) << scene << cache;
+    s.shading.caustics = false;
+    if (coat_matters) {
+      EXPECT_GT(std::abs(render_built(built, 4, s).mean().g / expected - 1), 0.1) << scene << cache;
     }
   }
 }
 
+const std::string grey_varnish = R"(Material "coateddiffuse" "rgb reflectance" [ .5 .5 .5 ] "float roughness" .01)";
+
+// Above the lamp only what a polished black floor mirrors lights the wall: as a diffuse surface the floor would send it elsewhere.
+TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
+  const std::string lamp = R"(AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 10 10 10 ]
+  Shape "bilinearmesh" "point3 P" [ -4 -4 2  -4 1 2  4 -4 2  4 1 2 ]
+AttributeEnd)";
+  expect_as_path_traced(wall_above(R"(NamedMaterial "varnish")", lamp), 4096, 0.02, true);
+  expect_as_path_traced(wall_above(R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)", lamp), 4096, 0.02, true);
+  expect_as_path_traced(wall_above(grey_varnish, lamp), 4096, 0.04, false);
+}
+
+// A screen keeps the sun from the wall.
+TEST(DistributionCoats, ShineInTheSun) {
+  const std::string sun = R"(LightSource "distant" "point3 from" [ 0 -1 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+NamedMaterial "paint"
+Shape "bilinearmesh" "point3 P" [ -9 .5 3.5  9 .5 3.5  -9 .5 7  9 .5 7 ])";
+  expect_as_path_traced(wall_above(R"(Material "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "bool remaproughness" false "float roughness" .2)", sun), 4096, 0.02, true);
+  expect_as_path_traced(wall_above(grey_varnish, sun), 65536, 0.04, false);
+}
+
+// The recursion is as deep as bounces and specular depth say: they are bounded.
 TEST(DistributionDepth, IsBounded) {
   const auto with = [](const std::string& parameter) { return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
   EXPECT_THROW(with("\"integer bounces\" 33"), InputError);

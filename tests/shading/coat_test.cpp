@@ -114,6 +114,17 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
     EXPECT_NEAR(under.reflectance.g + mean_albedo(coat), whole.reflectance.g, b.alpha_x > 0 ? 0.02f : 0.005f);
     EXPECT_GT(whole.reflectance.g - under.reflectance.g, 0.05f);
   }
+  // What comes from under it enters and leaves as the coat lets it.
+  const Bsdf& varnish = layered[0];
+  Bsdf under = varnish, coat = varnish;
+  under.flatten();
+  under.remove_coat();
+  coat.keep_coat();
+  EXPECT_EQ(Bsdf::make_diffuse(RGB(0.5f)).crossing(0.3f).g, 1);
+  for (const float theta : {10.0f, 50.0f, 70.0f, 80.0f}) {
+    const float from_under = test::directional_albedo(varnish, up(theta, 0), 40000).g - test::directional_albedo(coat, up(theta, 0), 40000).g;
+    EXPECT_NEAR(under.reflectance.g * under.crossing(std::cos(theta * pi / 180)).g, from_under, (theta > 75 ? 0.1f : 0.02f) * from_under) << theta;
+  }
   Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, 0, 0, {}), flat = metal, rest = metal;
   flat.flatten();
   rest.flatten();
@@ -121,6 +132,29 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
   EXPECT_EQ(rest.reflectance.g, flat.reflectance.g);
   metal.keep_coat();
   EXPECT_EQ(metal.kind, BsdfKind::black);
+}
+
+// Blurred highlights are as bright on the whole.
+TEST(Coat, RoughenedReflectsAsMuch) {
+  Bsdf coat = Bsdf::make_coated_diffuse(RGB(0), 1.5f, 0.02f, 0.02f, {});
+  coat.keep_coat();
+  for (const Bsdf& b : {Bsdf::make_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f), coat})
+    for (const float least : {0.05f, 0.2f, 0.4f, 0.6f}) {
+      Bsdf rough = b;
+      const float scale = rough.roughen(least);
+      EXPECT_TRUE(least < 0.5f ? rough.alpha_x >= least : rough.is_diffuse());
+      double before = 0, after = 0;
+      constexpr int n = 32;
+      for (int i = 0; i < n; ++i) {
+        const float sine2 = (float(i) + 0.5f) / n;
+        const V3f wo(std::sqrt(sine2), 0, std::sqrt(1 - sine2));
+        before += test::directional_albedo(b, wo, 4000).g;
+        after += scale * test::directional_albedo(rough, wo, 4000).g;
+      }
+      EXPECT_NEAR(after / before, 1, 0.06) << least;
+    }
+  Bsdf paint = Bsdf::make_diffuse(RGB(0.5f));
+  EXPECT_EQ(paint.roughen(0.4f), 1);
 }
 
 // A white scattering medium over a white base under an index-matched coat: nothing is lost, whatever the phase

@@ -240,7 +240,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.pixel_points = 3;
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
-  r.caustics = name == "final";
+  r.caustics = name != "draft";
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
   r.irradiance_accuracy = 0.4f;
@@ -259,6 +259,7 @@ IntegratorRequest preset_request(const std::string& name) {
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
     r.irradiance_accuracy = 0.25f;
+    r.cache_width = 0.2f;
     r.subsurface_rays = RayList{256, 32};
   } else {
     r.pixel_samples = 16;

@@ -13,8 +13,9 @@ using trace::no_id;
 namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
-// Of coats, as points without size shine in them: smoother ones would throw spots that few rays find.
-constexpr float least_coat_alpha = 0.15f;
+// Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
+// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32.
+constexpr float least_alpha = 1.6f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
@@ -91,9 +92,9 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   } else {
     Bsdf blurred;
     const Bsdf* lit = &bsdf;
-    if (light.delta && bsdf.is_coat()) {
+    if (light.delta) {
       blurred = bsdf;
-      blurred.alpha_x = std::max(bsdf.alpha_x, least_coat_alpha), blurred.alpha_y = std::max(bsdf.alpha_y, least_coat_alpha);
+      L *= blurred.roughen(least_alpha * b.spread[k]);
       lit = &blurred;
     }
     float bsdf_pdf = 0;

@@ -438,7 +438,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
-    gather_hits(place, below, settings_.cache_width, is_specular_ray, 1, w);
+    gather_hits(place, below, 1, is_specular_ray, 1, w);
   }
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), is_diffuse_ray, 1, w);
   r.weigh();

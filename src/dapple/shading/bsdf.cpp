@@ -134,6 +134,13 @@ float ggx_mean_albedo(float alpha_x, float alpha_y) {
   return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
 }
 
+/// Share of what a smooth dielectric of index 1.5 mirrors of diffuse light that a rough one mirrors: facets see little at grazing angles. Our fit
+/// to our own integration, within 0.03; a fifth too high or low for 1.3 and 1.8.
+float rough_coat_share(float alpha_x, float alpha_y) {
+  const float a = mean_alpha(alpha_x, alpha_y);
+  return 1 / (1 + 1.7f * a * (1 + a));
+}
+
 // Of which the coat mirrors `mirrored`.
 RGB coated_albedo(const Bsdf& b, float* mirrored) {
   const bool diffuse = b.base == BsdfKind::diffuse;
@@ -398,6 +405,22 @@ void Bsdf::flatten() {
 void Bsdf::remove_coat() {
   reflectance = clamp(reflectance - RGB(mirrored), 0, 1);
   removed_coat = std::exchange(mirrored, 0.0f);
+}
+
+float Bsdf::roughen(float least_alpha) {
+  if (kind != BsdfKind::conductor && !is_coat()) return 1;
+  const auto share = is_coat() ? rough_coat_share : ggx_mean_albedo;
+  const float before = share(alpha_x, alpha_y);
+  constexpr float as_diffuse = 0.5f;
+  if (least_alpha >= as_diffuse) {
+    const Frame of_surface = frame;
+    *this = make_diffuse(is_coat() ? RGB(float(fresnel_diffuse(double(ior))) * before) : albedo());
+    frame = of_surface;
+    return 1;
+  }
+  alpha_x = std::max(alpha_x, least_alpha);
+  alpha_y = std::max(alpha_y, least_alpha);
+  return before / share(alpha_x, alpha_y);
 }
 
 void Bsdf::keep_coat() {

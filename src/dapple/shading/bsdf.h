@@ -143,6 +143,9 @@ struct Bsdf {
   void flatten();
   /// Of what flatten() has made diffuse, leaves what comes from under the coat: see crossing().
   void remove_coat();
+  /// Metal and what keep_coat() left become as rough as this at least, and from .5 on diffuse. Returns what to multiply by for the same albedo
+  /// on average.
+  float roughen(float least_alpha);
   /// Made by keep_coat().
   bool is_coat() const { return kind == BsdfKind::dielectric && reflects_only; }
   /// Leaves what a coat or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other kinds.
