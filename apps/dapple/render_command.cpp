@@ -322,7 +322,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::Range(0, build::max_pixel_points));
   app.add_option("--caustics", o->caustics,
                  "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as diffuse there) "
-                 "[on in preset final]")
+                 "[off in preset draft]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--radiosity-cache", o->radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
@@ -330,7 +330,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o->cache_width,
                  "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; "
-                 "smaller is better and slower [0.35]")
+                 "smaller is better and slower [the preset's]")
       ->check(CLI::Range(0.001, 100.0));
   app.add_option("--irradiance-interpolation", o->irradiance_interpolation,
                  "distribution: indirect light of visible surfaces between few hemispheres of --diffuse-rays: on, off "

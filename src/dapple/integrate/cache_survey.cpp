@@ -25,7 +25,7 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   draw_diffuse_rays(place, r, w);
   trace_rays(r, w);
   const Place below = behind_diffuse(place);
-  locate_radiosity(place, below, diffuse_width_scale(place), any_ray, 1, w);
+  locate_radiosity(place, below, growth(place), any_ray, 1, w);
   std::fill_n(r.cached, r.count, false);
   TileLinks links[RaySet::capacity];
   for (int e = 0; e < c.entry_count; ++e) w.linking.jobs[e] = {c.entry[e].grid, &links[e]};

@@ -56,7 +56,7 @@ bool HitShader::lies_near_light(const scene::GridId& tile, uint64_t hash, Shadin
 }
 
 // Finds the tile that serves each of these rays, if one does, and groups them by it.
-void HitShader::locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets,
+void HitShader::locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
                                  ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
@@ -75,9 +75,13 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float w
       const geom::SurfacePoint s = scene_.traced.surface_without_tangents(r.rays, r.hits, i);
       const V3f d = r.rays.direction(i);
       const float time = r.rays.time[i];
-      float width = b.width[r.point[i]] * width_scale + r.cone[i] * r.distance[i] * settings_.cache_width;
+      const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
+      float width = width_at(group_width());
       scene::GridPoint& at = c.point[c.count];
       if (!patches_->dice(r.hits, i, d, time, s, width, &w.extents, &at)) continue;
+      if (at.grid.cluster_level == 0 && group_width() > settings_.cache_width &&
+          !patches_->dice(r.hits, i, d, time, s, width = width_at(settings_.cache_width), &w.extents, &at))
+        continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
       uint64_t name = at.grid.hash();
       for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, name, w); ++halvings) {
@@ -103,10 +107,10 @@ scene::PatchTable::Neighbours HitShader::points_read(const Place& below, const s
   return below.arrival == Arrival::probe && below.depth.diffuse == 1 ? patches_->neighbours(at) : patches_->nearest(at);
 }
 
-void HitShader::add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+void HitShader::add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  locate_radiosity(place, below, width_scale, wanted, sets, w);
+  locate_radiosity(place, below, growth, wanted, sets, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   for (int n = 0; n < c.count; ++n) {
@@ -161,7 +165,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
-  const float width_scale = diffuse_width_scale(below);
+  const auto width_scale = [&](int share) { return 1 + growth(below, share) * group_width(); };
   int points[resolution_count] = {}, all = 0;
   link_tiles(c, w);
   f.count = 0;
@@ -181,7 +185,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
         }
         const int k = f.count++;
         set_cell(id, i, j, cell, entry.key, entry.links(), f, k);
-        f.width[k] *= diffuse_width_scale(below, f.diffuse_share(k)) / width_scale;
+        f.width[k] *= width_scale(f.diffuse_share(k)) / width_scale(1);
         c.target_entry[k] = e;
         c.target_point[k] = point;
         ++points[size_t(RadiosityCache::resolution(id))], ++all;

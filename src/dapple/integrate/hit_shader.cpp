@@ -303,24 +303,23 @@ void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const 
     trace_rays(r, w);
     r.L.clear_all(r.count);
   }
-  gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), any_ray, sets, w);
+  gather_hits(place, behind_diffuse(place), growth(place), any_ray, sets, w);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
 }
 
-float HitShader::diffuse_width_scale(const Place& place, int share) const {
-  if (place.depth.diffuse == 0) return 1 + most_growth * settings_.cache_width;
-  const float rays = float(std::max(diffuse_rays(place, share), 1));
-  return 1 + std::clamp(growth_of_one_ray / rays, least_growth, most_growth) * settings_.cache_width;
+float HitShader::growth(const Place& place, int share) const {
+  if (place.depth.diffuse == 0) return most_growth;
+  return std::clamp(growth_of_one_ray / float(std::max(diffuse_rays(place, share), 1)), least_growth, most_growth);
 }
 
 HitShader::Place HitShader::behind_diffuse(const Place& place) {
   return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
 }
 
-void HitShader::gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+void HitShader::gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) std::fill_n(b.ray_set(set).cached, b.ray_set(set).count, false);
-  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, width_scale, wanted, sets, w);
+  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
   shade_hits(place, below, sets, [&](const RaySet& r, int i) { return wanted(r, i) && !r.cached[i] ? 1.0f : 0.0f; }, w);
   if (coats_mirror(below))
     shade_hits(place, {below.level, below.depth, Arrival::coat}, sets,
@@ -438,9 +437,9 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
-    gather_hits(place, below, 1, is_specular_ray, 1, w);
+    gather_hits(place, below, 0, is_specular_ray, 1, w);
   }
-  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), diffuse_width_scale(place), is_diffuse_ray, 1, w);
+  if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), growth(place), is_diffuse_ray, 1, w);
   r.weigh();
   for (int i = 0; i < r.count; ++i) b.specular.add(r.point[i], r.L.at(i));
   w.job_count = 0;

@@ -101,8 +101,11 @@ class HitShader {
   void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, PointBatch& b, int k) const;
 
   static Place behind_diffuse(const Place& place);
-  /// What rays take of the width of a point that `share` points do the work of (PointBatch::diffuse_share).
-  float diffuse_width_scale(const Place& place, int share = 1) const;
+  /// Groups of patches are read for their mean, in which noise hides how coarse they are: forests would cost twice as much at .2.
+  float group_width() const { return std::max(settings_.cache_width, 0.35f); }
+  /// By so many widths of the cache is what rays read wider than the point that sends them, one that `share` points do the work of
+  /// (PointBatch::diffuse_share).
+  float growth(const Place& place, int share = 1) const;
   /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
   static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }
   int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }
@@ -135,13 +138,13 @@ class HitShader {
   bool lies_near_light(const scene::GridId& tile, uint64_t hash, ShadingWorkspace& w) const;
   scene::PatchTable::Neighbours points_read(const Place& below, const scene::GridPoint& at) const;
   /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
-  /// them, whose resolution follows from the width of the point that sent the ray, times width_scale, and the ray's cone; else by shading
+  /// them, whose resolution follows from the width of the point that sent the ray, grown so, and the ray's cone; else by shading
   /// them at `below`. And what scatters into them where they ended in media.
-  void gather_hits(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  void gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   /// Adds to L of these rays what scatters into them where they ended in media.
   void add_media(RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
-  void locate_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
-  void add_radiosity(const Place& place, const Place& below, float width_scale, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  void locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
+  void add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
   void link_tiles(CacheBatch& c, ShadingWorkspace& w) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;

@@ -49,7 +49,7 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   r.L.clear_all(r.count);
   // What they meet counts as met by diffuse rays: shadow rays have found the lights.
   const Place below{place.level + 1, {place.depth.diffuse, place.depth.specular + 1}, Arrival::diffuse};
-  gather_hits(place, below, diffuse_width_scale(place), any_ray, 1, w);
+  gather_hits(place, below, growth(place), any_ray, 1, w);
   r.weigh();
   for (int i = 0; i < r.count; ++i) b.Ci.add(r.point[i], r.L.at(i));
 }
