@@ -300,7 +300,7 @@ Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
 TEST(RadiosityCacheBreakers, ManyThreadsInLittleMemory) {
   const auto built = build_text(two_rooms(-1, {.wall_quads = 20, .room_quads = 40}));
   auto s = settings(3, {9, 4, 2});
-  s.shading.cache_width = 0.1f;
+  s.shading.cache_width = 0.05f;
   s.cache_bytes = size_t(1) << 30;
   set_thread_count(1);
   const auto whole = render_built(built, 4, s);

@@ -102,7 +102,7 @@ class HitShader {
 
   static Place behind_diffuse(const Place& place);
   /// Groups of patches are read for their mean, in which noise hides how coarse they are: forests would cost twice as much at .2.
-  float group_width() const { return std::max(settings_.cache_width, 0.35f); }
+  float group_width() const { return std::max(settings_.cache_width, std::min(1.75f * settings_.cache_width, 0.35f)); }
   /// By so many widths of the cache is what rays read wider than the point that sends them, one that `share` points do the work of
   /// (PointBatch::diffuse_share).
   float growth(const Place& place, int share = 1) const;

@@ -20,7 +20,7 @@ struct CommonCoat {
 
 /// What a coat that mirrors this share of diffuse light lets through at this cosine, over its mean, if it does so as the common coat does.
 inline float through_coat(float mirrored, float cosine) {
-  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) / (1 - mirrored);
+  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) / (1 - std::min(mirrored, 0.99f));
 }
 
 enum class BsdfKind : uint8_t {
@@ -84,7 +84,7 @@ struct Bsdf {
   RGB extinction;
   bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
   float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance
-  float removed_coat = 0;              ///< mirrored, once remove_coat() has taken it from reflectance
+  float removed_coat = 0;      ///< mirrored, once remove_coat() has taken it from reflectance
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
