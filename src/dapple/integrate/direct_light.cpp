@@ -90,16 +90,16 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
     L *= bsdf.crossing(cosine);
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
   } else {
-    Bsdf blurred;
-    const Bsdf* lit = &bsdf;
+    const uint64_t key = hash(b.key[k], w.seed[job], w.index[job]);
     if (light.delta) {
-      blurred = bsdf;
+      Bsdf blurred = bsdf;
       L *= blurred.roughen(least_alpha * b.spread[k]);
-      lit = &blurred;
+      L *= blurred.eval(b.wo[k], light.wi, key);
+    } else {
+      float bsdf_pdf = 0;
+      L *= bsdf.eval_pdf(b.wo[k], light.wi, key, &bsdf_pdf);
+      L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));
     }
-    float bsdf_pdf = 0;
-    L *= lit->eval_pdf(b.wo[k], light.wi, hash(b.key[k], w.seed[job], w.index[job]), &bsdf_pdf);
-    if (!light.delta) L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));
   }
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = offset_origin(from, light.wi);
