@@ -62,11 +62,36 @@ LightSource "point" "rgb I" [ 1 1 1 ]
   const auto r = render_text(scene, 4, settings(2, {3, 2}, {5, 3}));
   const uint64_t all = r.result.stages[Stage::diffuselighting];
   EXPECT_EQ(r.result.stages[Stage::prelighting], all);
-  // all = n (1 + 5 + 15), one shadow ray each since the light is a point.
+  // all = n (1 + 5 + 15), one shadow ray each since the light is a point; but cells that are seen send up to four, to have shadows' edges as means.
   const uint64_t n = all / 21;
   EXPECT_EQ(all, n * 21);
   EXPECT_EQ(r.result.rays.diffuse, n * (5 + 15));
-  EXPECT_EQ(r.result.rays.shadow, all);
+  EXPECT_EQ(r.result.rays.shadow, n * (3 + 5 + 15));
+}
+
+// One bar a pixel stands in the sun, half as wide and not parallel to the pixels: points in the middle of cells would be light or dark.
+TEST(DistributionGrids, ShowTheMeanOfShadows) {
+  constexpr int bars = 40, size = 20;
+  std::string corners, indices;
+  for (int bar = 0; bar < bars; ++bar) {
+    const float x = 2 * float(bar) / bars - 1;
+    for (const V2f& q : {V2f(0, -2), V2f(1.0f / bars, -2), V2f(.4f, 2), V2f(.4f + 1.0f / bars, 2)})
+      corners += std::to_string(x + q.x) + " " + std::to_string(q.y) + " 1 ";
+    for (int v = 0; v < 4; ++v) indices += std::to_string(4 * bar + v) + " ";
+  }
+  const auto built = build_text(film(size) + R"(LookAt 0 0 .5  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.5 .5 -.5 .5 ]
+WorldBegin
+LightSource "distant" "point3 from" [ .3 .2 4 ] "point3 to" [ 0 0 0 ]
+Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
+Shape "bilinearmesh" "point3 P" [ )" + corners + "] \"integer indices\" [ " + indices + "]");
+  const auto r = render_built(built, 16, settings(0, {4}, {1}));
+  const float mean = r.mean().g;
+  double square = 0;
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) square += sqr(r.film.pixel(x, y).g / mean - 1);
+  EXPECT_LT(std::sqrt(square / (size * size)), .45);  // seen .34, from the middles of cells .78
+  expect_near(r.mean(), render_built(built, 1024, test::bounces(0)).mean(), .015f, "mean");
 }
 
 // Each of the many rays of a coat is one of those that its pixel has: what they meet in turn sends fewer. Reflections of reflections then

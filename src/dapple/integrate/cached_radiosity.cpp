@@ -221,9 +221,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
 void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   prelight(below, w);
-  f.whole_cells = true;
   light_diffuse(below, w);
-  f.whole_cells = false;
   for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse.at(k));
   f.count = 0;
 }

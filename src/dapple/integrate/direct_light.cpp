@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
 // Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
-// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32.
-constexpr float least_alpha = 1.6f;
+// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 12.
+constexpr float least_alpha = 1;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
@@ -32,6 +32,7 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
   const bool veiled = tracer.draws_opacity() && has_veils(scene);
   for (const auto& light : scene.lights) one_ray_serves_.push_back(light->is_delta() && !veiled);
+  for (const auto& light : scene.lights) throws_edges_ |= light->is_delta() || light->is_infinite();
   group_ = scene.light_groups.of_light;
   group_.resize(scene.lights.size());
 }
@@ -70,7 +71,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cells ? std::min(rays, PointBatch::origins) : 1;
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cell[k] ? std::min(rays, PointBatch::origins) : 1;
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }

@@ -15,6 +15,9 @@ class DirectLight {
   /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
   DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays);
 
+  /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a sun may be painted.
+  bool throws_edges() const { return throws_edges_; }
+
   /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely
   /// diffuse, and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides,
   /// and the two share by the power heuristic (Veach 1997).
@@ -40,6 +43,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const RayTracer& tracer_;
   const RayList shadow_rays_;
+  bool throws_edges_ = false;
   std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };
 

@@ -107,7 +107,14 @@ void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::Pat
                          PointBatch& b, int k) const {
   set_middle(id, i, j, cell, key, b, k);
   if (id.cluster_level > 0 && links.is_scattered()) b.share[k] *= scattered_share;
-  spread_origins(id, i, j, links, b, k);
+  spread_origins(id, i, j, links, true, b, k);
+}
+
+void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
+                              PointBatch& b, int k) const {
+  set_middle(id, i, j, cell, key, b, k);
+  spread_origins(id, i, j, links, false, b, k);
+  if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
 }
 
 void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
@@ -120,6 +127,7 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
+  b.whole_cell[k] = false;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
@@ -129,12 +137,13 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
 }
 
-void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, PointBatch& b, int k) const {
+void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
+  b.whole_cell[k] = true;
   // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
   // regular as cells would be seen in one phase alone.
   int seen_from = -1;
-  if (materials_.varies(id.geometry) && id.cluster_level == 0)
+  if (of_mean && materials_.varies(id.geometry) && id.cluster_level == 0)
     seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
   for (int o = 0; o < PointBatch::origins; ++o) {
     RayOrigin& to = b.origin[k * PointBatch::origins + o];
@@ -288,7 +297,8 @@ void HitShader::set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, co
   r.point[i] = k;
   r.weight[i] = RGB(1);
   r.cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
-  r.spread[i] = std::max(b.spread[k], std::min(widest_spread, r.cone[i]));
+  // Each brings as much light as the others: what it finds is no more blurred at glancing angles.
+  r.spread[i] = std::max(b.spread[k], std::min(widest_spread, std::sqrt(pi / float(rays))));
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], r.spread[i]);
   r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
   // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.

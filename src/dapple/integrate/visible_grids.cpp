@@ -162,7 +162,10 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
     for (int i = 0; i < id.width(); ++i) {
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
-      shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
+      if (shader_.direct().throws_edges() && id.cluster_level == 0)
+        shader_.set_seen_cell(id, i, j, cell, id.hash(), grid.links, b, k);
+      else
+        shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
       if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P)};
