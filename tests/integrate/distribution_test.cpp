@@ -94,6 +94,31 @@ Shape "bilinearmesh" "point3 P" [ )" + corners + "] \"integer indices\" [ " + in
   expect_near(r.mean(), render_built(built, 1024, test::bounces(0)).mean(), .015f, "mean");
 }
 
+// A wall in the sun runs on under a roof, wherever that meets the cells that pixels see: there it is dark.
+TEST(DistributionGrids, DoNotSeeTheSunUnderRoofs) {
+  constexpr int size = 20;
+  for (const float roof : {.003f, .013f, .031f, .05f, .061f}) {
+    const std::string y = std::to_string(roof) + " ";
+    const auto built = build_text(film(size) + R"(LookAt 0 0 -.5  0 0 0  0 1 0
+Camera "orthographic" "float screenwindow" [ -.5 .5 -.5 .5 ]
+WorldBegin
+LightSource "distant" "point3 from" [ 0 1 -1 ] "point3 to" [ 0 0 0 ]
+Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
+Shape "bilinearmesh" "point3 P" [ -5 )" + y + "-9  5 " + y + "-9  -5 " + y + "1  5 " + y + "1 ]");
+    const auto r = render_built(built, 16, settings(0, {16}, {1}));
+    for (int row = 0; row < size; ++row) {
+      const float low = .5f - float(row + 1) / size, high = .5f - float(row) / size, lit = .5f / pi;
+      double sum = 0;
+      for (int x = 0; x < size; ++x) sum += double(r.film.pixel(x, row).g) / size;
+      if (high <= roof) {
+        EXPECT_LT(sum, .001 * lit) << roof << ", row " << row;
+      } else if (low > roof + .01f) {
+        EXPECT_NEAR(sum, lit * std::sqrt(.5f), .001 * lit) << roof << ", row " << row;
+      }
+    }
+  }
+}
+
 // Each of the many rays of a coat is one of those that its pixel has: what they meet in turn sends fewer. Reflections of reflections then
 // add little, where they would multiply: 16 rays a sample, a sixth of them reflected, at each of up to 16 coats.
 TEST(DistributionRays, DoNotMultiplyBetweenCoats) {

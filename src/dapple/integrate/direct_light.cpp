@@ -71,7 +71,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : b.whole_cell[k] ? std::min(rays, PointBatch::origins) : 1;
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : std::clamp(b.origins[k], 1, rays);
       for (int i = 0; i < n; ++i) add(k, light, i, n);
     }
   }

@@ -40,8 +40,8 @@ bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmitta
 // A time of the span of point k, in one of as many parts of it as there are origins.
 float time_of_origin(const PointBatch& b, int k, int o) {
   const uint64_t random = hash(b.key[k], for_origin_times, o);
-  const int part = int((uint64_t(o) + b.key[k]) % PointBatch::origins);
-  return b.time[k] + b.duration[k] * ((float(part) + to_unit_float(random)) / PointBatch::origins - 0.5f);
+  const int parts = b.origins[k], part = int((uint64_t(o) + b.key[k]) % uint64_t(parts));
+  return b.time[k] + b.duration[k] * ((float(part) + to_unit_float(random)) / float(parts) - 0.5f);
 }
 
 // The boundary of a subsurface body as a probe sees it.
@@ -95,24 +95,29 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
                                   int k) const {
   set_middle(id, i, j, cell, key, b, k);
   if (!b.moves[k]) return;
-  float times[PointBatch::origins];
-  geom::SurfacePoint at[PointBatch::origins];
-  for (int o = 0; o < PointBatch::origins; ++o) times[o] = time_of_origin(b, k, o);
+  b.origins[k] = PointBatch::few_origins;
+  float times[PointBatch::few_origins];
+  geom::SurfacePoint at[PointBatch::few_origins];
+  for (int o = 0; o < PointBatch::few_origins; ++o) times[o] = time_of_origin(b, k, o);
   scene_.traced.surfaces(b.place(k), PointBatch::lane(k), times, at);
-  for (int o = 0; o < PointBatch::origins; ++o)
-    b.origin[k * PointBatch::origins + o] = {at[o].P, at[o].Ng, at[o].Ns - b.surface[k].Ns, at[o].error, times[o]};
+  for (int o = 0; o < PointBatch::few_origins; ++o)
+    b.origin[k * PointBatch::most_origins + o] = {at[o].P, at[o].Ng, at[o].Ns - b.surface[k].Ns, at[o].error, times[o]};
 }
 
 void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                          PointBatch& b, int k) const {
   set_middle(id, i, j, cell, key, b, k);
   if (id.cluster_level > 0 && links.is_scattered()) b.share[k] *= scattered_share;
+  b.origins[k] = PointBatch::few_origins;
   spread_origins(id, i, j, links, true, b, k);
 }
 
 void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                               PointBatch& b, int k) const {
+  // A cell that something divides is read between this point and others on its side.
+  if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, b, k);
   set_middle(id, i, j, cell, key, b, k);
+  b.origins[k] = settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
   spread_origins(id, i, j, links, false, b, k);
   if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
 }
@@ -127,7 +132,7 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
-  b.whole_cell[k] = false;
+  b.origins[k] = 0;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
   b.key[k] = hash(settings_.seed, key, id.index(i, j));
@@ -139,14 +144,15 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
-  b.whole_cell[k] = true;
   // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
   // regular as cells would be seen in one phase alone.
   int seen_from = -1;
   if (of_mean && materials_.varies(id.geometry) && id.cluster_level == 0)
-    seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::origins);
-  for (int o = 0; o < PointBatch::origins; ++o) {
-    RayOrigin& to = b.origin[k * PointBatch::origins + o];
+    seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::few_origins);
+  const int side = b.origins[k] == PointBatch::few_origins ? 2 : 4;
+  RayOrigin* const origin = b.origin + k * PointBatch::most_origins;
+  for (int o = 0; o < b.origins[k]; ++o) {
+    RayOrigin& to = origin[o];
     const float time = b.moves[k] ? time_of_origin(b, k, o) : b.time[k];
     const auto stay = [&] {
       geom::SurfacePoint s = middle;
@@ -166,7 +172,10 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
       }
       patches_->place_on_tile(patch, at.x, at.y, &b.place(k), PointBatch::lane(k));
     } else {
-      at = V2f(float(i), float(j)) + (V2f(float(o & 1), float(o >> 1)) + at) * 0.5f;
+      // What is nearer to the edges may be behind a wall.
+      constexpr float low = TileLinks::margin, high = 1 - low;
+      at = (V2f(float(o % side), float(o / side)) + at) * (1 / float(side));
+      at = V2f(float(i), float(j)) + V2f(std::clamp(at.x, low, high), std::clamp(at.y, low, high));
       patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
     }
     const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time, o == seen_from);
@@ -180,7 +189,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
   }
   if (seen_from < 0) return;
   const V3f turn = middle.Ns - b.surface[k].Ns;
-  for (int o = 0; o < PointBatch::origins; ++o) b.origin[k * PointBatch::origins + o].turn += turn;
+  for (int o = 0; o < b.origins[k]; ++o) origin[o].turn += turn;
 }
 
 void HitShader::link(bool single_cells, ShadingWorkspace& w) const {

@@ -79,10 +79,11 @@ struct PointBatch {
   int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
   int crowd[capacity];      ///< the same for diffuse rays alone, times `share`
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
-  bool whole_cell[capacity];  ///< its light and diffuse rays start all over its cell
-  /// Where the rays of such points, and of those that move, start; those of other points start at `surface`.
-  static constexpr int origins = 4;
-  RayOrigin origin[capacity * origins];
+  /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so many strata of the cell
+  /// and of the time. 0: all start at `surface`.
+  static constexpr int few_origins = 4, most_origins = 16;
+  int origins[capacity];
+  RayOrigin origin[capacity * most_origins];
   int parent[capacity];     ///< ray of the batch above that found the point
 
   shading::Bsdf bsdf[capacity];
@@ -109,7 +110,7 @@ struct PointBatch {
   /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
   static constexpr float cell_filter = 0.5f;
   void set_one_time(int k, float t) { time[k] = t, duration[k] = 0, moves[k] = false; }
-  void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), whole_cell[k] = false; }
+  void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), origins[k] = 0; }
   /// Writes point k to a lane of what stages of shaders read.
   void describe(int k, shading::ShadingPoints* points, int lane) const {
     if (cell_s[k] == V3f(0, 0, 0))
@@ -119,22 +120,24 @@ struct PointBatch {
   }
   /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters of a stratified set.
   RayOrigin origin_of(int k, int i, uint32_t seed) const {
-    if (!is_spread(k)) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
-    RayOrigin from = origin[k * origins + origin_index(k, i)];
+    if (origins[k] == 0) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
+    RayOrigin from = origin[k * most_origins + origin_index(k, i)];
     if (!moves[k]) from.time = ray_time(k, i, seed);
     return from;
   }
   /// All rays of the point leave from the same place, at the same time.
-  bool has_one_origin(int k) const { return !is_spread(k) && !(duration[k] > 0); }
-  bool same_origin(int k, int i, int j) const { return !is_spread(k) || origin_index(k, i) == origin_index(k, j); }
+  bool has_one_origin(int k) const { return origins[k] == 0 && !(duration[k] > 0); }
+  bool same_origin(int k, int i, int j) const { return origins[k] == 0 || origin_index(k, i) == origin_index(k, j); }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {
     return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
   }
 
  private:
-  bool is_spread(int k) const { return whole_cell[k] || moves[k]; }
-  int origin_index(int k, int i) const { return ((i + i / origins) ^ int(key[k] % origins)) % origins; }
+  int origin_index(int k, int i) const {
+    const int n = origins[k];  // a power of two
+    return ((i + i / n) ^ int(key[k] % uint64_t(n))) % n;
+  }
 
   const int groups_;
   trace::HitBatch places_[capacity / trace::HitBatch::capacity];

@@ -11,10 +11,9 @@ using trace::no_id;
 
 namespace {
 
-// In cells, or lengths of ways within groups. Rays keep this far above the surface, and from the ends of their ways: of a room's floor,
-// these are its walls.
+// In cells, or lengths of ways within groups: so far above the surface rays keep.
 constexpr float height = 0.03f;
-constexpr float margin = 0.04f;
+constexpr float margin = TileLinks::margin;
 // Where, beside that, something small must stand in a way to part it.
 struct Offset {
   float height, aside;

@@ -14,6 +14,8 @@ struct TileLinks {
   static constexpr int side = scene::GridId::tile;
   static constexpr int most_parts = 16;  ///< bits of `divided` that are in use
   static constexpr uint32_t all_parts = (1u << most_parts) - 1;
+  /// In cells: so far from the edges of tiles and cells no obstacle is looked for. Of a room's floor, that may be its walls.
+  static constexpr float margin = 0.04f;
   static_assert(side * side <= most_parts && geom::PatchClusters::most_parts <= most_parts);
 
   /// By cell: something stands in it, so its shading point says nothing about all of it. By part of a group: the same.
