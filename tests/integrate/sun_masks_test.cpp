@@ -99,7 +99,8 @@ INSTANTIATE_TEST_SUITE_P(
             R"(Translate 0 0 1.5 Rotate 70 1 1 0 Shape "cylinder" "float radius" 0.3 "float zmin" -1 "float zmax" 1)"},
         Thing{
             "curve",
-            R"(Shape "curve" "string type" "cylinder" "point3 P" [ -1.5 -1 2  -1 1 3  1 -1 2  1.5 1 3 ] "float width" 0.2)"},
+            R"(Shape "curve" "string type" "cylinder" "point3 P" [ -1.5 -1 2  -1 1 3  1 -1 2  1.5 1 3 ] "float width" 0.2)",
+            0.05f},  // both of its edges lie in one block
         Thing{
             "disks",
             R"(Shape "disks" "point3 P" [ -.8 0 2  .6 .5 3 ] "float radius" [ .5 .4 ] "normal N" [ 0 0 1  .6 0 .8 ])"},

@@ -135,8 +135,8 @@ struct PointBatch {
 
  private:
   int origin_index(int k, int i) const {
-    const int n = origins[k];  // a power of two
-    return ((i + i / n) ^ int(key[k] % uint64_t(n))) % n;
+    const int last = origins[k] - 1;  // their number is a power of two
+    return ((i + (i >> std::bit_width(unsigned(last)))) ^ int(key[k])) & last;
   }
 
   const int groups_;
