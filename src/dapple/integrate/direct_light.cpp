@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
 // Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
-// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 12.
-constexpr float least_alpha = 1;
+// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32.
+constexpr float least_alpha = 1.6f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
