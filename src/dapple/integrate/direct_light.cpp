@@ -58,8 +58,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     w.job_point[w.job_count] = k;
     w.job_light[w.job_count] = light;
     w.job_weight[w.job_count] = 1 / float(n);
-    w.seed[w.job_count] = uint32_t(hash(b.key[k], for_lights, uint32_t(light)));
-    w.index[w.job_count] = uint32_t(i);
+    w.seed[w.job_count] = uint32_t(hash(b.sequence[k], for_lights, uint32_t(light)));
+    w.index[w.job_count] = b.number[k] * uint32_t(n) + uint32_t(i);
     if (++w.job_count == w.capacity) draw(b, w);
   };
   for (int k = 0; k < b.count; ++k) {

@@ -145,7 +145,7 @@ void DistributionIntegrator::set_point(const CameraSample& s, PointBatch& b, int
   b.width[k] = s.width;
   b.spread[k] = s.spread;
   b.medium[k] = s.medium;
-  b.key[k] = hash(settings_.shading.seed, s.seed, s.index);
+  b.set_key(k, hash(settings_.shading.seed, s.seed, s.index), hash(settings_.shading.seed, s.seed), s.index);
   b.share[k] = settings_.pixel_samples;
   b.crowd[k] = 1;
   b.set_no_cell(k);

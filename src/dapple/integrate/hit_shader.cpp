@@ -135,7 +135,7 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.origins[k] = 0;
   b.spread[k] = 0;
   b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
-  b.key[k] = hash(settings_.seed, key, id.index(i, j));
+  b.set_key(k, hash(settings_.seed, key, id.index(i, j)));
   b.share[k] = motion.segments(id.span);
   b.crowd[k] = 1;
   b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
@@ -253,8 +253,8 @@ void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
 // Diffuse ray i of so many from point k. True if the batch is full.
 bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w) {
   const bool follows = w.job_count > 0 && w.job_point[w.job_count - 1] == k;
-  w.seed[w.job_count] = follows ? w.seed[w.job_count - 1] : seed_of(b.key[k], for_diffuse_rays);
-  w.index[w.job_count] = uint32_t(i);
+  w.seed[w.job_count] = follows ? w.seed[w.job_count - 1] : seed_of(b.sequence[k], for_diffuse_rays);
+  w.index[w.job_count] = b.number[k] * uint32_t(rays) + uint32_t(i);
   w.job_weight[w.job_count] = 1 / float(rays);
   w.job_point[w.job_count] = k;
   return ++w.job_count == w.capacity;
@@ -304,6 +304,8 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
 void HitShader::set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine, int rays,
                                 uint32_t key) const {
   r.point[i] = k;
+  r.sequence[i] = hash(b.key[k], key);
+  r.number[i] = 0;
   r.weight[i] = RGB(1);
   r.cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
   // Each brings as much light as the others: what it finds is no more blurred at glancing angles.
@@ -385,7 +387,7 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
       found.spread[c] = std::max(r.spread[i], std::min(widest_spread, r.spread[i] * std::sqrt(taken)));
       found.width[c] = b.width[k] + found.spread[c] * r.distance[i];
       found.medium[c] = r.medium[i];
-      found.key[c] = hash(b.key[k], r.rays.key[i]);
+      found.set_key(c, hash(b.key[k], r.rays.key[i]), r.sequence[i], r.number[i]);
       found.share[c] = std::max(1, int(float(r.share[i]) / taken));
       found.crowd[c] = 1;
       found.set_no_cell(c);
@@ -413,8 +415,8 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
     for (int i = 0; i < counts[k]; ++i) {
-      w.seed[w.job_count] = seed_of(b.key[k], for_specular_rays);
-      w.index[w.job_count] = uint32_t(i);
+      w.seed[w.job_count] = seed_of(b.sequence[k], for_specular_rays);
+      w.index[w.job_count] = b.number[k] * uint32_t(counts[k]) + uint32_t(i);
       w.job_weight[w.job_count] = 1 / float(counts[k]);
       w.job_point[w.job_count] = k;
       if (++w.job_count == w.capacity) draw_specular_rays(place, w);
@@ -441,6 +443,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     const int i = r.count++;
     const uint32_t key = trace::ray_key(w.seed[j], w.index[j]);
     r.point[i] = k;
+    r.sequence[i] = hash(b.sequence[k], w.seed[j]);
+    r.number[i] = w.index[j];
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];
     r.lobe[i] = s.lobe;

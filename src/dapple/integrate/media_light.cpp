@@ -19,7 +19,7 @@ void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace
   b.width[k] = rays.width[r] + rays.spread[r] * length(flights.P[f] - rays.origin(r));
   b.spread[k] = rays.spread[r];
   b.medium[k] = flights.medium[f];
-  b.key[k] = hash(rays.key[r], for_flights);
+  b.set_key(k, hash(rays.key[r], for_flights));
   b.share[k] = share;
   b.crowd[k] = 1;
 }
@@ -36,6 +36,8 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
     V3f d;
     const float pdf = scene_.media[size_t(b.medium[k])]->phase().sample(b.wo[k], V2f(w.u0[k], w.u1[k]), &d);
     r.point[k] = k;
+    r.sequence[k] = b.key[k];
+    r.number[k] = 0;
     r.weight[k] = RGB(1);
     r.cone[k] = std::max(b.spread[k], std::min(widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
     r.spread[k] = std::max(b.spread[k], std::min(widest_spread, r.cone[k]));

@@ -37,6 +37,8 @@ struct RaySet {
   trace::RayBatch rays;
   trace::HitBatch hits;
   float distance[capacity];
+  uint64_t sequence[capacity];  ///< PointBatch::sequence and number of what it meets
+  uint32_t number[capacity];
   float spread[capacity];  ///< for textures
   float cone[capacity];    ///< growth of the width of what the ray stands for
   bool cached[capacity];   ///< a cache has said what arrives along the ray
@@ -75,7 +77,11 @@ struct PointBatch {
   V3f cell_s[capacity], cell_t[capacity];  ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
   float spread[capacity];   ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
-  uint64_t key[capacity];   ///< of all random numbers of the point
+  uint64_t key[capacity];   ///< of the random numbers that are the point's own
+  /// Light, diffuse and specular rays take their samples from sets that points of one sequence share, each taking those at its number:
+  /// so they are stratified over all of a pixel's samples.
+  uint64_t sequence[capacity];
+  uint32_t number[capacity];
   int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
   int crowd[capacity];      ///< the same for diffuse rays alone, times `share`
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
@@ -110,6 +116,8 @@ struct PointBatch {
   /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
   static constexpr float cell_filter = 0.5f;
   void set_one_time(int k, float t) { time[k] = t, duration[k] = 0, moves[k] = false; }
+  void set_key(int k, uint64_t of_point) { set_key(k, of_point, of_point, 0); }
+  void set_key(int k, uint64_t of_point, uint64_t of_sequence, uint32_t n) { key[k] = of_point, sequence[k] = of_sequence, number[k] = n; }
   void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), origins[k] = 0; }
   /// Writes point k to a lane of what stages of shaders read.
   void describe(int k, shading::ShadingPoints* points, int lane) const {

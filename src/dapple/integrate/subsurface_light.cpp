@@ -137,6 +137,8 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     r.hits.geometry[i] = at.geometry, r.hits.primitive[i] = at.primitive, r.hits.instance[i] = at.instance;
     r.distance[i] = height;
     r.point[i] = k;
+    r.sequence[i] = hash(b.key[k], r.rays.key[i]);
+    r.number[i] = 0;
     r.weight[i] = weight;
     r.cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
     r.spread[i] = 0;
