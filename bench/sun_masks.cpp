@@ -59,7 +59,7 @@ Receivers visible_receivers(const scene::Scene& scene, const forest::SunSamples&
   trace::RayBatch rays;
   trace::HitBatch hits;
   integrate::CameraBatch::for_each_block(scene.film.crop, [&](const Box2i& box) {
-    camera.generate(scene, box, 0, 0);
+    camera.generate(scene, box, 0, PixelSets(1, 0));
     for (int p = 0; p < camera.count; ++p) rays.set(p, camera.ray[p].ray.o, camera.ray[p].ray.d, infinity, 0, 0);
     scene.traced.intersect(rays, camera.count, &hits);
     for (int p = 0; p < camera.count; ++p) {

@@ -193,7 +193,7 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
   trace::RayBatch rays;
   trace::HitBatch hits;
   integrate::CameraBatch::for_each_block(scene.film.crop, [&](const Box2i& box) {
-    camera.generate(scene, box, 0, 0);
+    camera.generate(scene, box, 0, PixelSets(1, 0));
     for (int p = 0; p < camera.count; ++p)
       rays.set(p, camera.ray[p].ray.o, camera.ray[p].ray.d, infinity, 0, uint32_t(p));
     scene.traced.intersect(rays, camera.count, &hits);

@@ -70,6 +70,70 @@ TEST(Sobol, EveryElementaryIntervalHoldsOnePoint) {
   }
 }
 
+int points_in_own_interval(const std::vector<V2f>& points, int columns) {
+  const int rows = int(points.size()) / columns;
+  std::set<int> taken;
+  for (const V2f& p : points) taken.insert(int(p.y * float(rows)) * columns + int(p.x * float(columns)));
+  return int(taken.size());
+}
+
+// The samples of a pixel, and those of aligned squares of pixels, each put one point into every elementary interval.
+TEST(PixelSets, SquaresOfPixelsAreNets) {
+  for (const uint32_t samples : {1u, 4u, 16u, 64u}) {
+    const PixelSets sets(samples, 5);
+    ASSERT_GE(sets.side(), 8);
+    for (const uint32_t side : {1u, 2u, 8u})
+      for (const uint32_t x0 : {0u, 8u, 1000u})
+        for (uint32_t pass = 0; pass < 2; ++pass) {
+          std::vector<V2f> points;
+          for (uint32_t y = 0; y < side; ++y)
+            for (uint32_t x = 0; x < side; ++x)
+              for (uint32_t i = 0; i < samples; ++i) {
+                const PixelSets::Sample s = sets.at(x0 + x, 24 + y, pass * samples + i);
+                points.push_back(sample_2d(s.seed, s.index, 7));
+              }
+          for (int columns = 1; columns <= int(points.size()); columns *= 2)
+            ASSERT_EQ(points_in_own_interval(points, columns), int(points.size())) << samples << " samples, side " << side;
+        }
+  }
+}
+
+TEST(PixelSets, EveryCameraSampleIsAnother) {
+  for (const uint32_t samples : {1u, 3u, 64u, 100u, 5000u, 1u << 20}) {
+    const PixelSets sets(samples, 1);
+    std::set<uint64_t> seen;
+    int count = 0;
+    for (uint32_t y = 0; y < 70; y += 3)
+      for (uint32_t x = 0; x < 70; x += 3)
+        for (const uint32_t i : {0u, 1u, 2u, 63u, 64u, 127u, 5000u, 1u << 18, (1u << 20) - 1}) {
+          const PixelSets::Sample s = sets.at(x, y, i);
+          EXPECT_LT(s.index, PixelSets::most_samples);
+          seen.insert(uint64_t(s.seed) << 32 | s.index), ++count;
+        }
+    EXPECT_EQ(seen.size(), size_t(count)) << samples;
+  }
+}
+
+// Means over 8 x 8 pixels of an edge through them: far nearer to the truth than by sets of their own.
+TEST(PixelSets, MeansOfNeighboursAreBetter) {
+  const PixelSets sets(4, 3);
+  double shared = 0, own = 0;
+  for (uint32_t square = 0; square < 256; ++square) {
+    double a = 0, b = 0;
+    const auto value = [](const V2f& p) { return p.x + 0.6f * p.y < 0.7f ? 1.0 : 0.0; };
+    for (uint32_t k = 0; k < 64; ++k)
+      for (uint32_t i = 0; i < 4; ++i) {
+        const uint32_t x = square % 16 * 8 + k % 8, y = square / 16 * 8 + k / 8;
+        const PixelSets::Sample s = sets.at(x, y, i);
+        a += value(sample_2d(s.seed, s.index, 0)) / 256;
+        b += value(sample_2d(pixel_seed(int(x), int(y), 3), i, 0)) / 256;
+      }
+    const double truth = 0.7 - 0.3;  // the line meets y = 0 at .7 and y = 1 at .1
+    shared += (a - truth) * (a - truth), own += (b - truth) * (b - truth);
+  }
+  EXPECT_LT(shared, 0.3 * own);
+}
+
 // Any prefix of 2^m, not only of 4^m, is stratified in one dimension: halting early costs little.
 TEST(Sobol, EveryPowerOfTwoIsStratifiedInOneDimension) {
   for (uint32_t dimension = 0; dimension < 8; ++dimension) {

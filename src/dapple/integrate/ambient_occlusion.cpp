@@ -56,9 +56,10 @@ std::unique_ptr<Integrator::Workspace> AmbientOcclusion::make_workspace() const 
 void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<OcclusionWorkspace&>(workspace);
   const bool wants_features = film.settings().features;
+  const PixelSets sets(work.pixel_samples, settings_.seed);
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     for (uint32_t i = 0; i < work.sample_count; ++i) {
-      w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
+      w.camera.generate(scene_, box, work.first_sample + i, sets);
       trace_camera_rays(w);
       trace_hemispheres(w);
       RGB L[OcclusionWorkspace::capacity];

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/camera_batch.h"
 
-#include "dapple/numeric/sobol.h"
-
 namespace dapple::integrate {
 
-void CameraBatch::generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, uint64_t scene_seed) {
+void CameraBatch::generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, const PixelSets& sets) {
   enum Dimension : uint32_t { dim_filter, dim_lens, dim_time };
   static_assert(dim_time + 1 == dimensions);
   count = 0;
   for (int y = box.min.y; y < box.max.y; ++y)
     for (int x = box.min.x; x < box.max.x; ++x, ++count) {
       pixel[count] = V2i(x, y);
-      seed[count] = pixel_seed(x, y, scene_seed);
-      index[count] = sample;
+      const PixelSets::Sample s = sets.at(uint32_t(x), uint32_t(y), sample);
+      seed[count] = s.seed;
+      index[count] = s.index;
     }
   sample_2d(seed, index, dim_filter, count, u0_, u1_);
   if (scene.camera.has_lens()) sample_2d(seed, index, dim_lens, count, u2_, u3_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/numeric/sobol.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::integrate {
@@ -15,10 +16,10 @@ struct CameraBatch {
   V2i pixel[capacity];
   float film_weight[capacity];
   alignas(64) uint32_t seed[capacity];
-  alignas(64) uint32_t index[capacity];  ///< of the sample
+  alignas(64) uint32_t index[capacity];  ///< PixelSets::Sample
   scene::CameraRay ray[capacity];        ///< footprints are those of a whole pixel
 
-  void generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, uint64_t seed);
+  void generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, const PixelSets& sets);
 
   /// Calls visit(box) for what `pixels` have of each block, in order. Blocks are those of the full film.
   template <class Visit>

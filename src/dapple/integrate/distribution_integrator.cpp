@@ -93,6 +93,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<DistributionWorkspace&>(workspace);
+  w.sets = PixelSets(work.pixel_samples, settings_.shading.seed);
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     w.seen_known = false;
     w.held.clear();
@@ -131,7 +132,7 @@ void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
 
 // Which shading points one sample of each pixel sees.
 void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  w.camera.generate(scene_, pixels, sample, settings_.shading.seed);
+  w.camera.generate(scene_, pixels, sample, w.sets);
   trace_camera_rays(w);
   locate_hits(w);
 }
@@ -160,7 +161,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
   for (int p = 0; p < w.camera.count; ++p)
     if (is_small(p)) {
       const int pixel = CameraBatch::in_block(w.camera.pixel[p]);
-      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], sample), &w.sample[p].point);
+      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], w.camera.index[p]), &w.sample[p].point);
     }
 }
 
@@ -232,7 +233,7 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.
-void DistributionIntegrator::view_caches(scene::Film& film) const {
+void DistributionIntegrator::view_caches(uint32_t pixel_samples, scene::Film& film) const {
   if (!logs_ || settings_.shading.bounces == 0) return;
   const double seconds = logs_->now();
   const CacheLog log = logs_->merged();
@@ -242,6 +243,7 @@ void DistributionIntegrator::view_caches(scene::Film& film) const {
     strips.push_back({V2i(crop.min.x, y), V2i(crop.max.x, std::min(y + 2 * CameraBatch::block, crop.max.y))});
   parallel_for(strips.size(), [&](size_t i) {
     const auto w = std::make_unique<DistributionWorkspace>();
+    w->sets = PixelSets(pixel_samples, settings_.shading.seed);
     CameraBatch::for_each_block(strips[i], [&](const Box2i& box) { view_block(box, log, seconds, *w, film); });
   });
 }

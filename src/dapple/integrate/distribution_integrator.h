@@ -44,7 +44,7 @@ class DistributionIntegrator final : public Integrator {
   void finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const override;
 
   std::vector<CacheState> caches() const override;
-  void view_caches(scene::Film& film) const override;
+  void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
 
  private:
   std::vector<CacheState> with_mask_state(std::vector<CacheState> states) const;

@@ -116,6 +116,7 @@ struct DistributionWorkspace final : Integrator::Workspace {
 
   explicit DistributionWorkspace(int groups = 0) : shading(groups), L(groups), waiting_L(groups) {}
 
+  PixelSets sets{1, 0};  ///< of the work at hand
   CameraBatch camera;
   ShadingWorkspace shading;
   std::unique_ptr<IrradianceInterpolator::Workspace> interpolation;

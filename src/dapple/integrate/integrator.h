@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dapple/numeric/sobol.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::integrate {
@@ -76,6 +77,7 @@ struct CacheState {
 struct TileWork {
   Box2i pixels;  ///< [min, max)
   uint32_t first_sample = 0, sample_count = 1;
+  uint32_t pixel_samples = PixelSets::most_samples;  ///< that the picture will have, at most, if that is known: pixels share sets of so many
 };
 
 /// Computes camera samples. One object serves all threads; what changes lives in a Workspace, one a thread at a time.
@@ -100,7 +102,8 @@ class Integrator {
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
   /// After the last call of render(): writes what caches did for each pixel, where the film keeps that (Film::Settings::cache_use).
-  virtual void view_caches(scene::Film&) const {}
+  /// `pixel_samples`: of the work.
+  virtual void view_caches(uint32_t /*pixel_samples*/, scene::Film&) const {}
 };
 
 }  // namespace dapple::integrate

@@ -67,9 +67,10 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.wants_features = film.settings().features;
   w.keep_groups(scene_.light_groups, film.settings().light_groups);
+  const PixelSets sets(work.pixel_samples, settings_.seed);
   for (uint32_t i = 0; i < work.sample_count; ++i)
     CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
-      w.camera.generate(scene_, box, work.first_sample + i, settings_.seed);
+      w.camera.generate(scene_, box, work.first_sample + i, sets);
       start_paths(w);
       trace_paths(w);
       for (int p = 0; p < w.path_count; ++p)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 
 #include "dapple/base/hash.h"
@@ -107,6 +109,48 @@ inline V2f sample_2d(uint32_t pixel_seed, uint32_t index, uint32_t dimension) {
   const uint32_t place = sobol::shuffled(index, s);
   return {sobol::coordinate_x(place, s), sobol::coordinate_y(place, s)};
 }
+
+/// Which sample of which set a camera sample is. Pixels of an aligned square share a set, in Z order, and each has an aligned
+/// part of it: so not only a pixel's samples are a net, but those of 2 x 2, 4 x 4 .. pixels together, and the mean of
+/// neighbours is less noisy than that of pixels which choose by themselves (Ahmed & Wonka 2020, "Screen-Space Blue-Noise
+/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels").
+class PixelSets {
+ public:
+  struct Sample {
+    uint32_t seed, index;  ///< pixel_seed and index of sample_1d and sample_2d
+  };
+  /// From so many samples on, each pixel has a set of its own.
+  static constexpr uint32_t most_samples = 1u << 18;
+
+  /// `samples`: of a pixel, more than 0. More than that may be drawn: each further `samples`, rounded up to a power of 2,
+  /// are independent of those before.
+  constexpr PixelSets(uint32_t samples, uint64_t seed)
+      : seed_(seed),
+        sample_bits_(std::min(most_bits, int(std::bit_width(samples - 1)))),
+        pixel_bits_(std::min(most_pixel_bits, (most_bits - sample_bits_) / 2)) {}
+
+  constexpr Sample at(uint32_t x, uint32_t y, uint32_t sample) const {
+    const uint32_t in_square = (1u << pixel_bits_) - 1, in_pixel = (1u << sample_bits_) - 1;
+    const uint32_t place = spread_bits(x & in_square) | spread_bits(y & in_square) << 1;
+    return {pixel_seed(int32_t(x >> pixel_bits_), int32_t(y >> pixel_bits_), hash(seed_, sample >> sample_bits_)),
+            place << sample_bits_ | (sample & in_pixel)};
+  }
+  /// Pixels along the side of a square that shares a set.
+  constexpr int side() const { return 1 << pixel_bits_; }
+
+ private:
+  static constexpr int most_bits = std::bit_width(most_samples) - 1;  // of an index: users number several samples by each
+  static constexpr int most_pixel_bits = 6;
+
+  static constexpr uint32_t spread_bits(uint32_t x) {
+    x = (x | x << 4) & 0x0f0fu;
+    x = (x | x << 2) & 0x3333u;
+    return (x | x << 1) & 0x5555u;
+  }
+
+  uint64_t seed_;
+  int sample_bits_, pixel_bits_;
+};
 
 /// out[i] = sample_1d(pixel_seeds[i], indices[i], dimension) for i in [0, n). Arrays must not overlap.
 void sample_1d(const uint32_t* pixel_seeds, const uint32_t* indices, uint32_t dimension, int n, float* out);

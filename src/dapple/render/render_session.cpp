@@ -71,7 +71,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
       if (interrupt) return;
       auto workspace = pool.take();
       for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-        integrator_.render({tiles[i], result.samples + first, std::min(most_at_once, count - first)}, *workspace, film_);
+        integrator_.render({tiles[i], result.samples + first, std::min(most_at_once, count - first), rules_.pixel_samples}, *workspace, film_);
       pool.give(std::move(workspace));
       const size_t done = ++tiles_done;
       if (!callback_) return;
@@ -107,7 +107,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     for (size_t c = 0; c < result.caches.size(); ++c) result.caches[c].counts += w->caches[c];
   }
   result.seconds = timer.seconds();
-  if (film_.settings().cache_use) integrator_.view_caches(film_);
+  if (film_.settings().cache_use) integrator_.view_caches(rules_.pixel_samples, film_);
   return result;
 }
 
