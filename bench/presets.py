@@ -7,7 +7,7 @@ import common
 SHARED = common.ROOT.parent / "shared/scenes"
 SCENES = {"cornell": common.ROOT / "scenes/cornell-box/cornell.pbrt", "staircase2": SHARED / "staircase2/scene-v4.pbrt",
           "classroom": SHARED / "classroom/scene-v4.pbrt", "forest-above": SHARED / "forest/forest-above.pbrt"}
-PRESETS = {"draft": (2, 4), "preview": (4, 16), "final": (4, 64)}  # bounces, camera samples: scenes may say others
+PRESETS = {"draft": (2, 4), "preview": (4, 16), "final": (4, 256)}  # bounces, camera samples: scenes may say others
 SIZE = "128x96"
 REFERENCE_SAMPLES, PEER_SAMPLES = 512, 16
 

@@ -254,7 +254,7 @@ IntegratorRequest preset_request(const std::string& name) {
     r.shading_rate = 4.0f;
     r.pixel_points = 1;
   } else if (name == "final") {
-    r.pixel_samples = 64;
+    r.pixel_samples = 256;
     r.pixel_points = 16;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
