@@ -2,6 +2,8 @@
 // Irradiance interpolation in whole renders.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include "dapple/base/parallel.h"
 #include "tests/support/cache_rooms.h"
 #include "tests/support/render_text.h"
@@ -46,6 +48,35 @@ TEST(IrradianceInterpolation, SavesDiffuseRays) {
 TEST(IrradianceInterpolation, DoesNotLeakThroughAWall) {
   const RGB there = render_built(build_text(two_rooms(-1)), 8, settings(true)).mean();
   EXPECT_LT(render_built(build_text(two_rooms(1)), 8, settings(true)).mean().luminance(), 1e-4f * there.luminance());
+}
+
+// Plates in the sun throw spots on a ceiling. Few rays of a hemisphere find them, and of four that agree all may have missed them.
+TEST(IrradianceInterpolation, KeepsGlints) {
+  std::string scene = R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
+PixelFilter "box"
+LookAt 0 2 1  0 2 3  0 1 0
+Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "infinite" "rgb L" [ .05 .05 .05 ]
+LightSource "distant" "point3 from" [ 0 -1 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+Material "diffuse" "rgb reflectance" [ .8 .8 .8 ]
+Shape "bilinearmesh" "point3 P" [ -4 0 3  -4 4 3  4 0 3  4 4 3 ]
+Material "diffuse" "rgb reflectance" [ .05 .05 .05 ]
+Shape "bilinearmesh" "point3 P" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]
+MATERIAL
+)";
+  for (int i = 0; i < 9; ++i)
+    scene += fmt::format("AttributeBegin\nTranslate {} {} .3\nShape \"bilinearmesh\" \"point3 P\" [ -.1 -.1 0  .1 -.1 0  -.1 .1 0  .1 .1 0 ]\nAttributeEnd\n",
+                         (i % 3 - 1) * 1.2, (i / 3) * 0.8 - 1.6);
+  for (const char* material : {R"(Material "conductor" "rgb reflectance" [ .9 .9 .9 ] "bool remaproughness" false "float roughness" .1)",
+                               R"(Material "coateddiffuse" "rgb reflectance" [ .05 .05 .05 ] "float eta" 3 "bool remaproughness" false "float roughness" .1)"}) {
+    std::string text = scene;
+    const auto built = build_text(text.replace(text.find("MATERIAL"), 8, material));
+    auto dense = settings(false, 1024), sparse = settings(true, 1024);
+    for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->irradiance_accuracy = 0.25f;
+    const RGB without = render_built(built, 4, dense).mean(), with = render_built(built, 4, sparse).mean();
+    expect_near(with, without, 0.03f, material);
+  }
 }
 
 // Between a red and a green wall, bumps of the floor show which they face. What hemispheres over a smooth floor say of each bump must show

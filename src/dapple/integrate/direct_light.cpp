@@ -16,6 +16,8 @@ constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are
 // Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
 // found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32.
 constexpr float least_alpha = 1.6f;
+// The same, for what must not depend on whether a ray was lucky: PointBatch::glint.
+constexpr float glint_alpha = 2 * least_alpha;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
@@ -32,7 +34,10 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
   const bool veiled = tracer.draws_opacity() && has_veils(scene);
   for (const auto& light : scene.lights) one_ray_serves_.push_back(light->is_delta() && !veiled);
-  for (const auto& light : scene.lights) throws_edges_ |= light->is_delta() || light->is_infinite();
+  for (const auto& light : scene.lights) {
+    throws_edges_ |= light->is_delta() || light->is_infinite();
+    glints_ |= light->is_delta();
+  }
   group_ = scene.light_groups.of_light;
   group_.resize(scene.lights.size());
 }
@@ -85,6 +90,7 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   const Bsdf& bsdf = b.bsdf[k];
   const float cosine = dot(light.wi, from.normal(bsdf.frame.n)), pdf = light.pdf * chosen.probability;
   RGB L = light.radiance * (w.job_weight[job] * std::abs(cosine) / pdf);
+  float glint = 0;
   Target target = to_specular;
   if (bsdf.is_diffuse()) {
     target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
@@ -93,9 +99,13 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   } else {
     const uint64_t key = hash(b.key[k], w.seed[job], w.index[job]);
     if (light.delta) {
-      Bsdf blurred = bsdf;
-      L *= blurred.roughen(least_alpha * b.spread[k]);
-      L *= blurred.eval(b.wo[k], light.wi, key);
+      const auto blurred = [&](float alpha) {
+        Bsdf rough = bsdf;
+        const float scale = rough.roughen(alpha * b.spread[k]);
+        return L * scale * rough.eval(b.wo[k], light.wi, key);
+      };
+      if (b.spread[k] > 0) glint = blurred(glint_alpha).luminance();
+      L = blurred(least_alpha);
     } else {
       float bsdf_pdf = 0;
       L *= bsdf.eval_pdf(b.wo[k], light.wi, key, &bsdf_pdf);
@@ -113,6 +123,7 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   w.shadow_point[s] = k;
   w.shadow_target[s] = target;
   w.shadow_light[s] = L;
+  w.shadow_glint[s] = glint;
   w.shadow_source[s] = chosen.light;
 }
 
@@ -142,9 +153,13 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
   }
   trace(w);
   LightSums* const sums[] = {&b.irradiance, &b.irradiance_behind, &b.specular};
-  for (int s = 0; s < w.shadow_count; ++s)
-    if (!w.visible[s].is_black())
-      sums[w.shadow_target[s]]->add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
+  for (int s = 0; s < w.shadow_count; ++s) {
+    if (w.visible[s].is_black()) continue;
+    const RGB L = w.shadow_light[s] * w.visible[s];
+    const size_t source = size_t(w.shadow_source[s]);
+    sums[w.shadow_target[s]]->add(w.shadow_point[s], L, group_[source]);
+    if (w.shadow_glint[s] > 0) b.glint[w.shadow_point[s]] += w.shadow_glint[s] * w.visible[s].luminance();
+  }
   w.job_count = 0;
 }
 

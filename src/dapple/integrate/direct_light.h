@@ -17,6 +17,8 @@ class DirectLight {
 
   /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a sun may be painted.
   bool throws_edges() const { return throws_edges_; }
+  /// Some light has no size: what metal and coats mirror of it is narrow.
+  bool glints() const { return glints_; }
 
   /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely
   /// diffuse, and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides,
@@ -43,7 +45,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const RayTracer& tracer_;
   const RayList shadow_rays_;
-  bool throws_edges_ = false;
+  bool throws_edges_ = false, glints_ = false;
   std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };
 

@@ -27,7 +27,7 @@ enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, fo
 // of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
 // how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
-constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find the sun by chance
+constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
@@ -339,7 +339,11 @@ HitShader::Place HitShader::behind_diffuse(const Place& place) {
 
 void HitShader::gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
-  for (int set = 0; set < sets; ++set) std::fill_n(b.ray_set(set).cached, b.ray_set(set).count, false);
+  for (int set = 0; set < sets; ++set) {
+    RaySet& r = b.ray_set(set);
+    std::fill_n(r.cached, r.count, false);
+    std::fill_n(r.glint, r.count, 0.0f);
+  }
   if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
   shade_hits(place, below, sets, [&](const RaySet& r, int i) { return wanted(r, i) && !r.cached[i] ? 1.0f : 0.0f; }, w);
   if (coats_mirror(below))
@@ -349,8 +353,10 @@ void HitShader::gather_hits(const Place& place, const Place& below, float growth
   for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
 }
 
-// One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
+// One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors; all, where it may mirror
+// what few of them find.
 float HitShader::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
+  if (direct_.glints()) return 1;
   const float cosine = dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i));
   const float chance = std::max(shading::CommonCoat::reflectance(cosine), least_coats);
   return to_unit_float(hash(b.key[r.point[i]], for_coats, r.rays.key[i])) < chance ? 1 / chance : 0;
@@ -364,8 +370,12 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
   float weights[PointBatch::capacity];
   const auto shade_found = [&] {
     if (found.count > 0) shade(below, w);
-    for (int c = 0; c < found.count; ++c)
-      b.ray_set(found.parent[c] / RaySet::capacity).L.add(found.parent[c] % RaySet::capacity, RGB(weights[c]), found.Ci.at(c));
+    for (int c = 0; c < found.count; ++c) {
+      RaySet& r = b.ray_set(found.parent[c] / RaySet::capacity);
+      const int i = found.parent[c] % RaySet::capacity;
+      r.L.add(i, RGB(weights[c]), found.Ci.at(c));
+      r.glint[i] += weights[c] * found.glint[c];
+    }
     found.count = 0;
   };
   found.count = 0;
@@ -402,6 +412,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     Bsdf& bsdf = b.bsdf[k];
     b.specular.clear(k);
+    b.glint[k] = 0;
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
     w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.diffuse_share(k)) : 1;

@@ -21,11 +21,15 @@ constexpr float finest_reach = 4;
 // Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where hemispheres are sparse there is
 // nothing near that would need finer cells.
 constexpr float ray_width = 0.25f;
+constexpr int no_lattice = IrradianceInterpolator::max_step;  // steps finer, where none would serve
+// At accuracy 1, the share of glints in what arrives that may be interpolated: hemispheres whose rays find spots by chance agree where all missed them.
+constexpr float most_glints = 0.2f;
 
 // What is kept of a node, before its parts by groups of lights.
 struct Kept {
   gi::IrradianceRecord record;
   V3f P, n;
+  float glints;
 };
 constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t), part_words = sizeof(gi::IrradianceRecord) / sizeof(uint32_t);
 static_assert(sizeof(Kept) == kept_words * sizeof(uint32_t) && sizeof(gi::IrradianceRecord) == part_words * sizeof(uint32_t));
@@ -57,13 +61,13 @@ void IrradianceInterpolator::unpack(int n, Workspace& w) const {
   const size_t groups = size_t(settings_.light_groups);
   Kept kept;
   std::memcpy(static_cast<void*>(&kept), w.words.data(), sizeof kept);
-  w.node[n].record = kept.record, w.node[n].P = kept.P, w.node[n].n = kept.n;
+  w.node[n].record = kept.record, w.node[n].P = kept.P, w.node[n].n = kept.n, w.node[n].glints = kept.glints;
   if (groups > 0) std::memcpy(static_cast<void*>(&w.parts[size_t(n) * groups]), &w.words[kept_words], groups * sizeof w.parts[0]);
 }
 
 void IrradianceInterpolator::pack(int n, Workspace& w) const {
   const size_t groups = size_t(settings_.light_groups);
-  const Kept kept{w.node[n].record, w.node[n].P, w.node[n].n};
+  const Kept kept{w.node[n].record, w.node[n].P, w.node[n].n, w.node[n].glints};
   std::memcpy(w.words.data(), &kept, sizeof kept);
   if (groups > 0) std::memcpy(&w.words[kept_words], &w.parts[size_t(n) * groups], groups * sizeof w.parts[0]);
 }
@@ -107,7 +111,8 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
       const int k = w.pending[n];
       const int finer = blend(n, k, step, w, b);
       b.indirect_known[k] = finer == 0;
-      next_step[k] = step > w.point[k].finest_step ? std::max(w.point[k].finest_step, step - finer) : 0;
+      if (finer == no_lattice) b.crowd[k] = std::max(b.crowd[k] / unserved_share, 1);
+      next_step[k] = step > w.point[k].finest_step && finer != no_lattice ? std::max(w.point[k].finest_step, step - finer) : 0;
     }
     waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
   }
@@ -238,6 +243,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
+    nodes[k]->glints = 0;
   }
   b.count = count;
   for (int first = 0; first < all;) {
@@ -260,6 +266,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       w.L[to] = r.L[in_set];
       for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + to] = r.L.parts(in_set)[g];
       w.distance[to] = r.distance[in_set];
+      nodes[k]->glints += r.glint[in_set] * r.weight[in_set].luminance() * (pi / float(strata));
       w.time[to] = b.duration[k] > 0 ? (r.rays.time[in_set] - b.time[k]) / b.duration[k] : 0;
     }
     first += n;
@@ -278,7 +285,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
 int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, PointBatch& b) const {
   RGB value[Workspace::corners], sum;
   V3f way[Workspace::corners], turned[Workspace::corners];
-  float all = 0, reach = 0, difference = 0;
+  float all = 0, reach = 0, difference = 0, glints = 0;
   const auto& [P, normal, later] = w.receiver[k];
   for (int c = 0; c < w.corners; ++c) {
     const float weight = w.weight[n][c];
@@ -290,11 +297,13 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
     value[c] = node.record.at(way[c].x, way[c].y, turned[c]);
     sum += value[c] * weight;
     reach += weight * length(way[c]) / node.record.distance;
+    glints += weight * node.glints;
     all += weight;
   }
   const float limit = step > w.point[k].finest_step ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
   if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
+  if (glints > most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;
     const RGB off = value[c] - sum;

@@ -26,6 +26,8 @@ class IrradianceInterpolator {
     size_t bytes = size_t(16) << 20;  ///< of the cache
     int light_groups = 0;
   };
+  /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all, where glints are why.
+  static constexpr int unserved_share = 4;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
   IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings);
@@ -54,6 +56,7 @@ class IrradianceInterpolator {
       gi::TileCache::Slot slot;
       gi::IrradianceRecord record;
       V3f P, n;
+      float glints;  ///< irradiance by PointBatch::glint
     };
     int pending[capacity], pending_count = 0;
     float weight[capacity][corners];

@@ -32,6 +32,7 @@ struct RaySet {
   int point[capacity];
   RGB weight[capacity];
   LightSums L;  ///< what arrives along the ray
+  float glint[capacity];  ///< PointBatch::glint of what it meets, unweighted
   RGB glow[capacity];  ///< radiance of the media on the way, weighted
   uint8_t behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
@@ -98,6 +99,7 @@ struct PointBatch {
   bool some_indirect_known = false, indirect_known[capacity];
   LightSums indirect;
   LightSums diffuse, specular;
+  float glint[capacity];  ///< luminance of what lights without size send by glossy lobes, more blurred than in `specular`: how much, wherever the spots are
   LightSums Ci;
 
   /// Of shading points on their tiles: point k is lane lane(k) of place(k).
@@ -258,6 +260,7 @@ struct ShadingWorkspace {
   uint8_t shadow_target[capacity];
   RGB shadow_light[capacity], visible[capacity];
   int shadow_source[capacity];  ///< light
+  float shadow_glint[capacity];  ///< PointBatch::glint, unoccluded
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
 

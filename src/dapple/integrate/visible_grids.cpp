@@ -205,10 +205,10 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
 // What points of small patches share of the work of one; the last few rays are each point's own. Where hemispheres serve many points, diffuse
 // rays are so many as those of one hemisphere, which a leaf cannot share.
 DistributionIntegrator::Shares DistributionIntegrator::shared_work(const GridId& grid, DistributionWorkspace& w) const {
-  constexpr int least_rays = 4, points_of_hemisphere = 16, points_of_larger = 4;
+  constexpr int least_rays = 4, points_of_hemisphere = 16;
   const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1),
             most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1);
-  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? std::min(points_of_larger, most_diffuse) : 1};
+  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? std::min(IrradianceInterpolator::unserved_share, most_diffuse) : 1};
   const int alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
   const int crowd = most > 1 || most_diffuse > alone ? points_in_pixel(grid, w) : 1;
   const int rays = std::min(crowd, most), diffuse = std::min(crowd * alone, most_diffuse);
