@@ -348,15 +348,16 @@ void HitShader::gather_hits(const Place& place, const Place& below, float growth
   shade_hits(place, below, sets, [&](const RaySet& r, int i) { return wanted(r, i) && !r.cached[i] ? 1.0f : 0.0f; }, w);
   if (coats_mirror(below))
     shade_hits(place, {below.level, below.depth, Arrival::coat}, sets,
-               [&](const RaySet& r, int i) { return wanted(r, i) && materials_.has_coat(r.hits.geometry[i]) ? coat_weight(b, r, i) : 0.0f; }, w);
+               [&](const RaySet& r, int i) {
+                 if (!wanted(r, i) || !materials_.has_coat(r.hits.geometry[i])) return 0.0f;
+                 return direct_.glints() ? 1 : coat_weight(b, r, i);  // all are lit, of which `onward` go on
+               }, w);
   if (!scene_.has_media()) return;
   for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
 }
 
-// One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors; all, where it may mirror
-// what few of them find.
+// One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
 float HitShader::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
-  if (direct_.glints()) return 1;
   const float cosine = dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i));
   const float chance = std::max(shading::CommonCoat::reflectance(cosine), least_coats);
   return to_unit_float(hash(b.key[r.point[i]], for_coats, r.rays.key[i])) < chance ? 1 / chance : 0;
@@ -393,14 +394,14 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
                                                                        : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
       found.wo[c] = -r.rays.direction(i);
       found.set_one_time(c, r.rays.time[i]);
-      // Where few rays go on, each stands for more.
-      found.spread[c] = std::max(r.spread[i], std::min(widest_spread, r.spread[i] * std::sqrt(taken)));
+      found.spread[c] = widened(r.spread[i], taken);
       found.width[c] = b.width[k] + found.spread[c] * r.distance[i];
       found.medium[c] = r.medium[i];
       found.set_key(c, hash(b.key[k], r.rays.key[i]), r.sequence[i], r.number[i]);
       found.share[c] = std::max(1, int(float(r.share[i]) / taken));
       found.crowd[c] = 1;
       found.set_no_cell(c);
+      found.onward[c] = below.arrival == Arrival::coat && direct_.glints() ? coat_weight(b, r, i) : 1;
       if (found.count == PointBatch::capacity) shade_found();
     }
   }
@@ -426,6 +427,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
     for (int i = 0; i < counts[k]; ++i) {
+      if (place.arrival == Arrival::coat && b.onward[k] == 0) continue;
       w.seed[w.job_count] = seed_of(b.sequence[k], for_specular_rays);
       w.index[w.job_count] = b.number[k] * uint32_t(counts[k]) + uint32_t(i);
       w.job_weight[w.job_count] = 1 / float(counts[k]);
@@ -449,7 +451,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     } else if (!bsdf.sample(b.wo[k], w.u2[j], V2f(w.u0[j], w.u1[j]), hash(b.key[k], for_walks, w.index[j], 1), &s)) {
       continue;
     }
-    const RGB weight = s.weight * w.job_weight[j];
+    const float onward = place.arrival == Arrival::coat ? b.onward[k] : 1;
+    const RGB weight = s.weight * (w.job_weight[j] * onward);
     if (weight.is_black() || !weight.is_finite()) continue;
     const int i = r.count++;
     const uint32_t key = trace::ray_key(w.seed[j], w.index[j]);
@@ -461,7 +464,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     r.lobe[i] = s.lobe;
     r.cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
     r.share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
-    r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : b.spread[k];
+    r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : widened(b.spread[k], onward);
     r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
     r.medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);

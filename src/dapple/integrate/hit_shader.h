@@ -121,6 +121,8 @@ class HitShader {
   /// Adds to L of these rays of the first sets what is shaded where they met something, weight(set, ray) times; 0: not at all.
   template <class Weight>
   void shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const;
+  /// The spread of a ray that does the work of so many: each stands for more.
+  static float widened(float spread, float rays) { return std::max(spread, std::min(widest_spread, spread * std::sqrt(rays))); }
   float coat_weight(const PointBatch& b, const RaySet& r, int ray) const;
   /// Diffuse rays of the first bounce see in coats what these mirror; later ones a diffuse surface.
   bool coats_mirror(const Place& below) const { return settings_.caustics && below.arrival == Arrival::diffuse && below.depth.diffuse <= 1; }
