@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <sstream>
@@ -24,9 +25,9 @@ struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
   uint64_t seed = 0;
-  double time_limit = 0, noise_target = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
+  double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
@@ -92,7 +93,9 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   build::IntegratorRequest r;
   r.type = o.integrator;
   r.preset = o.preset;
-  if (o.pixel_samples > 0) r.pixel_samples = o.pixel_samples;
+  if (o.pixel_samples > 0) r.pixel_samples = r.max_pixel_samples = o.pixel_samples;  // no more, unless that is asked for too
+  if (o.max_pixel_samples > 0) r.max_pixel_samples = o.max_pixel_samples;
+  if (o.pixel_noise > 0) r.pixel_noise = float(o.pixel_noise);
   if (o.bounces >= 0) r.bounces = o.bounces;
   if (o.specular_depth >= 0) r.specular_depth = o.specular_depth;
   if (!o.shadow_rays.empty()) r.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
@@ -211,10 +214,21 @@ void install_signal_handlers() {
 void check(const RenderOptions& o) {
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
+  if (o.max_pixel_samples > 0 && o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0))
+    throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   for (const std::string& path : o.outputs) image::check_writable(path);
   if (!o.stats.empty()) image::check_output_path(o.stats);
   render::parse_aovs(o.aovs);
+}
+
+// "64 samples a pixel", or "64 to 1024 samples a pixel (130)"
+std::string samples_text(const render::SessionResult& r, const scene::Film& film) {
+  std::string text = std::to_string(r.samples);
+  if (r.max_samples > r.samples) text += " to " + std::to_string(r.max_samples);
+  text += " samples a pixel";
+  if (r.max_samples > r.samples) text += " (" + std::to_string(std::lround(film.mean_samples())) + " on average)";
+  return text;
 }
 
 int render_scene(const RenderOptions& o, const std::string& command_line) {
@@ -244,8 +258,13 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
-  const int samples = open_ended ? 0 : request.pixel_samples.value_or(*build::preset_request(request.preset).pixel_samples);
+  const build::IntegratorRequest settled = request.over(build::preset_request(request.preset));
+  const int samples = open_ended ? 0 : *settled.pixel_samples;
+  if (o.max_pixel_samples > 0 && o.max_pixel_samples < samples)
+    throw UsageError("--max-pixel-samples is below the " + std::to_string(samples) + " camera samples that each pixel gets");
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
+  rules.max_pixel_samples = open_ended ? 0 : uint32_t(settled.max_pixel_samples.value_or(0));
+  rules.pixel_noise = *settled.pixel_noise;
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;
   const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
@@ -286,7 +305,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
   log_info(joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
-           std::to_string(result.samples) + " samples a pixel, " + format_seconds(result.seconds) + " (" +
+           samples_text(result, film) + ", " + format_seconds(result.seconds) + " (" +
            format_seconds(report.wall_seconds) + " with loading)" +
            (result.outcome == render::Outcome::interrupted ? "; interrupted: the image is partial" : ""));
   if (result.outcome == render::Outcome::interrupted) return static_cast<int>(ExitCode::interrupted);
@@ -359,6 +378,12 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--canopy-plot", o->canopy_plot, "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
   app.add_option("--canopy-slabs", o->canopy_slabs, "canopy: slabs of its height [20]")->check(CLI::Range(1, build::max_canopy_slabs));
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--max-pixel-samples", o->max_pixel_samples,
+                 "Blocks of the image that are noisier than --pixel-noise get more camera samples, up to so many a pixel "
+                 "[--pixel-samples, without that the scene's or the preset's]")
+      ->check(CLI::Range(1, build::max_pixel_samples));
+  app.add_option("--pixel-noise", o->pixel_noise, "Relative standard error of the pixels of a block that needs no more samples [0.07]")
       ->check(CLI::PositiveNumber);
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
       ->check(CLI::PositiveNumber);

@@ -45,6 +45,34 @@ TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--light-groups", "--integrator", "ao"}).exit_code, 2);
 }
 
+// Rationale: how far noisy blocks may go is a number of samples from that of all pixels on.
+TEST(ExitCode, BadMaxPixelSamplesAre2) {
+  const auto check = [](const std::vector<std::string>& options, const std::string& named) {
+    std::vector<std::string> all{"render", cornell, "-o", "unused.exr", "--resolution", "16x16"};
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = run_dapple(all, 60);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find(named), std::string::npos) << result.output;
+  };
+  check({"--pixel-samples", "8", "--max-pixel-samples", "7"}, "below the 8 camera samples");
+  check({"--preset", "final", "--max-pixel-samples", "8"}, "camera samples");
+  check({"--time-limit", "1", "--max-pixel-samples", "64"}, "--pixel-samples");
+  check({"--noise-target", ".1", "--max-pixel-samples", "64"}, "--pixel-samples");
+  for (const char* bad : {"0", "-1", "1e9", "many"}) check({"--max-pixel-samples", bad}, "--max-pixel-samples");
+  for (const char* bad : {"0", "-1"}) check({"--pixel-noise", bad}, "--pixel-noise");
+}
+
+TEST(ExitCode, BadMaxPixelSamplesOfSceneAre3) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("samples.pbrt");
+  for (const char* bad : {"\"integer maxpixelsamples\" 0", "\"integer maxpixelsamples\" 2147483647", "\"float pixelnoise\" 0", "\"float pixelnoise\" -1"}) {
+    std::ofstream(scene) << "Integrator \"distribution\" " << bad << "\nWorldBegin\n";
+    const ProcessResult result = render_quickly({scene, "-o", folder.file("out.exr")});
+    EXPECT_EQ(result.exit_code, 3) << bad << result.output;
+    EXPECT_NE(result.output.find("samples.pbrt:1"), std::string::npos) << result.output;
+  }
+}
+
 TEST(ExitCode, MissingSceneIs3) {
   const ProcessResult result = run_dapple({"render", "/no/such/scene.pbrt"}, 60);
   EXPECT_EQ(result.exit_code, 3);

@@ -113,6 +113,93 @@ TEST(Session, InterruptKeepsWhatIsDone) {
   EXPECT_GE(film.samples(0, 0), result.samples);
 }
 
+// Rationale: noise is where it is; whole blocks of 16 x 16 pixels get more samples there, up to the most that are allowed.
+// The upper half of this picture is a plain sky, the lower a floor under a lamp that only paths find.
+constexpr const char* horizon = R"(LookAt 0 0 1  0 1 1  0 0 1
+Camera "perspective" "float fov" 60
+Film "rgb" "integer xresolution" 64 "integer yresolution" 64
+PixelFilter "box"
+WorldBegin
+LightSource "infinite" "rgb L" [ .3 .3 .3 ]
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 40 40 40 ]
+  Shape "bilinearmesh" "point3 P" [ -1 1 4  -1 3 4  1 1 4  1 3 4 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
+Shape "bilinearmesh" "point3 P" [ -99 -99 0  99 -99 0  -99 99 0  99 99 0 ]
+)";
+
+const render::StopRules adaptive{.pixel_samples = 8, .max_pixel_samples = 128, .pixel_noise = 0.05};
+
+double rmse(const scene::Film& a, const scene::Film& b) {
+  double sum = 0;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const double d = double(a.pixel(x, y).average()) - double(b.pixel(x, y).average());
+      sum += d * d;
+    }
+  return std::sqrt(sum / (double(a.width()) * a.height()));
+}
+
+TEST(NoisyBlocks, GetMoreSamples) {
+  const auto built = build_text(horizon);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const auto more = render_built(built, adaptive, integrator);
+  EXPECT_EQ(more.result.samples, 8u);
+  EXPECT_GT(more.result.max_samples, 8u);
+  EXPECT_LE(more.result.max_samples, 128u);
+  const auto [width, height] = std::pair(more.film.width(), more.film.height());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      EXPECT_EQ(more.film.samples(x, y), more.film.samples(x / 16 * 16, y / 16 * 16)) << x << ", " << y;
+      if (y < 16) { EXPECT_EQ(more.film.samples(x, y), 8u); }
+    }
+  EXPECT_EQ(more.film.samples(32, 63), more.result.max_samples);
+  EXPECT_GT(more.film.mean_samples(), 8);
+  EXPECT_LT(more.film.mean_samples(), more.result.max_samples);
+
+  const auto reference = render_built(built, 2048, integrator);
+  const auto uniform = render_built(built, int(std::ceil(more.film.mean_samples())), integrator);
+  EXPECT_LT(rmse(more.film, reference.film), 0.9 * rmse(uniform.film, reference.film));
+  test::expect_near(more.mean(), reference.mean(), 0.01f, "mean");
+}
+
+TEST(NoisyBlocks, AreTheSameWithAnyNumberOfThreads) {
+  const auto built = build_text(horizon);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  set_thread_count(1);
+  const auto one = render_built(built, adaptive, integrator);
+  set_thread_count(3);
+  const auto three = render_built(built, adaptive, integrator);
+  set_thread_count(0);
+  EXPECT_TRUE(same(one.film, three.film, one.film.settings().crop));
+}
+
+TEST(NoisyBlocks, HaveTheirLimits) {
+  const auto built = build_text(horizon);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  render::StopRules rules = adaptive;
+  rules.pixel_noise = 1e-6;  // the sky has no noise
+  rules.max_pixel_samples = 20;
+  const auto bounded = render_built(built, rules, integrator);
+  EXPECT_EQ(bounded.result.max_samples, 20u);
+  EXPECT_EQ(bounded.film.samples(0, 63), 20u);
+  EXPECT_EQ(bounded.film.samples(0, 0), 8u);
+
+  rules.pixel_noise = 10;
+  EXPECT_EQ(render_built(built, rules, integrator).result.max_samples, 8u);
+
+  rules.pixel_noise = 1e-6;
+  rules.max_pixel_samples = 1 << 20;
+  rules.time_limit = 0.05;
+  const auto late = render_built(built, rules, integrator);
+  EXPECT_EQ(late.result.outcome, render::Outcome::time_limit);
+  EXPECT_LT(late.result.max_samples, 1u << 20);
+
+  // One sample tells nothing of noise: all blocks count as noisy.
+  EXPECT_EQ(render_built(built, {.pixel_samples = 1, .max_pixel_samples = 4}, integrator).film.samples(0, 63), 4u);
+}
+
 TEST(Session, PassesAddUpToTheSamplesAsked) {
   for (const double time_limit : {0.0, 1.0})
     for (const uint32_t total : {1u, 2u, 3u, 7u, 16u, 100u, 1000u}) {

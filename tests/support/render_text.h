@@ -37,15 +37,17 @@ struct RenderedText {
   }
 };
 
-inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::Integrator& integrator) {
+inline RenderedText render_built(const build::BuiltScene& built, const render::StopRules& rules, const integrate::Integrator& integrator) {
   scene::Film::Settings film = built.scene->film;
   film.features = true;
   RenderedText r{scene::Film(film), {}};
-  render::StopRules rules;
-  rules.pixel_samples = uint32_t(samples);
   const std::atomic<bool> interrupt{false};
   r.result = render::RenderSession(integrator, r.film, rules).run(interrupt);
   return r;
+}
+
+inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::Integrator& integrator) {
+  return render_built(built, {.pixel_samples = uint32_t(samples)}, integrator);
 }
 
 inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::PathIntegrator::Settings& settings) {

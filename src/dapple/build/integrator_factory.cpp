@@ -141,6 +141,8 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   if (r.type.empty()) r.type = other.type;
   if (r.preset.empty()) r.preset = other.preset;
   fill(&r.pixel_samples, other.pixel_samples);
+  fill(&r.max_pixel_samples, other.max_pixel_samples);
+  fill(&r.pixel_noise, other.pixel_noise);
   // Counted on their own, bounces replace what maxdepth says, and the other way round.
   if (!bounces) fill(&r.max_depth, other.max_depth);
   if (!max_depth) fill(&r.bounces, other.bounces);
@@ -197,6 +199,11 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     context.diagnostics.unsupported(e.loc, "integrator \"" + e.type + "\"", "path tracing");
     r.type = "path";
   }
+  r.max_pixel_samples = optional_int(e, "maxpixelsamples", 1);
+  if (r.max_pixel_samples.value_or(0) > max_pixel_samples)
+    throw InputError(e.loc, "\"maxpixelsamples\" is " + std::to_string(*r.max_pixel_samples) + "; it may be at most " +
+                                std::to_string(max_pixel_samples));
+  r.pixel_noise = optional_positive(e, "pixelnoise");
   r.max_depth = optional_int(e, "maxdepth", 0).value_or(default_max_depth);
   r.bounces = optional_int(e, "bounces", 0);
   if (r.bounces) r.max_depth.reset();
@@ -241,6 +248,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
   r.caustics = name != "draft";
+  r.pixel_noise = 0.07f;
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
   r.irradiance_accuracy = 0.4f;
@@ -254,7 +262,8 @@ IntegratorRequest preset_request(const std::string& name) {
     r.shading_rate = 4.0f;
     r.pixel_points = 1;
   } else if (name == "final") {
-    r.pixel_samples = 256;
+    r.pixel_samples = 64;
+    r.max_pixel_samples = 1024;
     r.pixel_points = 16;
     r.shadow_rays = RayList{64, 16};
     r.diffuse_rays = RayList{1024, 16};
@@ -321,6 +330,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.diffuse_rays = *r.diffuse_rays;
   s.shading.subsurface_rays = *r.subsurface_rays;
   s.pixel_samples = samples;
+  if (pixel_samples > 0) s.max_pixel_samples = r.max_pixel_samples.value_or(0);
   s.shading_rate = *r.shading_rate;
   s.pixel_points = *r.pixel_points;
   s.radiosity_cache = *r.radiosity_cache;

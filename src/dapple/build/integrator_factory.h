@@ -19,7 +19,8 @@ namespace dapple::build {
 struct IntegratorRequest {
   std::string type;    ///< one of integrator_types
   std::string preset;  ///< "draft", "preview" or "final"
-  std::optional<int> pixel_samples;
+  std::optional<int> pixel_samples, max_pixel_samples;
+  std::optional<float> pixel_noise;
   std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
   std::optional<int> bounces, specular_depth;
   std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;

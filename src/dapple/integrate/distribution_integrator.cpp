@@ -227,7 +227,7 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   for (int p = 0; p < w.camera.count; ++p) w.L.add(p, w.flights.emitted[p], 0);
   PointBatch& b = w.shading.level(sample_level);
   b.count = w.flights.count;
-  for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, settings_.pixel_samples, b, f);
+  for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, sharing_samples(), b, f);
   shader_.shade_media({sample_level, {}, HitShader::Arrival::view}, w.shading);
   for (int k = 0; k < b.count; ++k) w.L.add(b.parent[k], w.passed[b.parent[k]], b.Ci.at(k));
 }

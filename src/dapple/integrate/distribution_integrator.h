@@ -21,7 +21,8 @@ class DistributionIntegrator final : public Integrator {
   struct Settings {
     HitShader::Settings shading;
     float shading_rate = 1;        ///< area of a micropolygon in pixels
-    int pixel_samples = 16;        ///< that will share a pixel's work
+    int pixel_samples = 16;        ///< that a pixel gets
+    int max_pixel_samples = 0;     ///< the same where it is noisy, if that is more: so many share what mirrors, gloss and media show there
     /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further material and side;
     /// 0: all.
     int pixel_points = 3;
@@ -78,6 +79,8 @@ class DistributionIntegrator final : public Integrator {
   scene::GridFeatures describe_grid(const CameraSample& s, scene::PatchTable::Extents* extents) const;
   void collect_counts(DistributionWorkspace& w) const;
   void view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const;
+
+  int sharing_samples() const { return std::max(settings_.pixel_samples, settings_.max_pixel_samples); }
 
   const scene::Scene& scene_;
   const Settings settings_;

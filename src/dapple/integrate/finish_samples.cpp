@@ -146,7 +146,7 @@ void DistributionIntegrator::set_point(const CameraSample& s, PointBatch& b, int
   b.spread[k] = s.spread;
   b.medium[k] = s.medium;
   b.set_key(k, hash(settings_.shading.seed, s.seed, s.index), hash(settings_.shading.seed, s.seed), s.index);
-  b.share[k] = settings_.pixel_samples;
+  b.share[k] = sharing_samples();
   b.crowd[k] = 1;
   b.set_no_cell(k);
 }

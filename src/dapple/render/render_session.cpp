@@ -6,6 +6,7 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/integrate/camera_batch.h"
 
 namespace dapple::render {
 
@@ -50,6 +51,9 @@ std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
   return tiles;
 }
 
+// Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not show.
+constexpr double darkest = 0.1;
+
 }  // namespace
 
 uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
@@ -58,45 +62,65 @@ uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
   return std::min(size, rules.pixel_samples - done);
 }
 
+// Of these areas, which blocks are noisier than they may be. Whole blocks decide: a pixel whose samples all missed what is rare would not know.
+std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) const {
+  const double least_mean = darkest * film_.noise(film_.settings().crop).mean;
+  std::vector<Box2i> noisy;
+  for (const Box2i& area : areas)
+    integrate::CameraBatch::for_each_block(area, [&](const Box2i& block) {
+      const scene::Film::Noise noise = film_.noise(block);
+      if (std::sqrt(noise.variance) > rules_.pixel_noise * std::max(noise.mean, least_mean)) noisy.push_back(block);
+    });
+  return noisy;
+}
+
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   const Timer timer;
-  const std::vector<Box2i> tiles = make_tiles(film_.settings().crop, tile_size);
+  std::vector<Box2i> areas = make_tiles(film_.settings().crop, tile_size);
   WorkspacePool pool(integrator_);
   SessionResult result;
   std::mutex progress_mutex;
-  while (result.samples < rules_.pixel_samples && !interrupt) {
-    const uint32_t count = pass_size(result.samples, rules_);
-    std::atomic<size_t> tiles_done{0};
-    parallel_for(tiles.size(), [&](size_t i) {
+  const uint32_t announced = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
+  StopRules rules = rules_;  // of the samples that the areas are to have
+  for (uint32_t samples = 0; samples < rules.pixel_samples && !interrupt;) {
+    const uint32_t count = pass_size(samples, rules);
+    std::atomic<size_t> areas_done{0};
+    parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
       for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-        integrator_.render({tiles[i], result.samples + first, std::min(most_at_once, count - first), rules_.pixel_samples}, *workspace, film_);
+        integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), announced}, *workspace, film_);
       pool.give(std::move(workspace));
-      const size_t done = ++tiles_done;
+      const size_t done = ++areas_done;
       if (!callback_) return;
       const std::unique_lock lock(progress_mutex, std::try_to_lock);
       if (!lock) return;
-      Progress p{result.samples, rules_.pixel_samples, timer.seconds(), 0};
-      p.fraction = (result.samples + count * double(done) / double(tiles.size())) / rules_.pixel_samples;
-      if (rules_.time_limit > 0) p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules_.time_limit));
+      Progress p{samples, timer.seconds(), 0};
+      p.fraction = (samples + count * double(done) / double(areas.size())) / rules.pixel_samples;
+      if (rules.time_limit > 0) p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules.time_limit));
       callback_(p);
     });
     integrator_.finish(pool.idle(), film_);
     if (interrupt) break;
-    result.samples += count;
+    samples += count;
+    result.samples = std::min(samples, rules_.pixel_samples);
+    result.max_samples = samples;
     ++result.passes;
-    if (rules_.time_limit > 0 && timer.seconds() >= rules_.time_limit && result.samples < rules_.pixel_samples) {
-      result.outcome = Outcome::time_limit;
-      break;
-    }
     // Below a few samples the variance of a pixel is not known.
-    if (rules_.noise_target > 0 && result.samples >= 8) {
+    if (rules.noise_target > 0 && samples >= 8) {
       result.relative_error = film_.relative_error();
-      if (result.relative_error <= rules_.noise_target) {
+      if (result.relative_error <= rules.noise_target) {
         result.outcome = Outcome::noise_target;
         break;
       }
+    }
+    if (samples == rules.pixel_samples && samples < rules.max_pixel_samples) {
+      areas = noisy_blocks(areas);
+      if (!areas.empty()) rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
+    }
+    if (rules.time_limit > 0 && timer.seconds() >= rules.time_limit && samples < rules.pixel_samples) {
+      result.outcome = Outcome::time_limit;
+      break;
     }
   }
   if (interrupt) result.outcome = Outcome::interrupted;

@@ -11,23 +11,27 @@ namespace dapple::render {
 /// When to stop: whichever of the limits comes first.
 struct StopRules {
   uint32_t pixel_samples = 16;
+  /// Then, blocks of the image that are noisier than `pixel_noise` get as many samples as they have once more, and so on up to this number.
+  /// Not more than pixel_samples: none do.
+  uint32_t max_pixel_samples = 0;
+  double pixel_noise = 0.07;  ///< standard error of a pixel, root mean square over its block, relative to the block's mean
   double time_limit = 0;    ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
   double noise_target = 0;  ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
 };
 
 /// Where a rendering stands, for progress displays.
 struct Progress {
-  uint32_t samples_done = 0;  ///< a pixel, in finished passes
-  uint32_t samples_total = 0;
+  uint32_t samples_done = 0;  ///< a pixel, in finished passes; of the blocks that are still rendered
   double seconds = 0;
-  double fraction = 0;  ///< of the whole work, by the rule that will end it; tiles of the current pass included
+  double fraction = 0;  ///< of the whole work that is known of, by the rule that will end it; tiles of the current pass included
 };
 
 enum class Outcome { finished, time_limit, noise_target, interrupted };
 
 struct SessionResult {
   Outcome outcome = Outcome::finished;
-  uint32_t samples = 0;  ///< camera samples a pixel of all finished passes
+  uint32_t samples = 0;  ///< camera samples that every pixel has of finished passes
+  uint32_t max_samples = 0;  ///< that pixels have at most, where StopRules::max_pixel_samples gave noisy blocks more
   uint32_t passes = 0;
   double seconds = 0;
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
@@ -37,7 +41,7 @@ struct SessionResult {
 };
 
 /// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or
-/// how samples fall into passes.
+/// how samples fall into passes. A crop shows the pixels of the whole image; but which blocks are noisy is judged by what the crop shows.
 class RenderSession {
  public:
   RenderSession(const integrate::Integrator& integrator, scene::Film& film, const StopRules& rules)
@@ -58,6 +62,8 @@ class RenderSession {
   static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
  private:
+  std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas) const;
+
   const integrate::Integrator& integrator_;
   scene::Film& film_;
   const StopRules rules_;

@@ -35,6 +35,7 @@ std::string RunReport::to_json() const {
   j["threads"] = threads;
   j["outcome"] = name_of(session.outcome);
   j["pixel_samples"] = session.samples;
+  if (session.max_samples > session.samples) j["max_pixel_samples"] = session.max_samples;
   j["passes"] = session.passes;
   j["wall_seconds"] = wall_seconds;
   j["load_seconds"] = {{"parse", build_times->parse_seconds},

@@ -94,23 +94,33 @@ RGB Film::light_group(int x, int y, int group) const {
   return weight == 0 ? RGB() : RGB(float(sum[0] / weight), float(sum[1] / weight), float(sum[2] / weight));
 }
 
-double Film::relative_error() const {
-  double variance_sum = 0, mean = 0;
-  for (int y = settings_.crop.min.y; y < settings_.crop.max.y; ++y)
-    for (int x = settings_.crop.min.x; x < settings_.crop.max.x; ++x) {
-      if (samples(x, y) < 2) return infinity;
+Film::Noise Film::noise(const Box2i& pixels) const {
+  Noise sum;
+  double n = 0;
+  for (int y = pixels.min.y; y < pixels.max.y; ++y)
+    for (int x = pixels.min.x; x < pixels.max.x; ++x, ++n) {
       const RGB v = variance(x, y);
-      variance_sum += (double(v.r) + v.g + v.b) / 3;
-      mean += pixel(x, y).average();
+      sum.variance += samples(x, y) < 2 ? double(infinity) : (double(v.r) + v.g + v.b) / 3;
+      sum.mean += pixel(x, y).average();
     }
-  const double n = double(pixels_.size());
-  return mean > 0 ? std::sqrt(variance_sum / n) / (mean / n) : 0;
+  return {sum.variance / n, sum.mean / n};
+}
+
+double Film::relative_error() const {
+  const Noise all = noise(settings_.crop);
+  return all.variance > 0 ? std::sqrt(all.variance) / all.mean : 0;
 }
 
 uint64_t Film::dropped_samples() const {
   uint64_t n = 0;
   for (const Pixel& p : pixels_) n += p.dropped;
   return n;
+}
+
+double Film::mean_samples() const {
+  uint64_t n = 0;
+  for (const Pixel& p : pixels_) n += p.samples;
+  return double(n) / double(pixels_.size());
 }
 
 size_t Film::bytes() const {

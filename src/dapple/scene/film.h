@@ -69,9 +69,16 @@ class Film {
   RGB light_group(int x, int y, int group) const;
   void set_cache_use(int x, int y, const CacheUse& use) { cache_uses_[index(x, y)] = use; }  ///< with Settings::cache_use
   CacheUse cache_use(int x, int y) const { return cache_uses_.empty() ? CacheUse() : cache_uses_[index(x, y)]; }
-  /// sqrt(mean variance of the pixels' luminance) / mean luminance: relative RMSE of the image by its own estimate.
+  struct Noise {
+    double variance = 0;  ///< infinite where a pixel has fewer than 2 samples
+    double mean = 0;
+  };
+  /// Of pixels [min, max): the means of their variances and of their values, over channels too.
+  Noise noise(const Box2i& pixels) const;
+  /// sqrt(variance) / mean of all pixels: relative RMSE of the image by its own estimate.
   double relative_error() const;
   uint64_t dropped_samples() const;
+  double mean_samples() const;
   size_t bytes() const;
 
  private:
