@@ -33,10 +33,9 @@ ProgressBar::ProgressBar(bool enabled) : enabled_(enabled), terminal_(isatty(STD
 void ProgressBar::update(const render::Progress& p) {
   if (!enabled_ || p.seconds - last_seconds_ < (terminal_ ? terminal_interval : log_interval)) return;
   last_seconds_ = p.seconds;
-  const double left = p.fraction > 0 ? p.seconds * (1 - p.fraction) / p.fraction : 0;
   char text[160];
-  std::snprintf(text, sizeof text, "%3.0f %%  %u samples a pixel, %s left", 100 * p.fraction, p.samples_done,
-                format_seconds(left).c_str());
+  std::snprintf(text, sizeof text, "%3.0f %%  %u samples a pixel, %s", 100 * p.fraction, p.samples_done,
+                p.seconds_left ? (format_seconds(*p.seconds_left) + " left").c_str() : "first pass");
   if (!terminal_) {
     log_info(text);
     return;

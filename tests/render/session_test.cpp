@@ -200,6 +200,30 @@ TEST(NoisyBlocks, HaveTheirLimits) {
   EXPECT_EQ(render_built(built, {.pixel_samples = 1, .max_pixel_samples = 4}, integrator).film.samples(0, 63), 4u);
 }
 
+TEST(NoisyBlocks, AreAPartOfProgress) {
+  const auto built = build_text(horizon);
+  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::RenderSession session(integrator, film, adaptive);
+  double fraction = 0;
+  int estimates = 0;
+  session.on_progress([&](const render::Progress& p) {
+    EXPECT_GE(p.fraction, fraction);
+    EXPECT_LE(p.fraction, 1);
+    fraction = p.fraction;
+    EXPECT_EQ(p.seconds_left.has_value(), p.samples_done > 0);
+    if (!p.seconds_left) return;
+    EXPECT_GE(*p.seconds_left, 0);
+    ++estimates;
+  });
+  set_thread_count(1);
+  const std::atomic<bool> interrupt{false};
+  session.run(interrupt);
+  set_thread_count(0);
+  EXPECT_GT(fraction, 0.5);
+  EXPECT_GT(estimates, 3);
+}
+
 TEST(Session, PassesAddUpToTheSamplesAsked) {
   for (const double time_limit : {0.0, 1.0})
     for (const uint32_t total : {1u, 2u, 3u, 7u, 16u, 100u, 1000u}) {

@@ -51,6 +51,12 @@ std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
   return tiles;
 }
 
+double pixel_count(const std::vector<Box2i>& areas) {
+  double n = 0;
+  for (const Box2i& a : areas) n += double(a.max.x - a.min.x) * (a.max.y - a.min.y);
+  return n;
+}
+
 // Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not show.
 constexpr double darkest = 0.1;
 
@@ -80,29 +86,41 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   WorkspacePool pool(integrator_);
   SessionResult result;
   std::mutex progress_mutex;
-  const uint32_t announced = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
+  const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
+  double done = 0, rate_done = 0, rate_start = 0;  // pixel samples; from when on, in s, they tell the speed
   StopRules rules = rules_;  // of the samples that the areas are to have
   for (uint32_t samples = 0; samples < rules.pixel_samples && !interrupt;) {
     const uint32_t count = pass_size(samples, rules);
     std::atomic<size_t> areas_done{0};
+    const double pixels = pixel_count(areas);
     parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
       for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-        integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), announced}, *workspace, film_);
+        integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most}, *workspace, film_);
       pool.give(std::move(workspace));
-      const size_t done = ++areas_done;
+      const double part = double(++areas_done) / double(areas.size());
       if (!callback_) return;
       const std::unique_lock lock(progress_mutex, std::try_to_lock);
       if (!lock) return;
-      Progress p{samples, timer.seconds(), 0};
-      p.fraction = (samples + count * double(done) / double(areas.size())) / rules.pixel_samples;
-      if (rules.time_limit > 0) p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules.time_limit));
+      const double now = done + pixels * count * part, all = done + pixels * (most - samples);
+      Progress p{samples, timer.seconds(), now / all, {}};
+      // The first samples make the shading grids and fill the caches: they tell nothing of the others.
+      if (samples > 0) p.seconds_left = (p.seconds - rate_start) / (now - rate_done) * (all - now);
+      if (rules.time_limit > 0) {
+        p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules.time_limit));
+        p.seconds_left = std::min(p.seconds_left.value_or(infinity), std::max(0.0, rules.time_limit - p.seconds));
+      }
       callback_(p);
     });
     integrator_.finish(pool.idle(), film_);
     if (interrupt) break;
     samples += count;
+    done += pixels * count;
+    if (rate_done == 0) {
+      rate_done = done;
+      rate_start = timer.seconds();
+    }
     result.samples = std::min(samples, rules_.pixel_samples);
     result.max_samples = samples;
     ++result.passes;

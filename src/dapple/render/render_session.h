@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 
 #include "dapple/integrate/integrator.h"
 
@@ -23,7 +24,8 @@ struct StopRules {
 struct Progress {
   uint32_t samples_done = 0;  ///< a pixel, in finished passes; of the blocks that are still rendered
   double seconds = 0;
-  double fraction = 0;  ///< of the whole work that is known of, by the rule that will end it; tiles of the current pass included
+  double fraction = 0;  ///< of the most work that may be needed, by the rule that will end it; tiles of the current pass included
+  std::optional<double> seconds_left;  ///< for the rest of that; not known before the first pass is done, but by a time limit
 };
 
 enum class Outcome { finished, time_limit, noise_target, interrupted };
