@@ -61,7 +61,7 @@ class Film:
         scene.write_text(text)
         stats = common.render(self.context, scene, image, "--integrator", "distribution", "--preset", "preview", "--resolution",
                               f"{SIZE}x{SIZE}", "--float", "--threads", self.context.threads, "--quiet", *options)
-        return image, (eye, look, self.camera["up"], self.camera["fov"]), stats["cpu_seconds"]
+        return image, (eye, look, self.camera["up"], self.camera["fov"]), stats["render_cpu_seconds"]
 
     def frame(self, move, seed, options):
         """A frame for temporal_variation, and the processor seconds of its picture. Direct light, the same without bounces, is taken off."""

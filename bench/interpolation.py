@@ -66,7 +66,7 @@ def bench(context):
                 image = context.out / f"interpolation_{number}_{on}.exr"
                 runs[on] = common.render(context, scene or room, image, "--integrator", "distribution", "--preset", "final", "--irradiance-interpolation", on, *frame)
                 errors[on] = common.compare_without_noise(context, image, pair)
-                rows.append([name, on, f"{runs[on]['cpu_seconds']:.1f} s", f"{runs[on]['rays']['diffuse'] / 1e6:.2f} million"]
+                rows.append([name, on, f"{runs[on]['render_cpu_seconds']:.1f} s", f"{runs[on]['rays']['diffuse'] / 1e6:.2f} million"]
                             + [f"{100 * e:.2f} %" for e in errors[on]] + ["" if on == "off" else f"{runs['off']['rays']['diffuse'] / runs['on']['rays']['diffuse']:.2f}"])
             result.append({"name": name, "runs": runs, "errors": errors})
     text = (f"Preset final, {BOUNCES} bounces, processor time of all threads, single runs; against twice {REFERENCE_SAMPLES} samples of the path integrator, whose own noise is "

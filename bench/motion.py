@@ -75,7 +75,7 @@ def bench(context):
             for _ in range(context.repeats):
                 for kind in scenes:
                     runs[kind].append(common.render(context, scenes[kind], images[kind], *options))
-            seconds = {kind: common.median([r["cpu_seconds"] for r in of]) for kind, of in runs.items()}
+            seconds = {kind: common.median([r["render_cpu_seconds"] for r in of]) for kind, of in runs.items()}
             count = {kind: sum(of[0]["rays"].values()) for kind, of in runs.items()}
             points = {kind: of[0]["shading_points"]["diffuselighting"] for kind, of in runs.items()}
             # The lamp is bright streaks in both: it is left out, with what is beside it.

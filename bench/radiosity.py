@@ -32,7 +32,6 @@ class Bench:
 
     def __init__(self, context, clock, **sizes):
         self.context, self.clock, self.size = context, clock, SimpleNamespace(**sizes)
-        self.loading = {}
 
     def render(self, scene, *options, resolution, samples, bounces, rays=((4,), (4,)), cache=True, integrator="distribution", image=None,
                threads=None):
@@ -43,17 +42,8 @@ class Bench:
                      ",".join(map(str, rays[1]))]
         s = common.render(self.context, scene, image, "--integrator", integrator, *lists, "--resolution", f"{resolution}x{resolution}", "--bounces",
                           bounces, "--pixel-samples", samples, "--threads", threads or self.context.threads, "--float", "--quiet", *options)
-        s["seconds"] = s["render_seconds"] if self.clock == "wall" else max(0, s["cpu_seconds"] - self.load_seconds(scene, resolution))
+        s["seconds"] = s["render_seconds" if self.clock == "wall" else "render_cpu_seconds"]
         return s
-
-    def load_seconds(self, scene, resolution):
-        """Processor time of a run that renders next to nothing."""
-        key = scene, resolution
-        if key not in self.loading:
-            self.loading[key] = 0
-            self.loading[key] = common.median([self.render(scene, "--crop", "0,0,1,1", resolution=resolution, samples=1, bounces=0)["cpu_seconds"]
-                                               for _ in range(3)])
-        return self.loading[key]
 
     def medians(self, runs):
         """Statistics of each run, in alternation, with the medians of their times."""
@@ -121,7 +111,7 @@ def from_crops(bench, scene, pixels, zero, rays, samples, bounces, max_rays):
             x, y = (int((k + .5) * pixels / n) // 4 * 4 - side // 8 * 4 for k in (i % n, i // n))
             runs.append(bench.render(scene, "--crop", f"{x},{y},{x + side},{y + side}", threads=1, resolution=pixels, samples=samples, bounces=b,
                                      rays=rays, cache=False))
-        sums.append({"time": sum(r["cpu_seconds"] for r in runs), "rays": sum(map(traced, runs)), "points": sum(map(points, runs))})
+        sums.append({"time": sum(r["render_cpu_seconds"] for r in runs), "rays": sum(map(traced, runs)), "points": sum(map(points, runs))})
     direct, full = sums
     scale = points(zero) / direct["points"]
     share = 1 if bench.clock == "cpu" else bench.context.threads  # as if threads were used perfectly
@@ -334,7 +324,7 @@ def main():
     parser.add_argument("--out", default=common.ROOT / "out/bench", help="folder of the results")
     parser.add_argument("--repeats", type=int, help="runs of each, of which the median counts (3; quick: 1)")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="seconds of rendering, or of all processors without those for loading, "
+    parser.add_argument("--clock", choices=["wall", "cpu"], default="wall", help="seconds of rendering, or of all processors meanwhile, "
                         "which say more where others use the machine")
     sizes = parser.add_argument_group("sizes")
     for name, value in FULL.items():

@@ -21,7 +21,7 @@ def render(context, options, cache, crop=None):
     s = common.render(context, SCENE, context.out / f"subsurface_{cache}.exr", "--integrator", "distribution", "--resolution", f"{WIDTH}x{HEIGHT}", *options, *crop,
                       "--subsurface-cache", cache, "--threads", context.threads, "--float", "--quiet")
     # Processor time: other work on the machine counts less.
-    return {"seconds": s["cpu_seconds"] - s["load_seconds"]["total"], "rays": sum(s["rays"].values()), "probes": s["rays"]["subsurface"],
+    return {"seconds": s["render_cpu_seconds"], "rays": sum(s["rays"].values()), "probes": s["rays"]["subsurface"],
             "points": s["shading_points"]["diffuselighting"]}
 
 

@@ -183,12 +183,13 @@ TEST(Render, ReportsStatistics) {
   ScratchFolder folder;
   ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr"), "--stats", folder.file("s.json")}).exit_code, 0);
   const auto stats = nlohmann::json::parse(std::ifstream(folder.file("s.json")));
-  for (const char* key : {"wall_seconds", "render_seconds", "cpu_seconds", "peak_rss_bytes"})
+  for (const char* key : {"wall_seconds", "render_seconds", "render_cpu_seconds", "cpu_seconds", "peak_rss_bytes"})
     EXPECT_GT(stats.at(key).get<double>(), 0) << key;
   EXPECT_EQ(stats.at("rays").at("camera"), 16 * 16);
   for (const char* kind : {"shadow", "diffuse", "specular", "subsurface"})
     EXPECT_GE(stats.at("rays").at(kind).get<int64_t>(), 0) << kind;
   EXPECT_GE(stats.at("wall_seconds").get<double>(), stats.at("render_seconds").get<double>());
+  EXPECT_GE(stats.at("cpu_seconds").get<double>(), stats.at("render_cpu_seconds").get<double>());
 }
 
 TEST(Render, HeaderNamesVersionSceneAndCommand) {

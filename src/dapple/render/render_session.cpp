@@ -57,6 +57,41 @@ double pixel_count(const std::vector<Box2i>& areas) {
   return n;
 }
 
+// Counts the work in pixel samples.
+class Work {
+ public:
+  explicit Work(uint32_t most) : most_(most) {}
+  /// A pass begins, which gives each pixel of the areas `count` samples.
+  void begin(const std::vector<Box2i>& areas, uint32_t samples, uint32_t count) {
+    samples_ = samples;
+    rest_ = pixel_count(areas) * (most_ - samples);
+    pass_ = pixel_count(areas) * count;
+  }
+  void end(double seconds) {
+    done_ += pass_;
+    if (first_done_ > 0) return;
+    first_done_ = done_;
+    first_seconds_ = seconds;
+  }
+  /// With this part of the pass done.
+  Progress progress(double part, double seconds, double time_limit) const {
+    const double now = done_ + pass_ * part, all = done_ + rest_;
+    Progress p{samples_, seconds, now / all, {}};
+    // The first samples make the shading grids and fill the caches: they tell nothing of the others.
+    if (first_done_ > 0) p.seconds_left = (seconds - first_seconds_) / (now - first_done_) * (all - now);
+    if (time_limit > 0) {
+      p.fraction = std::max(p.fraction, std::min(1.0, seconds / time_limit));
+      p.seconds_left = std::min(p.seconds_left.value_or(infinity), std::max(0.0, time_limit - seconds));
+    }
+    return p;
+  }
+
+ private:
+  const uint32_t most_;  // samples a pixel
+  uint32_t samples_ = 0;
+  double done_ = 0, pass_ = 0, rest_ = 0, first_done_ = 0, first_seconds_ = 0;
+};
+
 // Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not show.
 constexpr double darkest = 0.1;
 
@@ -82,17 +117,18 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) 
 
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   const Timer timer;
+  const double cpu_start = process_cpu_seconds();
   std::vector<Box2i> areas = make_tiles(film_.settings().crop, tile_size);
   WorkspacePool pool(integrator_);
   SessionResult result;
   std::mutex progress_mutex;
   const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
-  double done = 0, rate_done = 0, rate_start = 0;  // pixel samples; from when on, in s, they tell the speed
+  Work work(most);
   StopRules rules = rules_;  // of the samples that the areas are to have
   for (uint32_t samples = 0; samples < rules.pixel_samples && !interrupt;) {
     const uint32_t count = pass_size(samples, rules);
     std::atomic<size_t> areas_done{0};
-    const double pixels = pixel_count(areas);
+    work.begin(areas, samples, count);
     parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
@@ -103,24 +139,12 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
       if (!callback_) return;
       const std::unique_lock lock(progress_mutex, std::try_to_lock);
       if (!lock) return;
-      const double now = done + pixels * count * part, all = done + pixels * (most - samples);
-      Progress p{samples, timer.seconds(), now / all, {}};
-      // The first samples make the shading grids and fill the caches: they tell nothing of the others.
-      if (samples > 0) p.seconds_left = (p.seconds - rate_start) / (now - rate_done) * (all - now);
-      if (rules.time_limit > 0) {
-        p.fraction = std::max(p.fraction, std::min(1.0, p.seconds / rules.time_limit));
-        p.seconds_left = std::min(p.seconds_left.value_or(infinity), std::max(0.0, rules.time_limit - p.seconds));
-      }
-      callback_(p);
+      callback_(work.progress(part, timer.seconds(), rules.time_limit));
     });
     integrator_.finish(pool.idle(), film_);
     if (interrupt) break;
     samples += count;
-    done += pixels * count;
-    if (rate_done == 0) {
-      rate_done = done;
-      rate_start = timer.seconds();
-    }
+    work.end(timer.seconds());
     result.samples = std::min(samples, rules_.pixel_samples);
     result.max_samples = samples;
     ++result.passes;
@@ -149,7 +173,8 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     for (size_t c = 0; c < result.caches.size(); ++c) result.caches[c].counts += w->caches[c];
   }
   result.seconds = timer.seconds();
-  if (film_.settings().cache_use) integrator_.view_caches(rules_.pixel_samples, film_);
+  result.cpu_seconds = process_cpu_seconds() - cpu_start;
+  if (film_.settings().cache_use) integrator_.view_caches(most, film_);
   return result;
 }
 

@@ -36,6 +36,7 @@ struct SessionResult {
   uint32_t max_samples = 0;  ///< that pixels have at most, where StopRules::max_pixel_samples gave noisy blocks more
   uint32_t passes = 0;
   double seconds = 0;
+  double cpu_seconds = 0;  ///< of the process meanwhile, all threads
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
   integrate::RayCounts rays;
   integrate::StageCounts stages;

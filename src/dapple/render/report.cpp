@@ -43,6 +43,7 @@ std::string RunReport::to_json() const {
                        {"acceleration", build_times->acceleration_seconds},
                        {"total", build_times->total_seconds}};
   j["render_seconds"] = session.seconds;
+  j["render_cpu_seconds"] = session.cpu_seconds;
   j["cpu_seconds"] = process_cpu_seconds();
   j["peak_rss_bytes"] = process_peak_rss_bytes();
   j["memory_bytes"] = {{"shapes", build_times->shape_bytes},
