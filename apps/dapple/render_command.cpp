@@ -216,6 +216,10 @@ void check(const RenderOptions& o) {
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
   if (o.max_pixel_samples > 0 && o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0))
     throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
+  for (const auto& [name, value] : {std::pair{"--shading-rate", o.shading_rate}, {"--cache-mb", o.cache_mb}, {"--cache-width", o.cache_width},
+                                    {"--irradiance-accuracy", o.irradiance_accuracy}, {"--max-distance", o.max_distance},
+                                    {"--pixel-noise", o.pixel_noise}, {"--time-limit", o.time_limit}, {"--noise-target", o.noise_target}})
+    if (std::isnan(value)) throw UsageError(std::string(name) + " is not a number");  // ranges let it through
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   for (const std::string& path : o.outputs) image::check_writable(path);
   if (!o.stats.empty()) image::check_output_path(o.stats);
@@ -264,6 +268,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
     throw UsageError("--max-pixel-samples is below the " + std::to_string(samples) + " camera samples that each pixel gets");
   rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
   rules.max_pixel_samples = open_ended ? 0 : uint32_t(settled.max_pixel_samples.value_or(0));
+  if (o.pixel_noise > 0 && rules.max_pixel_samples <= rules.pixel_samples)
+    throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
   rules.pixel_noise = *settled.pixel_noise;
   rules.time_limit = o.time_limit;
   rules.noise_target = o.noise_target;

@@ -43,6 +43,8 @@ TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(run_dapple({"render", cornell, "--resolution", "16"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--opacity-cache", "perhaps"}, 60).exit_code, 2);
   EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--light-groups", "--integrator", "ao"}).exit_code, 2);
+  for (const char* option : {"--shading-rate", "--cache-mb", "--cache-width", "--irradiance-accuracy", "--max-distance", "--pixel-noise", "--time-limit", "--noise-target"})
+    EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", option, "nan"}).exit_code, 2) << option;
 }
 
 // Rationale: how far noisy blocks may go is a number of samples from that of all pixels on.
@@ -59,7 +61,8 @@ TEST(ExitCode, BadMaxPixelSamplesAre2) {
   check({"--time-limit", "1", "--max-pixel-samples", "64"}, "--pixel-samples");
   check({"--noise-target", ".1", "--max-pixel-samples", "64"}, "--pixel-samples");
   for (const char* bad : {"0", "-1", "1e9", "many"}) check({"--max-pixel-samples", bad}, "--max-pixel-samples");
-  for (const char* bad : {"0", "-1"}) check({"--pixel-noise", bad}, "--pixel-noise");
+  for (const char* bad : {"0", "-1", "nan"}) check({"--pixel-noise", bad}, "--pixel-noise");
+  check({"--pixel-samples", "8", "--pixel-noise", ".05"}, "--max-pixel-samples");
 }
 
 TEST(ExitCode, BadMaxPixelSamplesOfSceneAre3) {
