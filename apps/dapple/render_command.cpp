@@ -214,8 +214,6 @@ void install_signal_handlers() {
 void check(const RenderOptions& o) {
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
-  if (o.max_pixel_samples > 0 && o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0))
-    throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
   for (const auto& [name, value] : {std::pair{"--shading-rate", o.shading_rate}, {"--cache-mb", o.cache_mb}, {"--cache-width", o.cache_width},
                                     {"--irradiance-accuracy", o.irradiance_accuracy}, {"--max-distance", o.max_distance},
                                     {"--pixel-noise", o.pixel_noise}, {"--time-limit", o.time_limit}, {"--noise-target", o.noise_target}})
@@ -226,13 +224,33 @@ void check(const RenderOptions& o) {
   render::parse_aovs(o.aovs);
 }
 
-// "64 samples a pixel", or "64 to 1024 samples a pixel (130)"
+// A limit of time or noise without a number of samples leaves the number open.
+bool has_open_samples(const RenderOptions& o) { return o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0); }
+
+render::StopRules stop_rules(const RenderOptions& o, const build::IntegratorRequest& settled) {
+  render::StopRules rules;
+  rules.time_limit = o.time_limit;
+  rules.noise_target = o.noise_target;
+  rules.pixel_noise = *settled.pixel_noise;
+  if (has_open_samples(o)) {
+    if (o.max_pixel_samples > 0) throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
+    rules.pixel_samples = uint32_t(build::max_pixel_samples);
+  } else {
+    rules.pixel_samples = uint32_t(*settled.pixel_samples);
+    rules.max_pixel_samples = uint32_t(settled.max_pixel_samples.value_or(0));
+    if (o.max_pixel_samples > 0 && rules.max_pixel_samples < rules.pixel_samples)
+      throw UsageError("--max-pixel-samples is below the " + std::to_string(rules.pixel_samples) + " camera samples that each pixel gets");
+  }
+  if (o.pixel_noise > 0 && rules.max_pixel_samples <= rules.pixel_samples)
+    throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
+  return rules;
+}
+
+// "64 samples a pixel", or "64 to 1024 samples a pixel (130 on average)"
 std::string samples_text(const render::SessionResult& r, const scene::Film& film) {
-  std::string text = std::to_string(r.samples);
-  if (r.max_samples > r.samples) text += " to " + std::to_string(r.max_samples);
-  text += " samples a pixel";
-  if (r.max_samples > r.samples) text += " (" + std::to_string(std::lround(film.mean_samples())) + " on average)";
-  return text;
+  const std::string samples = std::to_string(r.samples), unit = " samples a pixel";
+  if (r.max_samples == r.samples) return samples + unit;
+  return samples + " to " + std::to_string(r.max_samples) + unit + " (" + std::to_string(std::lround(film.mean_samples())) + " on average)";
 }
 
 int render_scene(const RenderOptions& o, const std::string& command_line) {
@@ -249,9 +267,6 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const std::vector<std::string> paths = output_paths(o, built);
   for (const std::string& path : paths) image::check_writable(path);
 
-  // A limit of time or noise without a number of samples leaves the number open.
-  const bool open_ended = o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
-  render::StopRules rules;
   build::IntegratorRequest request = integrator_request(o).over(built.request);
   render::OutputSettings output = output_settings(o, built, command_line);
   request.log_caches = render::show_cache_use(output.aovs);
@@ -262,17 +277,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
-  const build::IntegratorRequest settled = request.over(build::preset_request(request.preset));
-  const int samples = open_ended ? 0 : *settled.pixel_samples;
-  if (o.max_pixel_samples > 0 && o.max_pixel_samples < samples)
-    throw UsageError("--max-pixel-samples is below the " + std::to_string(samples) + " camera samples that each pixel gets");
-  rules.pixel_samples = uint32_t(open_ended ? build::max_pixel_samples : samples);
-  rules.max_pixel_samples = open_ended ? 0 : uint32_t(settled.max_pixel_samples.value_or(0));
-  if (o.pixel_noise > 0 && rules.max_pixel_samples <= rules.pixel_samples)
-    throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
-  rules.pixel_noise = *settled.pixel_noise;
-  rules.time_limit = o.time_limit;
-  rules.noise_target = o.noise_target;
+  const render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
+  const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
 

@@ -57,15 +57,16 @@ double pixel_count(const std::vector<Box2i>& areas) {
   return n;
 }
 
-// Counts the work in pixel samples.
-class Work {
+// What is done and left, in pixel samples.
+class ProgressMeter {
  public:
-  explicit Work(uint32_t most) : most_(most) {}
+  explicit ProgressMeter(uint32_t most) : most_(most) {}
   /// A pass begins, which gives each pixel of the areas `count` samples.
   void begin(const std::vector<Box2i>& areas, uint32_t samples, uint32_t count) {
     samples_ = samples;
-    rest_ = pixel_count(areas) * (most_ - samples);
-    pass_ = pixel_count(areas) * count;
+    const double pixels = pixel_count(areas);
+    rest_ = pixels * (most_ - samples);
+    pass_ = pixels * count;
   }
   void end(double seconds) {
     done_ += pass_;
@@ -123,12 +124,12 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   SessionResult result;
   std::mutex progress_mutex;
   const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
-  Work work(most);
+  ProgressMeter meter(most);
   StopRules rules = rules_;  // of the samples that the areas are to have
   for (uint32_t samples = 0; samples < rules.pixel_samples && !interrupt;) {
     const uint32_t count = pass_size(samples, rules);
     std::atomic<size_t> areas_done{0};
-    work.begin(areas, samples, count);
+    meter.begin(areas, samples, count);
     parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
@@ -139,12 +140,12 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
       if (!callback_) return;
       const std::unique_lock lock(progress_mutex, std::try_to_lock);
       if (!lock) return;
-      callback_(work.progress(part, timer.seconds(), rules.time_limit));
+      callback_(meter.progress(part, timer.seconds(), rules.time_limit));
     });
     integrator_.finish(pool.idle(), film_);
     if (interrupt) break;
     samples += count;
-    work.end(timer.seconds());
+    meter.end(timer.seconds());
     result.samples = std::min(samples, rules_.pixel_samples);
     result.max_samples = samples;
     ++result.passes;
