@@ -119,6 +119,26 @@ TEST(Distribution2D, SamplesFollowThePdf) {
   }
 }
 
+TEST(Distribution2D, SamplesDrawnTogetherAreThoseDrawnSingly) {
+  for (const auto& [nx, ny] : {std::pair(1, 1), {300, 4}, {1000, 7}}) {
+    std::vector<float> w = random_weights(static_cast<size_t>(nx * ny), 3);
+    w[w.size() / 3] = 1e6f;
+    const Distribution2D d(w, nx, ny);
+    std::vector<V2f> u;
+    for (int i = 0; i < 1000; ++i) u.push_back({to_unit_float(hash(i, 1)), to_unit_float(hash(i, 2))});
+    for (const size_t n : {0, 1, 15, 16, 17, 1000}) {
+      std::vector<Distribution2D::Sample> together(n);
+      d.sample(std::span(u).first(n), together.data());
+      for (size_t i = 0; i < n; ++i) {
+        const Distribution2D::Sample alone = d.sample(u[i]);
+        ASSERT_EQ(together[i].p, alone.p);
+        ASSERT_EQ(together[i].pdf, alone.pdf);
+        ASSERT_EQ(std::pair(together[i].x, together[i].y), std::pair(alone.x, alone.y));
+      }
+    }
+  }
+}
+
 TEST(Distribution2D, PdfIsTheFunctionOverItsIntegral) {
   const int nx = 16, ny = 9;
   const std::vector<float> w = random_weights(nx * ny, 5);

@@ -124,6 +124,25 @@ TEST(LightSampler, SelectionKnowsItsProbability) {
     }
 }
 
+TEST(LightSampler, LightsChosenTogetherAreThoseChosenSingly) {
+  for (const int count : {1, 2, 30, 3000}) {
+    Lights lights = mixed_lights(count, 7);
+    if (count != 2) lights.add(std::make_unique<InfiniteLight>(RGB(1)));
+    const LightSampler sampler(lights.all(), 20);
+    for (int i = 0; i < 50; ++i) {
+      float u[200];
+      LightSampler::Selection together[200];
+      for (int k = 0; k < 200; ++k) u[k] = to_unit_float(hash(i, k, count));
+      sampler.select(receiver(i), u, together);
+      for (int k = 0; k < 200; ++k) {
+        const auto alone = sampler.select(receiver(i), u[k]);
+        ASSERT_EQ(together[k].light, alone.light);
+        ASSERT_EQ(together[k].probability, alone.probability);
+      }
+    }
+  }
+}
+
 /// Probabilities add up to one less the walks that end nowhere, and frequencies follow them.
 TEST(LightSampler, FrequenciesFollowProbabilities) {
   for (const int count : {2, 3, 17, 200}) {

@@ -423,6 +423,9 @@ TEST(ShapedLight, DecayBends) {
 // Drawn together, directions are bit for bit those drawn one by one: of shapes that know it, of those that do not, of light that is black in
 // parts, from the front, behind, the plane of the light, and far away.
 TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
+  image::Image sky(8, 8, 3);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 8; ++x) sky.pixel(x, y)[1] = y < 3 ? 0 : 1 / to_unit_float(hash(x, y));
   auto image = std::make_shared<image::Image>(2, 2, 3);
   image->pixel(0, 0)[1] = 1;
   const V3f corners[4] = {V3f(-1, -1, 1), V3f(1, -1, 1), V3f(1.5f, 1, 1), V3f(-1, 1, 1)};
@@ -434,6 +437,7 @@ TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
   lights.push_back(make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, corners[0], corners[2], corners[1], false), {.radiance = RGB(2)}));
   lights.push_back(make_area_light(EmitterShape(std::in_place_type<geom::QuadEmitter>, corners, true), {.radiance = RGB(2)}));
   lights.push_back(make_area_light(EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1, -1, 1, 2 * pi, false), {.radiance = RGB(2)}));
+  lights.push_back(std::make_unique<EnvironmentLight>(image::EnvironmentImage(sky, {}, {}), RGB(2), Transform::rotate(30, {1, 2, 3})));
   int together = 0, none = 0;
   for (size_t l = 0; l < lights.size(); ++l)
     for (const V3f& p : {V3f(0, 0, 0), V3f(0.3f, 0.2f, 0.999f), V3f(0, 0, 5), V3f(3, 0, 1), V3f(0, 0, -5000)}) {

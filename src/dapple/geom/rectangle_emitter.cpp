@@ -4,25 +4,23 @@
 #include <algorithm>
 #include <numbers>
 
+#include "dapple/numeric/branchless.h"
+
 namespace dapple::geom {
 namespace {
 
+constexpr int lanes = 4;  // of doubles, in a vector of AVX2
+static_assert(most_at_once % lanes == 0);
+
 V3d to_double(const V3f& v) {
   return V3d(v.x, v.y, v.z);
-}
-
-double root(double x, double y) {
-  return std::sqrt(x * x + y * y);
 }
 
 // A complex number that is only asked for its argument.
 struct Argument {
   double re, im;
   Argument operator*(const Argument& o) const { return {re * o.re - im * o.im, re * o.im + im * o.re}; }
-  double positive() const {  // in [0, 2 pi)
-    const double a = std::atan2(im, re);
-    return a < 0 ? a + 2 * std::numbers::pi : a;
-  }
+  double positive() const { return argument(re, im); }
 };
 
 }  // namespace
@@ -52,21 +50,30 @@ struct RectangleEmitter::Spherical {
     return sum > 2 * std::numbers::pi - 1e-9 ? 0 : sum;  // rounding below zero
   }
 
-  /// Where in the rectangle, each in [0, 1].
+  /// Where in the rectangle, each in [0, 1]. With the paper's f_u = N / sin, x_u is -z0 / sqrt(f_u^2 - z0^2 / (y0^2 + z0^2)), of f_u's sign.
   void sample(std::span<const V2f> u, double solid_angle, V2f* st) const {
-    const double b0 = -y0 / root(y0, z0), b1 = y1 / root(y1, z0);
-    const double first = 2 * std::numbers::pi - g23.positive();
-    for (size_t i = 0; i < u.size(); ++i) {
-      const double au = u[i].x * solid_angle + first;
-      const double fu = (std::cos(au) * b0 - b1) / std::sin(au);
-      const double cu = std::clamp(std::copysign(1 / std::sqrt(fu * fu + b0 * b0), fu), -1.0, 1.0);
-      const double xu = std::clamp(-(cu * z0) / std::sqrt(std::max(1 - cu * cu, 1e-30)), x0, x1);
+    const double to_y0 = y0 * y0 + z0 * z0, b0 = -y0 / std::sqrt(to_y0), b1 = y1 / std::sqrt(y1 * y1 + z0 * z0), c0 = z0 * z0 / to_y0;
+    const double first = 2 * std::numbers::pi - g23.positive(), per_x = 1 / (x1 - x0), per_y = 1 / (y1 - y0);
+    alignas(64) double ux[most_at_once], uy[most_at_once], s[most_at_once], t[most_at_once];
+    const int n = int(u.size()), whole = n == 1 ? 1 : (n + lanes - 1) / lanes * lanes;
+    for (int i = 0; i < whole; ++i) ux[i] = u[size_t(std::min(i, n - 1))].x, uy[i] = u[size_t(std::min(i, n - 1))].y;
+    const auto place = [&](int i) {
+      const auto [sine, cosine] = sine_cosine(ux[i] * solid_angle + first);
+      const double numerator = cosine * b0 - b1;
+      const double across = -z0 / std::sqrt(std::max(numerator * numerator - c0 * sine * sine, 1e-300));
+      const double xu = std::clamp(across * std::copysign(1.0, numerator) * sine, x0, x1);
       const double d2 = xu * xu + z0 * z0;
       const double h0 = y0 / std::sqrt(d2 + y0 * y0), h1 = y1 / std::sqrt(d2 + y1 * y1);
-      const double hv = h0 + u[i].y * (h1 - h0), hv2 = hv * hv;
-      const double yv = hv2 < 1 - 1e-12 ? std::clamp(hv * std::sqrt(d2 / (1 - hv2)), y0, y1) : (hv > 0 ? y1 : y0);
-      st[i] = {static_cast<float>((xu - x0) / (x1 - x0)), static_cast<float>((yv - y0) / (y1 - y0))};
-    }
+      const double hv = h0 + uy[i] * (h1 - h0);
+      const double yv = std::clamp(hv * std::sqrt(d2 / std::max(1 - hv * hv, 1e-12)), y0, y1);
+      s[i] = (xu - x0) * per_x;
+      t[i] = (yv - y0) * per_y;
+    };
+    if (n == 1)
+      place(0);
+    else
+      for (int i = 0; i < whole; ++i) place(i);
+    for (int i = 0; i < n; ++i) st[i] = {static_cast<float>(s[i]), static_cast<float>(t[i])};
   }
 };
 

@@ -185,10 +185,10 @@ float EnvironmentImage::texel_solid_angle(int y) const {
   return static_cast<float>(2 * std::numbers::pi / w * 2 * std::sin(middle) * std::sin(half));
 }
 
-RGB EnvironmentImage::wrapped(const Level& level, int x, int y) const {
+size_t EnvironmentImage::wrapped(const Level& level, int x, int y) const {
   const Texel t = mapping_ == EnvironmentMapping::equal_area ? fold_octahedral(x, y, level.width)
                                                              : fold_latitude_longitude(x, y, level.width, level.height);
-  return level.at(t.x, t.y);
+  return level.index(t.x, t.y);
 }
 
 RGB EnvironmentImage::nearest(const V3f& d) const {
@@ -197,16 +197,29 @@ RGB EnvironmentImage::nearest(const V3f& d) const {
                std::min(static_cast<int>(at.y * static_cast<float>(height())), height() - 1));
 }
 
-RGB EnvironmentImage::bilinear(const Level& level, const V2f& at) const {
+EnvironmentImage::Corners EnvironmentImage::corners(const Level& level, const V2f& at) const {
   const float x = at.x * static_cast<float>(level.width) - 0.5f, y = at.y * static_cast<float>(level.height) - 0.5f;
   const float fx = std::floor(x), fy = std::floor(y);
   const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-  return lerp(y - fy, lerp(x - fx, wrapped(level, ix, iy), wrapped(level, ix + 1, iy)),
-              lerp(x - fx, wrapped(level, ix, iy + 1), wrapped(level, ix + 1, iy + 1)));
+  const float right = x - fx, down = y - fy;
+  if (ix >= 0 && iy >= 0 && ix + 1 < level.width && iy + 1 < level.height) {
+    const size_t first = level.index(ix, iy), below = first + static_cast<size_t>(level.width);
+    return {{first, first + 1, below, below + 1}, right, down};
+  }
+  return {{wrapped(level, ix, iy), wrapped(level, ix + 1, iy), wrapped(level, ix, iy + 1), wrapped(level, ix + 1, iy + 1)}, right, down};
 }
 
-RGB EnvironmentImage::bilinear(const V3f& d) const {
-  return bilinear(levels_.front(), uv(d));
+void EnvironmentImage::bilinear(std::span<const V2f> at, RGB* out) const {
+  constexpr size_t at_once = 16;
+  const Level& level = levels_.front();
+  for (; at.size() > at_once; at = at.subspan(at_once), out += at_once) bilinear(at.first(at_once), out);
+  Corners found[at_once];
+  for (size_t i = 0; i < at.size(); ++i) {
+    found[i] = corners(level, at[i]);
+    __builtin_prefetch(&level.texels[found[i].texel[0]]);
+    __builtin_prefetch(&level.texels[found[i].texel[2]]);
+  }
+  for (size_t i = 0; i < at.size(); ++i) out[i] = found[i].mean(level);
 }
 
 RGB EnvironmentImage::filtered(const V3f& d, float cone) const {

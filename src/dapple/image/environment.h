@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -53,7 +54,10 @@ class EnvironmentImage {
   /// The texel a direction falls in: constant over texels, as a piecewise-constant sampling density is.
   RGB nearest(const V3f& direction) const;
   /// Between the four texels around, continuous over the seams of the map.
-  RGB bilinear(const V3f& direction) const;
+  RGB bilinear(const V3f& direction) const { return bilinear(uv(direction)); }
+  RGB bilinear(const V2f& uv) const { return bilinear(levels_.front(), uv); }
+  /// The same at each of several places, which wait for memory together.
+  void bilinear(std::span<const V2f> uv, RGB* out) const;
   /// Averaged over a cone about `cone` radians across; bilinear where that is less than a texel.
   RGB filtered(const V3f& direction, float cone) const;
 
@@ -64,12 +68,22 @@ class EnvironmentImage {
   struct Level {
     int width = 0, height = 0;
     std::vector<RGB> texels;
-    RGB at(int x, int y) const {
-      return texels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    size_t index(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x); }
+    RGB at(int x, int y) const { return texels[index(x, y)]; }
+  };
+  /// The four texels around a place, and its share of the right and the lower ones.
+  struct Corners {
+    size_t texel[4];
+    float right, down;
+
+    RGB mean(const Level& level) const {
+      const auto& t = level.texels;
+      return lerp(down, lerp(right, t[texel[0]], t[texel[1]]), lerp(right, t[texel[2]], t[texel[3]]));
     }
   };
-  RGB wrapped(const Level& level, int x, int y) const;
-  RGB bilinear(const Level& level, const V2f& uv) const;
+  Corners corners(const Level& level, const V2f& uv) const;
+  size_t wrapped(const Level& level, int x, int y) const;
+  RGB bilinear(const Level& level, const V2f& uv) const { return corners(level, uv).mean(level); }
   void build_levels();
 
   EnvironmentMapping mapping_;

@@ -76,10 +76,10 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       const V3f d = r.rays.direction(i);
       const float time = r.rays.time[i];
       const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
-      float width = width_at(group_width());
+      float width = width_at(patches_->has_groups(geometry) ? group_width() : settings_.cache_width);
       scene::GridPoint& at = c.point[c.count];
       if (!patches_->dice(r.hits, i, d, time, s, width, &w.extents, &at)) continue;
-      if (at.grid.cluster_level == 0 && group_width() > settings_.cache_width &&
+      if (at.grid.cluster_level == 0 && patches_->has_groups(geometry) && group_width() > settings_.cache_width &&
           !patches_->dice(r.hits, i, d, time, s, width = width_at(settings_.cache_width), &w.extents, &at))
         continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.

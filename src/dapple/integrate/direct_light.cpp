@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/direct_light.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/shading/medium.h"
 
@@ -84,9 +87,10 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
 }
 
 // The shadow ray of a job towards what was drawn for it, if it could bring anything.
-void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, const V3f& receiver, const shading::LightSampler::Selection& chosen,
-                                 const shading::LightSample& light, ShadingWorkspace& w) const {
+void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const {
   const int k = w.job_point[job];
+  const shading::LightSampler::Selection& chosen = w.chosen[job];
+  const shading::LightSample& light = *w.drawn_for[job];
   const Bsdf& bsdf = b.bsdf[k];
   const float cosine = dot(light.wi, from.normal(bsdf.frame.n)), pdf = light.pdf * chosen.probability;
   RGB L = light.radiance * (w.job_weight[job] * std::abs(cosine) / pdf);
@@ -114,7 +118,7 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   }
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = offset_origin(from, light.wi);
-  const ShadowRay ray(receiver, light, origin);
+  const ShadowRay ray(from.P, light, origin);
   if (!(ray.distance > 0)) return;
   const int s = w.shadow_count++;
   w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k], b.spread[k]);
@@ -127,29 +131,68 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   w.shadow_source[s] = chosen.light;
 }
 
+// Draws points on lights for jobs that start from the same place at the same time, and may reorder them.
+void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, ShadingWorkspace& w) const {
+  const int first = jobs[0], k = w.job_point[first];
+  const RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
+  const shading::LightReceiver to = receiver(b, k, from.P, from.normal(b.bsdf[k].frame.n), from.time);
+  const auto light_of = [&w](int job) { return w.chosen[job].light; };
+  if (chooses()) {
+    float u[ShadingWorkspace::capacity];
+    shading::LightSampler::Selection chosen[ShadingWorkspace::capacity];
+    for (size_t i = 0; i < jobs.size(); ++i) u[i] = w.u2[jobs[i]];
+    scene_.light_sampler->select(to, {u, jobs.size()}, chosen);
+    for (size_t i = 0; i < jobs.size(); ++i) w.chosen[jobs[i]] = chosen[i];
+    std::sort(jobs.begin(), jobs.end(), [&](int i, int j) { return light_of(i) < light_of(j); });
+  } else {
+    for (const int job : jobs) w.chosen[job] = {w.job_light[job], 1};
+  }
+  for (size_t begin = 0, end = 0; begin < jobs.size(); begin = end) {
+    const int light = light_of(jobs[begin]);
+    V2f u[Light::most_at_once];
+    for (; end < jobs.size() && end < begin + Light::most_at_once && light_of(jobs[end]) == light; ++end)
+      u[end - begin] = {w.u0[jobs[end]], w.u1[jobs[end]]};
+    shading::LightSample* const drawn = w.drawn + w.drawn_count;
+    w.drawn_count += int(end - begin);
+    const uint32_t found = light < 0 ? 0 : scene_.lights[size_t(light)]->sample_all(to, {u, end - begin}, drawn);
+    for (size_t i = begin; i < end; ++i) w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
+  }
+}
+
+// Draws points on lights for jobs [begin, end), all of one point.
+void DirectLight::draw_lights(const PointBatch& b, int begin, int end, ShadingWorkspace& w) const {
+  const int k = w.job_point[begin];
+  int jobs[ShadingWorkspace::capacity];
+  std::iota(jobs, jobs + (end - begin), begin);
+  const std::span all(jobs, size_t(end - begin));
+  if (b.has_one_origin(k)) return draw_from_one_place(b, all, w);
+  if (b.duration[k] > 0) {
+    for (size_t i = 0; i < all.size(); ++i) draw_from_one_place(b, all.subspan(i, 1), w);
+    return;
+  }
+  const auto origin = [&](int job) { return b.origin_index(k, int(w.index[job])); };
+  std::sort(all.begin(), all.end(), [&](int i, int j) { return origin(i) != origin(j) ? origin(i) < origin(j) : i < j; });
+  for (size_t i = 0, next = 0; i < all.size(); i = next) {
+    while (next < all.size() && origin(all[next]) == origin(all[i])) ++next;
+    draw_from_one_place(b, all.subspan(i, next - i), w);
+  }
+}
+
 // Draws a point on a light for each job, and traces the shadow rays.
 void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
   w.draw_samples(w.job_count);
-  w.shadow_count = 0;
-  for (int j = 0, end = 0; j < w.job_count; j = end) {
-    const int k = w.job_point[j];
-    const RayOrigin from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-    const shading::LightReceiver to = receiver(b, k, from.P, from.normal(b.bsdf[k].frame.n), from.time);
-    shading::LightSampler::Selection chosen{w.job_light[j], 1};
-    end = j + 1;
-    if (chooses())
-      chosen = scene_.light_sampler->select(to, w.u2[j]);
-    else if (!(b.duration[k] > 0))
-      while (end < w.job_count && end < j + Light::most_at_once && w.job_point[end] == k && w.job_light[end] == chosen.light &&
-             b.same_origin(k, int(w.index[j]), int(w.index[end])))
-        ++end;
-    if (chosen.light < 0) continue;
-    V2f u[Light::most_at_once];
-    for (int i = j; i < end; ++i) u[i - j] = {w.u0[i], w.u1[i]};
-    shading::LightSample light[Light::most_at_once];
-    const uint32_t drawn = scene_.lights[size_t(chosen.light)]->sample_all(to, {u, size_t(end - j)}, light);
-    for (int i = j; i < end; ++i)
-      if (drawn >> (i - j) & 1) add_shadow_ray(b, i, from, to.p, chosen, light[i - j], w);
+  w.shadow_count = w.drawn_count = 0;
+  for (int begin = 0, end = 0; begin < w.job_count; begin = end) {
+    const int k = w.job_point[begin];
+    while (end < w.job_count && w.job_point[end] == k) ++end;
+    draw_lights(b, begin, end, w);
+    // In the order of the jobs: sums must not depend on who had the same place or light.
+    RayOrigin from = b.origin_of(k, int(w.index[begin]), w.seed[begin]);
+    for (int j = begin; j < end; ++j) {
+      if (!w.drawn_for[j]) continue;
+      if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
+      add_shadow_ray(b, j, from, w);
+    }
   }
   trace(w);
   LightSums* const sums[] = {&b.irradiance, &b.irradiance_behind, &b.specular};

@@ -38,8 +38,9 @@ class DirectLight {
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
   void draw(PointBatch& b, ShadingWorkspace& w) const;
-  void add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, const V3f& receiver, const shading::LightSampler::Selection& chosen,
-                      const shading::LightSample& light, ShadingWorkspace& w) const;
+  void draw_lights(const PointBatch& b, int begin, int end, ShadingWorkspace& w) const;
+  void draw_from_one_place(const PointBatch& b, std::span<int> jobs, ShadingWorkspace& w) const;
+  void add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const;
   void trace(ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;

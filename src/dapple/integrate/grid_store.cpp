@@ -5,7 +5,7 @@ namespace dapple::integrate {
 
 namespace {
 // Of the map's node and bucket, the queue and the reference counts, about.
-constexpr size_t overhead = 4 * sizeof(void*) + sizeof(scene::GridId) + 2 * sizeof(GridStore::GridPtr) + 32;
+constexpr size_t overhead = 4 * sizeof(void*) + sizeof(scene::GridId) + sizeof(uint64_t) + 2 * sizeof(GridStore::GridPtr) + 32;
 }  // namespace
 
 size_t ShadingGrid::bytes() const {
@@ -13,10 +13,11 @@ size_t ShadingGrid::bytes() const {
 }
 
 GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
-  Shard& shard = shards_[id.hash() >> 58];
+  const Name name(id);
+  Shard& shard = shards_[name.hash >> 58];
   static_assert(shard_count == 1 << (64 - 58));
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.grids.find(id); found != shard.grids.end()) {
+  if (const auto found = shard.grids.find(name); found != shard.grids.end()) {
     found->second->recent = true;
     return {found->second, false};
   }
@@ -24,7 +25,7 @@ GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
   auto grid = std::make_shared<ShadingGrid>(id, groups_, with_bsdf);
   grid->claimed = ShadingGrid::linked;
   shard.queue.push_back(grid);
-  shard.grids.emplace(id, grid);
+  shard.grids.emplace(name, grid);
   shard.bytes += grid->bytes();
   const size_t bytes = bytes_ += grid->bytes();
   size_t peak = peak_bytes_;
@@ -46,7 +47,7 @@ void GridStore::make_room(Shard& shard) {
     shard.bytes -= oldest->bytes();
     bytes_ -= oldest->bytes();
     ++evictions_;
-    shard.grids.erase(oldest->id);
+    shard.grids.erase(Name(oldest->id));
   }
 }
 

@@ -79,12 +79,18 @@ class GridStore {
 
  private:
   static constexpr size_t shard_count = 64;
+  struct Name {
+    scene::GridId id;
+    uint64_t hash;
+    explicit Name(const scene::GridId& grid_id) : id(grid_id), hash(grid_id.hash()) {}
+    bool operator==(const Name& o) const { return id == o.id; }
+  };
   struct Hash {
-    size_t operator()(const scene::GridId& id) const { return id.hash(); }
+    size_t operator()(const Name& name) const { return name.hash; }
   };
   struct Shard {
     std::mutex mutex;
-    std::unordered_map<scene::GridId, GridPtr, Hash> grids;
+    std::unordered_map<Name, GridPtr, Hash> grids;
     std::deque<GridPtr> queue;
     size_t bytes = 0;
   };

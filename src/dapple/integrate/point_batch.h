@@ -14,6 +14,7 @@
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/integrate/subsurface_probes.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/shading/light_sampler.h"
 
 namespace dapple::integrate {
 
@@ -138,18 +139,17 @@ struct PointBatch {
   }
   /// All rays of the point leave from the same place, at the same time.
   bool has_one_origin(int k) const { return origins[k] == 0 && !(duration[k] > 0); }
-  bool same_origin(int k, int i, int j) const { return origins[k] == 0 || origin_index(k, i) == origin_index(k, j); }
+  /// Of light or diffuse ray number i, where the point has several.
+  int origin_index(int k, int i) const {
+    const int last = origins[k] - 1;  // their number is a power of two
+    return ((i + (i >> std::bit_width(unsigned(last)))) ^ int(key[k])) & last;
+  }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {
     return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
   }
 
  private:
-  int origin_index(int k, int i) const {
-    const int last = origins[k] - 1;  // their number is a power of two
-    return ((i + (i >> std::bit_width(unsigned(last)))) ^ int(key[k])) & last;
-  }
-
   const int groups_;
   trace::HitBatch places_[capacity / trace::HitBatch::capacity];
   std::unique_ptr<RaySet> sets_[most_ray_sets];
@@ -253,6 +253,12 @@ struct ShadingWorkspace {
   alignas(64) uint32_t seed[capacity], index[capacity];
   alignas(64) float u0[capacity], u1[capacity], u2[capacity];
   int counts[PointBatch::capacity];  ///< rays a point
+
+  // What was drawn for shadow rays.
+  shading::LightSampler::Selection chosen[capacity];  ///< by job
+  int drawn_count = 0;
+  shading::LightSample drawn[capacity];
+  const shading::LightSample* drawn_for[capacity];  ///< by job; null: nothing
 
   // Shadow rays.
   int shadow_count = 0;

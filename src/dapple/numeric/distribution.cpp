@@ -75,15 +75,36 @@ void make_guide(std::span<const uint32_t> upper, std::span<uint32_t> guide) {
   guide.back() = cell;
 }
 
+/// A random number on the grid of cumulative probabilities.
+struct Position {
+  float units;
+  uint32_t at;
+
+  explicit Position(float u) : units(std::clamp(u, 0.0f, one_minus_epsilon) * static_cast<float>(one)), at(static_cast<uint32_t>(units)) {}
+};
+
+/// Where in the guide its interval begins.
+const uint32_t* interval_of(const Position& u, std::span<const uint32_t> guide) {
+  return guide.data() + (u.at >> guide_shift(guide));
+}
+
 /// The cell of positive width that holds u, and u stretched over it.
-Cell find(std::span<const uint32_t> upper, std::span<const uint32_t> guide, float u, float* stretched) {
-  const float units = std::clamp(u, 0.0f, one_minus_epsilon) * static_cast<float>(one);
-  const uint32_t at = static_cast<uint32_t>(units);
-  const uint32_t* const interval = guide.data() + (at >> guide_shift(guide));
-  const auto it = std::upper_bound(upper.begin() + interval[0], upper.begin() + interval[1], at);
-  const Cell c = cell_at(upper, static_cast<int>(it - upper.begin()));
-  *stretched = std::min((units - static_cast<float>(c.lower)) / static_cast<float>(c.width), one_minus_epsilon);
+Cell find(std::span<const uint32_t> upper, const uint32_t* interval, const Position& u, float* stretched) {
+  // std::upper_bound, without branches that nothing predicts.
+  const uint32_t* begin = upper.data() + interval[0];
+  for (uint32_t left = interval[1] - interval[0]; left > 0;) {
+    const uint32_t half = (left + 1) / 2;
+    begin += begin[half - 1] <= u.at ? half : 0;
+    left -= half;
+  }
+  const Cell c = cell_at(upper, static_cast<int>(begin - upper.data()));
+  *stretched = std::min((u.units - static_cast<float>(c.lower)) / static_cast<float>(c.width), one_minus_epsilon);
   return c;
+}
+
+Cell find(std::span<const uint32_t> upper, std::span<const uint32_t> guide, float u, float* stretched) {
+  const Position at(u);
+  return find(upper, interval_of(at, guide), at, stretched);
 }
 
 int cell_index(float x, size_t n) {
@@ -202,6 +223,25 @@ Distribution2D::Sample Distribution2D::sample(const V2f& u) const {
   float offset;
   const Cell c = find(row(y.index), guide(y.index), u.x, &offset);
   return {{point_in_cell(c.index, offset, nx_), y.x}, density_of(c, nx_) * y.pdf, c.index, y.index};
+}
+
+void Distribution2D::sample(std::span<const V2f> u, Sample* out) const {
+  constexpr size_t at_once = 16;
+  for (; u.size() > at_once; u = u.subspan(at_once), out += at_once) sample(u.first(at_once), out);
+  const uint32_t* intervals[at_once];
+  for (size_t i = 0; i < u.size(); ++i) {
+    const Distribution1D::Sample y = rows_.sample(u[i].y);
+    out[i] = {{0, y.x}, y.pdf, 0, y.index};
+    __builtin_prefetch(intervals[i] = interval_of(Position(u[i].x), guide(y.index)));
+  }
+  for (size_t i = 0; i < u.size(); ++i) __builtin_prefetch(row(out[i].y).data() + (intervals[i][0] + intervals[i][1]) / 2);
+  for (size_t i = 0; i < u.size(); ++i) {
+    float offset;
+    const Cell c = find(row(out[i].y), intervals[i], Position(u[i].x), &offset);
+    out[i].p.x = point_in_cell(c.index, offset, nx_);
+    out[i].pdf *= density_of(c, nx_);
+    out[i].x = c.index;
+  }
 }
 
 float Distribution2D::pdf(const V2f& p) const {

@@ -86,6 +86,8 @@ class Distribution2D {
     int x = 0, y = 0;
   };
   Sample sample(const V2f& u) const;
+  /// The same for each of several u, which wait for memory together.
+  void sample(std::span<const V2f> u, Sample* out) const;
   float pdf(const V2f& p) const;
   V2f invert(const V2f& p) const;
 

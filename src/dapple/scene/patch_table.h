@@ -71,6 +71,8 @@ class PatchTable {
   bool dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, float width, Extents* memory,
             GridPoint* out) const;
 
+  /// Whether dice() may give a group of patches here.
+  bool has_groups(uint32_t geometry) const { return geometries_[geometry].clusters != nullptr; }
   /// Patches that may stand for a group.
   static constexpr uint32_t stand_ins = 32;
   /// The patch that stands for a group by this choice, as a tile of one cell.

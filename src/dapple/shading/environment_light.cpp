@@ -51,12 +51,30 @@ float EnvironmentLight::stretch(const V3f& w) const {
 bool EnvironmentLight::sample(const LightReceiver&, const V2f& u, LightSample* out) const {
   if (distribution_.is_zero()) return false;
   const Distribution2D::Sample s = distribution_.sample(u);
+  return arrive(s, image_.bilinear(s.p), out);
+}
+
+uint32_t EnvironmentLight::sample_all(const LightReceiver&, std::span<const V2f> u, LightSample* out) const {
+  if (distribution_.is_zero()) return 0;
+  Distribution2D::Sample s[most_at_once];
+  distribution_.sample(u, s);
+  V2f p[most_at_once];
+  for (size_t i = 0; i < u.size(); ++i) p[i] = s[i].p;
+  RGB texels[most_at_once];
+  image_.bilinear({p, u.size()}, texels);
+  uint32_t drawn = 0;
+  for (size_t i = 0; i < u.size(); ++i) drawn |= uint32_t(arrive(s[i], texels[i], &out[i])) << i;
+  return drawn;
+}
+
+// What arrives from a place of the image.
+bool EnvironmentLight::arrive(const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const {
   const V3f local = image_.direction(s.p);
   const float per_area = image_.solid_angle_per_area(s.p);
   if (!(per_area > 0)) return false;
   *out = {.wi = normalize(x_ * local.x + y_ * local.y + z_ * local.z),
           .distance = infinity,
-          .radiance = image_.bilinear(local) * scale_,
+          .radiance = texel * scale_,
           .pdf = s.pdf / (per_area * stretch(local)),
           .delta = false};
   return out->pdf > 0 && out->pdf < infinity && !out->radiance.is_black();

@@ -17,6 +17,7 @@ class EnvironmentLight final : public Light {
   EnvironmentLight(image::EnvironmentImage image, RGB scale, const Transform& light_to_world);
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;
+  uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const override;
   float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override;
   RGB environment(const V3f& wi, float dwi) const override;
   bool is_infinite() const override { return true; }
@@ -26,6 +27,7 @@ class EnvironmentLight final : public Light {
   const image::EnvironmentImage& image() const { return image_; }
 
  private:
+  bool arrive(const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const;
   V3f to_local(const V3f& wi) const;
   /// Solid angle in the world over that in the light's space, around a local direction.
   float stretch(const V3f& local) const;

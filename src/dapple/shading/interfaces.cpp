@@ -36,26 +36,32 @@ float DielectricInterface::eval(const V3f& wo, const V3f& wi, Transport transpor
   if (is_smooth() || wo.z == 0 || wi.z == 0) return 0;
   const bool reflected = wo.z * wi.z > 0;
   if (!(parts & (reflected ? part_reflection : part_transmission))) return 0;
-  const float eta = reflected ? 1 : wo.z > 0 ? ior : 1 / ior;
-  V3f m = wi * eta + wo;
+  const float eta = wo.z > 0 ? ior : 1 / ior;
+  V3f m = wi * (reflected ? 1 : eta) + wo;
   if (length2(m) == 0) return 0;
-  m = normalize(m.z < 0 ? -m : m);
-  const float cos_om = dot(wo, m), cos_im = dot(wi, m);
-  if (cos_om * wo.z <= 0 || cos_im * wi.z <= 0) return 0;  // the facet is seen from behind
+  m = normalize(m.z * wo.z < 0 ? -m : m);
+  return eval_facet(wo, wi, m, fresnel_dielectric(dot(wo, m), eta), transport, parts, pdf);
+}
 
-  const float F = fresnel_dielectric(cos_om, ior);
+float DielectricInterface::eval_facet(const V3f& wo, const V3f& wi, const V3f& m, float F, Transport transport, Part parts, float* pdf) const {
+  *pdf = 0;
+  const bool reflected = wo.z * wi.z > 0;
+  const float cos_om = dot(wo, m), cos_im = dot(wi, m);
+  if (cos_om <= 0 || (cos_im > 0) != reflected) return 0;  // the facet is seen from behind
   const float part = reflected ? F : 1 - F;
   const float choice = parts == part_both ? part : part > 0 ? 1.0f : 0.0f;
-  const float visible = ggx.visible_pdf(wo, m) * choice;
-  const float dg = ggx.distribution(m) * ggx.masking_over_4cos(wo, wi) * part;
+  const float D = ggx.distribution(m);
+  const float visible = ggx.visible_share(wo) * D * cos_om * choice;
+  const float dg = D * ggx.masking_over_4cos(wo, wi) * part;
   if (reflected) {
-    *pdf = visible / (4 * std::abs(cos_om));
+    *pdf = visible / (4 * cos_om);
     return dg;
   }
+  const float eta = wo.z > 0 ? ior : 1 / ior;
   const float denominator = sqr(cos_im + cos_om / eta);
   if (denominator == 0) return 0;
   *pdf = visible * std::abs(cos_im) / denominator;
-  const float f = dg * 4 * std::abs(cos_im * cos_om) / denominator;
+  const float f = dg * 4 * std::abs(cos_im) * cos_om / denominator;
   return transport == Transport::radiance ? f / (eta * eta) : f;
 }
 
@@ -93,7 +99,7 @@ bool DielectricInterface::sample(const V3f& wo, float u1, const V2f& u2, Transpo
     if (!refract(wo, m, eta, &out->wi, &out->eta) || out->wi.z * wo.z >= 0) return false;
     out->transmitted = true;
   }
-  const float f = eval(wo, out->wi, transport, parts, &out->pdf);
+  const float f = eval_facet(wo, out->wi, m, F, transport, parts, &out->pdf);
   if (!(out->pdf > 0)) return false;
   out->weight = f * (std::abs(out->wi.z) / out->pdf);
   return true;

@@ -70,11 +70,23 @@ LightSampler::Selection LightSampler::select_unbounded(double u) const {
 }
 
 LightSampler::Selection LightSampler::select(const LightReceiver& to, float u) const {
+  return select(to, u, unbounded_probability(to), [&](double v, float* probability) { return tree_.select(to, v, probability); });
+}
+
+void LightSampler::select(const LightReceiver& to, std::span<const float> u, Selection* out) const {
   const float p = unbounded_probability(to);
+  LightTree::Walks walks;
+  for (size_t i = 0; i < u.size(); ++i)
+    out[i] = select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks); });
+}
+
+// walk: of the tree.
+template <class Walk>
+LightSampler::Selection LightSampler::select(const LightReceiver& to, float u, float p, const Walk& walk) const {
   if (p == 1 && unbounded_.size() <= 1) return unbounded_.empty() ? Selection{} : Selection{unbounded_[0], 1};
   if (p == 0 && tree_.size() == 1) {
     Selection only{-1, 1};
-    only.light = tree_.select(to, 0, &only.probability);
+    only.light = walk(0, &only.probability);
     return only;
   }
   if (tree_.empty()) return select_unbounded(u);
@@ -86,7 +98,7 @@ LightSampler::Selection LightSampler::select(const LightReceiver& to, float u) c
   }
   v = std::min((v - p) / (1 - double(p)), 1 - 0x1p-53);
   Selection chosen{-1, 1 - p};
-  chosen.light = tree_.select(to, v, &chosen.probability);
+  chosen.light = walk(v, &chosen.probability);
   return chosen.light < 0 ? Selection{} : chosen;
 }
 

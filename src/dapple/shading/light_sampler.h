@@ -33,6 +33,8 @@ class LightSampler {
 
   /// u uniform in [0, 1).
   Selection select(const LightReceiver& to, float u) const;
+  /// The same for each of several u, for less.
+  void select(const LightReceiver& to, std::span<const float> u, Selection* out) const;
   /// The probability with which select() returns this light.
   float probability(const LightReceiver& to, int light) const;
 
@@ -46,6 +48,8 @@ class LightSampler {
 
   float unbounded_probability(const LightReceiver& to) const;
   Selection select_unbounded(double u) const;
+  template <class Walk>
+  Selection select(const LightReceiver& to, float u, float unbounded_probability, const Walk& walk) const;
   float share(int slot) const;  // of one light in its class
 
   LightTree tree_;

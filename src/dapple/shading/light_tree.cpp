@@ -264,11 +264,29 @@ float LightTree::nearest(const LightReceiver& to, float within) const {
   return within;
 }
 
+float LightTree::first_probability(uint32_t children, const LightReceiver& to, Walks* walks) const {
+  const uint32_t slot = children / 2 % Walks::slot_count;
+  if (walks->children[slot] != children) {
+    walks->children[slot] = children;
+    walks->first[slot] = first_probability(children, to);
+  }
+  return walks->first[slot];
+}
+
 int LightTree::select(const LightReceiver& to, double u, float* probability) const {
+  return walk(u, probability, [&](uint32_t children) { return first_probability(children, to); });
+}
+
+int LightTree::select(const LightReceiver& to, double u, float* probability, Walks* walks) const {
+  return walk(u, probability, [&](uint32_t children) { return first_probability(children, to, walks); });
+}
+
+template <class First>
+int LightTree::walk(double u, float* probability, const First& first_probability) const {
   const Node* node = &nodes_[0];
   while (!(node->link & leaf_flag)) {
     const uint32_t children = node->link & link_mask;
-    const float p = first_probability(children, to);
+    const float p = first_probability(children);
     if (p < 0) return -1;
     if (u < p) {
       u /= p;

@@ -42,6 +42,16 @@ class LightTree {
   /// The light the walk ends at, multiplying *probability by that of the walk; -1 where nothing contributes. u in [0,
   /// 1).
   int select(const LightReceiver& to, double u, float* probability) const;
+  /// What walks from one receiver have found out about the nodes near the root, which they all pass.
+  class Walks {
+   private:
+    friend LightTree;
+    static constexpr uint32_t slot_count = 64;
+    uint32_t children[slot_count] = {};  ///< 0: none
+    float first[slot_count];
+  };
+  /// The same for one receiver after another walk from there.
+  int select(const LightReceiver& to, double u, float* probability, Walks* walks) const;
   /// `probability` times that of the walk to a light of the tree: what select() makes of it, to the last bit.
   float probability(const LightReceiver& to, int light, float probability) const;
   /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a sphere around each;
@@ -71,6 +81,9 @@ class LightTree {
   static float importance(const Node& node, const LightReceiver& to);
   /// Probability of the first of two adjacent nodes; -1 if neither contributes.
   float first_probability(uint32_t children, const LightReceiver& to) const;
+  float first_probability(uint32_t children, const LightReceiver& to, Walks* walks) const;
+  template <class First>
+  int walk(double u, float* probability, const First& first_probability) const;
 
   std::vector<Node> nodes_;       // [0] is the root
   std::vector<uint64_t> trails_;  // of each light: bit d is set where the path takes the second child at depth d
