@@ -143,6 +143,18 @@ bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
   return false;
 }
 
+void TileCache::prefetch(uint64_t key) const {
+  if (set_count_ == 0) return;
+  const uint32_t set = set_of(key), way = way_of(key, 0);
+  const Header& h = headers_[set];
+  __builtin_prefetch(&h.key[way]);
+  __builtin_prefetch(&h.version[way]);
+  __builtin_prefetch(&h.lives[way], 1);
+  const std::atomic<uint32_t>* const words = payload(set, way);
+  __builtin_prefetch(words);
+  __builtin_prefetch(words + words_in(way) - 1);
+}
+
 TileCache::Found TileCache::look(uint32_t set, uint64_t key, uint32_t* out, Slot* slot, uint8_t lives) const {
   Header& h = headers_[set];
   for (uint32_t i = 0; i < ways; ++i) {

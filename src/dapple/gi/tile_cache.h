@@ -53,6 +53,8 @@ class TileCache {
   /// Looks a key up; if it is absent, claims an entry for it. `out` has room for a large entry's words.
   Found find(uint64_t key, uint32_t* out, Slot* slot, const Kind& kind);
   Found find(uint64_t key, uint32_t* out, Slot* slot) { return find(key, out, slot, Kind()); }
+  /// Has memory brought nearer that find() is likely to read. Changes nothing.
+  void prefetch(uint64_t key) const;
   /// Claims an entry that was found ready, to publish more than it held. False if it has changed since.
   bool reclaim(Slot* slot);
   void publish(const Slot& slot, const uint32_t* words);

@@ -14,6 +14,7 @@ constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
+constexpr int looked_ahead = 8;  // entries whose memory is on its way
 
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
 class ClaimGuard {
@@ -125,6 +126,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   for (int round = 0; !all_known; ++round) {
     for (int e = 0; e < c.entry_count; ++e) {
       RadiosityCache::Entry& entry = c.entry[e];
+      if (e + looked_ahead < c.entry_count) cache.prefetch(c.entry[e + looked_ahead]);
       if (round > 0 && entry.found != TileCache::Found::pending) continue;
       cache.find(entry, &counts);
       if (round == most_waits && entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;

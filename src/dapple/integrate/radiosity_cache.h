@@ -71,6 +71,8 @@ class RadiosityCache {
   /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the caller is to add
   /// what is missing. Found::refused: the same, for itself alone.
   void find(Entry& entry, Counts* counts);
+  /// For a find() soon.
+  void prefetch(const Entry& entry) const { cache_.prefetch(entry.key); }
   void publish(Entry& entry);
   void abandon(const Entry& entry);
   /// Waits for an entry that was pending. True if all that is needed is known then: Found::ready.
