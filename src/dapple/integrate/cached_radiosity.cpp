@@ -186,7 +186,7 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
           continue;
         }
         const int k = f.count++;
-        set_cell(id, i, j, cell, entry.key, entry.links(), f, k);
+        set_cell(id, i, j, cell, entry.key, entry.links(), &w.extents, f, k);
         f.width[k] *= width_scale(f.diffuse_share(k)) / width_scale(1);
         c.target_entry[k] = e;
         c.target_point[k] = point;

@@ -62,25 +62,28 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
   if (!scene_.light_sampler) return;
   const int lights = int(scene_.lights.size());
   w.job_count = 0;
-  const auto add = [&](int k, int light, int i, int n) {
-    w.job_point[w.job_count] = k;
-    w.job_light[w.job_count] = light;
-    w.job_weight[w.job_count] = 1 / float(n);
-    w.seed[w.job_count] = uint32_t(hash(b.sequence[k], for_lights, uint32_t(light)));
-    w.index[w.job_count] = b.number[k] * uint32_t(n) + uint32_t(i);
-    if (++w.job_count == w.capacity) draw(b, w);
+  const auto add = [&](int k, int light, int n) {
+    const uint32_t seed = uint32_t(hash(b.sequence[k], for_lights, uint32_t(light)));
+    for (int i = 0; i < n; ++i) {
+      w.job_point[w.job_count] = k;
+      w.job_light[w.job_count] = light;
+      w.job_weight[w.job_count] = 1 / float(n);
+      w.seed[w.job_count] = seed;
+      w.index[w.job_count] = b.number[k] * uint32_t(n) + uint32_t(i);
+      if (++w.job_count == w.capacity) draw(b, w);
+    }
   };
   for (int k = 0; k < b.count; ++k) {
     if (!wanted[k]) continue;
     const int rays = shadow_rays_.at(diffuse_depth, b.share[k]);
     if (chooses()) {
-      for (int i = 0; i < rays * lights_apart; ++i) add(k, -1, i, rays * lights_apart);
+      add(k, -1, rays * lights_apart);
       continue;
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
       const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : std::clamp(b.origins[k], 1, rays);
-      for (int i = 0; i < n; ++i) add(k, light, i, n);
+      add(k, light, n);
     }
   }
   if (w.job_count > 0) draw(b, w);

@@ -105,20 +105,20 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
 }
 
 void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                         PointBatch& b, int k) const {
+                         scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   set_middle(id, i, j, cell, key, b, k);
   if (id.cluster_level > 0 && links.is_scattered()) b.share[k] *= scattered_share;
   b.origins[k] = PointBatch::few_origins;
-  spread_origins(id, i, j, links, true, b, k);
+  spread_origins(id, i, j, links, true, memory, b, k);
 }
 
 void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                              PointBatch& b, int k) const {
+                              scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   // A cell that something divides is read between this point and others on its side.
   if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, b, k);
   set_middle(id, i, j, cell, key, b, k);
   b.origins[k] = settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
-  spread_origins(id, i, j, links, false, b, k);
+  spread_origins(id, i, j, links, false, memory, b, k);
   if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
 }
 
@@ -142,7 +142,8 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
 }
 
-void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean, PointBatch& b, int k) const {
+void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean,
+                               scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
   // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
   // regular as cells would be seen in one phase alone.
@@ -164,6 +165,7 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
     };
     const uint64_t random = hash(b.key[k], for_origins, o);
     V2f at(to_unit_float(random), to_unit_float(random << 24));
+    geom::SurfacePoint s;
     if (id.cluster_level > 0) {
       const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
       if (links.divided >> patches_->part(id, patch.patch) & 1) {
@@ -171,14 +173,19 @@ void HitShader::spread_origins(const scene::GridId& id, int i, int j, const Tile
         continue;
       }
       patches_->place_on_tile(patch, at.x, at.y, &b.place(k), PointBatch::lane(k));
+      s = surface_at(b, k, time);
     } else {
       // What is nearer to the edges may be behind a wall.
       constexpr float low = TileLinks::margin, high = 1 - low;
       at = (V2f(float(o % side), float(o / side)) + at) * (1 / float(side));
       at = V2f(float(i), float(j)) + V2f(std::clamp(at.x, low, high), std::clamp(at.y, low, high));
-      patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
+      if (o == seen_from) {
+        patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
+        s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time);
+      } else {
+        s = patches_->surface_on_tile(id, at.x, at.y, time, memory);
+      }
     }
-    const geom::SurfacePoint s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time, o == seen_from);
     // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
     if (!(dot(s.Ng, middle.Ng) > (id.cluster_level > 0 ? scene::PatchTable::alike : 0))) {
       stay();

@@ -55,7 +55,7 @@ class HitShader {
 
   /// The same, with the origins of its rays spread over the cell: pixels would show shadows' edges as steps from point to point.
   void set_seen_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                     PointBatch& b, int k) const;
+                     scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
 
   /// Where such a point is at another time.
   geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place(k), PointBatch::lane(k), time, false); }
@@ -99,10 +99,11 @@ class HitShader {
 
   /// As set_seen_cell(), for the cache: what coarse cells hold is a mean, of patterns too, not what happens to be at their middle.
   void set_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                PointBatch& b, int k) const;
+                scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
   void set_middle(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
   /// Of a group of patches, over four of them that are linked. `of_mean`: patterns are seen from one of the origins.
-  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, bool of_mean, PointBatch& b, int k) const;
+  void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, bool of_mean,
+                      scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
 
   static Place behind_diffuse(const Place& place);
   /// Groups of patches are read for their mean, in which noise hides how coarse they are: forests would cost twice as much at .2.

@@ -150,8 +150,7 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
   way.error = 0;
   for (const bool end : {false, true}) {
     const V2f& at = end ? to : from;
-    patches_->place_on_tile(job.grid, at.x, at.y, &s.hits, 0);
-    const geom::SurfacePoint p = scene_.traced.surface(s.hits, 0, patches_->time(job.grid), false);
+    const geom::SurfacePoint p = patches_->surface_on_tile(job.grid, at.x, at.y, patches_->time(job.grid), &s.extents);
     way.P[end] = p.P;
     way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
     way.error = std::max(way.error, p.error);

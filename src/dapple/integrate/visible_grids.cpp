@@ -163,7 +163,7 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
       if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
-        shader_.set_seen_cell(id, i, j, cell, id.hash(), grid.links, b, k);
+        shader_.set_seen_cell(id, i, j, cell, id.hash(), grid.links, &w.shading.extents, b, k);
       else
         shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;

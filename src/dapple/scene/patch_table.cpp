@@ -333,14 +333,60 @@ void PatchTable::set_hit(const GridId& grid, uint32_t patch, float s, float t, t
   hits->primitive[lane] = f.face, hits->u[lane] = f.u, hits->v[lane] = f.v;
 }
 
-void PatchTable::place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const {
+// (s, t) of a place on a tile.
+V2f PatchTable::place_in_patch(const GridId& grid, float x, float y) const {
   const bool half = geometries_[grid.geometry].map && geometries_[grid.geometry].map->is_half(grid.patch);
   // Beyond the diagonal: what a cell lacks there, its other half has twice.
   if (half && grid.u_level == grid.v_level && grid.tile_u == grid.tile_v && int(x) == int(y) && y > x) std::swap(x, y);
   const float s = (float(grid.tile_u * GridId::tile) + x) / float(1u << grid.u_level);
-  float t = (float(grid.tile_v * GridId::tile) + y) / float(1u << grid.v_level);
-  if (half) t = std::min(t, s);
-  set_hit(grid, grid.patch, s, t, hits, lane);
+  const float t = (float(grid.tile_v * GridId::tile) + y) / float(1u << grid.v_level);
+  return {s, half ? std::min(t, s) : t};
+}
+
+void PatchTable::place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const {
+  const V2f at = place_in_patch(grid, x, y);
+  set_hit(grid, grid.patch, at.x, at.y, hits, lane);
+}
+
+PatchTable::Facets PatchTable::facets(uint32_t instance, uint32_t geometry, uint32_t patch) const {
+  Facets f;
+  f.instance = instance, f.geometry = geometry, f.patch = patch;
+  const auto& map = geometries_[geometry].map;
+  if (!map || (instance != trace::no_id && scene_.is_animated(instance))) return f;
+  const geom::Mesh& mesh = *std::get<trace::MeshPtr>(scene_.shape(geometry));
+  if (!mesh.N.empty() || !mesh.P_end.empty()) return f;
+  GridId grid;
+  grid.instance = instance, grid.geometry = geometry;
+  const auto at = [&](float s, float t) {
+    trace::HitBatch hit;
+    set_hit(grid, patch, s, t, &hit, 0);
+    return scene_.surface(hit, 0, dicing_time, false);
+  };
+  f.known = true;
+  f.falling = mesh.corners == 4;
+  const bool half = map->is_half(patch);
+  const geom::SurfacePoint a = at(0, 0), b = at(1, 0), c = at(1, 1), d = half ? c : at(0, 1);
+  const float error = 1.5f * std::max({a.error, b.error, c.error, d.error});
+  f.facet[0] = {a.P, b.P - a.P, f.falling ? d.P - a.P : c.P - b.P, a.Ng, error};
+  f.facet[1] = f.falling ? Facets::Facet{b.P + d.P - c.P, c.P - d.P, c.P - b.P, c.Ng, error} : Facets::Facet{a.P, c.P - d.P, d.P - a.P, d.Ng, error};
+  return f;
+}
+
+geom::SurfacePoint PatchTable::surface_on_tile(const GridId& grid, float x, float y, float time, Extents* memory) const {
+  Facets& f = memory->facets(grid.instance, grid.geometry, grid.patch);
+  if (f.instance != grid.instance || f.geometry != grid.geometry || f.patch != grid.patch) f = facets(grid.instance, grid.geometry, grid.patch);
+  if (!f.known) {
+    trace::HitBatch hit;
+    place_on_tile(grid, x, y, &hit, 0);
+    return scene_.surface(hit, 0, time, false);
+  }
+  const V2f at = place_in_patch(grid, x, y);
+  const Facets::Facet& facet = f.facet[f.falling ? at.x + at.y > 1 : at.y > at.x];
+  geom::SurfacePoint s;
+  s.P = facet.P + facet.s * at.x + facet.t * at.y;
+  s.Ng = s.Ns = facet.Ng;
+  s.error = facet.error;
+  return s;
 }
 
 GridId PatchTable::patch_of(const trace::HitBatch& hits, int i) const {

@@ -54,16 +54,27 @@ class PatchTable {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
     V3f s{0, 0, 0}, t{0, 0, 0};  ///< change of P across the patch, world
   };
-  /// The sizes of patches that were asked for lately, for callers that meet the same ones many times.
+  /// A patch of a mesh that stands still and has no normals of its own: two triangles, on each of which places are P + s S + t T.
+  struct Facets {
+    uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
+    bool known = false;  ///< false: it is no such patch
+    bool falling = false;  ///< the triangles meet where s + t = 1; else where s = t
+    struct Facet {
+      V3f P{0, 0, 0}, s{0, 0, 0}, t{0, 0, 0}, Ng{0, 0, 1};
+      float error = 0;
+    } facet[2];
+  };
+  /// The patches that were asked for lately, for callers that meet the same ones many times.
   class Extents {
    public:
-    Extent& of(uint32_t instance, uint32_t geometry, uint32_t patch) {
-      return entries_[(instance * 7 + geometry * 5 + patch) % entry_count];
-    }
+    Extent& of(uint32_t instance, uint32_t geometry, uint32_t patch) { return entries_[slot(instance, geometry, patch)]; }
+    Facets& facets(uint32_t instance, uint32_t geometry, uint32_t patch) { return facets_[slot(instance, geometry, patch)]; }
 
    private:
     static constexpr uint32_t entry_count = 256;
+    static uint32_t slot(uint32_t instance, uint32_t geometry, uint32_t patch) { return (instance * 7 + geometry * 5 + patch) % entry_count; }
     Extent entries_[entry_count];
+    Facets facets_[entry_count];
   };
 
   /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d at a time, and the motion segment if the surface
@@ -95,6 +106,8 @@ class PatchTable {
   void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
   /// The same of any place on a tile of a patch that is not a curve, in cells from its first corner.
   void place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const;
+  /// The surface there at a time, without u, v and tangents.
+  geom::SurfacePoint surface_on_tile(const GridId& grid, float x, float y, float time, Extents* memory) const;
   /// The patch of a hit, as a tile of one cell.
   GridId patch_of(const trace::HitBatch& hits, int i) const;
   /// Where moving things are measured: their shading points are then as wide as their cells.
@@ -137,6 +150,8 @@ class PatchTable {
   };
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
   const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
+  Facets facets(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  V2f place_in_patch(const GridId& grid, float x, float y) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
   bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
