@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include "dapple/geom/sample_lanes.h"
 #include "dapple/numeric/branchless.h"
 
 namespace dapple::geom {
 namespace {
-
-constexpr int lanes = 4;  // of doubles, in a vector of AVX2
-static_assert(most_at_once % lanes == 0);
 
 V3d to_double(const V3f& v) {
   return V3d(v.x, v.y, v.z);
@@ -54,26 +52,21 @@ struct RectangleEmitter::Spherical {
   void sample(std::span<const V2f> u, double solid_angle, V2f* st) const {
     const double to_y0 = y0 * y0 + z0 * z0, b0 = -y0 / std::sqrt(to_y0), b1 = y1 / std::sqrt(y1 * y1 + z0 * z0), c0 = z0 * z0 / to_y0;
     const double first = 2 * std::numbers::pi - g23.positive(), per_x = 1 / (x1 - x0), per_y = 1 / (y1 - y0);
-    alignas(64) double ux[most_at_once], uy[most_at_once], s[most_at_once], t[most_at_once];
-    const int n = int(u.size()), whole = n == 1 ? 1 : (n + lanes - 1) / lanes * lanes;
-    for (int i = 0; i < whole; ++i) ux[i] = u[size_t(std::min(i, n - 1))].x, uy[i] = u[size_t(std::min(i, n - 1))].y;
-    const auto place = [&](int i) {
-      const auto [sine, cosine] = sine_cosine(ux[i] * solid_angle + first);
+    const SampleLanes lanes(u);
+    alignas(64) double s[most_at_once], t[most_at_once];
+    lanes.each([&](int i) {
+      const auto [sine, cosine] = sine_cosine(lanes.x[i] * solid_angle + first);
       const double numerator = cosine * b0 - b1;
       const double across = -z0 / std::sqrt(std::max(numerator * numerator - c0 * sine * sine, 1e-300));
       const double xu = std::clamp(across * std::copysign(1.0, numerator) * sine, x0, x1);
       const double d2 = xu * xu + z0 * z0;
       const double h0 = y0 / std::sqrt(d2 + y0 * y0), h1 = y1 / std::sqrt(d2 + y1 * y1);
-      const double hv = h0 + uy[i] * (h1 - h0);
+      const double hv = h0 + lanes.y[i] * (h1 - h0);
       const double yv = std::clamp(hv * std::sqrt(d2 / std::max(1 - hv * hv, 1e-12)), y0, y1);
       s[i] = (xu - x0) * per_x;
       t[i] = (yv - y0) * per_y;
-    };
-    if (n == 1)
-      place(0);
-    else
-      for (int i = 0; i < whole; ++i) place(i);
-    for (int i = 0; i < n; ++i) st[i] = {static_cast<float>(s[i]), static_cast<float>(t[i])};
+    });
+    for (size_t i = 0; i < u.size(); ++i) st[i] = {static_cast<float>(s[i]), static_cast<float>(t[i])};
   }
 };
 

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "dapple/geom/sample_lanes.h"
+#include "dapple/numeric/branchless.h"
 #include "dapple/numeric/warp.h"
 
 namespace dapple::geom {
@@ -29,7 +31,7 @@ struct SphericalTriangle {
     a = A / la, b = B / lb, c = C / lc;
     det = std::abs(a.dot((b - a).cross(c - a)));
     // Van Oosterom & Strackee 1983.
-    const double omega = 2 * std::atan2(det, 1 + a.dot(b) + b.dot(c) + c.dot(a));
+    const double omega = 2 * argument(1 + a.dot(b) + b.dot(c) + c.dot(a), det);
     if (omega >= TriangleEmitter::min_solid_angle && omega <= TriangleEmitter::max_solid_angle) solid_angle = omega;
   }
 
@@ -39,22 +41,44 @@ struct SphericalTriangle {
     const float r2 = std::max({length2(p0 - centre), length2(p1 - centre), length2(p2 - centre)});
     return r2 < sqr(TriangleEmitter::small_angle) * length2(centre - ref);
   }
+};
 
-  /// A direction uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards
-  /// c2.
-  V3d sample(const V2f& u) const {
-    const double cos_c = a.dot(b), cos_b = a.dot(c);
-    const double num = b.dot(c) - cos_c * cos_b, hyp = std::hypot(num, det);
-    const double cos_alpha = num / hyp, sin_alpha = det / hyp;
-    const double area = u.x * solid_angle, sin_area = std::sin(area), cos_area = std::cos(area);
-    const double s = sin_area * cos_alpha - cos_area * sin_alpha;
-    const double t = cos_area * cos_alpha + sin_area * sin_alpha;
-    const double x = t - cos_alpha, y = s + sin_alpha * cos_c;
-    const double q0 = ((y * t - x * s) * cos_alpha - y) / ((y * s + x * t) * sin_alpha);
-    const double q = q0 <= 1 ? std::max(q0, -1.0) : 1;  // also for the 0/0 of u.x = 0
-    const V3d c2 = a * q + (c - a * cos_b).normalized() * std::sqrt(1 - q * q);
-    const double cos_c2 = c2.dot(b), h = u.y * (1 - cos_c2);
-    return b * (1 - h) + (c2 - b * cos_c2).normalized() * std::sqrt(h * (2 - h));
+/// Directions uniform in the triangle (Arvo 1995): u.x cuts off a sub-triangle a, b, c2; u.y walks from b towards c2.
+struct ArvoSampling {
+  const SphericalTriangle& t;
+  double cos_c, cos_alpha, sin_alpha;
+  V3d along;       // from a to c, at a right angle to a
+  V3d bc, ca, ab;  // crosses of vertices
+
+  explicit ArvoSampling(const SphericalTriangle& triangle) : t(triangle), cos_c(t.a.dot(t.b)) {
+    const double cos_b = t.a.dot(t.c), num = t.b.dot(t.c) - cos_c * cos_b, hyp = std::sqrt(num * num + t.det * t.det);
+    cos_alpha = num / hyp, sin_alpha = t.det / hyp;
+    along = (t.c - t.a * cos_b).normalized();
+    bc = t.B.cross(t.C), ca = t.C.cross(t.A), ab = t.A.cross(t.B);
+  }
+
+  V3d direction(double u, double v) const {
+    const auto [sin_area, cos_area] = sine_cosine(u * t.solid_angle);
+    const double sine = sin_area * cos_alpha - cos_area * sin_alpha, cosine = cos_area * cos_alpha + sin_area * sin_alpha;
+    const double x = cosine - cos_alpha, y = sine + sin_alpha * cos_c;
+    const double q0 = ((y * cosine - x * sine) * cos_alpha - y) / ((y * sine + x * cosine) * sin_alpha);
+    const double q = q0 <= 1 ? std::max(q0, -1.0) : 1;  // also for the 0/0 of u = 0
+    const V3d c2 = t.a * q + along * std::sqrt(1 - q * q);
+    const double cos_c2 = c2.dot(t.b), h = v * (1 - cos_c2);
+    const V3d across = c2 - t.b * cos_c2;
+    return t.b * (1 - h) + across * std::sqrt(h * (2 - h) / std::max(across.dot(across), 1e-300));
+  }
+
+  /// Barycentric coordinates of the points in those directions; NaN where rounding leaves none.
+  void points(std::span<const V2f> u, V3f* out) const {
+    const SampleLanes lanes(u);
+    alignas(64) double b[3][most_at_once];
+    lanes.each([&](int i) {
+      const V3d w = direction(lanes.x[i], lanes.y[i]);
+      const double b0 = std::abs(w.dot(bc)), b1 = std::abs(w.dot(ca)), b2 = std::abs(w.dot(ab)), share = 1 / (b0 + b1 + b2);
+      b[0][i] = b0 * share, b[1][i] = b1 * share, b[2][i] = b2 * share;
+    });
+    for (size_t i = 0; i < u.size(); ++i) out[i] = {float(b[0][i]), float(b[1][i]), float(b[2][i])};
   }
 };
 
@@ -97,21 +121,18 @@ uint32_t TriangleEmitter::sample(const V3f& ref, std::span<const V2f> u, Emitter
   const bool by_angle = spherical.solid_angle > 0;
   const V3f n = normal();
   const float density = by_angle ? static_cast<float>(1 / spherical.solid_angle) : 1 / area();
+  V3f barycentric[most_at_once];
+  if (by_angle)
+    ArvoSampling(spherical).points(u, barycentric);
+  else
+    for (size_t i = 0; i < u.size(); ++i) {
+      const V2f b = square_to_triangle(u[i]);
+      barycentric[i] = {b.x, b.y, 1 - b.x - b.y};
+    }
   uint32_t drawn = 0;
   for (size_t i = 0; i < u.size(); ++i) {
-    V3f b;
-    if (by_angle) {
-      const V3d w = spherical.sample(u[i]);
-      const double b0 = std::abs(w.dot(spherical.B.cross(spherical.C)));
-      const double b1 = std::abs(w.dot(spherical.C.cross(spherical.A)));
-      const double b2 = std::abs(w.dot(spherical.A.cross(spherical.B)));
-      const double sum = b0 + b1 + b2;
-      if (!(sum > 0)) continue;
-      b = {static_cast<float>(b0 / sum), static_cast<float>(b1 / sum), static_cast<float>(b2 / sum)};
-    } else {
-      const V2f b01 = square_to_triangle(u[i]);
-      b = {b01.x, b01.y, 1 - b01.x - b01.y};
-    }
+    const V3f b = barycentric[i];
+    if (!(b.x >= 0)) continue;
     out[i].p = p0_ * b.x + p1_ * b.y + p2_ * b.z;
     out[i].n = n;
     out[i].uv = uv_at(b);
