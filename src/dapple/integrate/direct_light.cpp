@@ -174,7 +174,8 @@ void DirectLight::draw_lights(const PointBatch& b, int begin, int end, ShadingWo
     return;
   }
   const auto origin = [&](int job) { return b.origin_index(k, int(w.index[job])); };
-  std::sort(all.begin(), all.end(), [&](int i, int j) { return origin(i) < origin(j); });
+  // Those towards one light stay together.
+  std::sort(all.begin(), all.end(), [&](int i, int j) { return origin(i) != origin(j) ? origin(i) < origin(j) : i < j; });
   for (size_t i = 0, next = 0; i < all.size(); i = next) {
     while (next < all.size() && origin(all[next]) == origin(all[i])) ++next;
     draw_from_one_place(b, all.subspan(i, next - i), w);
