@@ -35,7 +35,7 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
     auto near = points_read(below, c.point[n]);
     if (!links[c.entry_of[n]].restrict_to(c.point[n], &near)) continue;
     r.cached[c.ray[n]] = true;
-    answers[r.point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.key[n]));
+    answers[r.point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.entry[c.entry_of[n]].key));
   }
   for (int i = 0; i < r.count; ++i) {
     CacheAnswers& of_point = answers[r.point[i]];

@@ -79,22 +79,31 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
       float width = width_at(patches_->has_groups(geometry) ? group_width() : settings_.cache_width);
       scene::GridPoint& at = c.point[c.count];
-      if (!patches_->dice(r.hits, i, d, time, s, width, &w.extents, &at)) continue;
+      const scene::PatchTable::PatchHit hit = patches_->patch_hit(r.hits, i, d, time, s, &w.extents);
+      if (!patches_->dice(hit, width, &at)) continue;
       if (at.grid.cluster_level == 0 && patches_->has_groups(geometry) && group_width() > settings_.cache_width &&
-          !patches_->dice(r.hits, i, d, time, s, width = width_at(settings_.cache_width), &w.extents, &at))
+          !patches_->dice(hit, width = width_at(settings_.cache_width), &at))
         continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-      uint64_t name = at.grid.hash();
-      for (int halvings = 0; halvings < most_halvings && lies_near_light(at.grid, name, w); ++halvings) {
-        patches_->dice(r.hits, i, d, time, s, width *= 0.5f, &w.extents, &at);
+      int entry = c.plain_entry(at.grid);
+      uint64_t name = 0;
+      bool near_light = false;
+      for (int halvings = 0; entry < 0; ++halvings) {
         name = at.grid.hash();
+        near_light = lies_near_light(at.grid, name, w);
+        if (!near_light || halvings == most_halvings) break;
+        patches_->dice(hit, width *= 0.5f, &at);
+        entry = c.plain_entry(at.grid);
       }
-      const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
-      if (among_movers) at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
-      if (in_group) patches_->turn_group(s.Ng, at.patch, &at.grid);
-      if (among_movers || in_group) name = at.grid.hash();
-      c.key[c.count] = RadiosityCache::key(name, below.depth.diffuse);
-      c.entry_of[c.count] = c.add_entry(c.key[c.count], at.grid, below.depth.diffuse);
+      if (entry < 0) {
+        const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
+        if (among_movers) at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
+        if (in_group) patches_->turn_group(s.Ng, at.patch, &at.grid);
+        if (among_movers || in_group) name = at.grid.hash();
+        entry = c.add_entry(RadiosityCache::key(name, below.depth.diffuse), at.grid, below.depth.diffuse);
+        if (!near_light && !among_movers && !in_group) c.set_plain(entry);
+      }
+      c.entry_of[c.count] = entry;
       c.leaving[c.count] = mirror ? shading::through_coat(materials_.coat(geometry), dot(s.Ns, d)) : 1;
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;

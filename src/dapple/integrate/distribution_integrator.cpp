@@ -217,7 +217,7 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
 bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) const {
   CameraSample& s = w.sample[p];
   const float width = s.width * std::sqrt(settings_.shading_rate) / finer;
-  if (!patches_.dice(w.hits, p, s.d, s.time, s.surface, width, &w.shading.extents, &s.point)) return false;
+  if (!patches_.dice(patches_.patch_hit(w.hits, p, s.d, s.time, s.surface, &w.shading.extents), width, &s.point)) return false;
   if (patches_.motion().any() && !patches_.motion().moves(w.hits.instance[p], s.geometry))
     s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time, most_segments(settings_));
   return true;

@@ -17,21 +17,21 @@ GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
   Shard& shard = shards_[name.hash >> 58];
   static_assert(shard_count == 1 << (64 - 58));
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.grids.find(name); found != shard.grids.end()) {
-    found->second->recent = true;
-    return {found->second, false};
+  GridPtr& grid = shard.grids[name];
+  if (grid) {
+    grid->recent = true;
+    return {grid, false};
   }
   make_room(shard);
-  auto grid = std::make_shared<ShadingGrid>(id, groups_, with_bsdf);
+  grid = std::make_shared<ShadingGrid>(id, groups_, with_bsdf);
   grid->claimed = ShadingGrid::linked;
   shard.queue.push_back(grid);
-  shard.grids.emplace(name, grid);
   shard.bytes += grid->bytes();
   const size_t bytes = bytes_ += grid->bytes();
   size_t peak = peak_bytes_;
   while (peak < bytes && !peak_bytes_.compare_exchange_weak(peak, bytes)) {
   }
-  return {std::move(grid), true};
+  return {grid, true};
 }
 
 // Those that are being shaded are not dropped.

@@ -128,7 +128,7 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
   b.geometry[k] = id.geometry;
   b.time[k] = patches_->time(id);
-  b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k]);
+  b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k], materials_.needs_tangents(id.geometry));
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
@@ -352,8 +352,8 @@ void HitShader::gather_hits(const Place& place, const Place& below, float growth
     std::fill_n(r.glint, r.count, 0.0f);
   }
   if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
-  shade_hits(place, below, sets, [&](const RaySet& r, int i) { return wanted(r, i) && !r.cached[i] ? 1.0f : 0.0f; }, w);
-  if (coats_mirror(below))
+  shade_hits(place, below, sets, [&](const RaySet& r, int i) { return !r.cached[i] && wanted(r, i) ? 1.0f : 0.0f; }, w);
+  if (coats_mirror(below) && materials_.any_coat())
     shade_hits(place, {below.level, below.depth, Arrival::coat}, sets,
                [&](const RaySet& r, int i) {
                  if (!wanted(r, i) || !materials_.has_coat(r.hits.geometry[i])) return 0.0f;
@@ -390,9 +390,9 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
   for (int set = 0; set < sets; ++set) {
     const RaySet& r = b.ray_set(set);
     for (int i = 0; i < r.count; ++i) {
-      if (r.hits.geometry[i] == no_id || r.weight[i].is_black()) continue;
+      if (r.hits.geometry[i] == no_id) continue;
       const float taken = weight(r, i);
-      if (taken == 0) continue;
+      if (taken == 0 || r.weight[i].is_black()) continue;
       const int k = r.point[i], c = found.count++;
       weights[c] = taken;
       found.parent[c] = set * RaySet::capacity + i;

@@ -32,6 +32,7 @@ class MaterialTable {
   /// it differs from place to place, some value. 0: nothing.
   float coat(uint32_t geometry) const { return coat_[index(geometry)]; }
   bool has_coat(uint32_t geometry) const { return coat(geometry) > 0; }
+  bool any_coat() const { return std::any_of(coat_.begin(), coat_.end(), [](float coat) { return coat > 0; }); }
   /// All that is seen of it is diffuse light, from wherever it is seen.
   bool is_view_independent(uint32_t geometry) const { return view_independent_[index(geometry)]; }
   /// Prelighting reads the points: it differs from place to place.

@@ -27,11 +27,6 @@ class PublishLinks {
   std::vector<ShadingGrid*> grids_;
 };
 
-uint32_t slot_of(const GridId& id) {
-  const uint32_t h = id.patch * 0x9e3779b1u + id.tile_u * 0x85ebca77u + id.tile_v * 0xc2b2ae3du + id.instance * 0x27d4eb2fu + id.span * 0x165667b1u;
-  return h >> 16 ^ h;
-}
-
 // Large surfaces are shaded by whole tiles, however little of them the samples see. Much of a leaf is behind others.
 ShadingGrid::Parts points_wanted(const ShadingGrid& grid, const scene::PatchTable::Neighbours& near, bool refined) {
   if (!PixelPoints::is_small(grid.id) && !refined) return (1u << grid.id.count()) - 1;
@@ -109,7 +104,7 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
       CameraSample& s = w.sample[w.order[i]];
       const GridId& id = s.point.grid;
       // The samples of a block see few grids.
-      uint32_t& found = w.found[slot_of(id) % DistributionWorkspace::found_count];
+      uint32_t& found = w.found[id.slot() % DistributionWorkspace::found_count];
       if (found == 0 || w.held[found - 1]->id != id) {
         auto [grid, mine] = grids_.claim(id, shader_.materials().varies(id.geometry));
         ++w.caches[0].lookups;
@@ -157,15 +152,16 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
 void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
   const GridId id = patches_seen(grid.id, w);
   const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
+  const uint64_t key = id.hash();
   const Shares shares = shared_work(id, w);
   for (int j = 0; j < id.height(); ++j)
     for (int i = 0; i < id.width(); ++i) {
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
       if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
-        shader_.set_seen_cell(id, i, j, cell, id.hash(), grid.links, &w.shading.extents, b, k);
+        shader_.set_seen_cell(id, i, j, cell, key, grid.links, &w.shading.extents, b, k);
       else
-        shader_.set_shading_point(id, i, j, cell, id.hash(), b, k);
+        shader_.set_shading_point(id, i, j, cell, key, b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
       if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P)};
@@ -239,8 +235,9 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
   for (int i = 0; i < rays; ++i) {
     if (w.seen_hits.geometry[i] == trace::no_id) continue;
     const geom::SurfacePoint s = scene_.traced.surface_without_tangents(w.seen_ray, w.seen_hits, i);
+    const auto hit = patches_.patch_hit(w.seen_hits, i, w.seen_ray.direction(i), time, s, &w.shading.extents);
     scene::GridPoint point;
-    if (!patches_.dice(w.seen_hits, i, w.seen_ray.direction(i), time, s, width * std::sqrt(settings_.shading_rate), &w.shading.extents, &point)) continue;
+    if (!patches_.dice(hit, width * std::sqrt(settings_.shading_rate), &point)) continue;
     if (PixelPoints::is_small(point.grid) && std::find(seen, seen + count, point.grid) == seen + count) seen[count++] = point.grid;
   }
   return std::max(count, 1);

@@ -133,44 +133,57 @@ const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint3
   return e;
 }
 
-bool PatchTable::dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p, float width,
-                      Extents* memory, GridPoint* out) const {
-  const uint32_t g = hits.geometry[i];
-  *out = {};
-  out->grid.instance = hits.instance[i];
-  out->grid.geometry = g;
-  out->grid.behind = dot(p.Ng, d) > 0;
-  if (motion_.any()) out->grid.span = motion_.span(hits.instance[i], g, width, time);
-  if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(g))) return dice_curve(hits, i, width, out);
+PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p,
+                                           Extents* memory) const {
+  const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
+  PatchHit hit{.instance = instance, .geometry = geometry, .patch = hits.primitive[i], .s = hits.u[i], .t = hits.v[i], .time = time};
+  const trace::Shape& shape = scene_.shape(geometry);
+  if (std::holds_alternative<trace::CurvesPtr>(shape)) return hit;
+  hit.behind = dot(p.Ng, d) > 0;
+  if (is_round(shape)) {
+    hit.s_length2 = across2(p.dPdu, d), hit.t_length2 = across2(p.dPdv, d);
+    return hit;
+  }
+  if (const geom::PatchMap* map = geometries_[geometry].map.get()) {
+    const auto at = map->patch_point(hit.patch, hit.s, hit.t);
+    hit.patch = at.patch, hit.s = at.s, hit.t = at.t;
+  }
+  const Extent& e = remembered_extent(instance, geometry, hit.patch, memory);
+  hit.s_length2 = across2(e.s, d), hit.t_length2 = across2(e.t, d);
+  return hit;
+}
 
-  const GeometryPatches& patches = geometries_[g];
-  const auto point = patches.map ? patches.map->patch_point(hits.primitive[i], hits.u[i], hits.v[i])
-                                 : geom::PatchMap::PatchPoint{hits.primitive[i], hits.u[i], hits.v[i]};
-  out->grid.patch = out->patch = point.patch;
-  const bool quadric = is_round(scene_.shape(g));
-  Extent of_point{hits.instance[i], g, 0, p.dPdu, p.dPdv};
-  const Extent& e = quadric ? of_point : remembered_extent(hits.instance[i], g, point.patch, memory);
-  const float s_length2 = across2(e.s, d), t_length2 = across2(e.t, d);
-  if (std::max(s_length2, t_length2) <= sqr(small_patch * width)) {
-    if (!patches.clusters) return true;
-    // Groups are measured in the mesh's own space.
-    const float scale = scene_.instance_scale(hits.instance[i]);
-    for (int k = 1; k <= patches.clusters->levels(); ++k) {
-      const uint32_t group = patches.clusters->group(point.patch, k);
-      if (!(patches.clusters->diameter(group, k) * scale <= group_width * width)) break;
-      out->grid.patch = group;
-      out->grid.cluster_level = uint8_t(k);
-    }
-    if (out->grid.cluster_level > 0) out->part = uint8_t(patches.clusters->part(point.patch, out->grid.cluster_level));
+bool PatchTable::dice(const PatchHit& hit, float width, GridPoint* out) const {
+  *out = {};
+  GridId& grid = out->grid;
+  grid.instance = hit.instance, grid.geometry = hit.geometry, grid.patch = out->patch = hit.patch;
+  grid.behind = hit.behind;
+  if (motion_.any()) grid.span = motion_.span(hit.instance, hit.geometry, width, hit.time);
+  if (hit.s_length2 < 0) return dice_curve(hit.s, width, out);
+  if (std::max(hit.s_length2, hit.t_length2) <= sqr(small_patch * width)) {
+    choose_group(width, out);
     return true;
   }
-  GridId& grid = out->grid;
   const float inverse2 = 1 / sqr(width);
-  const int u_level = level_of(s_length2 * inverse2), v_level = level_of(t_length2 * inverse2);
+  const int u_level = level_of(hit.s_length2 * inverse2), v_level = level_of(hit.t_length2 * inverse2);
   grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
-  out->x = place(point.s, u_level, &grid.tile_u);
-  out->y = place(point.t, v_level, &grid.tile_v);
+  out->x = place(hit.s, u_level, &grid.tile_u);
+  out->y = place(hit.t, v_level, &grid.tile_v);
   return true;
+}
+
+// The largest group of the patch that is no wider than asked for, if there is one. Groups are measured in the mesh's own space.
+void PatchTable::choose_group(float width, GridPoint* out) const {
+  const geom::PatchClusters* clusters = geometries_[out->grid.geometry].clusters.get();
+  if (!clusters) return;
+  const float scale = scene_.instance_scale(out->grid.instance);
+  for (int k = 1; k <= clusters->levels(); ++k) {
+    const uint32_t group = clusters->group(out->patch, k);
+    if (!(clusters->diameter(group, k) * scale <= group_width * width)) break;
+    out->grid.patch = group;
+    out->grid.cluster_level = uint8_t(k);
+  }
+  if (out->grid.cluster_level > 0) out->part = uint8_t(clusters->part(out->patch, out->grid.cluster_level));
 }
 
 float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const {
@@ -221,16 +234,14 @@ void PatchTable::turn_group(const V3f& Ng, uint32_t patch, GridId* group) const 
 }
 
 // A strip of cells along the curve, while it is no wider than two.
-bool PatchTable::dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const {
-  const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(hits.geometry[i]));
-  const geom::CurveSet::ControlPoint* c = &curves.control_points[hits.primitive[i] * size_t(4)];
-  const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(hits.instance[i]);
-  if (!(radius <= width)) return false;
+bool PatchTable::dice_curve(float u, float width, GridPoint* out) const {
   GridId& grid = out->grid;
-  grid.patch = out->patch = hits.primitive[i];
-  grid.u_level = uint8_t(level_of(sqr(curve_length(hits.instance[i], hits.geometry[i], grid.patch) / width)));
-  grid.behind = 0;  // its points face the eye
-  out->x = place(hits.u[i], grid.u_level, &grid.tile_u);
+  const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(grid.geometry));
+  const geom::CurveSet::ControlPoint* c = &curves.control_points[grid.patch * size_t(4)];
+  const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(grid.instance);
+  if (!(radius <= width)) return false;
+  grid.u_level = uint8_t(level_of(sqr(curve_length(grid.instance, grid.geometry, grid.patch) / width)));
+  out->x = place(u, grid.u_level, &grid.tile_u);
   out->y = 0.5f;
   return true;
 }

@@ -28,6 +28,12 @@ struct GridId {
   int count() const { return width() * height(); }
   int index(int i, int j) const { return j * width() + i; }  ///< of a cell in the tile
   uint64_t hash() const;
+  /// Quickly, for small tables.
+  uint32_t slot() const {
+    const uint32_t levels = uint32_t(u_level) << 16 | uint32_t(v_level) << 8 | span << 1 | behind;
+    const uint32_t h = patch * 0x9e3779b1u + tile_u * 0x85ebca77u + tile_v * 0xc2b2ae3du + (instance + geometry * 31) * 0x27d4eb2fu + levels * 0x165667b1u;
+    return h >> 16 ^ h;
+  }
   auto operator<=>(const GridId&) const = default;
 };
 
@@ -77,10 +83,18 @@ class PatchTable {
     Facets facets_[entry_count];
   };
 
-  /// The tile whose micropolygons are about `width` (m) long, for hit i of a ray along d at a time, and the motion segment if the surface
-  /// moves. False where it has no lattice, as curves that are wider than a pixel: these are shaded at the hit.
-  bool dice(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, float width, Extents* memory,
-            GridPoint* out) const;
+  /// A hit as a place on its patch.
+  struct PatchHit {
+    uint32_t instance, geometry, patch;
+    float s, t, time;
+    float s_length2 = -1, t_length2 = -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
+    bool behind = false;
+  };
+  /// Of hit i of a ray along d at a time.
+  PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, Extents* memory) const;
+  /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where it has no lattice, as
+  /// curves that are wider than a pixel: these are shaded at the hit.
+  bool dice(const PatchHit& hit, float width, GridPoint* out) const;
 
   /// Whether dice() may give a group of patches here.
   bool has_groups(uint32_t geometry) const { return geometries_[geometry].clusters != nullptr; }
@@ -154,7 +168,8 @@ class PatchTable {
   V2f place_in_patch(const GridId& grid, float x, float y) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
-  bool dice_curve(const trace::HitBatch& hits, int i, float width, GridPoint* out) const;
+  bool dice_curve(float u, float width, GridPoint* out) const;
+  void choose_group(float width, GridPoint* out) const;
   float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;
 
   const trace::TracedScene& scene_;
