@@ -60,6 +60,8 @@ struct TwoRooms {
   int planks = 1;          ///< of which the wall is put together, each a quad of its own
   int wall_quads = 1;      ///< along each side
   int room_quads = 1;      ///< along each side of floor, ceiling, and so on
+  float length = 2;        ///< of each room; it is 4 wide and 2 high
+  float lamp_height = 1.98f;
 };
 
 // Two rooms, one lit, whose floor, ceiling, front and back are one surface each for both. `x`: of the camera.
@@ -72,17 +74,19 @@ Camera "perspective" "float fov" 70
 WorldBegin
 AttributeBegin
   AreaLightSource "diffuse" "rgb L" [ 40 40 40 ]
-  Shape "bilinearmesh" "point3 P" [ -1.3 1.98 -.3  -.7 1.98 -.3  -1.3 1.98 .3  -.7 1.98 .3 ]
+  Translate 0 )" + std::to_string(is.lamp_height) + R"( 0
+  Shape "bilinearmesh" "point3 P" [ -1.3 0 -.3  -.7 0 -.3  -1.3 0 .3  -.7 0 .3 ]
 AttributeEnd
 Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
 )";
   const int n = is.room_quads;
-  text += wall({-2, 0, 2}, {2, 0, 2}, {-2, 0, -2}, {2, 0, -2}, n);
-  text += wall({-2, 2, -2}, {2, 2, -2}, {-2, 2, 2}, {2, 2, 2}, n);
-  text += wall({-2, 0, -2}, {2, 0, -2}, {-2, 2, -2}, {2, 2, -2}, n);
-  text += wall({2, 0, 2}, {-2, 0, 2}, {2, 2, 2}, {-2, 2, 2}, n);
-  text += wall({-2, 0, 2}, {-2, 0, -2}, {-2, 2, 2}, {-2, 2, -2}, n);
-  text += wall({2, 0, -2}, {2, 0, 2}, {2, 2, -2}, {2, 2, 2}, n);
+  const float x1 = is.length;
+  text += wall({-x1, 0, 2}, {x1, 0, 2}, {-x1, 0, -2}, {x1, 0, -2}, n);
+  text += wall({-x1, 2, -2}, {x1, 2, -2}, {-x1, 2, 2}, {x1, 2, 2}, n);
+  text += wall({-x1, 0, -2}, {x1, 0, -2}, {-x1, 2, -2}, {x1, 2, -2}, n);
+  text += wall({x1, 0, 2}, {-x1, 0, 2}, {x1, 2, 2}, {-x1, 2, 2}, n);
+  text += wall({-x1, 0, 2}, {-x1, 0, -2}, {-x1, 2, 2}, {-x1, 2, -2}, n);
+  text += wall({x1, 0, -2}, {x1, 0, 2}, {x1, 2, -2}, {x1, 2, 2}, n);
   const float half = is.one_sheet ? 0 : 0.0005f;
   for (int plank = 0; plank < is.planks; ++plank) {
     const float from = 2 - 4 * float(plank) / float(is.planks), to = 2 - 4 * float(plank + 1) / float(is.planks);

@@ -18,7 +18,7 @@ constexpr float margin = TileLinks::margin;
 struct Offset {
   float height, aside;
 };
-constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.35f, 0}};
+constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.25f, 0}};
 // A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the
 // angle.
 constexpr float like_normals = 0.7f, near_plane = 0.3f;
@@ -73,7 +73,7 @@ uint64_t TileLinker::link(Scratch& s) const {
 // From edge to edge, through the middles of all cells of the rows and columns of wanted points.
 void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell(job.grid, &s.extents).size;
+  const float size = patches_->cell(job.grid, &s.extents).width();
   const auto lines = [&](uint32_t points) {
     uint32_t found = 0;
     for (int j = 0; j < h; ++j)
@@ -88,10 +88,11 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
     if (wanted & TileLinks::column(i)) add(job, {float(i) + 0.5f, margin}, {float(i) + 0.5f, float(h) - margin}, size, {0, TileLinks::column(i)}, s, rays);
 }
 
-// From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of its cell.
+// From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of its cell; those from the
+// other side of the point, or they would miss a wall that stands just in it, as in the middle of a floor.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell(job.grid, &s.extents).size, corner = 0.5f - margin;
+  const float size = patches_->cell(job.grid, &s.extents).width(), corner = 0.5f - margin, beyond = margin;
   const uint32_t suspects = job.links->cut & TileLinks::suspects;
   const auto is_wanted = [&](int i, int j) { return bool(job.wanted >> job.grid.index(i, j) & 1); };
   const auto is_new_pair = [&](int i, int j, int i1, int j1) {
@@ -106,7 +107,7 @@ void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
       if (in_row && is_new_pair(i, j, i + 1, j)) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
       if (in_column && is_new_pair(i, j, i, j + 1)) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
       if (!(in_row || in_column) || !is_wanted(i, j)) continue;
-      for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) add(job, p, p + d * corner, size, {1u << bit, 0}, s, rays);
+      for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) add(job, p - d * beyond, p + d * corner, size, {1u << bit, 0}, s, rays);
     }
 }
 

@@ -152,6 +152,8 @@ class PatchTable {
   struct Cell {
     float size = 0;                        ///< m: the longer side; of a group, its diameter
     V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
+    /// The shorter side.
+    float width() const { return s == V3f(0, 0, 0) ? size : std::sqrt(std::min(length2(s), length2(t))); }
   };
   Cell cell(const GridId& grid, Extents* memory = nullptr) const;
   /// The length of a micropolygon across a direction of unit length, as dice() measures it.
