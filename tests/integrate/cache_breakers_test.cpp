@@ -228,6 +228,37 @@ LightSource "infinite" "rgb L" [ .2 .3 .5 ])"));
   expect_near(there, expected, 0.03f, "gloss");
 }
 
+// A room that is lit by the sky through a window, of which each place sees little: entries with a few shadow rays are bright by chance, the widest
+// of them for the whole room. Seen: the image's means of 8 seeds differ by 7.9 % from path tracing's (root of the mean square), by 13.4 % where the sky has
+// no more rays than a lamp.
+TEST(RadiosityCacheBreakers, SkyThroughWindowIsSteady) {
+  std::string text = R"(Film "rgb" "integer xresolution" 40 "integer yresolution" 30
+LookAt 1 1.6 2.5  2.2 1.1 -1  0 1 0
+Camera "perspective" "float fov" 65
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
+)";
+  const std::string walls[] = {
+      test::wall({0, 0, 3}, {5, 0, 3}, {0, 0, -2}, {5, 0, -2}),          test::wall({0, 3, -2}, {5, 3, -2}, {0, 3, 3}, {5, 3, 3}),
+      test::wall({0, 0, -2}, {5, 0, -2}, {0, 3, -2}, {5, 3, -2}),        test::wall({5, 0, 3}, {0, 0, 3}, {5, 3, 3}, {0, 3, 3}),
+      test::wall({0, 0, 3}, {0, 0, -2}, {0, 3, 3}, {0, 3, -2}),          test::wall({5, 0, -2}, {5, 0, 3}, {5, .8f, -2}, {5, .8f, 3}),
+      test::wall({5, 2.2f, -2}, {5, 2.2f, 3}, {5, 3, -2}, {5, 3, 3}),    test::wall({5, .8f, -2}, {5, .8f, -.5f}, {5, 2.2f, -2}, {5, 2.2f, -.5f}),
+      test::wall({5, .8f, 1.5f}, {5, .8f, 3}, {5, 2.2f, 1.5f}, {5, 2.2f, 3})};
+  for (const std::string& wall : walls) text += wall;
+  const auto built = build_text(text);
+  const double expected = render_built(built, 1024, test::bounces(4, 8)).mean().luminance();
+  auto s = settings(4, {64, 16});
+  s.shading.shadow_rays = RayList{4};
+  double squares = 0;
+  constexpr int seeds = 8;
+  for (int seed = 0; seed < seeds; ++seed) {
+    s.shading.seed = uint64_t(seed);
+    squares += sqr(render_built(built, 8, s).mean().luminance() / expected - 1);
+  }
+  EXPECT_LT(std::sqrt(squares / seeds), 0.1);
+}
+
 // A camera moves along a wall by an eighth of a pixel a frame and more: the wall's indirect light from frame to frame, moved back by whole pixels.
 // Entries and shading points do not know the camera, so it is that of other samples of the same lattice. A path tracer of as many samples, and grids whose
 // seeds change with the frame, as those of an animation without this property do, flicker with their whole noise. Bounds: a fifth of theirs (the

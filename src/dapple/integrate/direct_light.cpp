@@ -36,7 +36,10 @@ bool has_veils(const scene::Scene& scene) {
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
   const bool veiled = tracer.draws_opacity() && has_veils(scene);
-  for (const auto& light : scene.lights) one_ray_serves_.push_back(light->is_delta() && !veiled);
+  for (const auto& light : scene.lights) {
+    one_ray_serves_.push_back(light->is_delta() && !veiled);
+    sky_.push_back(light->is_infinite() && !light->is_delta());
+  }
   for (const auto& light : scene.lights) {
     throws_edges_ |= light->is_delta() || light->is_infinite();
     glints_ |= light->is_delta();
@@ -82,7 +85,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : std::clamp(b.origins[k], 1, rays);
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays) : std::clamp(b.origins[k], 1, rays);
       add(k, light, n);
     }
   }
@@ -221,9 +224,9 @@ void DirectLight::trace(ShadingWorkspace& w) const {
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
 float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
                                int rays) const {
-  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng) * float(rays);
-  if (!chooses()) return pdf;
-  return pdf * float(lights_apart) * scene_.light_sampler->probability(to, int(index));
+  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng);
+  if (!chooses()) return pdf * float(rays_to(index, rays));
+  return pdf * float(rays * lights_apart) * scene_.light_sampler->probability(to, int(index));
 }
 
 void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const {

@@ -7,10 +7,11 @@
 namespace dapple::integrate {
 
 /// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each light gets its own
-/// stratified shadow rays; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
+/// stratified shadow rays, a sky up to `sky_times` as many, since rooms see little of it, through windows; where there are more than
+/// `lights_apart`, that many times the rays of one choose lights by importance.
 class DirectLight {
  public:
-  static constexpr int lights_apart = 6;
+  static constexpr int lights_apart = 6, sky_times = 4, sky_rays = 16;
 
   /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
   DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays);
@@ -34,6 +35,8 @@ class DirectLight {
   void add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, LightSums& L, int p) const;
 
  private:
+  /// Shadow rays to a light where the list says so many.
+  int rays_to(size_t light, int rays) const { return sky_[light] ? std::max(rays, std::min(sky_times * rays, sky_rays)) : rays; }
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
@@ -47,7 +50,7 @@ class DirectLight {
   const RayTracer& tracer_;
   const RayList shadow_rays_;
   bool throws_edges_ = false, glints_ = false;
-  std::vector<uint8_t> one_ray_serves_, group_;  // by light
+  std::vector<uint8_t> one_ray_serves_, sky_, group_;  // by light
 };
 
 }  // namespace dapple::integrate
