@@ -5,9 +5,9 @@
 #include "commands.h"
 #include "dapple/base/error.h"
 #include "dapple/base/parallel.h"
-#include "dapple/image/atomic_file.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/render/report.h"
+#include "output_files.h"
 
 namespace dapple::app {
 
@@ -23,14 +23,17 @@ bool ends_with(const std::string& s, const std::string& end) {
 }
 
 int solve(const SolveOptions& o) {
-  for (const std::string& path : {o.output, o.csv, o.exr, o.plot})
-    if (!path.empty()) image::check_output_path(path);
+  OutputFiles outputs;
+  for (const auto& [option, path] : {std::pair{"--output", o.output}, {"--csv", o.csv}, {"--exr", o.exr}, {"--plot", o.plot}})
+    outputs.add(option, path);
+  outputs.check_input(o.input);
   if (!o.exr.empty() && !ends_with(o.exr, ".exr"))
     throw UsageError("--exr is " + o.exr + ", expected a name that ends with .exr");
   if (!o.plot.empty() && !ends_with(o.plot, ".svg"))
     throw UsageError("--plot is " + o.plot + ", expected a name that ends with .svg");
   set_thread_count(o.threads);
   const CanopyInput input = read_canopy_input(o.input);
+  if (input.sky) outputs.check_input(input.sky->image);
   const size_t layers = input.layers.size() * 2 + input.slabs;
   if (!o.exr.empty() && (input.wavelengths > 64 || layers * input.wavelengths > 8192))
     throw UsageError("--exr holds at most 64 wavelengths and 8192 wavelengths times slabs");

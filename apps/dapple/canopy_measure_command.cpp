@@ -6,11 +6,11 @@
 #include "canopy_scene.h"
 #include "commands.h"
 #include "dapple/base/log.h"
-#include "dapple/image/atomic_file.h"
 #include "dapple/integrate/canopy_survey.h"
 #include "dapple/integrate/plot_reflectance.h"
 #include "dapple/render/report.h"
 #include "dapple/shading/distant_light.h"
+#include "output_files.h"
 
 namespace dapple::app {
 
@@ -121,9 +121,12 @@ json measured_json(const MeasureOptions& o, const CanopyScene& scene, const inte
 }
 
 int measure(const MeasureOptions& o) {
-  if (!o.output.empty()) image::check_output_path(o.output);
+  OutputFiles outputs;
+  outputs.add("--output", o.output);
+  outputs.check_input(o.scene);
   Diagnostics diagnostics(o.strict);
   CanopyScene s = load_canopy_scene(o, diagnostics);
+  outputs.check_inputs(s.built->named_files);
   scene::Scene& scene = *s.built->scene;
   if (!o.sun.empty()) integrate::light_by_sun_only(&scene, angles_of("--sun", o.sun).direction(), RGB(1));
   std::optional<integrate::CanopySurvey> survey;

@@ -7,10 +7,10 @@
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
-#include "dapple/image/atomic_file.h"
 #include "dapple/integrate/plot_reflectance.h"
 #include "dapple/render/report.h"
 #include "dapple/shading/distant_light.h"
+#include "output_files.h"
 
 namespace dapple::app {
 
@@ -92,12 +92,15 @@ std::string result_csv(const nlohmann::json& result) {
 
 int reflect(const ReflectOptions& o) {
   const Timer timer;
-  for (const std::string& path : {o.output, o.csv})
-    if (!path.empty()) image::check_output_path(path);
+  OutputFiles outputs;
+  outputs.add("--output", o.output);
+  outputs.add("--csv", o.csv);
+  outputs.check_input(o.scene);
   std::optional<SkyAngles> sun;
   if (!o.sun.empty()) sun = angles_of("--sun", o.sun);
   Diagnostics diagnostics(o.strict);
   CanopyScene s = load_canopy_scene(o, diagnostics);
+  outputs.check_inputs(s.built->named_files);
   scene::Scene& scene = *s.built->scene;
   double height = scene.traced.bounds().max.z;
   if (!o.height.empty()) {

@@ -10,10 +10,10 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
-#include "dapple/image/atomic_file.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/integrate/scene_mask.h"
 #include "dapple/render/report.h"
+#include "output_files.h"
 #include "penumbra_options.h"
 
 namespace dapple::app {
@@ -53,7 +53,7 @@ class PenumbraRun {
   int run() {
     check_penumbra_options(o_);
     const std::vector<SunPlace> places = sun_places(o_);
-    check_outputs(places.size() > 1 || is_animation());
+    add_outputs(is_animation() ? int(places.size()) : 0);
     set_thread_count(o_.threads);
     if (o_.quiet) set_log_level(1);
     settings_.planes = o_.planes == "merged" ? forest::Planes::merged : forest::Planes::independent;
@@ -72,17 +72,20 @@ class PenumbraRun {
  private:
   bool is_animation() const { return o_.time_range.find('-') != std::string::npos; }
 
-  void check_outputs(bool animation) const {
-    for (const std::string& path : o_.outputs) image::check_writable(animation ? numbered(path, 1) : path);
-    for (const std::string& path : {o_.stats, o_.write_mask})
-      if (!path.empty()) image::check_output_path(path);
-    if (!o_.write_mask.empty()) image::check_writable(o_.write_mask);
+  void add_outputs(int frames) {
+    for (const std::string& path : o_.outputs)
+      for (int i = std::min(frames, 1); i <= frames; ++i) outputs_.add_image("--output", i > 0 ? numbered(path, i) : path);
+    outputs_.add("--stats", o_.stats);
+    if (!o_.write_mask.empty()) outputs_.add_image("--write-mask", o_.write_mask);
+    outputs_.check_inputs(o_.masks);
+    outputs_.check_inputs({o_.mask_scene, o_.sun_image, o_.sky});
   }
 
   void read_masks(const SunPlace& first) {
     if (!o_.mask_scene.empty()) {
       Diagnostics diagnostics;
       scene_.emplace(build::load_scene(o_.mask_scene, {}, diagnostics));
+      outputs_.check_inputs(scene_->named_files);
       look_along(first);
     } else {
       for (size_t i = 0; i < o_.masks.size(); ++i) {
@@ -176,6 +179,7 @@ class PenumbraRun {
   const PenumbraOptions& o_;
   const std::string command_line_;
   const Timer wall_;
+  OutputFiles outputs_;
   std::vector<forest::TransformCount> transforms_;
   forest::PenumbraSettings settings_;
   std::optional<build::BuiltScene> scene_;

@@ -10,11 +10,11 @@
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
-#include "dapple/image/atomic_file.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/shading/guarded_light.h"
 #include "dapple/shading/pattern_medium.h"
+#include "output_files.h"
 #include "progress_bar.h"
 
 namespace dapple::app {
@@ -219,8 +219,6 @@ void check(const RenderOptions& o) {
                                     {"--pixel-noise", o.pixel_noise}, {"--time-limit", o.time_limit}, {"--noise-target", o.noise_target}})
     if (std::isnan(value)) throw UsageError(std::string(name) + " is not a number");  // ranges let it through
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
-  for (const std::string& path : o.outputs) image::check_writable(path);
-  if (!o.stats.empty()) image::check_output_path(o.stats);
   render::parse_aovs(o.aovs);
 }
 
@@ -256,6 +254,10 @@ std::string samples_text(const render::SessionResult& r, const scene::Film& film
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check(o);
+  OutputFiles outputs;
+  for (const std::string& path : o.outputs) outputs.add_image("--output", path);
+  outputs.add("--stats", o.stats);
+  outputs.check_inputs({o.scene, o.ocio});
   if (o.quiet) set_log_level(1);
   set_thread_count(o.threads);
   Diagnostics diagnostics(o.strict);
@@ -265,7 +267,9 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (!o.crop.empty()) build_options.film.crop = parse_crop(o.crop);
   build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
   const std::vector<std::string> paths = output_paths(o, built);
-  for (const std::string& path : paths) image::check_writable(path);
+  if (o.outputs.empty()) outputs.add_image_of_scene(paths[0], built.film.place);
+  outputs.check_inputs(built.named_files);
+  outputs.check_input(o.ocio);
 
   build::IntegratorRequest request = integrator_request(o).over(built.request);
   render::OutputSettings output = output_settings(o, built, command_line);

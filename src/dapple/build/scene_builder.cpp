@@ -9,6 +9,7 @@
 #include "dapple/build/material_factory.h"
 #include "dapple/build/medium_factory.h"
 #include "dapple/build/texture_factory.h"
+#include "dapple/scenefile/named_files.h"
 
 namespace dapple::build {
 
@@ -19,6 +20,7 @@ BuiltScene::~BuiltScene() { scene.reset(); }
 BuiltScene build_scene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics) {
   const Timer timer;
   BuiltScene built;
+  built.named_files = scenefile::named_files(description);
   built.texture_system = std::make_unique<image::TextureSystem>();
   built.scene = std::make_unique<scene::Scene>();
   scene::Scene& scene = *built.scene;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dapple/build/build_context.h"
 #include "dapple/build/camera_factory.h"
@@ -35,6 +36,7 @@ struct BuiltScene {
   FilmRequest film;
   IntegratorRequest request;
   BuildTimes times;
+  std::vector<std::string> named_files;  ///< scenefile::named_files()
   /// Owns what image textures read; outlives the scene.
   std::unique_ptr<image::TextureSystem> texture_system;
 
