@@ -8,8 +8,10 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
 
 #include "dapple/base/hash.h"
+#include "dapple/image/atomic_file.h"
 #include "tests/image/temporary_folder.h"
 
 namespace dapple::image {
@@ -274,6 +276,41 @@ TEST(ImageWriter, FailuresLeaveTheOldFileAndNoRest) {
     EXPECT_GT(read_bytes(folder.file(name)).size(), 20000u);
   }
   EXPECT_EQ(folder.names().size(), 2u);
+}
+
+// Rationale: a file beside the output is the user's, whatever its name, and two processes may write to one name.
+TEST(ImageWriter, PartsTakeNoNameOfOthers) {
+  const TemporaryFolder folder;
+  const OutputImage image = make_picture(4, 4);
+  const auto write = [](const std::string& path, const char* text) {
+    AtomicFile file(path);
+    file.write(text, 3);
+    return file.part_path();
+  };
+  const std::string last = write(folder.file("a.exr"), "old");  // and gone: it was not committed
+  EXPECT_TRUE(folder.names().empty());
+  mkfifo(last.c_str(), 0600);
+  std::ofstream(folder.file("a.exr.part")) << "mine";
+  for (const bool multi_part : {false, true}) write_exr(folder.file("a.exr"), image, {.multi_part = multi_part});
+  EXPECT_EQ(read_bytes(folder.file("a.exr.part")), "mine");
+  EXPECT_TRUE(std::filesystem::is_fifo(last));
+  EXPECT_EQ(folder.names().size(), 3u);
+
+  AtomicFile one(folder.file("b.txt")), two(folder.file("b.txt"));
+  one.write("one", 3), two.write("two", 3);
+  one.commit();
+  EXPECT_EQ(read_bytes(folder.file("b.txt")), "one");
+  two.commit();
+  EXPECT_EQ(read_bytes(folder.file("b.txt")), "two");
+  EXPECT_EQ(folder.names().size(), 4u);
+
+  write_png(folder.file(std::string(251, 'n') + ".png"), image);  // the longest name there is
+  const mode_t mask = umask(027);
+  write_png(folder.file("c.png"), image);
+  umask(mask);
+  struct stat s {};
+  ASSERT_EQ(stat(folder.file("c.png").c_str(), &s), 0);
+  EXPECT_EQ(s.st_mode & 0777, 0640u);
 }
 
 TEST(ImageWriter, WrongPicturesAreRefused) {

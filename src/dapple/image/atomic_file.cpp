@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -16,6 +17,13 @@ namespace {
 std::string folder_of(const std::string& path) {
   const size_t slash = path.find_last_of('/');
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// `path` with its last name cut so that `longest_end` more bytes make a legal one.
+std::string stem_of(const std::string& path) {
+  constexpr size_t longest_name = 255, longest_end = 32;
+  const size_t name = path.find_last_of('/') + 1;  // npos + 1 is 0
+  return path.substr(0, name + std::min(path.size() - name, longest_name - longest_end));
 }
 }  // namespace
 
@@ -30,9 +38,16 @@ void check_output_path(const std::string& path) {
   if (stat(path.c_str(), &s) == 0 && !S_ISREG(s.st_mode)) refuse("it exists and is not a plain file");
 }
 
-AtomicFile::AtomicFile(const std::string& path) : IOProxy(path, Write), path_(path), part_path_(path + ".part") {
+AtomicFile::AtomicFile(const std::string& path) : IOProxy(path, Write), path_(path) {
   check_output_path(path);
-  fd_ = ::open(part_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
+  // Exclusively: a file of that name is somebody's, be it another process that writes to the same `path`.
+  constexpr int attempts = 10000;
+  const std::string stem = stem_of(path) + "." + std::to_string(::getpid());
+  for (int i = 0; fd_ < 0 && i < attempts; ++i) {
+    part_path_ = stem + (i > 0 ? "-" + std::to_string(i) : "") + ".part";
+    fd_ = ::open(part_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (fd_ < 0 && errno != EEXIST) break;
+  }
   if (fd_ < 0) fail(errno);
 }
 

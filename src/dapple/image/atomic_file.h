@@ -7,8 +7,8 @@
 
 namespace dapple::image {
 
-/// A file that appears under its name only when it is whole: bytes go to `path`.part, commit() flushes them to the disk
-/// and renames. Destruction without commit removes the part. It is the sink OpenImageIO writes to, so that the first
+/// A file that appears under its name only when it is whole: bytes go to a part beside it, `path`.N.part with a number
+/// that no file had, commit() flushes them to the disk and renames. Destruction without commit removes the part. It is the sink OpenImageIO writes to, so that the first
 /// failed write is remembered whether or not a format's library reports it.
 class AtomicFile final : public OIIO::Filesystem::IOProxy {
  public:
@@ -31,7 +31,8 @@ class AtomicFile final : public OIIO::Filesystem::IOProxy {
  private:
   [[noreturn]] void fail(int error) const;
 
-  const std::string path_, part_path_;
+  const std::string path_;
+  std::string part_path_;
   int fd_ = -1;
   int errno_ = 0;  ///< of the first failure
   int64_t end_ = 0;

@@ -58,8 +58,8 @@ struct PngOptions {
   int bits = 8;  ///< 8 or 16
 };
 
-// All writers put a whole file under `path` or leave what was there: they write to `path`.part beside it, flush it to
-// the disk and rename it. The same picture gives the same bytes. IoError if it cannot be written, UsageError for
+// All writers put a whole file under `path` or leave what was there: they write to a part beside it (AtomicFile), flush it
+// to the disk and rename it. The same picture gives the same bytes. IoError if it cannot be written, UsageError for
 // impossible options or pictures.
 
 /// OpenEXR with all layers. Numbers beyond half's range are written as its largest.
