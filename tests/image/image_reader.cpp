@@ -258,6 +258,28 @@ TEST(DamagedImages, ExrHeadersThatClaimTooMuch) {
   }
 }
 
+/// libpng takes the memory of a chunk, here of text and of 2 GB, before it finds that the file ends.
+TEST(DamagedImages, PngChunksThatClaimTooMuch) {
+  const TemporaryFolder folder;
+  write_ramp(folder.file("a.png"), 3, OIIO::TypeDesc::UINT8);
+  const std::string whole = test::read_bytes(folder.file("a.png"));
+  constexpr size_t first = 33;  // behind the signature and IHDR
+  const std::string lie = std::string("\x7f\xff\x00\x08tEXt", 8) + "Comment" + std::string(5, '\0');
+  test::write_bytes(folder.file("lie.png"), whole.substr(0, first) + lie + whole.substr(first));
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  try {
+    read_image(folder.file("lie.png"), {"scene", 1, 2});
+    FAIL() << "the chunk was believed";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("lie.png\" is damaged: its chunk tEXt at byte 33 claims 2147418120 bytes"), std::string::npos) << e.what();
+  }
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 50 << 10);  // KiB
+  test::write_bytes(folder.file("more.png"), whole + lie);  // behind the image anything may stand
+  EXPECT_NO_THROW(read_image(folder.file("more.png"), {}));
+}
+
 /// Every format cut short at many places, and with bytes changed: an InputError or some picture, nothing else.
 TEST(DamagedImages, CutAndChanged) {
   const TemporaryFolder folder;

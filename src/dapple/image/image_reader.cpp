@@ -12,6 +12,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/image/exr_header.h"
 #include "dapple/image/image.h"
+#include "dapple/image/png_chunks.h"
 
 namespace dapple::image {
 
@@ -71,6 +72,7 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
     throw InputError(loc, "\"" + path + "\" is not an image of a known kind; " + std::string(readable));
 
   if (file.format == "openexr") check_exr_header(path, file_size, limits, loc);
+  if (file.format == "png") check_png_chunks(path, file_size, loc);
   file.input = OIIO::ImageInput::create(std::string(file.format));
   if (!file.input)
     throw InputError(loc, "this build cannot read " + std::string(file.format) + " images: \"" + path + "\"");
