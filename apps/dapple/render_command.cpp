@@ -306,6 +306,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
 
   if (film.dropped_samples() > 0)
     log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
+  if (film.dropped_features() > 0) log_warning(std::to_string(film.dropped_features()) + " numbers of AOVs were not finite and count as 0");
   render::RunReport report;
   report.scene_path = o.scene;
   report.command_line = command_line;

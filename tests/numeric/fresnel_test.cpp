@@ -89,10 +89,14 @@ TEST(Fresnel, RefractionObeysSnellAndReciprocity) {
 
 TEST(Fresnel, FiniteForExtremes) {
   for (const float c : {0.0f, 1e-20f, 1e-4f, 1.0f, 2.0f})
-    for (const float n : {0.0f, 1e-6f, 1.0f, 1e6f})
-      for (const float k : {0.0f, 1e-6f, 1e6f}) {
+    for (const float n : {0.0f, 1e-45f, 1e-6f, 1.0f, 1e6f, 1e10f, 3e38f, infinity})
+      for (const float k : {0.0f, 1e-45f, 1e-6f, 1e6f, 1e10f, 3e38f, infinity}) {
         const float f = fresnel_conductor(c, n, k);
         EXPECT_TRUE(f >= 0 && f <= 1) << c << " " << n << " " << k << ": " << f;
+        // 1 - R is below 4 n / (n^2 + k^2) / c (Born & Wolf 14.2).
+        if (c == 1 && std::max(n, k) >= 1e10f) {
+          EXPECT_NEAR(f, 1, 1e-6f) << n << " " << k;
+        }
       }
 }
 

@@ -256,5 +256,31 @@ Shape "bilinearmesh" "point3 P" [ -9 -9 1  9 -9 1  -9 9 1  9 9 1 ]
   EXPECT_NEAR(f.albedo.g, .4f, 1e-5);
 }
 
+// Rationale: a surface that holds the camera's position, where pixels have no width, and a metal whose squares leave the range of floats.
+TEST(Session, FeaturesAreFinite) {
+  const std::string head = "Camera \"perspective\" \"float fov\" 40\nFilm \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n"
+                           "WorldBegin\nLightSource \"infinite\"\n";
+  const std::string triangle = "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" ";
+  const std::string worlds[] = {triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]", triangle + "[ 0 0 0  1 0 4  0 1 4 ]",
+                                "Translate 0 0 5 Material \"conductor\" \"rgb eta\" [ 1e-45 2 3 ] \"rgb k\" [ 1e10 2 3 ]\n" + triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]"};
+  for (const std::string& world : worlds) {
+    const auto built = build_text(head + world);
+    integrate::DistributionIntegrator::Settings distribution;
+    for (const auto& r : {render_built(built, 1, bounces(0)), render_built(built, 1, distribution)}) {
+      int hits = 0;
+      for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x) {
+          const scene::Features f = r.film.features(x, y);
+          hits += f.alpha > 0;
+          EXPECT_TRUE(f.albedo.is_finite() && std::isfinite(length(f.position)) && std::isfinite(length(f.normal)) && std::isfinite(f.depth));
+          EXPECT_TRUE(std::isfinite(f.grid.shading_rate));
+        }
+      EXPECT_GT(hits, 0) << world;
+      EXPECT_EQ(r.film.dropped_features(), 0u) << world;
+      EXPECT_EQ(r.film.dropped_samples(), 0u) << world;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dapple

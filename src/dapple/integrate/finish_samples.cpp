@@ -157,7 +157,9 @@ scene::GridFeatures DistributionIntegrator::describe_grid(const CameraSample& s,
   f.patch = id.patch;
   f.point = uint32_t(s.point.cell());
   f.level = id.cluster_level > 0 ? -2.0f * id.cluster_level : float(id.u_level + id.v_level);
-  f.shading_rate = sqr(patches_.cell(id, extents).size / s.width);
+  // Where the camera stands in the surface a pixel has no width; no image has more pixels than this.
+  constexpr float most_pixels = 1 << 28;
+  f.shading_rate = std::min(sqr(patches_.cell(id, extents).size / s.width), most_pixels);
   return f;
 }
 

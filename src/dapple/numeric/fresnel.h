@@ -31,6 +31,9 @@ T fresnel_dielectric(T cos_i, T eta, T* cos_t = nullptr) {
 /// 1].
 template <std::floating_point T>
 T fresnel_conductor(T cos_i, T eta, T k) {
+  // More than this mirrors all light, and squares of squares of it stay within floats.
+  constexpr T most = T(1e9);
+  eta = std::min(eta, most), k = std::min(k, most);
   const T c = std::clamp(cos_i, T(0), T(1));
   const T c2 = c * c, s2 = (1 - c) * (1 + c);
   // a + i b is the root of (eta + i k)^2 - s2; twice the product a b is 2 eta k.

@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scene/film.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace dapple::scene {
+
+namespace {
+
+// `v`, bounded such that any sum of samples is finite; 0 and a count more where it is not finite.
+float kept(float v, uint32_t* dropped) {
+  constexpr float most = 1e30f;
+  if (std::isfinite(v)) return std::clamp(v, -most, most);
+  ++*dropped;
+  return 0;
+}
+
+}  // namespace
 
 Film::Film(const Settings& settings) : settings_(settings) {
   const size_t count = size_t(width()) * size_t(height());
@@ -37,16 +52,19 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
-  if (p.samples == 1) s.grid = f.grid;
+  if (p.samples == 1) {
+    s.grid = f.grid;
+    s.grid.level = kept(f.grid.level, &s.dropped), s.grid.shading_rate = kept(f.grid.shading_rate, &s.dropped);
+  }
   s.weight += weight;
-  const float w = weight * f.alpha;
+  const float w = weight * kept(f.alpha, &s.dropped);
   s.hits += w;
   for (int c = 0; c < 3; ++c) {
-    s.albedo[c] += w * f.albedo[c];
-    s.normal[c] += w * f.normal[c];
-    s.position[c] += w * f.position[c];
+    s.albedo[c] += w * kept(f.albedo[c], &s.dropped);
+    s.normal[c] += w * kept(f.normal[c], &s.dropped);
+    s.position[c] += w * kept(f.position[c], &s.dropped);
   }
-  s.depth += w * f.depth;
+  s.depth += w * kept(f.depth, &s.dropped);
 }
 
 RGB Film::pixel(int x, int y) const {
@@ -114,6 +132,12 @@ double Film::relative_error() const {
 uint64_t Film::dropped_samples() const {
   uint64_t n = 0;
   for (const Pixel& p : pixels_) n += p.dropped;
+  return n;
+}
+
+uint64_t Film::dropped_features() const {
+  uint64_t n = 0;
+  for (const FeatureSums& s : features_) n += s.dropped;
   return n;
 }
 

@@ -54,7 +54,8 @@ class Film {
   Film() = default;
   explicit Film(const Settings& settings);
 
-  /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped.
+  /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped; numbers of features that are not
+  /// finite are counted and become 0.
   /// `groups`: the parts of L, as many as the settings say.
   void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {});
 
@@ -78,6 +79,7 @@ class Film {
   /// sqrt(variance) / mean of all pixels: relative RMSE of the image by its own estimate.
   double relative_error() const;
   uint64_t dropped_samples() const;
+  uint64_t dropped_features() const;
   double mean_samples() const;
   size_t bytes() const;
 
@@ -90,6 +92,7 @@ class Film {
   };
   struct FeatureSums {
     float albedo[3] = {}, normal[3] = {}, position[3] = {}, depth = 0, hits = 0, weight = 0;
+    uint32_t dropped = 0;
     GridFeatures grid;
   };
   size_t index(int x, int y) const {

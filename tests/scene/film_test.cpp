@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/scene/film.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace dapple::scene {
+namespace {
+
+Film one_pixel() {
+  Film::Settings settings;
+  settings.resolution = {1, 1};
+  settings.crop = {V2i(0, 0), V2i(1, 1)};
+  settings.features = true;
+  return Film(settings);
+}
+
+TEST(Film, FeaturesThatAreNotFiniteAreCountedAndBecomeZero) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  Film film = one_pixel();
+  Features good;
+  good.alpha = 1, good.albedo = RGB(.5f), good.normal = V3f(0, 0, 1), good.depth = 4, good.grid.level = 3, good.grid.shading_rate = 2;
+  Features bad = good;
+  bad.albedo.g = nan, bad.position.x = -infinity, bad.depth = infinity, bad.grid.shading_rate = nan;
+  film.add(0, 0, 1, RGB(1), bad);
+  film.add(0, 0, 1, RGB(1), good);
+  const Features f = film.features(0, 0);
+  EXPECT_EQ(f.albedo, RGB(.5f, .25f, .5f));
+  EXPECT_EQ(f.position, V3f(0, 0, 0));
+  EXPECT_EQ(f.depth, 2);
+  EXPECT_EQ(f.grid.level, 3);
+  EXPECT_EQ(f.grid.shading_rate, 0);
+  EXPECT_EQ(film.dropped_features(), 4u);
+  EXPECT_EQ(film.dropped_samples(), 0u);
+}
+
+TEST(Film, SumsOfFeaturesStayFinite) {
+  Film film = one_pixel();
+  Features far;
+  far.alpha = 1, far.depth = 3e38f;
+  for (int i = 0; i < 100; ++i) film.add(0, 0, 1, RGB(1), far);
+  EXPECT_TRUE(std::isfinite(film.features(0, 0).depth));
+}
+
+}  // namespace
+}  // namespace dapple::scene
