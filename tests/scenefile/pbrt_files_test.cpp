@@ -122,6 +122,18 @@ TEST(PbrtFiles, GzipIsInflated) {
   EXPECT_CONTAINS(read_error(folder.write("d.pbrt.gz", damaged)), "cannot read");
 }
 
+// Rationale: what stands behind compressed data is text that somebody appended and that would go missing, or damage. Zeros are padding.
+TEST(PbrtFiles, WhatFollowsGzipIsNotDropped) {
+  TempFolder folder;
+  const std::string packed = gzip("WorldBegin ");
+  Diagnostics diagnostics;
+  EXPECT_NO_THROW(read_pbrt(folder.write("a.pbrt.gz", packed + std::string(512, '\0')), diagnostics));
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt.gz", packed + "Shape \"sphere\"")), "stand 14 bytes that are not compressed");
+  EXPECT_CONTAINS(read_error(folder.write("c.pbrt.gz", packed + std::string(512, '\0') + "\x1f\x8b")), "514 bytes");
+}
+
+TEST(PbrtFiles, EmptyNamesAreNamed) { EXPECT_CONTAINS(read_error(""), "command line: the name of the scene is empty"); }
+
 TEST(PbrtFiles, DecompressionBombsAreRefused) {
   TempFolder folder;
   const std::string bomb = gzip(std::string(size_t(300) << 20, ' '));

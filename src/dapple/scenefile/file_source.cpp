@@ -63,8 +63,12 @@ std::string inflate_gzip(std::string_view data, const std::string& path, const F
     next += in - z.avail_in, left -= in - z.avail_in, used += room - z.avail_out;
     if (used > limit) cannot_read(path, loc, "it decompresses to an implausible size");
     if (status == Z_STREAM_END) {
-      // Members may be concatenated; anything else behind the last one is padding.
-      if (!is_gzip({reinterpret_cast<const char*>(next), left})) break;
+      // Members may be concatenated; behind the last one zeros may stand, as tapes and tar leave them.
+      const std::string_view rest(reinterpret_cast<const char*>(next), left);
+      if (!is_gzip(rest)) {
+        if (rest.find_first_not_of('\0') == std::string_view::npos) break;
+        cannot_read(path, loc, "behind its compressed data stand " + std::to_string(left) + " bytes that are not compressed");
+      }
       inflateReset(&z);
     } else if (status != Z_OK) {
       cannot_read(path, loc,

@@ -356,6 +356,7 @@ std::string directory_of(const std::string& path) {
 }  // namespace
 
 SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
+  if (path.empty()) throw InputError(FileLoc{"command line", 0, 0}, "the name of the scene is empty; expected a file");
   SceneDescription description;
   description.files.push_back(path);
   description.base_directory = directory_of(path);
