@@ -92,6 +92,7 @@ integrate::RayList parse_rays(const std::string& option, const std::string& text
 build::IntegratorRequest integrator_request(const RenderOptions& o) {
   build::IntegratorRequest r;
   r.type = o.integrator;
+  if (!o.integrator.empty()) r.place = o.scene + " with --integrator " + o.integrator;
   r.preset = o.preset;
   if (o.pixel_samples > 0) r.pixel_samples = r.max_pixel_samples = o.pixel_samples;  // no more, unless that is asked for too
   if (o.max_pixel_samples > 0) r.max_pixel_samples = o.max_pixel_samples;
@@ -122,12 +123,12 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
 }
 
 // The path tracer runs prelighting and opacity alone.
-void warn_of_unused_stages(const scene::Scene& scene, const std::string& integrator, Diagnostics& diagnostics) {
+void warn_of_unused_stages(const scene::Scene& scene, const FileLoc& loc, const std::string& integrator, Diagnostics& diagnostics) {
   using shading::Stage;
   for (const shading::MaterialPtr& material : scene.materials)
     for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
       if (material->stages().has(stage))
-        diagnostics.unsupported({}, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator " + integrator,
+        diagnostics.unsupported(loc, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator " + integrator,
                                 "what its prelighting gives; --integrator distribution runs all stages");
 }
 
@@ -276,7 +277,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   request.log_caches = render::show_cache_use(output.aovs);
   if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
   if (request.type == "path" || request.type == "canopy")
-    warn_of_unused_stages(*built.scene, request.type, diagnostics);
+    warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
   warn_of_unused(o, request.type);
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "dapple/base/hash.h"
+#include "dapple/build/scene_builder.h"
 #include "dapple/image/texture_system.h"
 #include "dapple/shading/homogeneous_medium.h"
 
@@ -124,6 +125,23 @@ TEST_F(MediumFactory, StandInsAreNamedAndTransparent) {
     EXPECT_EQ(m->transmittance(along, infinity, 1), RGB(1));
   }
   EXPECT_EQ(diagnostics_.unsupported_features().size(), 2u);
+}
+
+// Rationale: what glows is a light, and a scene that has none is named by its file.
+TEST(SceneBuilder, SaysThatThereIsNoLightWhereNothingGlows) {
+  const auto messages = [](const std::string& emission) {
+    Diagnostics diagnostics;
+    const auto description = scenefile::parse_pbrt(
+        "Camera \"perspective\" WorldBegin MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" " + emission +
+            " MediumInterface \"m\" \"\" Material \"interface\" Shape \"sphere\"\n",
+        "glow.pbrt", "", diagnostics);
+    build_scene(description, {}, diagnostics);
+    return diagnostics.messages();
+  };
+  EXPECT_TRUE(messages("[ 1 1 1 ]").empty()) << messages("[ 1 1 1 ]").front();
+  const auto dark = messages("[ 0 0 0 ]");
+  ASSERT_EQ(dark.size(), 1u);
+  EXPECT_EQ(dark[0].rfind("glow.pbrt: the scene has no light", 0), 0u) << dark[0];
 }
 
 }  // namespace

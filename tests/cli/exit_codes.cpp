@@ -82,6 +82,20 @@ TEST(ExitCode, MissingSceneIs3) {
   EXPECT_NE(result.output.find("/no/such/scene.pbrt"), std::string::npos) << result.output;
 }
 
+// Rationale: an integrator that the command line chose is not to be blamed on a line of the scene.
+TEST(ExitCode, CanopiesThatAreNoneAre3) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("bare.pbrt");
+  for (const char* integrator : {"canopy", "path"}) {
+    std::ofstream(scene) << "Camera \"perspective\"\nIntegrator \"" << integrator << "\"\nWorldBegin\nLightSource \"infinite\"\n";
+    const bool chosen = integrator == std::string("path");
+    const ProcessResult result = render_quickly(chosen ? std::vector<std::string>{scene, "-o", folder.file("a.exr"), "--integrator", "canopy"}
+                                                       : std::vector<std::string>{scene, "-o", folder.file("a.exr")});
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_NE(result.output.find(chosen ? "bare.pbrt with --integrator canopy:" : "bare.pbrt:2:1:"), std::string::npos) << result.output;
+  }
+}
+
 // Rationale: what masks cannot be made of is bad input, which names the option and what is legal.
 TEST(ExitCode, BadShadowMasksAre3) {
   const auto check = [](const std::vector<std::string>& options, const std::string& named, const std::string& legal) {

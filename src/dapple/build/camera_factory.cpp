@@ -68,7 +68,7 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
                        std::to_string(resolution.y) + " image");
   }
   r.filename = e.params.get_string("filename", "");
-  r.place = e.loc.to_string();
+  if (!e.loc.file.empty()) r.place = e.loc.to_string();
   r.half = e.params.get_bool("savefp16", true);
   r.film.max_component = positive(e, "maxcomponentvalue", std::numeric_limits<float>::max());
   if (r.film.max_component == std::numeric_limits<float>::max()) r.film.max_component = infinity;

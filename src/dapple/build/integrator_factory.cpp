@@ -119,7 +119,7 @@ std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene
   try {
     return std::make_shared<const integrate::CanopyTransport>(scene, s);
   } catch (const std::invalid_argument& problem) {
-    throw InputError(FileLoc{r.place, 0, 0}, "integrator \"canopy\": " + std::string(problem.what()));
+    throw InputError(FileLoc{r.place, 0, 0}, "integrator \"canopy\": " + std::string(problem.what()) + "; expected leaves");
   }
 }
 

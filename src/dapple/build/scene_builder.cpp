@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/scene_builder.h"
 
+#include <algorithm>
+
 #include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/geometry_builder.h"
@@ -14,6 +16,13 @@
 namespace dapple::build {
 
 using scenefile::SceneDescription;
+
+namespace {
+
+/// The place of what no line of the scene is to blame for.
+FileLoc whole(const SceneDescription& description) { return {description.files.empty() ? "" : std::string_view(description.files.front()), 0, 0}; }
+
+}  // namespace
 
 BuiltScene::~BuiltScene() { scene.reset(); }
 
@@ -54,7 +63,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
     scene.lights.push_back(std::move(light));
     scene.light_groups.of_light.push_back(group);
   }
-  if (scene.lights.empty()) diagnostics.warn({}, "the scene has no light: only ambient occlusion will show anything");
+  const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });
+  if (scene.lights.empty() && !glows)
+    diagnostics.warn(whole(description), "the scene has no light: only ambient occlusion will show anything");
   const Box3f bounds = scene.traced.bounds();
   const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
   std::vector<const shading::Light*> lights;
