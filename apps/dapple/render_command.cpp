@@ -12,6 +12,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
+#include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
 #include "dapple/shading/pattern_medium.h"
 #include "output_files.h"
@@ -201,6 +202,9 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
                 {"dapple/scene", o.scene},
                 {"dapple/sceneFingerprint", std::string(fingerprint)},
                 {"dapple/seed", std::to_string(o.seed)}};
+  const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
+  s.metadata.push_back({"worldToCamera", camera.world_to_camera});
+  if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", *camera.world_to_ndc});
   return s;
 }
 

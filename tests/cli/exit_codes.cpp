@@ -218,6 +218,11 @@ TEST(Render, HeaderNamesVersionSceneAndCommand) {
   EXPECT_EQ(attribute("Software").find("Dapple "), 0u) << attribute("Software");
   EXPECT_NE(attribute("dapple/commandLine").find("--pixel-samples 1"), std::string::npos);
   EXPECT_EQ(attribute("dapple/sceneFingerprint").size(), 16u);
+  for (const char* matrix : {"worldToCamera", "worldToNDC"}) {
+    const OIIO::ParamValue* m = in->spec().find_attribute(matrix);
+    ASSERT_TRUE(m) << matrix;
+    EXPECT_EQ(m->type(), OIIO::TypeMatrix) << matrix;
+  }
 }
 
 TEST(Render, FingerprintTellsScenesApart) {
