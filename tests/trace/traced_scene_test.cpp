@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "dapple/base/error.h"
 #include "dapple/base/hash.h"
 #include "dapple/numeric/warp.h"
 
@@ -65,6 +66,55 @@ TEST_P(Meshes, CheapSurfaceIsTheSameSurface) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Meshes, testing::Combine(testing::Values(3, 4), testing::Bool()));
+
+// Embree stops the program at rays beyond 1.8e18 or that are no numbers, and so it does where an instance takes them there.
+TEST(TracedScene, RaysBeyondTheRangeOfFloatsMiss) {
+  TracedScene scene;
+  scene.add(random_mesh(3, false, 1), CutOut::none);
+  const uint32_t object = scene.add_object();
+  scene.add(random_mesh(4, false, 2), CutOut::none, object);
+  const Transform small = Transform::scale(V3d(1e-9, 1e-9, 1e-9));
+  scene.add_instance(object, AnimatedTransform(small, small));
+  scene.commit();
+  const auto t = std::make_unique<Traced>();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const V3f z(0, 0, 1), at(0, 0, -9);
+  int n = 0;
+  const auto add = [&](const V3f& o, const V3f& d, float t_max) { t->rays.set(n, o, d, t_max, 0, uint32_t(n)), ++n; };
+  for (const float bad : {nan, infinity, -infinity, 1e19f, -3e38f, 2e9f}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      V3f v = at;
+      v[axis] = bad;
+      add(v, z, infinity);
+      if (std::abs(bad) < 1e18f) continue;
+      V3f d = z;
+      d[axis] = bad;
+      add(at, d, infinity);
+    }
+  }
+  add(at, z, nan);
+  scene.intersect(t->rays, n, &t->hits);
+  RGB passed[RayBatch::capacity];
+  scene.transmitted(t->rays, n, passed);
+  for (int i = 0; i < n; ++i) {
+    EXPECT_EQ(t->hits.geometry[i], no_id) << i;
+    EXPECT_EQ(t->hits.instance[i], no_id) << i;
+    EXPECT_TRUE(passed[i].is_black()) << i;
+  }
+}
+
+TEST(TracedScene, ReachOfMotions) {
+  const auto scaled = [](double x, double y, double z) { return Transform::scale(V3d(x, y, z)); };
+  const auto still = [](const Transform& t) { return TracedScene::reach_of(AnimatedTransform(t, t)); };
+  EXPECT_FLOAT_EQ(still(Transform()), 1e18f);
+  EXPECT_FLOAT_EQ(still(scaled(1e-6, 1, 1)), 1e12f);
+  EXPECT_FLOAT_EQ(still(Transform::translate(V3d(0, 1e12, 0)) * scaled(1e-6, 1e-6, 1e-6)), 0);
+  EXPECT_FLOAT_EQ(still(scaled(1, 1, 1e-12)), 0);
+  EXPECT_FLOAT_EQ(still(scaled(1e12, 1, 1)), 0);
+  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), 0) << "singular on the way";
+  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(-1, 1, 1), scaled(1, -2, 1))), 1e18f) << "a mirror that turns";
+  EXPECT_THROW(TracedScene().add_instance(0, AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), Error);
+}
 
 // A batch answers what single rays do, and occlusion what nearest hits do.
 TEST(TracedScene, OccludedWhereSomethingIsHit) {

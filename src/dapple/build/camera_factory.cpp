@@ -45,6 +45,26 @@ Box2i crop_box(const Entity& e, const V2i& resolution) {
   return crop;
 }
 
+constexpr float farthest_camera = 1e15f, farthest_focus = 1e12f;
+
+// Rays from the corners and the middle of the picture, all over the lens and the time.
+void check_rays(const scene::Camera& camera, const FileLoc& loc) {
+  const V2i r = camera.settings().resolution;
+  constexpr int times = 8;
+  for (int i = 0; i < 9; ++i)
+    for (int k = 0; k < 3; ++k)
+      for (int time = 0; time <= times; ++time) {
+        const V2f film(float(i % 3) / 2 * float(r.x), float(i / 3) / 2 * float(r.y));
+        const V2f lens(float(k) / 2, float(k) / 2);
+        const scene::CameraRay ray = camera.generate(film, lens, float(time) / times);
+        const V3f o = abs(ray.ray.o);
+        if (!(std::max({o.x, o.y, o.z}) <= farthest_camera) || !is_finite(o))
+          throw InputError(loc, "the camera is farther than 1e15 from the world's origin, or its picture is as wide");
+        if (!(std::abs(length2(ray.ray.d) - 1) < .01f) || !std::isfinite(ray.cone_width) || !std::isfinite(ray.cone_spread))
+          throw InputError(loc, "the camera's transform and window are too small or too large for single precision: some of its rays have no direction");
+      }
+}
+
 }  // namespace
 
 FilmRequest make_film(const BuildContext& context, const FilmOverrides& overrides) {
@@ -111,6 +131,8 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   const auto& c = context.description.world_to_camera;
   for (const Transform* t : {&c.start, &c.end})
     if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the camera's transform cannot be inverted");
+  if (c.start.swaps_handedness() != c.end.swaps_handedness())
+    throw InputError(e.loc, "the camera's motion mirrors: on its way from the transform at the start to that at the end there is one that cannot be inverted");
   s.camera_to_world = AnimatedTransform(c.start.inverse(), c.end.inverse());
 
   s.shutter_open = e.params.get_float("shutteropen", 0);
@@ -123,7 +145,8 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
 
   s.lens_radius = e.params.get_float("lensradius", 0);
   if (s.lens_radius < 0) throw InputError(e.loc, "\"lensradius\" is negative");
-  s.focal_distance = positive(e, "focaldistance", type == "realistic" ? 10.0f : 1e6f);
+  // From farther off all rays of a point are parallel, and squares of distances overflow.
+  s.focal_distance = std::min(positive(e, "focaldistance", type == "realistic" ? 10.0f : 1e6f), farthest_focus);
   if (type == "realistic") s.lens_radius = 0;
 
   const float aspect = positive(e, "frameaspectratio", float(resolution.x) / float(resolution.y));
@@ -141,7 +164,9 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   if (!(s.fov_degrees > 0 && s.fov_degrees < 180))
     throw InputError(e.loc, "\"fov\" is " + std::to_string(s.fov_degrees) + " degrees; it must be above 0 and below 180");
   e.params.report_unused("camera", context.diagnostics);
-  return scene::Camera(s);
+  const scene::Camera camera(s);
+  check_rays(camera, e.loc);
+  return camera;
 }
 
 scene::Filter make_filter(const BuildContext& context) {
@@ -149,8 +174,18 @@ scene::Filter make_filter(const BuildContext& context) {
   using scene::FilterKind;
   const Entity& e = context.description.pixel_filter;
   const std::string type = e.type.empty() ? "gaussian" : e.type;
-  const auto radius = [&](float fallback) { return V2f(positive(e, "xradius", fallback), positive(e, "yradius", fallback)); };
+  const auto side = [&](const char* name, float fallback) {
+    const float r = positive(e, name, fallback);
+    if (!(r <= float(max_resolution)))
+      throw InputError(e.loc, std::string("\"") + name + "\" is too large; it must be at most " + std::to_string(max_resolution) + " pixels");
+    return r;
+  };
+  const auto radius = [&](float fallback) { return V2f(side("xradius", fallback), side("yradius", fallback)); };
   const auto finish = [&](const Filter& f) {
+    for (const float u : {.01f, .3f, .5f, .7f, .99f}) {
+      const Filter::Sample s = f.sample(V2f(u, u));
+      if (!std::isfinite(s.offset.x + s.offset.y + s.weight)) throw InputError(e.loc, "the pixel filter's parameters give no finite numbers");
+    }
     e.params.report_unused("pixel filter", context.diagnostics);
     return f;
   };

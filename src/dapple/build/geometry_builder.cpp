@@ -26,6 +26,16 @@ void check_transform(const TransformPair& t, const FileLoc& loc) {
     if (!x->is_finite() || !x->is_invertible()) throw InputError(loc, "the transform cannot be inverted");
 }
 
+// What is placed as an instance is traced through the inverse of its transform, in floats.
+float check_placement(const TransformPair& t, const FileLoc& loc) {
+  if (t.start.swaps_handedness() != t.end.swaps_handedness())
+    throw InputError(loc, "the motion mirrors: on its way from the transform at the start to that at the end there is one that cannot be inverted");
+  const float reach = trace::TracedScene::reach_of(AnimatedTransform(t.start, t.end));
+  if (!(reach > 0))
+    throw InputError(loc, "the transform of what is instanced or moves is too small or too large for single precision; expected scales from 1e-10 to 1e9");
+  return reach;
+}
+
 size_t bytes_of(const trace::Shape& shape) {
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) return (*mesh)->bytes();
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) return (*curves)->bytes();
@@ -70,7 +80,9 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
     check_transform(e.transform, e.loc);
     if (e.transform.is_animated() && object != no_id)
       context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
-    jobs.push_back({&e, object, e.transform.is_animated() && object == no_id, {}, 0, {}});
+    const bool own_object = e.transform.is_animated() && object == no_id;
+    if (own_object) note_reach(check_placement(e.transform, e.loc), e.loc);
+    jobs.push_back({&e, object, own_object, {}, 0, {}});
   };
   for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
   for (size_t i = 0; i < d.objects.size(); ++i)
@@ -141,9 +153,24 @@ void GeometryBuilder::build() {
   for (const auto& instance : d.instances) {
     const TransformPair transform = instance.transform.expand();
     check_transform(transform, instance.loc);
+    note_reach(check_placement(transform, instance.loc), instance.loc);
     place(objects_[size_t(instance.object)], transform, instance.loc);
   }
   seconds_ = timer.seconds();
+}
+
+void GeometryBuilder::note_reach(float reach, const FileLoc& loc) {
+  if (reach < reach_) reach_ = reach, narrowest_ = loc;
+}
+
+void GeometryBuilder::check_reach(const Box3f& bounds, const V3f& camera) const {
+  if (reach_ == infinity) return;
+  V3f farthest = abs(camera);
+  if (!bounds.isEmpty())
+    for (int axis = 0; axis < 3; ++axis) farthest[axis] = std::max({farthest[axis], std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
+  if (farthest.x + farthest.y + farthest.z < reach_) return;
+  throw InputError(narrowest_, "the scene or its camera is too far from the world's origin for the scale of this transform; rays could not be "
+                               "taken through its inverse in single precision");
 }
 
 void GeometryBuilder::add(Job& job) {

@@ -25,6 +25,8 @@ class GeometryBuilder {
   }
 
   void build();
+  /// Throws InputError where the scene, or the camera, reaches beyond where rays can be taken into the space of all instances.
+  void check_reach(const Box3f& bounds, const V3f& camera) const;
   double shape_seconds() const { return seconds_; }
   size_t shape_bytes() const { return bytes_; }
   /// Of all mesh vertices and faces, since mesh files may change where the scene file does not.
@@ -56,6 +58,7 @@ class GeometryBuilder {
   void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
                   const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
+  void note_reach(float reach, const FileLoc& loc);
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   Opacity opacity_of(const scenefile::ShapeEntity& e);
   int32_t medium_index(const std::string& name) const;
@@ -69,6 +72,8 @@ class GeometryBuilder {
   float shading_rate_ = 1;
   std::shared_ptr<const geom::DicingView> camera_view_;
   std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
+  float reach_ = infinity;  ///< the least of all instances, and whose it is
+  FileLoc narrowest_;
   double seconds_ = 0;
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;

@@ -53,6 +53,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   built.times.shape_bytes = geometry.shape_bytes();
   scene.fingerprint = hash(description.fingerprint, geometry.fingerprint());
   scene.traced.commit();
+  geometry.check_reach(scene.traced.bounds(), scene.camera.position());
   built.times.acceleration_seconds = scene.traced.build_seconds();
 
   for (const scenefile::LightEntity& entity : description.lights) {

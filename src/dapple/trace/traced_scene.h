@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -53,8 +54,13 @@ class TracedScene {
   uint32_t add_object();
   /// Adds a shape to the scene (object = no_id) or to an object. Returns its index in the table of geometries.
   uint32_t add(const Shape& shape, CutOut cut_out, uint32_t object = no_id);
-  /// Places an object; motion is world from object space. Returns the instance's index.
+  /// Places an object; motion is world from object space, and reach_of() it is above 0. Returns the instance's index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
+  /// How far from the world's origin (sum of the coordinates' magnitudes) rays may begin that are taken into an instance's space all the time
+  /// and meet numbers there that Embree takes. 0 where the motion passes through a map without an inverse, or the scale along an axis
+  /// leaves [least_scale, most_scale]: floats would not hold what is computed of it.
+  static float reach_of(const AnimatedTransform& motion);
+  static constexpr double least_scale = 1e-10, most_scale = 1e9;
   /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again on its
   /// other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what crosses a border is there on
   /// both sides. Distances along rays count on; positions of hits may lie in any copy.
@@ -69,10 +75,11 @@ class TracedScene {
   bool has_colored_opacity() const { return has_colored_opacity_; }
 
   /// Nearest hits of rays [0, n). Where opacity differs by channel a ray takes the way of one channel, drawn by its key; others go with it
-  /// where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean right.
+  /// where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean right. Rays that are no numbers, or come
+  /// from beyond 1e18 or an instance's reach, miss.
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
   /// What shadow rays bring: passed[i] is the share of the light that comes through all that lies within [0, t_max). Layers of flat primitives
-  /// multiply; others stop a ray or not, by draws, as they do nearest hits.
+  /// multiply; others stop a ray or not, by draws, as they do nearest hits. Rays that intersect() would not trace bring nothing.
   void transmitted(const RayBatch& rays, int n, RGB* passed) const;
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
@@ -158,7 +165,13 @@ class TracedScene {
   };
   struct Callbacks;
   struct MemoryUse;
+  static constexpr float most_reach = 1e18f;  ///< Embree's own bound is 1.844e18
 
+  /// False for a ray that Embree does not take, of numbers too large or none at all.
+  bool can_trace(const RayBatch& r, int i) const {
+    const float size = std::abs(r.ox[i]) + std::abs(r.oy[i]) + std::abs(r.oz[i]) + std::abs(r.dx[i]) + std::abs(r.dy[i]) + std::abs(r.dz[i]);
+    return size < reach_ && r.t_max[i] == r.t_max[i];
+  }
   void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
   void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
   void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
@@ -185,6 +198,7 @@ class TracedScene {
   double build_seconds_ = 0;
   std::optional<Box2f> period_;
   Box3f bounds_;
+  float reach_ = most_reach;  ///< as reach_of(), for all instances; rays from farther off meet nothing
   bool has_disks_ = false, has_colored_opacity_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };
