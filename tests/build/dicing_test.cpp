@@ -79,6 +79,65 @@ TEST(DicedShapes, OffScreenIsDicedMoreCoarsely) {
   EXPECT_GT(behind, 0u);
 }
 
+size_t vertices_in(const Built& b) {
+  size_t n = 0;
+  for (uint32_t g = 0; g < b.built.scene->traced.geometry_count(); ++g) n += b.grids(g).P.size();
+  return n;
+}
+
+// A floor that begins below the camera would ask for any number of micropolygons there. Its patch gets at most 16 pieces for each pixel along
+// the picture: 16 x 16 = 256 along a side.
+TEST(DicedShapes, WhatIsCloseToTheCameraIsBoundedByThePicture) {
+  const std::string small = R"(LookAt 0 0 -5  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+WorldBegin
+LightSource "infinite"
+)";
+  const std::string floor =
+      "Shape \"catmullclark\" \"point3 P\" [-1e4 -1 -1e4  1e4 -1 -1e4  1e4 -1 1e4  -1e4 -1 1e4] \"integer indices\" [0 1 2 3]\n";
+  const Built b = build_scene_text(floor, small);
+  EXPECT_LE(b.grids(0).micropolygon_count(), 256u * 256u);
+  EXPECT_GE(b.grids(0).micropolygon_count(), 128u * 128u);
+  EXPECT_EQ(b.messages, std::vector<std::string>());
+  // 1024 patches, each as wide: the scene's budget holds them, 2^21 vertices and 64 a pixel.
+  const std::string displaced = "Shape \"trianglemesh\" \"point3 P\" [-1e5 -1 -1e5  1e5 -1 -1e5  1e5 -1 1e5] \"integer indices\" [0 1 2] "
+                                "\"float displacement\" 50 \"float shadingrate\" 1e-6\n";
+  const Built many = build_scene_text(displaced + displaced + displaced, small);
+  EXPECT_LE(vertices_in(many), (size_t(1) << 21) + 64u * 256u + 3);
+  EXPECT_GT(vertices_in(many), size_t(1) << 18);
+  EXPECT_EQ(std::count_if(many.messages.begin(), many.messages.end(), [](const std::string& m) { return m.find("so that the scene has") != m.npos; }), 1);
+}
+
+// Shapes that together want more than the scene may have are coarsened, those of less than their share are left alone.
+TEST(DicedShapes, TheSceneKeepsToABudget) {
+  const std::string fine = cube("\"float shadingrate\" 0.002"), normal = cube("");
+  const size_t budget = (size_t(1) << 21) + 64u * 200u * 200u;
+  const Built b = build_scene_text(normal + fine + fine + fine + fine);
+  EXPECT_LE(vertices_in(b), budget + 5);
+  EXPECT_GT(vertices_in(b), budget / 8);
+  EXPECT_EQ(b.grids(0).micropolygon_count(), build_scene_text(normal).grids(0).micropolygon_count());
+  ASSERT_EQ(b.messages.size(), 1u);
+  EXPECT_TRUE(b.says("test.pbrt:8:1"));  // the second cube
+}
+
+// The limit of a triangle's subdivision does not depend on the levels but for how finely it is cut: 4^levels triangles.
+TEST(LoopShapes, DeepLevelsAreHeldToANumberOfTrianglesInAll) {
+  const auto triangle = [](int levels) {
+    return "Shape \"loopsubdiv\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 0 1] \"integer levels\" " + std::to_string(levels) + "\n";
+  };
+  const auto faces = [](const Built& b) {
+    size_t n = 0;
+    for (uint32_t g = 0; g < b.built.scene->traced.geometry_count(); ++g) n += std::get<trace::MeshPtr>(b.built.scene->traced.shape(g))->face_count();
+    return n;
+  };
+  EXPECT_EQ(faces(build_scene_text(triangle(5))), 1024u);
+  const Built b = build_scene_text(triangle(12) + triangle(2) + triangle(11));
+  EXPECT_EQ(faces(b), 2u * 65536u + 16u);
+  EXPECT_EQ(b.messages.size(), 1u);
+  EXPECT_TRUE(b.says("test.pbrt:6:1"));
+}
+
 TEST(DicedShapes, CreasesCornersHolesAndBoundariesAreRead) {
   const float smooth = largest_radius(build_scene_text(cube("")).grids(0));
   EXPECT_LT(smooth, 1);

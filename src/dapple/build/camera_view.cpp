@@ -7,6 +7,7 @@ using scene::Projection;
 
 namespace {
 
+constexpr int most_pieces = 16;  // of a line across a patch, for each pixel along the picture's longer side
 constexpr float off_screen = 4, margin = 1.2f;
 constexpr size_t most_placements = 16;
 
@@ -43,6 +44,11 @@ float CameraView::width_at(const V3f& world) const {
 
 void CameraView::pixel_widths(std::span<const V3f> P, float* widths) const {
   for (size_t i = 0; i < P.size(); ++i) widths[i] = width_at(P[i]);
+}
+
+int CameraView::finest_level() const {
+  const V2i r = camera_.settings().resolution;
+  return int(std::ceil(std::log2(float(most_pieces) * float(std::max(r.x, r.y)))));
 }
 
 InstancesView::InstancesView(std::shared_ptr<const geom::DicingView> world,

@@ -10,11 +10,13 @@
 namespace dapple::build {
 
 /// The camera of a scene at shutter open as a dicing camera. Outside the picture (by a tenth of its size on each side)
-/// pixels count as 4 times wider.
+/// pixels count as 4 times wider. A line that passes close to the camera would ask for any number of pieces: it gets at most
+/// 16 for each pixel along the picture's longer side.
 class CameraView final : public geom::DicingView {
  public:
   explicit CameraView(const scene::Camera& camera);
   void pixel_widths(std::span<const V3f> P, float* widths) const override;
+  int finest_level() const override;
 
  private:
   float width_at(const V3f& world) const;
@@ -29,6 +31,7 @@ class InstancesView final : public geom::DicingView {
  public:
   InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object);
   void pixel_widths(std::span<const V3f> P, float* widths) const override;
+  int finest_level() const override { return world_->finest_level(); }
 
  private:
   struct Placement {

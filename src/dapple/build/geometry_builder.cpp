@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/geometry_builder.h"
 
+#include <cmath>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -66,6 +67,28 @@ const char* name_of(const trace::Shape& shape) {
   return std::holds_alternative<trace::DisksPtr>(shape) ? "cloud of disks" : "diced surface";
 }
 
+// Of all surfaces that are diced.
+constexpr size_t least_vertex_budget = size_t(1) << 21, vertices_a_pixel = 64;
+
+// Of Loop subdivision. A million triangles take 3 s and 300 MB; more than max_subdivided_faces are taken as a mistake.
+constexpr int free_levels = 3, deepest_levels = 20;
+constexpr double max_deep_faces = 500e3, max_subdivided_faces = 64e6;
+
+// Errors come out by the order of the file, not by which thread failed first.
+template <class Job, class Body>
+void for_each_job(std::vector<Job>* jobs, const Body& body) {
+  std::vector<std::exception_ptr> errors(jobs->size());
+  parallel_for(jobs->size(), [&](size_t i) {
+    try {
+      body((*jobs)[i]);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
 bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
   return a.material == b.material && a.area_light == b.area_light && a.inside_medium == b.inside_medium &&
          a.outside_medium == b.outside_medium;
@@ -82,7 +105,7 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
       context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
     const bool own_object = e.transform.is_animated() && object == no_id;
     if (own_object) note_reach(check_placement(e.transform, e.loc), e.loc);
-    jobs.push_back({&e, object, own_object, {}, 0, {}});
+    jobs.push_back({&e, object, own_object, {}, 0, nullptr, {}});
   };
   for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
   for (size_t i = 0; i < d.objects.size(); ++i)
@@ -110,7 +133,7 @@ void GeometryBuilder::make_views() {
 }
 
 Dicing GeometryBuilder::dicing_of(const Job& job) const {
-  Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_};
+  Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_, most_levels_};
   const auto& shader = scene_.materials[size_t(job.entity->material)];
   if (shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object)
@@ -118,6 +141,74 @@ Dicing GeometryBuilder::dicing_of(const Job& job) const {
   else if (job.object != no_id)
     dicing.view = object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
   return dicing;
+}
+
+void GeometryBuilder::make_job(Job* job) const {
+  const Transform& at_open = job->entity->transform.start;
+  Dicing dicing = dicing_of(*job);
+  dicing.plan = &job->plan;
+  job->shapes = make_shapes(context_, *job->entity, job->own_object ? Transform() : at_open, dicing);
+  for (const trace::Shape& shape : job->shapes) job->fingerprint = hash(job->fingerprint, fingerprint_of(shape));
+  if (!job->own_object || job->entity->area_light < 0) return;
+  Diagnostics said_already;
+  const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going};
+  dicing.plan = nullptr, dicing.view = nullptr;  // what is diced does not shine
+  job->emitters = make_shapes(quiet, *job->entity, at_open, dicing);
+}
+
+// All that is diced together keeps to a number of vertices that the picture is worth.
+void GeometryBuilder::dice(std::vector<Job>* jobs) {
+  std::vector<std::unique_ptr<DicePlan>> plans;
+  for (Job& job : *jobs) plans.push_back(std::move(job.plan));
+  const V2i size = scene_.camera.settings().resolution;
+  const size_t most = least_vertex_budget + vertices_a_pixel * size_t(size.x) * size_t(size.y);
+  size_t first = 0;
+  if (const int levels = fit_plans(plans, most, &first); levels > 0)
+    context_.diagnostics.warn((*jobs)[first].entity->loc,
+                              "surfaces are diced " + std::to_string(1 << levels) + " times more coarsely along each side than \"shadingrate\" " +
+                                  "asks for, this one first, so that the scene has at most " + std::to_string(most >> 20) + " million vertices of them");
+  for (size_t i = 0; i < plans.size(); ++i) (*jobs)[i].plan = std::move(plans[i]);
+  for_each_job(jobs, [](Job& job) {
+    if (!job.plan) return;
+    if (const trace::GridsPtr grids = job.plan->dice()) job.shapes.push_back(grids);
+    job.plan.reset();
+    for (const trace::Shape& shape : job.shapes) job.fingerprint = hash(job.fingerprint, fingerprint_of(shape));
+  });
+}
+
+// Loop subdivision to as many levels as pbrt's default has is the file's own size; deeper ones are held to a number of triangles in all.
+int GeometryBuilder::find_most_levels() const {
+  const auto& d = context_.description;
+  std::vector<std::pair<const ShapeEntity*, double>> meshes;
+  const auto collect = [&](const std::vector<ShapeEntity>& shapes) {
+    for (const ShapeEntity& e : shapes) {
+      if (e.type != "loopsubdiv" || e.params.get_bool("diced", false) || e.params.find("displacement") ||
+          scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
+        continue;
+      const scenefile::Param* indices = e.params.find("indices");
+      if (indices) meshes.push_back({&e, double(indices->integers.size()) / 3});
+    }
+  };
+  collect(d.shapes);
+  for (const auto& object : d.objects) collect(object.shapes);
+  const auto count = [&](int most) {
+    double all = 0;
+    for (const auto& [e, faces] : meshes) all += faces * std::pow(4.0, std::clamp(e->params.get_int("levels", 3), 0, most));
+    return all;
+  };
+  int most = deepest_levels;
+  while (most > free_levels && count(most) > max_deep_faces) --most;
+  for (const auto& [e, faces] : meshes) {
+    if (e->params.get_int("levels", 3) <= most) continue;
+    context_.diagnostics.warn(e->loc, "\"levels\" is held to " + std::to_string(most) + ", so that Loop subdivision makes at most " +
+                                          std::to_string(int(max_deep_faces)) + " triangles; \"bool diced\" true is as smooth as can be seen",
+                              "levels of loopsubdiv");
+    break;
+  }
+  if (!meshes.empty() && count(most) > max_subdivided_faces)
+    throw InputError(meshes.front().first->loc, "Loop subdivision of this shape and others to their \"levels\" would make more than " +
+                                                    std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
+  return most;
 }
 
 void GeometryBuilder::build() {
@@ -128,25 +219,10 @@ void GeometryBuilder::build() {
   for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
 
   make_views();
+  most_levels_ = find_most_levels();
   std::vector<Job> jobs = collect_jobs();
-  // Errors come out by the order of the file, not by which thread failed first.
-  std::vector<std::exception_ptr> errors(jobs.size());
-  parallel_for(jobs.size(), [&](size_t i) {
-    try {
-      const Transform& at_open = jobs[i].entity->transform.start;
-      jobs[i].shapes = make_shapes(context_, *jobs[i].entity, jobs[i].own_object ? Transform() : at_open, dicing_of(jobs[i]));
-      if (jobs[i].own_object && jobs[i].entity->area_light >= 0) {
-        Diagnostics said_already;
-        const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going};
-        jobs[i].emitters = make_shapes(quiet, *jobs[i].entity, at_open, dicing_of(jobs[i]));
-      }
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-    for (const trace::Shape& shape : jobs[i].shapes) jobs[i].fingerprint = hash(jobs[i].fingerprint, fingerprint_of(shape));
-  });
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
+  for_each_job(&jobs, [this](Job& job) { make_job(&job); });
+  dice(&jobs);
   for (Job& job : jobs) add(job);
   flush_curves();
 
@@ -233,7 +309,7 @@ void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
   pending_ = {};
-  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, {}}, curves.opacity, curves.object);
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, nullptr, {}}, curves.opacity, curves.object);
 }
 
 void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,

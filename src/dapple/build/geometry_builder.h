@@ -40,6 +40,7 @@ class GeometryBuilder {
     bool own_object;   ///< moves by itself: becomes an object with one instance
     std::vector<trace::Shape> shapes;
     uint64_t fingerprint;
+    std::unique_ptr<DicePlan> plan;  ///< of a shape that is diced, until it is
     std::vector<trace::Shape> emitters;  ///< of what moves and shines: the shapes in world space, at shutter open
   };
   /// As GeometryBinding has it.
@@ -51,6 +52,9 @@ class GeometryBuilder {
 
   std::vector<Job> collect_jobs();
   void make_views();
+  void make_job(Job* job) const;
+  void dice(std::vector<Job>* jobs);
+  int find_most_levels() const;
   Dicing dicing_of(const Job& job) const;
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
@@ -70,6 +74,7 @@ class GeometryBuilder {
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;  ///< traced object of each definition
   float shading_rate_ = 1;
+  int most_levels_ = 0;  ///< of Loop subdivision
   std::shared_ptr<const geom::DicingView> camera_view_;
   std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
   float reach_ = infinity;  ///< the least of all instances, and whose it is

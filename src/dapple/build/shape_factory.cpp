@@ -16,9 +16,6 @@ using scenefile::ShapeEntity;
 
 namespace {
 
-// Beyond this, subdivision is taken as a mistake: a billion faces are 20 GB.
-constexpr double max_subdivided_faces = 64e6;
-
 std::vector<uint32_t> index_list(const ShapeEntity& e, size_t multiple, size_t vertices) {
   const auto ints = e.params.get_ints("indices");
   check_indices(e, "indices", ints, vertices);
@@ -181,12 +178,10 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
 }
 
 std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const std::vector<V3f>& P, const std::vector<uint32_t>& indices,
-                                          const Transform& to_target) {
-  const int levels = e.params.get_int("levels", 3);
+                                          const Transform& to_target, int most_levels) {
+  int levels = e.params.get_int("levels", 3);
   if (levels < 0) throw InputError(e.loc, "\"levels\" is negative");
-  if (double(indices.size()) / 3 * std::pow(4.0, levels) > max_subdivided_faces)
-    throw InputError(e.loc, "\"levels\" " + std::to_string(levels) + " would make more than " +
-                                std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
+  levels = std::min(levels, most_levels);
   try {
     Mesh mesh = geom::subdivide_loop(P, indices, levels);
     place(mesh, e, to_target);
@@ -197,7 +192,13 @@ std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const std::vecto
 }
 
 std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage, const Dicing& dicing) {
-  const trace::GridsPtr grids = dice_cage(context, e, std::move(cage), dicing);
+  std::unique_ptr<DicePlan> plan = plan_cage(context, e, std::move(cage), dicing);
+  if (!plan) return {};
+  if (dicing.plan) {
+    *dicing.plan = std::move(plan);
+    return {};
+  }
+  const trace::GridsPtr grids = plan->dice();
   if (!grids) return {};
   return {grids};
 }
@@ -216,7 +217,7 @@ std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const Sh
   const std::vector<uint32_t> indices = index_list(e, 3, P.size());
   e.params.get_string("scheme", "loop");
   const bool is_diced = e.params.get_bool("diced", false);
-  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, to_target);
+  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, to_target, dicing.most_levels);
   e.params.get_int("levels", 3);
   geom::ControlCage cage;
   cage.scheme = geom::SurfaceScheme::loop;

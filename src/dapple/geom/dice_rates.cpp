@@ -15,10 +15,10 @@ struct Measured {
 };
 
 // The nearest power of two pieces for a line whose longest of 2^lattice_level spans is `span` micropolygons long.
-uint8_t level_of(float span, int lattice_level) {
+uint8_t level_of(float span, int lattice_level, int finest) {
   if (!(span > 0)) return 0;
   const float level = std::ceil(std::log2(span) + float(lattice_level) - 0.5f);
-  return uint8_t(std::clamp(level, 0.0f, float(DiceRates::max_level)));
+  return uint8_t(std::clamp(level, 0.0f, float(finest)));
 }
 
 Measured measure(const FacePatches& face, uint32_t sub, const DicingView& view, float inv_size, int lattice_level) {
@@ -34,13 +34,14 @@ Measured measure(const FacePatches& face, uint32_t sub, const DicingView& view, 
   face.evaluate(sub, {uv, count}, samples);
   for (size_t i = 0; i < count; ++i) P[i] = samples[i].P;
   view.pixel_widths({P, count}, width);
+  const int finest = std::clamp(view.finest_level(), 0, DiceRates::max_level);
   const auto line = [&](int from, int step) {
     float longest = 0;
     for (int i = 0; i < n; ++i) {
       const int a = from + i * step, b = a + step;
       longest = std::max(longest, length(P[b] - P[a]) / std::min(width[a], width[b]));
     }
-    return level_of(longest * inv_size, lattice_level);
+    return level_of(longest * inv_size, lattice_level, finest);
   };
   return {{line(0, 1), line(n, stride), line(n * stride, 1), line(0, stride)},
           {line(n / 2 * stride, 1), line(n / 2, stride)}};
@@ -69,27 +70,29 @@ DiceRates::DiceRates(const PatchSurface& surface, const DicingView& view, float 
     }
   });
 
-  edge.assign(topology.edges.size(), 0);
+  wanted_.assign(topology.edges.size(), 0);
   for (size_t p = 0; p < measured.size(); ++p)
     for (int k = 0; k < 4; ++k) {
       const PatchTopology::Side& side = topology.patches[p].side[k];
-      edge[side.edge] = std::max(edge[side.edge], uint8_t(std::min(measured[p].side[k] + (side.part != 0), max_level)));
+      wanted_[side.edge] = std::max(wanted_[side.edge], uint8_t(std::min(measured[p].side[k] + (side.part != 0), max_level)));
     }
-  const std::vector<uint8_t> wanted = edge;
-  patch.resize(measured.size());
-  // Everywhere alike, so that an edge's rate stays its own.
-  for (coarsened = 0;; ++coarsened) {
-    for (size_t e = 0; e < edge.size(); ++e) {
-      const int least = topology.edges[e].middle != PatchTopology::none;
-      edge[e] = uint8_t(std::max(wanted[e] - coarsened, least));
-    }
-    for (size_t p = 0; p < patch.size(); ++p) {
-      const auto& sides = topology.patches[p].side;
-      for (int k = 0; k < 2; ++k)
-        patch[p][size_t(k)] =
-            uint8_t(std::max({side(sides[k]), side(sides[k + 2]), measured[p].middle[k] - coarsened}));
-    }
-    if (coarsened == max_level || count_vertices(patch) <= max_vertices) return;
+  for (const Measured& m : measured) middle_.push_back({m.middle[0], m.middle[1]});
+  edge.resize(wanted_.size()), patch.resize(measured.size());
+  for (int levels = 0;; ++levels) {
+    coarsen(topology, levels);
+    if (levels == max_level || vertex_count() <= max_vertices) return;
+  }
+}
+
+void DiceRates::coarsen(const PatchTopology& topology, int levels) {
+  coarsened = levels;
+  for (size_t e = 0; e < edge.size(); ++e) {
+    const int least = topology.edges[e].middle != PatchTopology::none;
+    edge[e] = uint8_t(std::max(wanted_[e] - levels, least));
+  }
+  for (size_t p = 0; p < patch.size(); ++p) {
+    const auto& sides = topology.patches[p].side;
+    for (size_t k = 0; k < 2; ++k) patch[p][k] = uint8_t(std::max({side(sides[k]), side(sides[k + 2]), middle_[p][k] - levels}));
   }
 }
 

@@ -13,7 +13,7 @@ struct DiceSettings {
 };
 
 struct DiceReport {
-  int coarsened = 0;   ///< levels taken off everywhere because of max_vertices
+  int coarsened = 0;   ///< levels taken off everywhere, as DiceRates has it
   size_t clamped = 0;  ///< heights beyond the displacement bound, or no number
 };
 
@@ -29,5 +29,7 @@ struct DiceReport {
 /// Normals: the surface's, or where it is displaced the sum of area vectors of the cells around, over all patches that
 /// are smooth there.
 GridMesh dice(const PatchSurface& surface, const DicingView& view, const DiceSettings& settings, DiceReport* report);
+/// The same at rates that are settled already.
+GridMesh dice(const PatchSurface& surface, const DiceRates& rates, const Displacement& displacement, DiceReport* report);
 
 }  // namespace dapple::geom

@@ -13,6 +13,8 @@ class DicingView {
   virtual ~DicingView() = default;
   /// Writes widths[0, P.size()): the width of a pixel at P, in the units of P and above 0. Thread-safe and pure.
   virtual void pixel_widths(std::span<const V3f> P, float* widths) const = 0;
+  /// Log2 of the most pieces that a line across a patch is ever worth, however near to the camera it comes.
+  virtual int finest_level() const { return 12; }
 };
 
 /// Pixels of one width everywhere.
