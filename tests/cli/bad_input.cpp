@@ -158,6 +158,10 @@ TEST(LargeBadScene, LongList) {
   check_text("Shape \"trianglemesh\" \"integer indices\" [" + repeated(1000000, [](int) { return " 7"; }) +
              "] \"point3 P\" [ 0 0 0 ]\n");
 }
+// Every ray would have to try each of them.
+TEST(LargeBadScene, CoincidentInstances) {
+  check_text("ObjectBegin \"o\"\nShape \"sphere\"\nObjectEnd\n" + repeated(100000, [](int) { return "ObjectInstance \"o\"\n"; }));
+}
 
 // OpenEXR's damaged files, as a texture and as an environment.
 class DamagedExr : public testing::TestWithParam<std::string> {};

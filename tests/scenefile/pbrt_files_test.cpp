@@ -139,6 +139,25 @@ TEST(PbrtFiles, DecompressionBombsAreRefused) {
   const std::string bomb = gzip(std::string(size_t(300) << 20, ' '));
   ASSERT_LT(bomb.size(), size_t(1) << 20);
   EXPECT_CONTAINS(read_error(folder.write("bomb.pbrt.gz", bomb)), "implausible");
+  // 32 times and 16 MiB are allowed.
+  EXPECT_CONTAINS(read_error(folder.write("small.pbrt.gz", gzip(std::string(size_t(20) << 20, ' ')))), "implausible");
+  EXPECT_CONTAINS(read_error(folder.write("smaller.pbrt.gz", gzip(std::string(size_t(16) << 20, ' ')))), "WorldBegin");
+}
+
+// One line a million times is a few kilobytes compressed, and a kilobyte each once it is read. In a file of plain text it is what it is.
+TEST(PbrtFiles, DirectivesAreBoundedByTheCompressedFile) {
+  TempFolder folder;
+  const auto lines = [](int n) {
+    std::string text = "WorldBegin\n";
+    for (int i = 0; i < n; ++i) text += "Shape \"sphere\"\n";
+    return text;
+  };
+  const std::string error = read_error(folder.write("many.pbrt.gz", gzip(lines(300000))));
+  EXPECT_CONTAINS(error, "implausibly many directives");
+  EXPECT_CONTAINS(error, "many.pbrt.gz:26");
+  Diagnostics diagnostics;
+  EXPECT_EQ(read_pbrt(folder.write("some.pbrt.gz", gzip(lines(250000))), diagnostics).shapes.size(), 250000u);
+  EXPECT_EQ(read_pbrt(folder.write("many.pbrt", lines(300000)), diagnostics).shapes.size(), 300000u);
 }
 
 }  // namespace

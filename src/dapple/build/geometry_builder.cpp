@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/geometry_builder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -226,13 +227,38 @@ void GeometryBuilder::build() {
   for (Job& job : jobs) add(job);
   flush_curves();
 
-  for (const auto& instance : d.instances) {
+  const std::vector<bool> repeated = find_repeated_instances();
+  for (size_t i = 0; i < d.instances.size(); ++i) {
+    const auto& instance = d.instances[i];
+    if (repeated[i]) {
+      context_.diagnostics.warn(instance.loc, "an object is instanced again at the very same place; once is enough", "repeated instance");
+      continue;
+    }
     const TransformPair transform = instance.transform.expand();
     check_transform(transform, instance.loc);
     note_reach(check_placement(transform, instance.loc), instance.loc);
     place(objects_[size_t(instance.object)], transform, instance.loc);
   }
   seconds_ = timer.seconds();
+}
+
+// Which instances are copies of earlier ones in the same place. Every ray there would have to try them all.
+std::vector<bool> GeometryBuilder::find_repeated_instances() const {
+  const auto& instances = context_.description.instances;
+  std::vector<std::pair<uint64_t, uint32_t>> keys(instances.size());
+  parallel_ranges(instances.size(), 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) keys[i] = {hash(uint64_t(instances[i].object), instances[i].transform.key()), uint32_t(i)};
+  });
+  std::sort(keys.begin(), keys.end());
+  std::vector<bool> repeated(instances.size());
+  size_t first = 0;  // of those of equal keys
+  for (size_t k = 1; k < keys.size(); ++k) {
+    if (keys[k].first != keys[first].first) first = k;
+    const auto& a = instances[keys[first].second];
+    const auto& b = instances[keys[k].second];
+    if (k != first && a.object == b.object && a.transform == b.transform) repeated[keys[k].second] = true;
+  }
+  return repeated;
 }
 
 void GeometryBuilder::note_reach(float reach, const FileLoc& loc) {

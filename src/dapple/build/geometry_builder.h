@@ -62,6 +62,7 @@ class GeometryBuilder {
   void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
                   const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
+  std::vector<bool> find_repeated_instances() const;
   void note_reach(float reach, const FileLoc& loc);
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   Opacity opacity_of(const scenefile::ShapeEntity& e);

@@ -46,7 +46,7 @@ bool is_gzip(std::string_view data) {
 
 std::string inflate_gzip(std::string_view data, const std::string& path, const FileLoc& loc) {
   constexpr size_t chunk = size_t(1) << 20;
-  const size_t limit = (size_t(64) << 20) + 128 * data.size();
+  const size_t limit = (size_t(16) << 20) + 32 * data.size();
   Inflater inflater;
   if (!inflater.ok) cannot_read(path, loc, "no memory to decompress it");
   z_stream& z = inflater.stream;

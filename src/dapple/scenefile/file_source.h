@@ -10,7 +10,7 @@
 namespace dapple::scenefile {
 
 /// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its
-/// name). Directories, devices and pipes are refused. Inflated text may be at most 64 MiB plus 128 times the file's
+/// name). Directories, devices and pipes are refused. Inflated text may be at most 16 MiB plus 32 times the file's
 /// size, so that a small hostile file cannot fill the memory.
 class FileSource {
  public:
@@ -21,6 +21,8 @@ class FileSource {
   FileSource& operator=(const FileSource&) = delete;
 
   std::string_view contents() const { return contents_; }
+  /// Bytes on the disk.
+  size_t stored_bytes() const { return mapped_bytes_; }
 
   /// The same for two names of one file.
   struct Identity {

@@ -22,6 +22,11 @@ using Kind = Token::Kind;
 // Bounds on what a small hostile set of files can make of Include and Import; film scenes stay far below.
 constexpr size_t max_include_depth = 64;
 constexpr size_t max_includes = 100000;
+// Directives that are kept, each in about a kilobyte, beside one for so many stored bytes: compressed text of a scene, whose numbers differ, has
+// more for each; that of one line a million times has a small part of one. Instances are compact, and are not counted.
+constexpr size_t free_directives = size_t(1) << 18, bytes_a_directive = 4;
+constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource", "Attribute", "LightSource", "MakeNamedMaterial", "MakeNamedMedium",
+                                                             "Material", "ObjectBegin", "Shape", "Texture"};
 
 class PbrtParser {
  public:
@@ -36,7 +41,11 @@ class PbrtParser {
   }
 
   /// Files being read at present; an Include of one of them is a cycle.
-  void enter(const FileSource::Identity& file) { open_files_.push_back(file); }
+  void enter(const FileSource& file) {
+    open_files_.push_back(file.identity());
+    stored_bytes_ += file.stored_bytes();
+  }
+  void add_stored_bytes(size_t bytes) { stored_bytes_ += bytes; }
 
  private:
   enum class Block : uint8_t { any, options, world };
@@ -105,7 +114,8 @@ class PbrtParser {
   Tokenizer* tokenizer_ = nullptr;  // of the file being read
   std::vector<FileSource::Identity> open_files_;
   std::map<std::string, const std::string*, std::less<>> file_names_;
-  size_t includes_ = 0;
+  size_t includes_ = 0, kept_ = 0;
+  size_t stored_bytes_ = 0;  // of all files so far, as often as they were included
 };
 
 // In alphabetical order, for the search.
@@ -176,6 +186,9 @@ void PbrtParser::parse_directive(const Token& word) {
     throw InputError(word.loc, std::string(it->name) + " is not allowed after WorldBegin");
   if (it->block == Block::world && !builder_.in_world())
     throw InputError(word.loc, std::string(it->name) + " is not allowed before WorldBegin");
+  if (std::binary_search(kept_directives.begin(), kept_directives.end(), it->name) && ++kept_ > free_directives + stored_bytes_ / bytes_a_directive)
+    throw InputError(word.loc, "there are implausibly many directives for the size of the compressed file; expected at most " +
+                                   std::to_string(free_directives) + ", and one more for each " + std::to_string(bytes_a_directive) + " bytes");
   (this->*it->handler)(word);
 }
 
@@ -200,7 +213,7 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
     description_.files.push_back(path);
     name = file_names_.emplace(path, &description_.files.back()).first;
   }
-  open_files_.push_back(source.identity());
+  enter(source);
   std::optional<DescriptionBuilder::Scope> scope;
   if (is_import) scope = builder_.begin_import();
   description_.fingerprint = hash_bytes(source.contents(), description_.fingerprint);
@@ -362,7 +375,7 @@ SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
   description.base_directory = directory_of(path);
   const FileSource source(path, FileLoc{description.files.front(), 0, 0});
   PbrtParser parser(&description, &diagnostics);
-  parser.enter(source.identity());
+  parser.enter(source);
   description.fingerprint = hash_bytes(source.contents(), 0);
   parser.parse_main(source.contents(), description.files.front());
   return description;
@@ -374,7 +387,9 @@ SceneDescription parse_pbrt(std::string text, const std::string& name, const std
   description.files.push_back(name);
   description.base_directory = base_directory;
   description.fingerprint = hash_bytes(text, 0);
-  PbrtParser(&description, &diagnostics).parse_main(text, description.files.front());
+  PbrtParser parser(&description, &diagnostics);
+  parser.add_stored_bytes(text.size());
+  parser.parse_main(text, description.files.front());
   return description;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/scene_description.h"
 
+#include "dapple/base/hash.h"
+
 namespace dapple::scenefile {
 
 std::string SceneDescription::resolve(const std::string& filename) const {
@@ -31,6 +33,12 @@ CompactTransform::CompactTransform(const TransformPair& affine) : start_(rows_of
 TransformPair CompactTransform::expand() const {
   const Transform start = transform_of(start_);
   return {start, end_ ? transform_of(*end_) : start};
+}
+
+uint64_t CompactTransform::key() const {
+  const auto bytes = [](const Rows& rows) { return std::string_view(reinterpret_cast<const char*>(rows.data()), sizeof(Rows)); };
+  const uint64_t start = hash_bytes(bytes(start_), 0);
+  return end_ ? hash_bytes(bytes(*end_), start) : start;
 }
 
 }  // namespace dapple::scenefile

@@ -74,6 +74,11 @@ class CompactTransform {
  public:
   explicit CompactTransform(const TransformPair& affine);
   TransformPair expand() const;
+  /// Of the bits: transforms of one key are most likely the same.
+  uint64_t key() const;
+  friend bool operator==(const CompactTransform& a, const CompactTransform& b) {
+    return a.start_ == b.start_ && (a.end_ ? b.end_ && *a.end_ == *b.end_ : !b.end_);
+  }
 
  private:
   using Rows = std::array<float, 12>;  ///< the upper three rows
