@@ -336,6 +336,21 @@ TEST(PatternMedium, WhatBreaksItsBoundIsCutAndCounted) {
   EXPECT_EQ(far.exhausted(), 1u);
 }
 
+// A channel that is extinguished far less than another meets the other's collisions without end: red goes 1 m through 10^9 of them.
+TEST(Medium, GridsGiveUpRaysThatCollideTooOften) {
+  GridMedium::Content content;
+  content.sigma_s = RGB(1, 1e9f, 1);
+  content.density = VoxelGrid<float>({1}, 1, 1, 1);
+  const auto medium = std::make_shared<const GridMedium>(std::move(content), Transform(), HenyeyGreenstein{}, "a.pbrt:7:1: medium \"m\"");
+  EXPECT_TRUE(medium_faults({medium}).empty());
+  Ray ray{.o = V3f(-1, 0.5f, 0.5f), .d = V3f(1, 0, 0)};
+  EXPECT_EQ(medium->transmittance(ray, 5, 3), RGB(0));
+  EXPECT_EQ(medium->exhausted(), 1u);
+  const auto faults = medium_faults({medium});
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].find("a.pbrt:7:1: medium \"m\": 1 ray"), 0u) << faults[0];
+}
+
 /// Random walks from the middle of a unit cube of a medium, lit by radiance 1 from everywhere, bring back what the
 /// medium does not absorb.
 void expect_furnace(const Medium& medium, double expected) {

@@ -83,6 +83,8 @@ RGB emission(const MediumEntity& e, const BuildContext& context) {
   return p ? illuminant_rgb(*p, context) : RGB(0);
 }
 
+std::string name_of(const MediumEntity& e) { return e.loc.to_string() + ": medium \"" + e.name + "\""; }
+
 MediumPtr make_homogeneous(const MediumEntity& e, const BuildContext& context) {
   const Coefficients c = coefficients(e, context);
   const RGB Le = checked(e, emission(e, context) * from_zero(e, "Lescale", 1), "emission");
@@ -166,7 +168,7 @@ MediumPtr make_uniform_grid(const MediumEntity& e, const BuildContext& context) 
     context.diagnostics.unsupported(p->loc, "temperature of a medium", "a medium that does not glow");
     e.params.find("temperatureoffset"), e.params.find("temperaturecutoff"), e.params.find("temperaturescale");
   }
-  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
+  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e), name_of(e));
 }
 
 MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
@@ -183,7 +185,7 @@ MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
       throw InputError(place_of(e, "Le"), "\"Le\" of an rgbgrid medium needs \"rgb sigma_a\"");
     content.emission = RGB(from_zero(e, "Lescale", 1));
   }
-  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e));
+  return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e), name_of(e));
 }
 
 /// The bound of what varies, which must be there; an unused one of what does not is taken notice of.
@@ -214,7 +216,7 @@ MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const
   content.density_bound = bound(e, "density", content.density);
   if (const auto& d = content.density.constant(); d && !(*d >= 0)) from_zero(e, "density", 1);
   auto medium = std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e),
-                                                e.loc.to_string() + ": medium \"" + e.name + "\"");
+                                                name_of(e));
   if (!std::isfinite(medium->majorant())) throw InputError(e.loc, "the extinction of this medium overflows; expected smaller bounds");
   return medium;
 }

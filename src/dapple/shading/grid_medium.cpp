@@ -12,7 +12,7 @@ namespace {
 
 constexpr int most_majorants = 32;  // along an axis
 /// Collisions of one flight, after which it counts as absorbed: grids with a spike of density can ask for any number.
-constexpr int most_collisions = 1 << 20;
+constexpr int most_collisions = 1 << 15;
 
 V3f per_axis(const V3f& a, const V3f& b) {
   return {a.x / b.x, a.y / b.y, a.z / b.z};
@@ -51,7 +51,10 @@ class GridMedium::Walk {
 
   /// Goes to the next collision; false where the ray leaves the box or ends before.
   bool next(KeyedRng& rng) {
-    if (++collisions_ > most_collisions) return exhausted_ = true, false;
+    if (++collisions_ > most_collisions) {
+      medium_.exhausted_.fetch_add(1, std::memory_order_relaxed);
+      return exhausted_ = true, false;
+    }
     float depth = -std::log1p(-rng.next());
     while (t_ < end_) {
       const float sigma = majorant(), leave = std::min(cell_end(), end_);
@@ -110,8 +113,8 @@ class GridMedium::Walk {
   bool exhausted_ = false;
 };
 
-GridMedium::GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase)
-    : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()) {
+GridMedium::GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name)
+    : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()), name_(std::move(name)) {
   build_majorants();
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <string>
 #include <vector>
 
 #include "dapple/base/transform.h"
@@ -27,11 +29,14 @@ class GridMedium final : public Medium {
     VoxelGrid<RGB> emission_rgb{};
   };
 
-  GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase);
+  /// name: for reports, with its place.
+  GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name = {});
 
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   bool emits() const override { return !content_.emission.is_black(); }
+  const std::string& name() const { return name_; }
+  uint64_t exhausted() const { return exhausted_.load(std::memory_order_relaxed); }  ///< rays given up on; they count as absorbed
 
  private:
   struct Point {
@@ -47,6 +52,8 @@ class GridMedium final : public Medium {
   Transform world_to_medium_;
   int majorants_x_ = 1, majorants_y_ = 1, majorants_z_ = 1;
   std::vector<float> majorants_;  // of sigma_t, the largest channel, by coarse cell
+  std::string name_;
+  mutable std::atomic<uint64_t> exhausted_{0};
 };
 
 }  // namespace dapple::shading

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "dapple/shading/grid_medium.h"
 #include "dapple/shading/null_collision.h"
 
 namespace dapple::shading {
@@ -11,7 +12,7 @@ namespace {
 
 constexpr int capacity = MediumRays::capacity;
 /// Collisions of one ray, after which it is given up: bounds far above what a pattern gives can ask for any number.
-constexpr int most_collisions = 1 << 20;
+constexpr int most_collisions = 1 << 15;
 
 /// The part of o + t d in a box: false where there is none.
 bool clip(const V3f& o, const V3f& d, const Box3f& box, float* first, float* end) {
@@ -209,6 +210,9 @@ std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const M
     return std::string(text);
   };
   for (const auto& medium : media) {
+    if (const auto* grid = dynamic_cast<const GridMedium*>(medium.get()); grid && grid->exhausted() > 0)
+      warnings.push_back(grid->name() + ": " + std::to_string(grid->exhausted()) +
+                         " rays met its largest extinction too often and count as absorbed; it differs too much between channels or places");
     const auto* m = dynamic_cast<const PatternMedium*>(medium.get());
     if (!m) continue;
     for (int i = 0; i < PatternMedium::parameter_count; ++i) {

@@ -76,7 +76,7 @@ class PatternMedium final : public Medium {
   mutable std::atomic<uint64_t> exhausted_{0};
 };
 
-/// What was wrong in the pattern media among `media` so far, as warnings for the user.
+/// What was wrong in the gridded and pattern media among `media` so far, as warnings for the user.
 std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const Medium>>& media);
 
 }  // namespace dapple::shading
