@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "dapple/trace/traced_scene.h"
+
+namespace dapple::trace {
+
+// The motion interpolates T, R and S of T R S, S upper triangular, linearly but for R: S has an inverse all the time if no entry of its
+// diagonal changes sign, and what that inverse does to a vector is bounded by the smallest of these entries and the largest of the others.
+float TracedScene::reach_of(const AnimatedTransform& motion) {
+  double least[3], shear[3][3], shift = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double a = motion.decomposition(0).scale[i][i], b = motion.decomposition(1).scale[i][i];
+    if (!(a * b > 0)) return 0;
+    least[i] = std::min(std::abs(a), std::abs(b));
+    if (!(least[i] >= least_scale * (1 - 1e-6))) return 0;
+    double longest = 0;  // of the axis as it is mapped
+    for (int j = 0; j <= i; ++j) {
+      shear[j][i] = std::max(std::abs(motion.decomposition(0).scale[j][i]), std::abs(motion.decomposition(1).scale[j][i]));
+      longest = std::max(longest, shear[j][i]);
+    }
+    if (!(longest <= most_scale * (1 + 1e-6))) return 0;
+    shift += std::max(std::abs(motion.decomposition(0).translation[i]), std::abs(motion.decomposition(1).translation[i]));
+  }
+  const double xy = shear[0][1] / (least[0] * least[1]), yz = shear[1][2] / (least[1] * least[2]);
+  const double xz = shear[0][2] / (least[0] * least[2]) + xy * shear[1][2] / least[2];
+  const double stretch = std::max({1 / least[0] + xy + xz, 1 / least[1] + yz, 1 / least[2]});
+  const double reach = double(most_reach) / stretch - shift;
+  return reach > 0 ? std::min(float(reach), most_reach) : 0;
+}
+
+}  // namespace dapple::trace
