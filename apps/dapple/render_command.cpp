@@ -27,7 +27,7 @@ struct RenderOptions {
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
   int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
-  uint64_t seed = 0;
+  std::optional<uint64_t> seed;
   double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
@@ -95,6 +95,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   r.type = o.integrator;
   if (!o.integrator.empty()) r.place = o.scene + " with --integrator " + o.integrator;
   r.preset = o.preset;
+  r.seed = o.seed;
   if (o.pixel_samples > 0) r.pixel_samples = r.max_pixel_samples = o.pixel_samples;  // no more, unless that is asked for too
   if (o.max_pixel_samples > 0) r.max_pixel_samples = o.max_pixel_samples;
   if (o.pixel_noise > 0) r.pixel_noise = float(o.pixel_noise);
@@ -201,7 +202,7 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
                 {"dapple/commandLine", command_line},
                 {"dapple/scene", o.scene},
                 {"dapple/sceneFingerprint", std::string(fingerprint)},
-                {"dapple/seed", std::to_string(o.seed)}};
+                {"dapple/seed", std::to_string(o.seed.value_or(built.request.seed.value_or(0)))}};
   const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
   s.metadata.push_back({"worldToCamera", camera.world_to_camera});
   if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", *camera.world_to_ndc});
@@ -289,7 +290,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
-  const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, o.seed);
+  const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
 
   scene::Film::Settings film_settings = built.scene->film;
   film_settings.features = !output.aovs.empty();
@@ -414,7 +415,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--resolution", o->resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
-  app.add_option("--seed", o->seed, "Seed of all random numbers")->capture_default_str();
+  app.add_option("--seed", o->seed, "Seed of all random numbers [the scene's or 0]");
   app.add_option("--aov", o->aovs,
                  "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
                  "or all; cache_level,cache_age,cache_fills,cache_reuse [none]");

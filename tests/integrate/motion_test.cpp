@@ -211,7 +211,7 @@ TEST(Motion, ShutterOfPartOfTheMotion) {
 LookAt 0 -4.6 1.6  0 0 1  0 0 1
 Camera "perspective" "float fov" 42 "float shutteropen" 0 "float shutterclose" .1
 WorldBegin
-LightSource "distant" "rgb L" [ 3 3 3 ] "point3 from" [ 0 -1 1 ]
+LightSource "distant" "rgb L" [ 30 30 30 ] "point3 from" [ 0 -1 1 ]
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ .5 -1.5 2.6  3.5 -1.5 2.6  .5 -.5 2.9  3.5 -.5 2.9 ]
 )" + attribute(Way{{-1, 0, 0}, {3, 0, 0}}.text() + "Shape \"bilinearmesh\" \"point3 P\" [ -.5 .5 .5  .5 .5 .5  -.5 .5 1.5  .5 .5 1.5 ]\n"));

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "dapple/build/option_factory.h"
+
 namespace dapple::build {
 
 using scenefile::Entity;
@@ -92,8 +94,11 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   r.half = e.params.get_bool("savefp16", true);
   r.film.max_component = positive(e, "maxcomponentvalue", std::numeric_limits<float>::max());
   if (r.film.max_component == std::numeric_limits<float>::max()) r.film.max_component = infinity;
-  // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100; measured sensors add a white balance of their own.
-  r.film.scale = positive(e, "exposuretime", 1) * positive(e, "iso", 100) / 100;
+  // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100, the time being that for which the shutter is open, or in its first
+  // versions what the film says; measured sensors add a white balance of their own.
+  const scenefile::ParamSet& shutter = context.description.camera.params;
+  const float open = shutter.get_float("shutterclose", 1) - shutter.get_float("shutteropen", 0);
+  r.film.scale = positive(e, "exposuretime", std::max(open, std::numeric_limits<float>::min())) * positive(e, "iso", 100) / 100;
   const std::string sensor = e.params.get_string("sensor", "cie1931");
   if (sensor != "cie1931") context.diagnostics.unsupported(e.loc, "sensor \"" + sensor + "\"", "the cie1931 sensor");
   if (e.params.get_float("whitebalance", 0) != 0)
@@ -137,17 +142,19 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
 
   s.shutter_open = e.params.get_float("shutteropen", 0);
   s.shutter_close = e.params.get_float("shutterclose", 1);
-  if (s.shutter_open > s.shutter_close) throw InputError(e.loc, "\"shutteropen\" is after \"shutterclose\"");
+  if (!(s.shutter_close > s.shutter_open))
+    throw InputError(e.loc, "the shutter does not open: \"shutterclose\" (1 by default) must be above \"shutteropen\" (0)");
   const double t0 = context.description.shutter_start_transform_time, t1 = context.description.shutter_end_transform_time;
   const auto normalised = [&](float t) { return t1 > t0 ? float(std::clamp((t - t0) / (t1 - t0), 0.0, 1.0)) : 0.0f; };
   s.time_open = normalised(s.shutter_open);
   s.time_close = normalised(s.shutter_close);
+  if (!has_pixel_jitter(context)) s.time_open = s.time_close = 0.5f * (s.time_open + s.time_close);
 
   s.lens_radius = e.params.get_float("lensradius", 0);
   if (s.lens_radius < 0) throw InputError(e.loc, "\"lensradius\" is negative");
   // From farther off all rays of a point are parallel, and squares of distances overflow.
   s.focal_distance = std::min(positive(e, "focaldistance", type == "realistic" ? 10.0f : 1e6f), farthest_focus);
-  if (type == "realistic") s.lens_radius = 0;
+  if (type == "realistic" || !has_pixel_jitter(context)) s.lens_radius = 0;
 
   const float aspect = positive(e, "frameaspectratio", float(resolution.x) / float(resolution.y));
   s.screen_max_x = std::max(aspect, 1.0f);
@@ -187,7 +194,7 @@ scene::Filter make_filter(const BuildContext& context) {
       if (!std::isfinite(s.offset.x + s.offset.y + s.weight)) throw InputError(e.loc, "the pixel filter's parameters give no finite numbers");
     }
     e.params.report_unused("pixel filter", context.diagnostics);
-    return f;
+    return has_pixel_jitter(context) ? f : Filter::box(0);
   };
   if (type == "box") return finish({FilterKind::box, radius(0.5f), 0, 0});
   if (type == "triangle") return finish({FilterKind::triangle, radius(2), 0, 0});

@@ -5,6 +5,7 @@
 
 #include "dapple/base/log.h"
 #include "dapple/build/camera_factory.h"
+#include "dapple/build/option_factory.h"
 #include "dapple/integrate/ambient_occlusion.h"
 #include "dapple/integrate/distribution_integrator.h"
 #include "dapple/integrate/path_integrator.h"
@@ -74,7 +75,7 @@ void read_sampler(const BuildContext& context, IntegratorRequest* r) {
     samples = int64_t(sampler.params.get_int("xsamples", 4)) * sampler.params.get_int("ysamples", 4);
   sampler.params.get_bool("jitter", true);
   sampler.params.get_string("randomization", "");
-  sampler.params.get_int("seed", 0);
+  if (sampler.params.find("seed")) r->seed = uint32_t(sampler.params.get_int("seed", 0));
   if (samples && (*samples < 1 || *samples > max_pixel_samples))
     throw InputError(sampler.loc, "\"pixelsamples\" is " + std::to_string(*samples) + "; it must be from 1 to " +
                                       std::to_string(max_pixel_samples));
@@ -140,6 +141,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   IntegratorRequest r = *this;
   if (r.type.empty()) r.type = other.type;
   if (r.preset.empty()) r.preset = other.preset;
+  fill(&r.seed, other.seed);
   fill(&r.pixel_samples, other.pixel_samples);
   fill(&r.max_pixel_samples, other.max_pixel_samples);
   fill(&r.pixel_noise, other.pixel_noise);
@@ -173,6 +175,8 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
 
 IntegratorRequest make_integrator_request(const BuildContext& context) {
   IntegratorRequest r;
+  r.seed = scene_seed(context);
+  report_options(context);
   read_sampler(context, &r);
   const Entity& e = context.description.integrator;
   const auto& files = context.description.files;

@@ -19,6 +19,7 @@ namespace dapple::build {
 struct IntegratorRequest {
   std::string type;    ///< one of integrator_types
   std::string preset;  ///< "draft", "preview" or "final"
+  std::optional<uint64_t> seed;
   std::optional<int> pixel_samples, max_pixel_samples;
   std::optional<float> pixel_noise;
   std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
@@ -53,7 +54,7 @@ inline constexpr int max_depth_followed = 32;
 inline constexpr int max_canopy_slabs = 1000;
 inline constexpr int max_pixel_points = 256;
 
-/// The scene's Sampler and Integrator directives. Throws InputError.
+/// The scene's Option, Sampler and Integrator directives. Throws InputError.
 IntegratorRequest make_integrator_request(const BuildContext& context);
 
 /// What a preset stands for (docs/guide/rendering.md). "" is "preview".

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/option_factory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "dapple/build/scene_builder.h"
+
+namespace dapple::build {
+namespace {
+
+constexpr const char* camera = "Camera \"orthographic\"\n";
+
+struct Read {
+  BuiltScene built;
+  std::vector<std::string> messages;
+
+  /// A message at this line of the scene holds the text.
+  bool names(int line, const std::string& text) const {
+    return std::any_of(messages.begin(), messages.end(), [&](const std::string& m) {
+      return m.find("test.pbrt:" + std::to_string(line) + ":") != std::string::npos && m.find(text) != std::string::npos;
+    });
+  }
+};
+
+Read read(const std::string& head) {
+  Diagnostics diagnostics;
+  const auto description =
+      scenefile::parse_pbrt(head + "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n", "test.pbrt", ".", diagnostics);
+  Read r{build_scene(description, {}, diagnostics), {}};
+  r.messages = diagnostics.messages();
+  return r;
+}
+
+void expect_error(const std::string& head, const std::string& text) {
+  try {
+    read(head);
+    ADD_FAILURE() << "accepted: " << head;
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find(text), std::string::npos) << e.what();
+  }
+}
+
+TEST(Options, SeedsAreTheSamplersOrElseTheOptions) {
+  EXPECT_FALSE(read(camera).built.request.seed);
+  EXPECT_EQ(read(std::string("Option \"seed\" 7\n") + camera).built.request.seed, 7u);
+  EXPECT_EQ(read(std::string("Option \"integer seed\" 7 Sampler \"halton\" \"integer seed\" 9\n") + camera).built.request.seed, 9u);
+  expect_error(std::string("Option \"seed\" 7.5\n") + camera, "test.pbrt:1:");
+}
+
+TEST(Options, AreNamedOnceWhereTheyAreNotSupported) {
+  const Read r = read(std::string("Option \"disabletexturefiltering\" true\nOption \"forcediffuse\" true\nOption \"displacementedgescale\" 2\n"
+                                  "Option \"msereferenceimage\" \"a.exr\"\nOption \"string nonsense\" \"x\"\nOption \"sed\" 5\n"
+                                  "Option \"wavefront\" true\nOption \"rendercoordsys\" \"world\"\nOption \"float shadingrate\" 2\n") +
+                      camera);
+  EXPECT_TRUE(r.names(1, "disabletexturefiltering"));
+  EXPECT_TRUE(r.names(2, "forcediffuse"));
+  EXPECT_TRUE(r.names(3, "displacementedgescale"));
+  EXPECT_TRUE(r.names(4, "msereferenceimage"));
+  EXPECT_TRUE(r.names(5, "\"nonsense\" of Option is not used"));
+  EXPECT_TRUE(r.names(6, "\"sed\" of Option is not used; expected one of: seed"));
+  EXPECT_EQ(r.messages.size(), 6u);
+  EXPECT_TRUE(read(std::string("Option \"forcediffuse\" false\n") + camera).messages.empty());
+}
+
+TEST(Options, WithoutJitterSamplesAreInTheMiddle) {
+  const BuiltScene b = read("Option \"disablepixeljitter\" true\nCamera \"perspective\" \"float lensradius\" .1\n").built;
+  const auto at = b.scene->filter.sample({0.9f, 0.2f});
+  EXPECT_EQ(at.offset, V2f(0, 0));
+  EXPECT_EQ(at.weight, 1);
+  EXPECT_FALSE(b.scene->camera.has_lens());
+  EXPECT_EQ(b.scene->camera.generate({1, 1}, {0, 0}, 0.9f).ray.time, 0.5f);
+}
+
+// pbrt-v4: (shutterclose - shutteropen) iso / 100.
+TEST(Exposure, IsTheTimeThatTheShutterIsOpen) {
+  EXPECT_FLOAT_EQ(read(camera).built.scene->film.scale, 1);
+  EXPECT_FLOAT_EQ(read("Camera \"orthographic\" \"float shutterclose\" .5\n").built.scene->film.scale, 0.5f);
+  EXPECT_FLOAT_EQ(
+      read("Film \"rgb\" \"float iso\" 200\nCamera \"orthographic\" \"float shutteropen\" 1 \"float shutterclose\" 1.25\n").built.scene->film.scale,
+      0.5f);
+  EXPECT_FLOAT_EQ(read("Film \"rgb\" \"float exposuretime\" 3\nCamera \"orthographic\" \"float shutterclose\" .5\n").built.scene->film.scale, 3);
+  expect_error("Camera \"orthographic\" \"float shutteropen\" 1\n", "the shutter does not open");
+  expect_error("Camera \"orthographic\" \"float shutteropen\" 2\n", "the shutter does not open");
+}
+
+}  // namespace
+}  // namespace dapple::build
