@@ -14,7 +14,10 @@ class AreaLight : public Light {
         radiance_(e.radiance),
         two_sided_(e.two_sided),
         invisible_(e.invisible),
-        pattern_(e.pattern) {}
+        pattern_(e.pattern) {
+    if constexpr (requires { shape_.shine_on_both_sides(); })
+      if (two_sided_) shape_.shine_on_both_sides();
+  }
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override {
     geom::EmitterSample s;
