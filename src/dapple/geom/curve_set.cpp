@@ -28,15 +28,26 @@ SurfacePoint CurveSet::at(uint32_t segment, float u, float v, const V3f& n_hit) 
   const V3f across = cross(n, tangent);
   const float across2 = length2(across);
   const V3f side = across2 > 0 ? across * (1 / std::sqrt(across2)) : V3f(1, 0, 0);
-  s.P = kind == CurveKind::round ? centre + n * radius : centre + side * (radius * v);
+  if (kind == CurveKind::flat) {
+    const V3f facing = cross(tangent, side);
+    n = facing * (1 / std::max(length(facing), 1e-30f));
+  }
+  s.P = kind == CurveKind::round ? centre + n * radius : kind == CurveKind::ribbon ? centre + side * (radius * v) : centre;
   s.Ng = s.Ns = n;
-  s.dPdu = tangent;
+  s.dPdu = tangent * (1 / (u_range[segment].y - u_range[segment].x));
   s.dPdv = side * (2 * radius);
   s.u = lerp(u, u_range[segment].x, u_range[segment].y);
-  s.v = kind == CurveKind::round ? 0.5f : 0.5f * (v + 1);
-  // Embree subdivides curves, so hits lie off the analytic surface by a fraction of the radius.
-  s.error = position_error(s.P) + 0.01f * radius;
+  s.v = 0.5f * (v + 1);
+  // Embree subdivides curves, so hits lie off the analytic surface by a fraction of the radius: flat ones by what build/curve_factory.cpp
+  // lets them.
+  s.error = position_error(s.P) + (kind == CurveKind::flat ? 0.05f : 0.01f) * radius;
   return s;
+}
+
+float CurveSet::across_tube(uint32_t segment, float u, const V3f& n, const V3f& view) const {
+  const V3f side = at(segment, u, 0, view).dPdv;
+  const float scale = length2(n) * length2(side);
+  return scale > 0 ? std::clamp(dot(n, side) / std::sqrt(scale), -1.0f, 1.0f) : 0;
 }
 
 }  // namespace dapple::geom

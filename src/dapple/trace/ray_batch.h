@@ -42,7 +42,7 @@ struct RayBatch {
 struct HitBatch {
   static constexpr int capacity = RayBatch::capacity;
   alignas(64) float t[capacity], u[capacity], v[capacity];
-  alignas(64) float nx[capacity], ny[capacity], nz[capacity];  ///< Embree's normal: curves only need it
+  alignas(64) float nx[capacity], ny[capacity], nz[capacity];  ///< normal: curves only need it; of flat ones back along the ray
   alignas(64) uint32_t geometry[capacity];  ///< index in TracedScene's table of geometries
   alignas(64) uint32_t primitive[capacity];
   alignas(64) uint32_t instance[capacity];  ///< no_id if not instanced

@@ -54,11 +54,13 @@ struct TracedScene::Callbacks {
       if (!a->valid[i]) continue;
       const V3f normal(RTCHitN_Ng_x(a->hit, a->N, i), RTCHitN_Ng_y(a->hit, a->N, i), RTCHitN_Ng_z(a->hit, a->N, i));
       const uint32_t primitive = RTCHitN_primID(a->hit, a->N, i), instance = RTCHitN_instID(a->hit, a->N, i, 0);
-      const float t = RTCRayN_tfar(a->ray, a->N, i);
+      const float t = RTCRayN_tfar(a->ray, a->N, i), v = RTCHitN_v(a->hit, a->N, i);
+      const auto* curves = std::get_if<CurvesPtr>(&g.shape);
+      const bool ribbon = curves && (*curves)->kind == geom::CurveKind::ribbon;
       const OpacityTest::Hit hit{g.index,
                                  primitive,
                                  RTCHitN_u(a->hit, a->N, i),
-                                 RTCHitN_v(a->hit, a->N, i),
+                                 ribbon ? 2 * v - 1 : v,
                                  RTCRayN_time(a->ray, a->N, i),
                                  g.scene->local_width(*context, t, instance),
                                  g.scene->parameter_area(g, primitive, normal)};
@@ -186,6 +188,7 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
                       : curves.kind == geom::CurveKind::flat ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                              : RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE;
     g = rtcNewGeometry(device_, type);
+    rtcSetGeometryTessellationRate(g, geom::CurveSet::flat_quads);
     share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves.control_points, sizeof(geom::CurveSet::ControlPoint),
           curves.control_points.size());
     auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT,
@@ -211,7 +214,7 @@ uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
   const bool flat = std::holds_alternative<MeshPtr>(shape) || std::holds_alternative<DisksPtr>(shape);
   geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out, flat}));
-  has_disks_ |= std::holds_alternative<DisksPtr>(shape);
+  has_incomplete_hits_ |= std::holds_alternative<DisksPtr>(shape) || std::holds_alternative<CurvesPtr>(shape);
   has_colored_opacity_ |= cut_out == CutOut::colored;
   RTCGeometry g = make_geometry(*geometries_.back());
   Object& owner = object == no_id ? top_ : objects_[object];
@@ -358,19 +361,35 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
     if (has_colored_opacity_) h->channels[i] = context.channels(q.ray.tfar);
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
-  if (has_disks_) place_on_disks(r, n, h);
+  if (has_incomplete_hits_) complete_hits(r, n, h);
 }
 
-// Embree leaves u and v of disks to us.
-void TracedScene::place_on_disks(const RayBatch& r, int n, HitBatch* h) const {
+// Embree leaves u and v of disks to us, gives the tangents of flat curves for normals, v of ribbons from 0 to 1, and none of round curves.
+void TracedScene::complete_hits(const RayBatch& r, int n, HitBatch* h) const {
   for (int i = 0; i < n; ++i) {
     if (h->geometry[i] == no_id) continue;
-    const auto* disks = std::get_if<DisksPtr>(&geometries_[h->geometry[i]]->shape);
-    if (!disks) continue;
-    V3f p = r.origin(i) + r.direction(i) * h->t[i];
-    if (h->instance[i] != no_id) p = object_point(instances_[h->instance[i]], p, r.time[i]);
-    const V2f uv = (*disks)->parameters(h->primitive[i], p);
-    h->u[i] = uv.x, h->v[i] = uv.y;
+    const Shape& shape = geometries_[h->geometry[i]]->shape;
+    if (const auto* disks = std::get_if<DisksPtr>(&shape)) {
+      V3f p = r.origin(i) + r.direction(i) * h->t[i];
+      if (h->instance[i] != no_id) p = object_point(instances_[h->instance[i]], p, r.time[i]);
+      const V2f uv = (*disks)->parameters(h->primitive[i], p);
+      h->u[i] = uv.x, h->v[i] = uv.y;
+    } else if (const auto* curves = std::get_if<CurvesPtr>(&shape)) {
+      if ((*curves)->kind == geom::CurveKind::ribbon) {
+        h->v[i] = 2 * h->v[i] - 1;
+        continue;
+      }
+      V3f view = -r.direction(i);
+      if (h->instance[i] != no_id) {
+        const Instance& at = instances_[h->instance[i]];
+        view = object_point(at, view, r.time[i]) - object_point(at, V3f(0, 0, 0), r.time[i]);
+      }
+      if ((*curves)->kind == geom::CurveKind::flat) {
+        h->nx[i] = view.x, h->ny[i] = view.y, h->nz[i] = view.z;
+      } else {
+        h->v[i] = (*curves)->across_tube(h->primitive[i], h->u[i], V3f(h->nx[i], h->ny[i], h->nz[i]), view);
+      }
+    }
   }
 }
 
@@ -509,6 +528,7 @@ void TracedScene::face_curve(HitBatch* h, int i, const V3f& eye, float time) con
   if (curves.kind == geom::CurveKind::ribbon && !curves.normals.empty()) {
     const V3f* c = &curves.normals[h->primitive[i] * size_t(4)];
     n = face_forward(c[0] * (1 - h->u[i]) + c[3] * h->u[i], n);
+    n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
   }
   h->nx[i] = n.x, h->ny[i] = n.y, h->nz[i] = n.z;
 }

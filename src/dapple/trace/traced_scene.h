@@ -176,7 +176,7 @@ class TracedScene {
   void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
   void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
   void walk_transmitted(const RayBatch& rays, int n, RGB* passed) const;
-  void place_on_disks(const RayBatch& rays, int n, HitBatch* hits) const;
+  void complete_hits(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
   bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key, RayContext* context) const;
@@ -199,7 +199,7 @@ class TracedScene {
   std::optional<Box2f> period_;
   Box3f bounds_;
   float reach_ = most_reach;  ///< as reach_of(), for all instances; rays from farther off meet nothing
-  bool has_disks_ = false, has_colored_opacity_ = false;
+  bool has_incomplete_hits_ = false, has_colored_opacity_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };
 
