@@ -85,7 +85,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays) : std::clamp(b.origins[k], 1, rays);
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays, diffuse_depth) : std::clamp(b.origins[k], 1, rays);
       add(k, light, n);
     }
   }
@@ -223,9 +223,9 @@ void DirectLight::trace(ShadingWorkspace& w) const {
 
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
 float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
-                               int rays) const {
+                           int rays, int diffuse_depth) const {
   const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng);
-  if (!chooses()) return pdf * float(rays_to(index, rays));
+  if (!chooses()) return pdf * float(rays_to(index, rays, diffuse_depth));
   return pdf * float(rays * lights_apart) * scene_.light_sampler->probability(to, int(index));
 }
 
@@ -237,7 +237,7 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
     const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
-      const float weight = r.pdf[i] > 0 ? power_heuristic(r.pdf[i], density(to, light, d, s, rays)) : 1;
+      const float weight = r.pdf[i] > 0 ? power_heuristic(r.pdf[i], density(to, light, d, s, rays, diffuse_depth)) : 1;
       r.L.add(i, Le * weight, group_[light]);
     };
     if (r.hits.geometry[i] == no_id) {

@@ -35,11 +35,13 @@ class DirectLight {
   void add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, LightSums& L, int p) const;
 
  private:
-  /// Shadow rays to a light where the list says so many.
-  int rays_to(size_t light, int rays) const { return sky_[light] ? std::max(rays, std::min(sky_times * rays, sky_rays)) : rays; }
+  /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share.
+  int rays_to(size_t light, int rays, int diffuse_depth) const {
+    return sky_[light] ? rays * std::clamp(sky_rays / shadow_rays_.at(diffuse_depth), 1, sky_times) : rays;
+  }
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
-  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays) const;
+  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays, int diffuse_depth) const;
   void draw(PointBatch& b, ShadingWorkspace& w) const;
   void draw_lights(const PointBatch& b, int begin, int end, ShadingWorkspace& w) const;
   void draw_from_one_place(const PointBatch& b, std::span<int> jobs, ShadingWorkspace& w) const;
