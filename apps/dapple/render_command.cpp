@@ -14,7 +14,7 @@
 #include "dapple/render/report.h"
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
-#include "dapple/shading/pattern_medium.h"
+#include "dapple/shading/medium.h"
 #include "output_files.h"
 #include "progress_bar.h"
 

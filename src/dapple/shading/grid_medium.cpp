@@ -187,4 +187,10 @@ RGB GridMedium::transmittance(const Ray& ray, float t_max, uint64_t key) const {
   return walk.exhausted() ? RGB(0) : out;
 }
 
+std::vector<std::string> GridMedium::warnings() const {
+  if (exhausted() == 0) return {};
+  return {name_ + ": " + std::to_string(exhausted()) +
+          " rays met its largest extinction too often and count as absorbed; it differs too much between channels or places"};
+}
+
 }  // namespace dapple::shading

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "dapple/base/ray.h"
 #include "dapple/base/rgb.h"
 #include "dapple/shading/phase_function.h"
@@ -58,11 +62,21 @@ class Medium {
   }
 
   virtual bool emits() const = 0;  ///< false: MediumSample::emitted is black for certain
+  /// What was wrong in it so far, as warnings for the user.
+  virtual std::vector<std::string> warnings() const { return {}; }
 
   const HenyeyGreenstein& phase() const { return phase_; }
 
  private:
   HenyeyGreenstein phase_;
 };
+
+/// What was wrong in these media so far.
+inline std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const Medium>>& media) {
+  std::vector<std::string> all;
+  for (const auto& medium : media)
+    for (std::string& warning : medium->warnings()) all.push_back(std::move(warning));
+  return all;
+}
 
 }  // namespace dapple::shading

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "dapple/shading/grid_medium.h"
 #include "dapple/shading/null_collision.h"
 
 namespace dapple::shading {
@@ -201,7 +200,7 @@ PatternMedium::Faults PatternMedium::faults(Parameter parameter) const {
   return {c.above.load(std::memory_order_relaxed), c.largest.load(std::memory_order_relaxed), c.bad.load(std::memory_order_relaxed)};
 }
 
-std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const Medium>>& media) {
+std::vector<std::string> PatternMedium::warnings() const {
   std::vector<std::string> warnings;
   const auto points = [](uint64_t n) { return " at " + std::to_string(n) + (n == 1 ? " point" : " points"); };
   const auto number = [](float v) {
@@ -209,25 +208,18 @@ std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const M
     std::snprintf(text, sizeof text, "%g", double(v));
     return std::string(text);
   };
-  for (const auto& medium : media) {
-    if (const auto* grid = dynamic_cast<const GridMedium*>(medium.get()); grid && grid->exhausted() > 0)
-      warnings.push_back(grid->name() + ": " + std::to_string(grid->exhausted()) +
-                         " rays met its largest extinction too often and count as absorbed; it differs too much between channels or places");
-    const auto* m = dynamic_cast<const PatternMedium*>(medium.get());
-    if (!m) continue;
-    for (int i = 0; i < PatternMedium::parameter_count; ++i) {
-      const auto parameter = PatternMedium::Parameter(i);
-      const PatternMedium::Faults f = m->faults(parameter);
-      const std::string what = m->name() + ": \"" + PatternMedium::parameter_names[i] + "\" ";
-      if (f.above > 0)
-        warnings.push_back(what + "was above its bound of " + number(m->bound(parameter)) + points(f.above) + ", up to " +
-                           number(f.largest) + ": cut to the bound");
-      if (f.bad > 0) warnings.push_back(what + "was negative or not finite" + points(f.bad) + ": taken as 0");
-    }
-    if (m->exhausted() > 0)
-      warnings.push_back(m->name() + ": " + std::to_string(m->exhausted()) +
-                         " rays met its bound too often and count as absorbed; its bounds or its box are too large");
+  for (int i = 0; i < parameter_count; ++i) {
+    const auto parameter = Parameter(i);
+    const Faults f = faults(parameter);
+    const std::string what = name_ + ": \"" + parameter_names[i] + "\" ";
+    if (f.above > 0)
+      warnings.push_back(what + "was above its bound of " + number(bound(parameter)) + points(f.above) + ", up to " + number(f.largest) +
+                         ": cut to the bound");
+    if (f.bad > 0) warnings.push_back(what + "was negative or not finite" + points(f.bad) + ": taken as 0");
   }
+  if (exhausted() > 0)
+    warnings.push_back(name_ + ": " + std::to_string(exhausted()) +
+                       " rays met its bound too often and count as absorbed; its bounds or its box are too large");
   return warnings;
 }
 

@@ -16,7 +16,7 @@ namespace dapple::shading {
 ///
 /// Distances are drawn by null-collision tracking, transmittance by ratio tracking (null_collision.h), with one majorant for
 /// the whole box, which follows from stated bounds. A pattern above its bound is cut to it, one that is negative or not finite
-/// counts as 0: both are counted, and reported by medium_faults().
+/// counts as 0: both are counted, and reported by warnings().
 class PatternMedium final : public Medium {
  public:
   struct Content {
@@ -38,7 +38,7 @@ class PatternMedium final : public Medium {
   bool emits() const override { return !content_.emission.constant() || !content_.emission.constant()->is_black(); }
 
   float majorant() const { return majorant_; }  ///< 1/m
-  const std::string& name() const { return name_; }
+  std::vector<std::string> warnings() const override;
 
   /// What was cut or replaced so far, by parameter.
   struct Faults {
@@ -75,8 +75,5 @@ class PatternMedium final : public Medium {
   mutable Count counts_[parameter_count];
   mutable std::atomic<uint64_t> exhausted_{0};
 };
-
-/// What was wrong in the gridded and pattern media among `media` so far, as warnings for the user.
-std::vector<std::string> medium_faults(const std::vector<std::shared_ptr<const Medium>>& media);
 
 }  // namespace dapple::shading
