@@ -228,15 +228,23 @@ LightSource "infinite" "rgb L" [ .2 .3 .5 ])"));
   expect_near(there, expected, 0.03f, "gloss");
 }
 
-// A room that is lit by the sky through a window, of which each place sees little: entries with a few shadow rays are bright by chance, the widest
-// of them for the whole room. Seen: the image's means of 8 seeds differ by 7.9 % from path tracing's (root of the mean square), by 13.4 % where the sky has
-// no more rays than a lamp.
-TEST(RadiosityCacheBreakers, SkyThroughWindowIsSteady) {
+struct WindowCase {
+  const char *name, *light;
+  double allowed;
+};
+void PrintTo(const WindowCase& c, std::ostream* os) { *os << c.name; }
+
+class WindowsOfTheCache : public testing::TestWithParam<WindowCase> {};
+
+// A room that is lit through a window, of which each place sees little, or by the spot that the sun throws: entries with a few shadow rays, from a
+// few places, are bright by chance, the widest of them for the whole room. So these send more. Root of the mean square of what the image's
+// means of 8 seeds are off path tracing's: seen .6 and 2.6 %; 7.9 and 12.1 % where wide cells are as others.
+TEST_P(WindowsOfTheCache, LightRoomsSteadily) {
   std::string text = R"(Film "rgb" "integer xresolution" 40 "integer yresolution" 30
 LookAt 1 1.6 2.5  2.2 1.1 -1  0 1 0
 Camera "perspective" "float fov" 65
 WorldBegin
-LightSource "infinite" "rgb L" [ 1 1 1 ]
+)" + std::string(GetParam().light) + R"(
 Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
 )";
   const std::string walls[] = {
@@ -256,8 +264,12 @@ Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
     s.shading.seed = uint64_t(seed);
     squares += sqr(render_built(built, 8, s).mean().luminance() / expected - 1);
   }
-  EXPECT_LT(std::sqrt(squares / seeds), 0.1);
+  EXPECT_LT(std::sqrt(squares / seeds), GetParam().allowed);
 }
+INSTANTIATE_TEST_SUITE_P(, WindowsOfTheCache,
+                         testing::Values(WindowCase{"sky", R"(LightSource "infinite" "rgb L" [ 1 1 1 ])", .03},
+                                         WindowCase{"sun", R"(LightSource "distant" "point3 from" [ 5 4 2 ] "point3 to" [ 0 0 0 ] "rgb L" [ 8 8 8 ])", .06}),
+                         [](const auto& of) { return of.param.name; });
 
 // A camera moves along a wall by an eighth of a pixel a frame and more: the wall's indirect light from frame to frame, moved back by whole pixels.
 // Entries and shading points do not know the camera, so it is that of other samples of the same lattice. A path tracer of as many samples, and grids whose

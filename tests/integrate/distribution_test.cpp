@@ -445,6 +445,7 @@ TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
   Shape "bilinearmesh" "point3 P" [ -4 -4 2  -4 1 2  4 -4 2  4 1 2 ]
 AttributeEnd)";
   expect_as_path_traced(wall_above(R"(NamedMaterial "varnish")", lamp), 4096, 0.02, true);
+  expect_as_path_traced(wall_above(R"(ReverseOrientation NamedMaterial "varnish")", lamp), 4096, 0.02, true);
   expect_as_path_traced(wall_above(R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)", lamp), 4096, 0.02, true);
   expect_as_path_traced(wall_above(grey_varnish, lamp), 4096, 0.04, false);
 }

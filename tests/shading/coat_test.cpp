@@ -109,7 +109,7 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
     whole.flatten();
     under.flatten();
     under.remove_coat();
-    coat.keep_coat();
+    coat.keep_coat(V3f(0, 0, 1));
     EXPECT_TRUE(coat.kind == BsdfKind::dielectric && !coat.has_transmission());
     EXPECT_NEAR(under.reflectance.g + mean_albedo(coat), whole.reflectance.g, b.alpha_x > 0 ? 0.02f : 0.005f);
     EXPECT_GT(whole.reflectance.g - under.reflectance.g, 0.05f);
@@ -119,7 +119,7 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
   Bsdf under = varnish, coat = varnish;
   under.flatten();
   under.remove_coat();
-  coat.keep_coat();
+  coat.keep_coat(V3f(0, 0, 1));
   EXPECT_EQ(Bsdf::make_diffuse(RGB(0.5f)).crossing(0.3f).g, 1);
   for (const float theta : {10.0f, 50.0f, 70.0f, 80.0f}) {
     const float from_under = test::directional_albedo(varnish, up(theta, 0), 40000).g - test::directional_albedo(coat, up(theta, 0), 40000).g;
@@ -130,14 +130,26 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
   rest.flatten();
   rest.remove_coat();
   EXPECT_EQ(rest.reflectance.g, flat.reflectance.g);
-  metal.keep_coat();
+  metal.keep_coat(V3f(0, 0, 1));
   EXPECT_EQ(metal.kind, BsdfKind::black);
+}
+
+// A coat lies on both sides of what it covers, whichever way its normals point.
+TEST(Coat, IsKeptOnTheSideThatIsSeen) {
+  Bsdf front = Bsdf::make_coated_diffuse(RGB(0.5f), 1.5f, 0.1f, 0.3f, {}), back = front;
+  front.keep_coat(V3f(0, 0, 1));
+  back.keep_coat(V3f(0, 0, -1));
+  for (const float theta : {10.0f, 60.0f, 80.0f}) {
+    const V3f wo = up(theta, 20), wi = up(theta + 5, 210);
+    EXPECT_FLOAT_EQ(back.eval(-wo, -wi, 0).g, front.eval(wo, wi, 0).g) << theta;
+    EXPECT_FLOAT_EQ(back.pdf(-wo, -wi), front.pdf(wo, wi)) << theta;
+  }
 }
 
 // Blurred highlights are as bright on the whole.
 TEST(Coat, RoughenedReflectsAsMuch) {
   Bsdf coat = Bsdf::make_coated_diffuse(RGB(0), 1.5f, 0.02f, 0.02f, {});
-  coat.keep_coat();
+  coat.keep_coat(V3f(0, 0, 1));
   for (const Bsdf& b : {Bsdf::make_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f), coat})
     for (const float least : {0.05f, 0.2f, 0.4f, 0.6f}) {
       Bsdf rough = b;

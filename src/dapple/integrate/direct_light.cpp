@@ -78,7 +78,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
   };
   for (int k = 0; k < b.count; ++k) {
     if (!wanted[k]) continue;
-    const int rays = shadow_rays_.at(diffuse_depth, b.share[k]);
+    const int rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
     if (chooses()) {
       add(k, -1, rays * lights_apart);
       continue;
@@ -231,7 +231,7 @@ float DirectLight::density(const shading::LightReceiver& to, uint32_t index, con
 
 void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const {
   for (int i = 0; i < r.count; ++i) {
-    const int k = r.point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k]);
+    const int k = r.point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
     r.L.clear(i);
     const V3f d = r.rays.direction(i);
     const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);

@@ -147,7 +147,7 @@ void DistributionIntegrator::set_point(const CameraSample& s, PointBatch& b, int
   b.medium[k] = s.medium;
   b.set_key(k, hash(settings_.shading.seed, s.seed, s.index), hash(settings_.shading.seed, s.seed), s.index);
   b.share[k] = sharing_samples();
-  b.crowd[k] = 1;
+  b.crowd[k] = b.effort[k] = 1;
   b.set_no_cell(k);
 }
 

@@ -17,12 +17,6 @@ using trace::no_id;
 
 namespace {
 
-// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors cancel: so many do the
-// work of one between them.
-constexpr int scattered_share = 4;
-
-enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times, for_coats };
-
 // Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a corner or between the legs
 // of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
 // how coarse they are.
@@ -30,19 +24,12 @@ constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
 constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
-uint32_t seed_of(uint64_t key, Purpose purpose, uint32_t number = 0) { return uint32_t(hash(key, purpose, number)); }
+uint32_t seed_of(uint64_t key, uint32_t purpose) { return uint32_t(hash(key, purpose, 0)); }
 
 // PointBatch::share of what one of `rays` from such a point meets.
 int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, most_shares)); }
 
 bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
-
-// A time of the span of point k, in one of as many parts of it as there are origins.
-float time_of_origin(const PointBatch& b, int k, int o) {
-  const uint64_t random = hash(b.key[k], for_origin_times, o);
-  const int parts = b.origins[k], part = int((uint64_t(o) + b.key[k]) % uint64_t(parts));
-  return b.time[k] + b.duration[k] * ((float(part) + to_unit_float(random)) / float(parts) - 0.5f);
-}
 
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
@@ -63,7 +50,8 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
       materials_(scene, settings.caustics),
       tracer_(scene, materials_, true, settings.visibility),
       direct_(scene, tracer_, settings.shadow_rays),
-      linker_(scene, materials_, patches) {}
+      linker_(scene, materials_, patches),
+      common_area_(common_area(scene)) {}
 
 void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
@@ -86,117 +74,9 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   const bool mirror = coats_mirror(place);
   for (int k = 0; k < b.count; ++k) {
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
-    if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat();
+    if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat(b.wo[k]);
     if (mirror && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
   }
-}
-
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
-                                  int k) const {
-  set_middle(id, i, j, cell, key, b, k);
-  if (!b.moves[k]) return;
-  b.origins[k] = PointBatch::few_origins;
-  float times[PointBatch::few_origins];
-  geom::SurfacePoint at[PointBatch::few_origins];
-  for (int o = 0; o < PointBatch::few_origins; ++o) times[o] = time_of_origin(b, k, o);
-  scene_.traced.surfaces(b.place(k), PointBatch::lane(k), times, at);
-  for (int o = 0; o < PointBatch::few_origins; ++o)
-    b.origin[k * PointBatch::most_origins + o] = {at[o].P, at[o].Ng, at[o].Ns - b.surface[k].Ns, at[o].error, times[o]};
-}
-
-void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                         scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
-  set_middle(id, i, j, cell, key, b, k);
-  if (id.cluster_level > 0 && links.is_scattered()) b.share[k] *= scattered_share;
-  b.origins[k] = PointBatch::few_origins;
-  spread_origins(id, i, j, links, true, memory, b, k);
-}
-
-void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                              scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
-  // A cell that something divides is read between this point and others on its side.
-  if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, b, k);
-  set_middle(id, i, j, cell, key, b, k);
-  b.origins[k] = settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
-  spread_origins(id, i, j, links, false, memory, b, k);
-  if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
-}
-
-void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
-                           int k) const {
-  const scene::Motion& motion = patches_->motion();
-  patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
-  b.geometry[k] = id.geometry;
-  b.time[k] = patches_->time(id);
-  b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k], materials_.needs_tangents(id.geometry));
-  b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
-  b.width[k] = cell.size;
-  b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
-  b.origins[k] = 0;
-  b.spread[k] = 0;
-  b.medium[k] = scene_.bindings[id.geometry].medium_at(id.behind, scene_.camera_medium);
-  b.set_key(k, hash(settings_.seed, key, id.index(i, j)));
-  b.share[k] = motion.segments(id.span);
-  b.crowd[k] = 1;
-  b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
-  b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
-}
-
-void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean,
-                               scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
-  const geom::SurfacePoint middle = b.surface[k];
-  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
-  // regular as cells would be seen in one phase alone.
-  int seen_from = -1;
-  if (of_mean && materials_.varies(id.geometry) && id.cluster_level == 0)
-    seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::few_origins);
-  const int side = b.origins[k] == PointBatch::few_origins ? 2 : 4;
-  RayOrigin* const origin = b.origin + k * PointBatch::most_origins;
-  for (int o = 0; o < b.origins[k]; ++o) {
-    RayOrigin& to = origin[o];
-    const float time = b.moves[k] ? time_of_origin(b, k, o) : b.time[k];
-    const auto stay = [&] {
-      geom::SurfacePoint s = middle;
-      if (b.moves[k]) {
-        patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
-        s = surface_at(b, k, time);
-      }
-      to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
-    };
-    const uint64_t random = hash(b.key[k], for_origins, o);
-    V2f at(to_unit_float(random), to_unit_float(random << 24));
-    geom::SurfacePoint s;
-    if (id.cluster_level > 0) {
-      const scene::GridId patch = patches_->stand_in(id, id.tile_u + uint32_t(o) * scene::PatchTable::stand_ins);
-      if (links.divided >> patches_->part(id, patch.patch) & 1) {
-        stay();
-        continue;
-      }
-      patches_->place_on_tile(patch, at.x, at.y, &b.place(k), PointBatch::lane(k));
-      s = surface_at(b, k, time);
-    } else {
-      // What is nearer to the edges may be behind a wall.
-      constexpr float low = TileLinks::margin, high = 1 - low;
-      at = (V2f(float(o % side), float(o / side)) + at) * (1 / float(side));
-      at = V2f(float(i), float(j)) + V2f(std::clamp(at.x, low, high), std::clamp(at.y, low, high));
-      if (o == seen_from) {
-        patches_->place_on_tile(id, at.x, at.y, &b.place(k), PointBatch::lane(k));
-        s = scene_.traced.surface(b.place(k), PointBatch::lane(k), time);
-      } else {
-        s = patches_->surface_on_tile(id, at.x, at.y, time, memory);
-      }
-    }
-    // A leaf that is turned, half a patch, or the seam of a sphere: what is on its other side does not count.
-    if (!(dot(s.Ng, middle.Ng) > (id.cluster_level > 0 ? scene::PatchTable::alike : 0))) {
-      stay();
-      continue;
-    }
-    to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};
-    if (o == seen_from) b.surface[k] = s;
-  }
-  if (seen_from < 0) return;
-  const V3f turn = middle.Ns - b.surface[k].Ns;
-  for (int o = 0; o < b.origins[k]; ++o) origin[o].turn += turn;
 }
 
 void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
@@ -227,7 +107,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         b.irradiance.add(k, b.indirect.at(k));
         continue;
       }
-      const int rays = diffuse_rays(place, b.diffuse_share(k));
+      const int rays = diffuse_rays(place, b, k);
       for (int i = 0; i < rays; ++i)
         if (add_diffuse_job(b, k, i, rays, w)) send(false);
     }
@@ -289,7 +169,7 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
     const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
     const bool seen_from_behind = dot(b.wo[k], bsdf.frame.n) < 0, one_origin = b.has_one_origin(k);
-    const int rays = diffuse_rays(place, b.diffuse_share(k));
+    const int rays = diffuse_rays(place, b, k);
     RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
     for (int j = first; j < end; ++j) {
       const bool behind = w.u2[j] >= front;
@@ -406,7 +286,7 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
       found.medium[c] = r.medium[i];
       found.set_key(c, hash(b.key[k], r.rays.key[i]), r.sequence[i], r.number[i]);
       found.share[c] = std::max(1, int(float(r.share[i]) / taken));
-      found.crowd[c] = 1;
+      found.crowd[c] = found.effort[c] = 1;
       found.set_no_cell(c);
       found.onward[c] = below.arrival == Arrival::coat && direct_.glints() ? coat_weight(b, r, i) : 1;
       if (found.count == PointBatch::capacity) shade_found();
@@ -423,7 +303,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
     b.glint[k] = 0;
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
     const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
-    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b.diffuse_share(k)) : 1;
+    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? diffuse_rays(place, b, k) : 1;
     if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced

@@ -91,12 +91,17 @@ class HitShader {
   /// Wider than this, textures would blur what shadows and edges do not.
   static constexpr float widest_spread = 0.25f;
 
+  /// What random numbers of a point are for; 1 is DirectLight's.
+  enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times, for_coats };
+
   /// Which rays of a set.
   using RayFilter = bool (*)(const RaySet&, int ray);
   static bool any_ray(const RaySet&, int) { return true; }
   static bool is_diffuse_ray(const RaySet& r, int ray) { return r.lobe[ray] == shading::Lobe::diffuse; }
   static bool is_specular_ray(const RaySet& r, int ray) { return !is_diffuse_ray(r, ray); }
 
+  static float common_area(const scene::Scene& scene);
+  static float time_of_origin(const PointBatch& b, int k, int o);
   /// As set_seen_cell(), for the cache: what coarse cells hold is a mean, of patterns too, not what happens to be at their middle.
   void set_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                 scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
@@ -114,6 +119,9 @@ class HitShader {
   /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
   static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }
   int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }
+  int diffuse_rays(const Place& place, const PointBatch& b, int k) const {
+    return settings_.diffuse_rays.at(list_depth(place), b.diffuse_share(k), b.effort[k]);
+  }
 
   static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
   void draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const;
@@ -166,6 +174,7 @@ class HitShader {
   const RayTracer tracer_;
   const DirectLight direct_;
   const TileLinker linker_;
+  const float common_area_;  ///< m2; cells of the cache that are larger send more rays
 };
 
 }  // namespace dapple::integrate

@@ -21,7 +21,7 @@ void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace
   b.medium[k] = flights.medium[f];
   b.set_key(k, hash(rays.key[r], for_flights));
   b.share[k] = share;
-  b.crowd[k] = 1;
+  b.crowd[k] = b.effort[k] = 1;
 }
 
 void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {

@@ -86,6 +86,7 @@ struct PointBatch {
   uint32_t number[capacity];
   int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
   int crowd[capacity];      ///< the same for diffuse rays alone, times `share`
+  int effort[capacity];     ///< points whose light and diffuse rays it sends: the opposite of `share`, for cells that stand for much
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
   /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so many strata of the cell
   /// and of the time. 0: all start at `surface`.

@@ -154,6 +154,7 @@ class PatchTable {
     V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
     /// The shorter side.
     float width() const { return s == V3f(0, 0, 0) ? size : std::sqrt(std::min(length2(s), length2(t))); }
+    float area() const { return s == V3f(0, 0, 0) ? size * size : length(cross(s, t)); }  ///< m2
   };
   Cell cell(const GridId& grid, Extents* memory = nullptr) const;
   /// The length of a micropolygon across a direction of unit length, as dice() measures it.

@@ -423,7 +423,7 @@ float Bsdf::roughen(float least_alpha) {
   return before / share(alpha_x, alpha_y);
 }
 
-void Bsdf::keep_coat() {
+void Bsdf::keep_coat(const V3f& wo) {
   const bool coated_diffuse = kind == BsdfKind::coated && base == BsdfKind::diffuse;
   const Bsdf layered = *this;
   *this = {};
@@ -431,6 +431,7 @@ void Bsdf::keep_coat() {
   if (!coated_diffuse && layered.kind != BsdfKind::subsurface) return;
   *this = make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
   frame = layered.frame;
+  if (coated_diffuse && dot(wo, frame.n) < 0) frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n;  // coats are on both sides
   reflects_only = true;
 }
 

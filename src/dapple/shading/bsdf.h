@@ -148,8 +148,9 @@ struct Bsdf {
   float roughen(float least_alpha);
   /// Made by keep_coat().
   bool is_coat() const { return kind == BsdfKind::dielectric && reflects_only; }
-  /// Leaves what a coat or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other kinds.
-  void keep_coat();
+  /// Leaves what a coat, on the side of wo, or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other
+  /// kinds.
+  void keep_coat(const V3f& wo);
 
  private:
   RGB albedo(float* by_coat) const;
