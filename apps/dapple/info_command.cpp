@@ -70,7 +70,8 @@ int show(const InfoOptions& o) {
   const Box3f box = scene.traced.bounds();
 
   line("scene", o.scene);
-  line("film", std::to_string(r.x) + " x " + std::to_string(r.y) + ", " + std::to_string(built.request.pixel_samples.value_or(0)) + " samples a pixel");
+  const build::IntegratorRequest request = built.request.over(build::preset_request(built.request.preset));
+  line("film", std::to_string(r.x) + " x " + std::to_string(r.y) + ", " + std::to_string(*request.pixel_samples) + " samples a pixel");
   line("integrator", built.request.type + (built.request.bounces ? ", bounces " + std::to_string(*built.request.bounces)
                                                                  : ", maxdepth " + std::to_string(*built.request.max_depth)));
   line("camera", description.camera.type.empty() ? "perspective" : description.camera.type);

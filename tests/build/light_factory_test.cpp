@@ -226,8 +226,15 @@ TEST_F(LightFactory, UnusedParametersAndStandInsAreNamed) {
   light(R"(LightSource "point" "float brightness" 3)");
   ASSERT_EQ(diagnostics_.count(), 1u);
   EXPECT_NE(diagnostics_.messages()[0].find("brightness"), std::string::npos);
-  light(R"(LightSource "infinite" "rgb L" [ 1 1 1 ] "point3 portal" [ 0 0 0 1 0 0 1 1 0 0 1 0 ])");
-  EXPECT_EQ(diagnostics_.unsupported_features().size(), 1u);
+}
+
+TEST_F(LightFactory, PortalsTurnWithTheLight) {
+  const auto window = light(R"(Rotate 90 0 1 0 LightSource "infinite" "rgb L" [ 3 3 3 ] "point3 portal" [ -1 -1 2  -1 1 2  1 1.0005 2  1 -1 2 ])");
+  EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(1, 0, 0), 0).g, 3);
+  EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 0);
+  expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  1 0 0  1 1 0 ])", "3 points");
+  expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  1 0 0  1 1 0  .5 1 0 ])", "rectangle");
+  expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  0 0 0  1 1 0  1 1 0 ])", "rectangle");
 }
 
 constexpr char quad_light[] =

@@ -11,6 +11,13 @@ namespace {
 
 using test::TempFolder;
 
+std::string read_error(const std::string& path) {
+  return test::error_of([&] {
+    Diagnostics diagnostics;
+    read_pbrt(path, diagnostics);
+  });
+}
+
 TEST(PbrtFiles, IncludeSharesTheState) {
   TempFolder folder;
   folder.write("inner.pbrt", "Translate 1 0 0\nAttributeBegin\nMaterial \"conductor\"\n");
@@ -26,6 +33,37 @@ TEST(PbrtFiles, IncludeSharesTheState) {
   EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(1, 0, 0));
 }
 
+// As if all text were one: what a directive's file leaves open goes on where that was included, through several if need be, and no farther.
+TEST(PbrtFiles, ParametersGoOnAfterAnInclude) {
+  TempFolder folder;
+  folder.write("inner.pbrt", "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\"\n\"integer nx\" 2");
+  folder.write("middle.pbrt", "Include \"inner.pbrt\"\n# no more here\n");
+  const std::string main = folder.write("main.pbrt", "Include \"middle.pbrt\" \"rgb sigma_a\" [ 1 2 3 ] \"float g\" .5\nWorldBegin");
+  Diagnostics diagnostics;
+  const auto s = read_pbrt(main, diagnostics);
+  ASSERT_EQ(s.media.size(), 1u);
+  const ParamSet& params = s.media[0].params;
+  EXPECT_EQ(params.get_int("nx", 0), 2);
+  EXPECT_EQ(params.get_float("g", 0), .5f);
+  ASSERT_NE(params.find("sigma_a"), nullptr);
+  EXPECT_EQ(params.find("sigma_a")->loc.line, 1u);
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin Import \"inner.pbrt\" \"float g\" .5")), "expected a directive");
+  folder.write("bad.pbrt", "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float g\"");
+  EXPECT_CONTAINS(read_error(folder.write("c.pbrt", "Include \"bad.pbrt\" .5\nWorldBegin")), "expected a value");
+}
+
+TEST(PbrtFiles, ParametersGivenTwiceAreNamed) {
+  TempFolder folder;
+  const std::string main = folder.write("main.pbrt", "WorldBegin\nShape \"sphere\" \"float radius\" 1\n  \"float radius\" 2");
+  Diagnostics diagnostics;
+  const auto s = read_pbrt(main, diagnostics);
+  EXPECT_EQ(s.shapes[0].params.get_float("radius", 0), 2);
+  ASSERT_EQ(diagnostics.messages().size(), 1u);
+  EXPECT_CONTAINS(diagnostics.messages()[0], "main.pbrt:3:3: parameter \"radius\" is given twice, first at " + main + ":2:16; the last value counts");
+  Diagnostics strict(true);
+  EXPECT_CONTAINS(test::error_of([&] { read_pbrt(main, strict); }), "given twice");
+}
+
 TEST(PbrtFiles, ImportKeepsItsStateToItself) {
   TempFolder folder;
   folder.write("inner.pbrt",
@@ -39,13 +77,6 @@ TEST(PbrtFiles, ImportKeepsItsStateToItself) {
   EXPECT_EQ(s.shapes[0].transform.start.point({0, 0, 0}), V3f(1, 1, 0));
   EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(0, 1, 0));
   EXPECT_EQ(s.materials[size_t(s.shapes[1].material)].name, "m");
-}
-
-std::string read_error(const std::string& path) {
-  return test::error_of([&] {
-    Diagnostics diagnostics;
-    read_pbrt(path, diagnostics);
-  });
 }
 
 TEST(PbrtFiles, ImportsMustCloseWhatTheyOpenAndNoMore) {

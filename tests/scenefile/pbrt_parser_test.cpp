@@ -280,7 +280,6 @@ const BadScene bad_scenes[] = {
     {"WorldBegin\nShape \"s\" \"string a\" 1", "2:22", "expected a string"},
     {"WorldBegin\nShape \"s\" \"integer a\" 1.5", "2:23", "not an integer"},
     {"WorldBegin\nShape \"s\" \"spectrum a\" [ 400 1 500 ]", "2:11", "found 3 numbers"},
-    {"WorldBegin\nShape \"s\" \"float a\" 1 \"float a\" 2", "2:23", "given twice"},
     {"WorldBegin\nTranslate 1 2", "2:14", "expected 3 numbers, found 2"},
     {"WorldBegin\nTranslate 1 2 x", "2:15", "\"x\" is not a finite number"},
     {"WorldBegin\nTransform [ 1 0 0 0 ]", "2:21", "expected 16 numbers, found 4"},

@@ -13,6 +13,7 @@
 #include "dapple/shading/image_light.h"
 #include "dapple/shading/infinite_light.h"
 #include "dapple/shading/point_light.h"
+#include "dapple/shading/portal_light.h"
 #include "dapple/shading/shaped_light.h"
 #include "tests/support/chi_square.h"
 
@@ -237,6 +238,48 @@ TEST(EnvironmentLight, SampledRadianceIsWhatARayFinds) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], s.radiance[c], 1e-2f * s.radiance.max());
     EXPECT_GT(light.pdf(up, s.wi, s.wi, s.wi), 0);
   }
+}
+
+std::unique_ptr<const Light> square_portal(std::unique_ptr<const Light> sky) {  // 2 x 2, 1.5 m above the origin
+  const V3f corners[4] = {V3f(-1, -1, 1.5f), V3f(-1, 1, 1.5f), V3f(1, 1, 1.5f), V3f(1, -1, 1.5f)};
+  return std::make_unique<PortalLight>(std::move(sky), corners);
+}
+
+// An even sky in a portal is a rectangle that shines; the receiver sees it from below, from aside and not from above.
+TEST(PortalLight, IsARectangleThatShines) {
+  const auto portal = square_portal(std::make_unique<InfiniteLight>(RGB(2)));
+  const auto lamp = make_area_light(unit_square_at(1.5f), {.radiance = RGB(2)});
+  for (const V3f& p : {V3f(0, 0, 0), V3f(2, 1, 0.5f), V3f(0.9f, 0.9f, 1.45f), V3f(-30, 0, 0)}) {
+    const LightReceiver to{.p = p, .n = normalize(V3f(0, 0, 1.5f) - p)};
+    const auto expected = irradiance(*lamp, to), seen = irradiance(*portal, to, 400000);
+    EXPECT_NEAR(seen.mean(), expected.mean(), 4 * std::sqrt(seen.variance() / 400000) + 0.01 * expected.mean()) << p;
+  }
+  LightSample s;
+  EXPECT_FALSE(portal->sample({.p = V3f(0, 0, 2), .n = V3f(0, 0, -1)}, V2f(.3f, .3f), &s));
+  EXPECT_EQ(portal->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 2);
+  EXPECT_EQ(portal->environment_at(V3f(0, 0, 2), V3f(0, 0, -1), 0).g, 0);
+  EXPECT_EQ(portal->environment_at(V3f(0, 0, 2), V3f(0, 0, 1), 0).g, 0);
+  EXPECT_EQ(portal->environment_at(V3f(1.1f, 0, 0), V3f(0, 0, 1), 0).g, 0);
+  EXPECT_NEAR(portal->power(7), lamp->power(7), 1e-4 * lamp->power(7));
+}
+
+TEST(PortalLight, IsDrawnByItsDensity) {
+  const LightReceiver to{.p = V3f(0.5f, 0.7f, 0.3f), .n = V3f(0, 0, 1)};
+  const auto light = square_portal(std::make_unique<EnvironmentLight>(panorama(16, 8, 0.01f), RGB(1), Transform::rotate(30, V3d(1, 1, 0))));
+  test::ChiSquareOptions options;
+  options.samples = 200000;
+  options.mass_tolerance = 5e-3;
+  const auto result = test::chi_square_sphere(
+      [&](KeyedRng& rng) -> std::optional<V3f> {
+        LightSample s;
+        const V2f u(rng.next(), rng.next());
+        if (!light->sample(to, u, &s)) return std::nullopt;
+        EXPECT_FLOAT_EQ(s.pdf, light->pdf(to, s.wi, s.wi, s.wi));
+        EXPECT_EQ(s.radiance.g, light->environment_at(to.p, s.wi, 0).g);
+        return s.wi;
+      },
+      [&](const V3f& w) { return light->pdf(to, w, w, w); }, options);
+  EXPECT_GT(result.p_value, 0.01) << result.message;
 }
 
 /// Wherever a ray finds light, sampling can too; and the fluence both find is 4 pi times the mean.

@@ -128,7 +128,7 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   } else if (type == "realistic") {
     context.diagnostics.unsupported(e.loc, "realistic camera", "a perspective camera of 50 degrees");
     for (const char* name : {"lensfile", "aperture"}) e.params.get_string(name, "");
-    e.params.get_float("aperturediameter", 1);
+    for (const char* name : {"aperturediameter", "focusdistance"}) e.params.get_float(name, 1);
   } else {
     unknown_type(e, "camera", {"perspective", "orthographic", "spherical", "realistic"});
   }
@@ -153,7 +153,7 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   s.lens_radius = e.params.get_float("lensradius", 0);
   if (s.lens_radius < 0) throw InputError(e.loc, "\"lensradius\" is negative");
   // From farther off all rays of a point are parallel, and squares of distances overflow.
-  s.focal_distance = std::min(positive(e, "focaldistance", type == "realistic" ? 10.0f : 1e6f), farthest_focus);
+  s.focal_distance = std::min(positive(e, "focaldistance", 1e6f), farthest_focus);
   if (type == "realistic" || !has_pixel_jitter(context)) s.lens_radius = 0;
 
   const float aspect = positive(e, "frameaspectratio", float(resolution.x) / float(resolution.y));

@@ -237,7 +237,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (!r.preset.empty() && !std::count(presets.begin(), presets.end(), r.preset))
     throw InputError(e.loc, "preset \"" + r.preset + "\" is unknown; " + one_of(presets));
   e.params.get_string("lightsampler", "");
-  e.params.get_bool("regularize", false);
+  if (e.params.get_bool("regularize", false)) context.diagnostics.unsupported(e.loc, "\"regularize\"", "what is as sharp as its roughness says");
   e.params.get_bool("cossample", true);
   if (!is_one_of(others)) e.params.report_unused("integrator", context.diagnostics);  // parameters of stand-ins are not ours to judge
   return r;

@@ -14,6 +14,7 @@
 #include "dapple/shading/infinite_light.h"
 #include "dapple/shading/light_motion.h"
 #include "dapple/shading/point_light.h"
+#include "dapple/shading/portal_light.h"
 #include "dapple/shading/shaped_light.h"
 
 namespace dapple::build {
@@ -226,14 +227,31 @@ float upward_illuminance(const image::EnvironmentImage& image) {
   return static_cast<float>(sum * step_x * step_y);
 }
 
+/// The light as it comes through its portal, if it has one.
+std::unique_ptr<Light> through_portal(const LightEntity& e, const Transform& t, std::unique_ptr<Light> sky) {
+  const Param* portal = e.params.find("portal");
+  if (!portal) return sky;
+  const auto given = e.params.get_points3("portal");
+  if (given.size() != 12)
+    throw InputError(portal->loc, "a portal has " + std::to_string(given.size() / 3) + " points; expected the 4 corners of a rectangle");
+  V3f corners[4];
+  for (size_t i = 0; i < 4; ++i) corners[i] = t.point(V3f(given[3 * i], given[3 * i + 1], given[3 * i + 2]));
+  constexpr float tolerance = 1e-3f;  // pbrt's
+  const V3f u = corners[1] - corners[0], v = corners[3] - corners[0];
+  const float sides = length(u) * length(v), skew = dot(u, v);
+  if (!(sides > 0 && sides < infinity && std::abs(skew) <= tolerance * sides &&
+        length(corners[2] - corners[1] - v) <= tolerance * std::max(length(u), length(v))))
+    throw InputError(portal->loc, "the four points of a portal are not the corners of a rectangle, in order around it");
+  corners[3] = corners[0] + v - u * (skew / length2(u));
+  return std::make_unique<shading::PortalLight>(std::move(sky), corners);
+}
+
 std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, const BuildContext& context,
                                      const TextureLibrary& textures) {
-  if (const Param* portal = e.params.find("portal"))
-    context.diagnostics.unsupported(portal->loc, "a portal of an infinite light", "the same light without its portal");
   const Param* filename = e.params.find("filename");
   if (!filename) {
     const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", pi));
-    return std::make_unique<shading::InfiniteLight>(checked(e, L));
+    return through_portal(e, t, std::make_unique<shading::InfiniteLight>(checked(e, L)));
   }
   if (e.params.find("L"))
     throw InputError(filename->loc, "an infinite light has both \"L\" and \"filename\"; expected one of them");
@@ -245,7 +263,7 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
   image::EnvironmentImage image(emission_image(e, context, textures), mapping, filename->loc);
   float scale = scale_of(e);
   if (e.params.find("illuminance")) scale *= photometric(e, "illuminance", upward_illuminance(image));
-  return std::make_unique<shading::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t);
+  return through_portal(e, t, std::make_unique<shading::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t));
 }
 
 /// What an AreaLightSource says, before it is laid over a primitive.

@@ -42,10 +42,10 @@ RgbTexturePtr constant_colour(RGB c) {
 
 RgbTexturePtr hair_colour(const MaterialParams& params) {
   const scenefile::ParamSet& p = params.entity().params;
-  for (const char* name : {"reflectance", "color"})
-    if (auto colour = params.textures().optional_reflectance_texture(p, name)) return colour;
   auto sigma_a = params.textures().optional_unbounded_texture(p, "sigma_a");
   if (!sigma_a) {
+    for (const char* name : {"reflectance", "color"})
+      if (auto colour = params.textures().optional_reflectance_texture(p, name)) return colour;
     const bool given = p.find("eumelanin") || p.find("pheomelanin");
     const float eu = params.number("eumelanin", given ? 0 : 1.3f).constant().value_or(1.3f);
     const float pheo = params.number("pheomelanin", 0).constant().value_or(0);
@@ -61,7 +61,7 @@ RgbTexturePtr hair_colour(const MaterialParams& params) {
 
 shading::MaterialPtr make_hair_stand_in(const MaterialParams& params) {
   const RgbTexturePtr colour = hair_colour(params);
-  params.ignore({"sigma_a", "eumelanin", "pheomelanin", "eta", "beta_m", "beta_n", "alpha"});
+  params.ignore({"reflectance", "color", "sigma_a", "eumelanin", "pheomelanin", "eta", "beta_m", "beta_n", "alpha"});
   return std::make_shared<shading::DiffuseTransmissionMaterial>(Input<RGB>(colour), Input<RGB>(colour), 0.5f,
                                                                 shading::SurfaceDetail{});
 }

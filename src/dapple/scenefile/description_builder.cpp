@@ -136,7 +136,7 @@ void DescriptionBuilder::attribute_end(const FileLoc& loc) {
 void DescriptionBuilder::attribute(GraphicsState::Target target, const ParamSet& params) {
   ParamSet::Defaults& defaults = state_.defaults[target];
   ParamSet merged = defaults ? *defaults : ParamSet();
-  for (const Param& p : params.all()) merged.add_or_replace(p);
+  for (const Param& p : params.all()) merged.add(p);
   defaults = std::make_shared<const ParamSet>(std::move(merged));
 }
 

@@ -136,10 +136,14 @@ Param ParamParser::parse_param(Tokenizer* tokenizer, ColorSpace color_space) {
   return p;
 }
 
-ParamSet ParamParser::parse_list(Tokenizer* tokenizer, ColorSpace color_space) {
-  ParamSet set;
-  while (tokenizer->peek() == Kind::string) set.add(parse_param(tokenizer, color_space));
-  return set;
+void ParamParser::parse_list(Tokenizer* tokenizer, ColorSpace color_space, ParamSet* set, Diagnostics* diagnostics) {
+  while (tokenizer->peek() == Kind::string) {
+    Param p = parse_param(tokenizer, color_space);
+    const std::string name = in_quotes(p.name);
+    const FileLoc loc = p.loc;
+    if (const auto first = set->add(std::move(p)))
+      diagnostics->warn(loc, "parameter " + name + " is given twice, first at " + first->to_string() + "; the last value counts", "twice " + name);
+  }
 }
 
 Param ParamParser::parse_option(Tokenizer* tokenizer) {

@@ -71,25 +71,17 @@ std::string_view name_of(ParamType type) {
   return "unknown";
 }
 
-void ParamSet::add(Param p) {
-  if (const Param* first = own(p.name))
-    throw InputError(p.loc, "parameter " + in_quotes(p.name) + " is given twice, first at " + first->loc.to_string());
+std::optional<FileLoc> ParamSet::add(Param p) {
+  if (const Param* first = own(p.name)) return std::exchange(params_[size_t(first - params_.data())], std::move(p)).loc;
   params_.push_back(std::move(p));
-  if (params_.size() <= index_above) return;
+  if (params_.size() <= index_above) return std::nullopt;
   if (params_.size() * 2 > slots_.size()) {
     slots_.assign(slots_.empty() ? index_above * 4 : slots_.size() * 2, 0);
     for (uint32_t i = 0; i < params_.size(); ++i) index(i);
   } else {
     index(uint32_t(params_.size() - 1));
   }
-}
-
-void ParamSet::add_or_replace(Param p) {
-  if (const Param* old = own(p.name)) {
-    params_[size_t(old - params_.data())] = std::move(p);
-  } else {
-    add(std::move(p));
-  }
+  return std::nullopt;
 }
 
 void ParamSet::index(uint32_t i) {

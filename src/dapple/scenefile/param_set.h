@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -58,10 +59,8 @@ class ParamSet {
  public:
   using Defaults = std::shared_ptr<const ParamSet>;
 
-  /// InputError if the name is taken already.
-  void add(Param p);
-  /// Adds it, or puts it in the place of the parameter of that name.
-  void add_or_replace(Param p);
+  /// Adds it, or puts it in the place of the parameter of that name: then, where that one was given.
+  std::optional<FileLoc> add(Param p);
   void set_defaults(Defaults defaults) { defaults_ = std::move(defaults); }
 
   bool empty() const { return params_.empty(); }

@@ -31,12 +31,12 @@ constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource", 
 class PbrtParser {
  public:
   PbrtParser(SceneDescription* description, Diagnostics* diagnostics)
-      : description_(*description), builder_(description, diagnostics) {}
+      : description_(*description), diagnostics_(*diagnostics), builder_(description, diagnostics) {}
 
   /// Parses a main file; `name` must live in description.files.
   void parse_main(std::string_view text, std::string_view name) {
     Tokenizer tokenizer(text, name);
-    parse_directives(&tokenizer);
+    parse_directives(&tokenizer, {});
     builder_.finish(tokenizer.loc());
   }
 
@@ -58,7 +58,8 @@ class PbrtParser {
   };
   static const std::array<Directive, 40> directives;
 
-  void parse_directives(Tokenizer* tokenizer);
+  /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
+  void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
   void parse_directive(const Token& word);
   [[noreturn]] static void unknown_directive(const Token& word);
   void read_file(const Token& directive, bool is_import);
@@ -97,7 +98,7 @@ class PbrtParser {
   void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
   void object_end(const Token& d) { builder_.object_end(d.loc); }
   void object_instance(const Token& d) { builder_.object_instance(read_string(d, "an object's name"), d.loc); }
-  void option(const Token&) { description_.options.add_or_replace(params_.parse_option(tokenizer_)); }
+  void option(const Token&) { description_.options.add(params_.parse_option(tokenizer_)); }
   void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
   void rotate(const Token& d);
   void scale(const Token& d);
@@ -109,9 +110,11 @@ class PbrtParser {
   void world_begin(const Token&) { builder_.world_begin(); }
 
   SceneDescription& description_;
+  Diagnostics& diagnostics_;
   DescriptionBuilder builder_;
   ParamParser params_;
   Tokenizer* tokenizer_ = nullptr;  // of the file being read
+  std::vector<Tokenizer*> includers_;  // of the files that include it, as if their text were one
   std::vector<FileSource::Identity> open_files_;
   std::map<std::string, const std::string*, std::less<>> file_names_;
   size_t includes_ = 0, kept_ = 0;
@@ -192,9 +195,11 @@ void PbrtParser::parse_directive(const Token& word) {
   (this->*it->handler)(word);
 }
 
-void PbrtParser::parse_directives(Tokenizer* tokenizer) {
+void PbrtParser::parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers) {
   Tokenizer* const outer = std::exchange(tokenizer_, tokenizer);
+  includers.swap(includers_);
   for (Token word = tokenizer->next(); word.kind != Kind::end; word = tokenizer->next()) parse_directive(word);
+  includers.swap(includers_);
   tokenizer_ = outer;
 }
 
@@ -218,8 +223,13 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   if (is_import) scope = builder_.begin_import();
   description_.fingerprint = hash_bytes(source.contents(), description_.fingerprint);
   Tokenizer tokenizer(source.contents(), *name->second);
+  std::vector<Tokenizer*> includers;
+  if (!is_import) {
+    includers = includers_;
+    includers.push_back(tokenizer_);
+  }
   try {
-    parse_directives(&tokenizer);
+    parse_directives(&tokenizer, std::move(includers));
   } catch (const InputError& error) {
     throw InputError(error, loc);
   }
@@ -265,7 +275,12 @@ Transform PbrtParser::read_matrix(const Token& directive) {
 Entity PbrtParser::read_params(const Token& directive) {
   Entity entity;
   entity.loc = directive.loc;
-  entity.params = params_.parse_list(tokenizer_, builder_.color_space());
+  params_.parse_list(tokenizer_, builder_.color_space(), &entity.params, &diagnostics_);
+  if (tokenizer_->peek() != Kind::end) return entity;
+  for (size_t i = includers_.size(); i-- > 0;) {
+    params_.parse_list(includers_[i], builder_.color_space(), &entity.params, &diagnostics_);
+    if (includers_[i]->peek() != Kind::end) break;
+  }
   return entity;
 }
 
