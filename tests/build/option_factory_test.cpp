@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "dapple/build/scene_builder.h"
+#include "dapple/numeric/spectrum.h"
 
 namespace dapple::build {
 namespace {
@@ -71,6 +72,21 @@ TEST(Options, WithoutJitterSamplesAreInTheMiddle) {
   EXPECT_EQ(at.weight, 1);
   EXPECT_FALSE(b.scene->camera.has_lens());
   EXPECT_EQ(b.scene->camera.generate({1, 1}, {0, 0}, 0.9f).ray.time, 0.5f);
+}
+
+// Light of the colour that the film is balanced for comes out white, of the same luminance.
+TEST(FilmOptions, WhiteBalance) {
+  const auto balance = [](const std::string& value) { return read(camera + ("Film \"rgb\" \"float whitebalance\" " + value + "\n")).built.scene->film.white_balance; };
+  EXPECT_FALSE(balance("0"));
+  for (const double kelvin : {3000.0, 4500.0, 9000.0}) {
+    const RGB light = xyz_to_rgb(integrate_xyz(kelvin < 4000 ? blackbody(kelvin) : daylight(kelvin)));
+    const RGB seen = (*balance(std::to_string(kelvin)))(light * (1 / light.luminance()));
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], 1, 2e-3) << kelvin;
+  }
+  const RGB grey = (*balance("9000"))(RGB(1));  // bluish light is taken for white: white turns yellow
+  EXPECT_GT(grey.r, grey.g);
+  EXPECT_GT(grey.g, grey.b);
+  EXPECT_THROW(balance("-1"), InputError);
 }
 
 // pbrt-v4: (shutterclose - shutteropen) iso / 100.

@@ -36,6 +36,25 @@ TEST(Film, FeaturesThatAreNotFiniteAreCountedAndBecomeZero) {
   EXPECT_EQ(film.dropped_samples(), 0u);
 }
 
+// The picture and its groups alike: they still add up.
+TEST(Film, BalancesWhite) {
+  Film::Settings settings;
+  settings.resolution = {1, 1};
+  settings.crop = {V2i(0, 0), V2i(1, 1)};
+  settings.scale = 2;
+  settings.light_groups = 2;
+  settings.white_balance = white_balance({0.45, 0.41});
+  Film film(settings);
+  const RGB parts[] = {RGB(1, .5f, 0), RGB(.25f, .25f, .5f)};
+  film.add(0, 0, 1, parts[0] + parts[1], {}, parts);
+  const RGB expected = (*settings.white_balance)(parts[0] + parts[1]) * 2;
+  const RGB sum = film.light_group(0, 0, 0) + film.light_group(0, 0, 1);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(film.pixel(0, 0)[c], expected[c], 1e-6f);
+    EXPECT_NEAR(sum[c], expected[c], 1e-6f);
+  }
+}
+
 TEST(Film, SumsOfFeaturesStayFinite) {
   Film film = one_pixel();
   Features far;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dapple/build/option_factory.h"
+#include "dapple/numeric/spectrum.h"
 
 namespace dapple::build {
 
@@ -95,14 +96,21 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   r.film.max_component = positive(e, "maxcomponentvalue", std::numeric_limits<float>::max());
   if (r.film.max_component == std::numeric_limits<float>::max()) r.film.max_component = infinity;
   // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100, the time being that for which the shutter is open, or in its first
-  // versions what the film says; measured sensors add a white balance of their own.
+  // versions what the film says.
   const scenefile::ParamSet& shutter = context.description.camera.params;
   const float open = shutter.get_float("shutterclose", 1) - shutter.get_float("shutteropen", 0);
   r.film.scale = positive(e, "exposuretime", std::max(open, std::numeric_limits<float>::min())) * positive(e, "iso", 100) / 100;
   const std::string sensor = e.params.get_string("sensor", "cie1931");
   if (sensor != "cie1931") context.diagnostics.unsupported(e.loc, "sensor \"" + sensor + "\"", "the cie1931 sensor");
-  if (e.params.get_float("whitebalance", 0) != 0)
-    context.diagnostics.unsupported(e.loc, "film white balance", "no white balance");
+  if (e.params.find("whitebalance")) {
+    const float kelvin = e.params.get_float("whitebalance", 0);
+    if (kelvin < 0) throw InputError(e.loc, "\"whitebalance\" is negative; expected a colour temperature in kelvin, or 0 for none");
+    if (kelvin > 0) {
+      const XYZ white = integrate_xyz(kelvin < 4000 ? blackbody(kelvin) : daylight(kelvin));
+      const double sum = white.x + white.y + white.z;
+      r.film.white_balance = white_balance({white.x / sum, white.y / sum});
+    }
+  }
   if (r.gbuffer) e.params.get_string("coordinatesystem", "camera");
   e.params.get_float("diagonal", 35);
   e.params.report_unused("film", context.diagnostics);

@@ -66,6 +66,11 @@ RgbMatrix rgb_to_xyz(const RgbPrimaries& from) {
   return primaries;
 }
 
+RgbMatrix white_balance(const std::array<double, 2>& from) {
+  const RgbMatrix to_xyz = rgb_to_xyz(rec709_primaries);
+  return inverse(to_xyz) * bradford(from, rec709_primaries.white) * to_xyz;
+}
+
 RgbMatrix rgb_to_rec709(const RgbPrimaries& from, White white) {
   const RgbMatrix to_rgb = inverse(rgb_to_xyz(rec709_primaries));
   if (white == White::keep) return to_rgb * rgb_to_xyz(from);

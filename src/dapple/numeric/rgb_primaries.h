@@ -36,6 +36,9 @@ enum class White {
 /// From linear RGB of a space to that of Rec.709.
 RgbMatrix rgb_to_rec709(const RgbPrimaries& from, White white);
 
+/// Of linear Rec.709: light of this chromaticity (CIE xy) becomes white, by Bradford's chromatic adaptation.
+RgbMatrix white_balance(const std::array<double, 2>& from);
+
 /// From linear RGB to CIE XYZ, Y = 1 for (1, 1, 1).
 RgbMatrix rgb_to_xyz(const RgbPrimaries& from);
 

@@ -36,6 +36,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     L = RGB();
     groups = {};
   }
+  if (settings_.white_balance) L = (*settings_.white_balance)(L);
   L *= scale;
   if (L.max() > settings_.max_component) {
     const float down = settings_.max_component / L.max();
@@ -46,9 +47,11 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     p.sum[c] += v;
     p.square[c] += v * v;
   }
-  for (size_t g = 0; g < groups.size(); ++g)
+  for (size_t g = 0; g < groups.size(); ++g) {
+    const RGB part = settings_.white_balance ? (*settings_.white_balance)(groups[g]) : groups[g];
     for (int c = 0; c < 3; ++c)
-      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] += double(weight) * double(groups[g][c] * scale);
+      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] += double(weight) * double(part[c] * scale);
+  }
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "dapple/base/rgb.h"
 #include "dapple/base/vec.h"
+#include "dapple/numeric/rgb_primaries.h"
 
 namespace dapple::scene {
 
@@ -45,6 +47,7 @@ class Film {
     V2i resolution{0, 0};   ///< full film
     Box2i crop;             ///< pixels rendered, [min, max)
     float scale = 1;        ///< applied to radiance (exposure time x ISO / 100)
+    std::optional<RgbMatrix> white_balance;  ///< applied to radiance too
     float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
     bool features = false;  ///< keep AOVs
     int light_groups = 0;   ///< images beside the picture, one for each group of lights, whose sum it is
