@@ -134,6 +134,31 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
   EXPECT_EQ(metal.kind, BsdfKind::black);
 }
 
+// What diffuse rays take a coated surface for, whatever its roughness.
+TEST(Coat, AlbedoFollowsRoughness) {
+  const auto mean_albedo = [](const Bsdf& b) {
+    constexpr int n = 100000;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      KeyedRng rng(hash(5, i));
+      const float u1 = rng.next(), u2 = rng.next(), u3 = rng.next(), u4 = rng.next(), u5 = rng.next();
+      BsdfSample s;
+      if (b.sample(square_to_cosine_hemisphere({u1, u2}), u3, {u4, u5}, hash(6, i), &s)) sum += s.weight.g;
+    }
+    return sum / n;
+  };
+  for (const float alpha : {0.0f, 0.1f, 0.3f, 0.55f, 1.0f}) {
+    for (const float ior : {1.33f, 1.5f, 1.8f})
+      for (const float base : {0.2f, 0.8f}) {
+        const Bsdf b = Bsdf::make_coated_diffuse(RGB(base), ior, alpha, alpha, {});
+        EXPECT_NEAR(b.albedo().g, mean_albedo(b), 0.01f) << ior << " " << alpha << " " << base;
+      }
+    const Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, alpha, alpha, {});
+    EXPECT_NEAR(metal.albedo().g, mean_albedo(metal), 0.06f) << alpha;
+  }
+  for (const float alpha : {0.0f, 0.5f}) EXPECT_NEAR(Bsdf::make_coated_diffuse(RGB(0.5f), 1, alpha, alpha, {}).albedo().g, 0.49f, 0.05f);  // no coat
+}
+
 // A coat lies on both sides of what it covers, whichever way its normals point.
 TEST(Coat, IsKeptOnTheSideThatIsSeen) {
   Bsdf front = Bsdf::make_coated_diffuse(RGB(0.5f), 1.5f, 0.1f, 0.3f, {}), back = front;

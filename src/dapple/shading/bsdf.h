@@ -132,11 +132,11 @@ struct Bsdf {
   bool has_transmission() const;
   /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
   bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
-  /// Hemispherical albedo estimate for the albedo AOV and, later, cached radiosity at coated surfaces (view-averaged):
-  /// reflected plus transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering
-  /// medium; within 0.03 for conductors. Rough dielectrics and coats: as if smooth; rough metal under a coat: between a
-  /// mirror and a diffuse base by its roughness; a scattering medium: as if it absorbed 1 - albedo of what it absorbs
-  /// at albedo 0. Those are within 0.25.
+  /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus transmitted. Exact for
+  /// diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within 0.01 for rough ones of indices around 1.5;
+  /// within 0.03 for conductors. Rough dielectrics: as if smooth; metal under a coat: between a mirror and a diffuse base by the roughness of
+  /// both, within 0.06; an absorbing layer under a rough coat: as long as under a smooth one; a scattering one: as if it absorbed 1 - albedo of
+  /// what it absorbs at albedo 0. Those are within 0.25.
   RGB albedo() const;
   /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter. Glass and what is not
   /// there stay as they are.
