@@ -184,30 +184,51 @@ image::EnvironmentImage panorama(int width, int height, float floor = 0) {
   return image::EnvironmentImage(image, std::nullopt, {});
 }
 
-/// Directions follow the density, which is exact for both mappings, for rotated and for sheared lights.
+/// Directions follow the density, which is exact for both mappings, for rotated and for sheared lights, and where no other rays look for them.
 TEST(LightChiSquare, Environment) {
   const Transform turned = Transform::rotate(70, V3d(1, 0.3, 0.2)) * Transform::scale({1, -1, 1});
   const Transform sheared = Transform::rotate(40, V3d(0, 1, 0.2)) * Transform::scale({1, 2, 0.7});
+  const LightReceiver alone{.p = V3f(0, 0, 0), .n = V3f(0, 0, 1), .alone = true};
+  const LightReceiver one_sided{.p = V3f(0, 0, 0), .n = V3f(0.6f, 0, 0.8f), .transmits = false, .alone = true};
   for (const auto& [width, height] : {std::pair(16, 8), std::pair(12, 12)}) {
     for (const Transform& t : {turned, sheared}) {
       const EnvironmentLight light(panorama(width, height, 0.01f), RGB(1), t);
-      test::ChiSquareOptions options;
-      options.samples = 100000;
-      options.mass_tolerance = 5e-3;
-      const auto result = test::chi_square_sphere(
-          [&](KeyedRng& rng) -> std::optional<V3f> {
-            LightSample s;
-            const V2f u(rng.next(), rng.next());
-            if (!light.sample(up, u, &s)) return std::nullopt;
-            return s.wi;
-          },
-          [&](const V3f& w) {
-            return light.pdf(up, w, {0, 0, 0}, {0, 0, 0});
-          },
-          options);
-      EXPECT_GT(result.p_value, test::sidak(0.01, 4)) << width << " " << result.message;
+      for (const LightReceiver& to : {up, alone, one_sided}) {
+        test::ChiSquareOptions options;
+        options.samples = 100000;
+        options.mass_tolerance = 5e-3;
+        const auto result = test::chi_square_sphere(
+            [&](KeyedRng& rng) -> std::optional<V3f> {
+              LightSample s;
+              const V2f u(rng.next(), rng.next());
+              if (!light.sample(to, u, &s)) return std::nullopt;
+              EXPECT_NEAR(light.pdf(to, s.wi, {0, 0, 0}, {0, 0, 0}), s.pdf, 1e-2f * s.pdf);
+              return s.wi;
+            },
+            [&](const V3f& w) { return light.pdf(to, w, {0, 0, 0}, {0, 0, 0}); }, options);
+        EXPECT_GT(result.p_value, test::sidak(0.01, 12)) << width << " " << to.alone << " " << result.message;
+      }
     }
   }
+}
+
+// Where the sun of a sky is behind a wall, its dim parts are found by rays of their own.
+TEST(EnvironmentLight, DimPartsAreFoundWhereRaysAreAlone) {
+  image::Image sky(32, 16, 3);
+  for (float& v : sky.pixels()) v = 1;
+  for (int c = 0; c < 3; ++c) sky.pixel(5, 3)[c] = 1e5f;
+  const EnvironmentLight light(image::EnvironmentImage(sky, std::nullopt, {}), RGB(1), Transform());
+  const V3f sun = light.image().direction(V2f(5.5f / 32, 3.5f / 16));
+  int dim[2] = {0, 0};
+  for (const bool alone : {false, true})
+    for (int i = 0; i < 1000; ++i) {
+      KeyedRng rng(hash(3, i));
+      LightSample s;
+      const V2f u(rng.next(), rng.next());
+      if (light.sample({.p = V3f(0, 0, 0), .n = V3f(0, 0, 1), .alone = alone}, u, &s)) dim[alone] += dot(s.wi, sun) < 0.8f;
+    }
+  EXPECT_LT(dim[0], 50);
+  EXPECT_GT(dim[1], 150);
 }
 
 TEST(LightChiSquare, ConstantSky) {

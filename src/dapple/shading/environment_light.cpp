@@ -6,6 +6,8 @@
 namespace dapple::shading {
 namespace {
 
+constexpr float by_cosine = 0.25f;  // of the samples, where dim parts count
+
 /// A look-up at a texel's corner is the mean of the four around it; the mean of a texel's four corners is the tent.
 void texel_weights(const image::EnvironmentImage& image, int y, std::span<float> row) {
   const float height = static_cast<float>(image.height()), width = static_cast<float>(image.width());
@@ -48,27 +50,31 @@ float EnvironmentLight::stretch(const V3f& w) const {
   return std::abs(determinant_) / (l2 * std::sqrt(l2));
 }
 
-bool EnvironmentLight::sample(const LightReceiver&, const V2f& u, LightSample* out) const {
-  if (distribution_.is_zero()) return false;
-  const Distribution2D::Sample s = distribution_.sample(u);
-  return arrive(s, image_.bilinear(s.p), out);
-}
+bool EnvironmentLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const { return sample_all(to, {&u, 1}, out) != 0; }
 
-uint32_t EnvironmentLight::sample_all(const LightReceiver&, std::span<const V2f> u, LightSample* out) const {
+uint32_t EnvironmentLight::sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const {
   if (distribution_.is_zero()) return 0;
-  Distribution2D::Sample s[most_at_once];
-  distribution_.sample(u, s);
-  V2f p[most_at_once];
-  for (size_t i = 0; i < u.size(); ++i) p[i] = s[i].p;
-  RGB texels[most_at_once];
-  image_.bilinear({p, u.size()}, texels);
   uint32_t drawn = 0;
-  for (size_t i = 0; i < u.size(); ++i) drawn |= uint32_t(arrive(s[i], texels[i], &out[i])) << i;
+  size_t of_image[most_at_once], n = 0;
+  V2f v[most_at_once];
+  for (size_t i = 0; i < u.size(); ++i) {
+    if (to.alone && u[i].x < by_cosine)
+      drawn |= uint32_t(draw_by_cosine(to, V2f(u[i].x / by_cosine, u[i].y), &out[i])) << i;
+    else
+      of_image[n] = i, v[n++] = to.alone ? V2f((u[i].x - by_cosine) / (1 - by_cosine), u[i].y) : u[i];
+  }
+  Distribution2D::Sample s[most_at_once];
+  distribution_.sample({v, n}, s);
+  V2f p[most_at_once];
+  for (size_t i = 0; i < n; ++i) p[i] = s[i].p;
+  RGB texels[most_at_once];
+  image_.bilinear({p, n}, texels);
+  for (size_t i = 0; i < n; ++i) drawn |= uint32_t(arrive(to, s[i], texels[i], &out[of_image[i]])) << of_image[i];
   return drawn;
 }
 
 // What arrives from a place of the image.
-bool EnvironmentLight::arrive(const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const {
+bool EnvironmentLight::arrive(const LightReceiver& to, const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const {
   const V3f local = image_.direction(s.p);
   const float per_area = image_.solid_angle_per_area(s.p);
   if (!(per_area > 0)) return false;
@@ -77,13 +83,26 @@ bool EnvironmentLight::arrive(const Distribution2D::Sample& s, const RGB& texel,
           .radiance = texel * scale_,
           .pdf = s.pdf / (per_area * stretch(local)),
           .delta = false};
+  if (to.alone) out->pdf = lerp(by_cosine, out->pdf, to.cosine_pdf(out->wi));
   return out->pdf > 0 && out->pdf < infinity && !out->radiance.is_black();
 }
 
-float EnvironmentLight::pdf(const LightReceiver&, const V3f& wi, const V3f&, const V3f&) const {
+bool EnvironmentLight::draw_by_cosine(const LightReceiver& to, const V2f& u, LightSample* out) const {
+  const V3f wi = to.draw_by_cosine(u), local = to_local(wi);
+  const V2f uv = image_.uv(local);
+  const float pdf = lerp(by_cosine, pdf_of_image(local, uv), to.cosine_pdf(wi));
+  *out = {.wi = wi, .distance = infinity, .radiance = image_.bilinear(uv) * scale_, .pdf = pdf, .delta = false};
+  return pdf > 0 && !out->radiance.is_black();
+}
+
+float EnvironmentLight::pdf(const LightReceiver& to, const V3f& wi, const V3f&, const V3f&) const {
   if (distribution_.is_zero()) return 0;
   const V3f local = to_local(wi);
-  const V2f uv = image_.uv(local);
+  const float of_image = pdf_of_image(local, image_.uv(local));
+  return to.alone ? lerp(by_cosine, of_image, to.cosine_pdf(wi)) : of_image;
+}
+
+float EnvironmentLight::pdf_of_image(const V3f& local, const V2f& uv) const {
   const float per_area = image_.solid_angle_per_area(uv);
   if (!(per_area > 0)) return 0;
   const V2f inside(std::clamp(uv.x, 0.0f, one_minus_epsilon), std::clamp(uv.y, 0.0f, one_minus_epsilon));

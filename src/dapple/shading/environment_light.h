@@ -10,7 +10,8 @@ namespace dapple::shading {
 
 /// Radiance from an image around the scene. Drawn in proportion to radiance times solid angle, constant over texels,
 /// where the radiance of a texel is that of itself and its neighbours in tent weights: so every direction whose
-/// bilinear look-up is not black can be drawn.
+/// bilinear look-up is not black can be drawn. Where LightReceiver::alone, a quarter of the samples are drawn by the cosine: of a sky with a sun few
+/// would go to what a window shows of it.
 class EnvironmentLight final : public Light {
  public:
   /// light_to_world: its linear part turns directions. Mirroring and shear are allowed for; it must be invertible.
@@ -27,7 +28,9 @@ class EnvironmentLight final : public Light {
   const image::EnvironmentImage& image() const { return image_; }
 
  private:
-  bool arrive(const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const;
+  bool arrive(const LightReceiver& to, const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const;
+  bool draw_by_cosine(const LightReceiver& to, const V2f& u, LightSample* out) const;
+  float pdf_of_image(const V3f& local, const V2f& uv) const;
   V3f to_local(const V3f& wi) const;
   /// Solid angle in the world over that in the light's space, around a local direction.
   float stretch(const V3f& local) const;

@@ -29,6 +29,13 @@ struct LightReceiver {
   /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the
   /// density 0, in Light::pdf and in LightSampler alike.
   bool transmits = true;
+  /// No rays by a Bsdf look for the light besides: dim parts of it must be found as well, wherever the rest of it is behind a wall.
+  bool alone = false;
+
+  /// A direction around n in proportion to the cosine, to both sides where light from below counts; uniform in media.
+  V3f draw_by_cosine(const V2f& u) const;
+  /// Its density.
+  float cosine_pdf(const V3f& wi) const;
 };
 
 /// For light selection (Conty Estevez & Kulla 2018): where emission comes from and where it goes.

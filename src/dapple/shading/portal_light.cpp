@@ -5,6 +5,15 @@
 
 namespace dapple::shading {
 
+namespace {
+// The portal finds what is dim.
+LightReceiver behind_portal(const LightReceiver& to) {
+  LightReceiver r = to;
+  r.alone = false;
+  return r;
+}
+}  // namespace
+
 PortalLight::PortalLight(std::unique_ptr<const Light> sky, const V3f corners[4])
     : sky_(std::move(sky)), portal_(corners, true), corner_(corners[0]) {
   const V3f u = corners[1] - corners[0], v = corners[3] - corners[0];
@@ -29,7 +38,7 @@ bool PortalLight::sample(const LightReceiver& to, const V2f& u, LightSample* out
     if (!portal_.sample(to.p, V2f(2 * u.x, u.y), &s)) return false;
     wi = normalize(s.p - to.p);
   } else {
-    if (!sky_->sample(to, V2f(2 * u.x - 1, u.y), out)) return false;
+    if (!sky_->sample(behind_portal(to), V2f(2 * u.x - 1, u.y), out)) return false;
     wi = out->wi;
   }
   *out = {.wi = wi, .distance = infinity, .radiance = environment_at(to.p, wi, 0), .pdf = pdf(to, wi, wi, wi), .delta = false};
@@ -39,7 +48,7 @@ bool PortalLight::sample(const LightReceiver& to, const V2f& u, LightSample* out
 float PortalLight::pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const {
   V3f at;
   if (!crosses(to.p, wi, &at)) return 0;
-  return 0.5f * (portal_.pdf(to.p, wi, at, portal_.normal()) + sky_->pdf(to, wi, p_light, n_light));
+  return 0.5f * (portal_.pdf(to.p, wi, at, portal_.normal()) + sky_->pdf(behind_portal(to), wi, p_light, n_light));
 }
 
 RGB PortalLight::environment_at(const V3f& p, const V3f& wi, float dwi) const {
