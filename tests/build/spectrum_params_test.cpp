@@ -74,7 +74,10 @@ TEST_F(SpectrumParams, ColourSpaceOfTheParameter) {
   }
   Param p = rgb(0, 1, 0);
   p.color_space = ColorSpace::rec2020;
+  EXPECT_EQ(diagnostics_.count(), 0u);
   EXPECT_EQ(illuminant_rgb(p, context_).min(), 0);  // outside Rec.709, not negative
+  ASSERT_EQ(diagnostics_.messages().size(), 1u);
+  EXPECT_NE(diagnostics_.messages()[0].find("outside Rec.709"), std::string::npos);
 }
 
 TEST_F(SpectrumParams, LightsHaveLuminanceOne) {

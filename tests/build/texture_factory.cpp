@@ -318,6 +318,22 @@ TEST(TextureLibrary, Images) {
   EXPECT_THROW(scene.library.light_image("b.png", {}), InputError);
 }
 
+// What an image scaled above 1 is mixed with sees no more than 1 of it, where it is a reflectance.
+TEST(TextureLibrary, ReflectancesOfImagesEndAtOne) {
+  const test::TemporaryFolder folder;
+  image::OutputImage picture;
+  picture.width = picture.height = 1;
+  picture.layers = {{"", {"R", "G", "B"}, {.5f, .5f, .5f}, {}}};
+  image::write_png(folder.file("a.png"), picture);
+  const TestScene scene(R"(
+    Texture "c" "spectrum" "imagemap" "string filename" "a.png" "float scale" 40
+    Texture "half" "spectrum" "mix" "texture tex1" "c" "rgb tex2" [ .6 .6 .6 ] "float amount" .5)",
+                        R"("texture c" "c" "texture half" "half")", false, folder.path().string());
+  EXPECT_EQ(scene.library.reflectance_texture(scene.params(), "c", RGB(0))->constant(), RGB(1));
+  EXPECT_NEAR(scene.library.reflectance_texture(scene.params(), "half", RGB(0))->constant()->g, 0.8f, 1e-6f);
+  EXPECT_GT(scene.library.unbounded_texture(scene.params(), "c", RGB(0))->constant()->g, 5);
+}
+
 TEST(TextureLibrary, KeepGoingShowsStandIns) {
   const TestScene scene(R"(
     Texture "c" "spectrum" "imagemap" "string filename" "none.png"

@@ -57,14 +57,22 @@ const RgbPrimaries& primaries(ColorSpace space) {
   return rec709_primaries;
 }
 
+RGB non_negative(RGB c) {
+  return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)};
+}
+
 /// Three numbers, none negative, in Rec.709. Colours outside it lose their negative channels.
-RGB rgb_value(const Param& p, White white) {
+RGB rgb_value(const Param& p, White white, const BuildContext& context) {
   check_count(p, 3, "three numbers, red, green, blue");
   for (const float v : p.numbers) check_number(p, v);
   const RGB given(p.numbers[0], p.numbers[1], p.numbers[2]);
   if (p.color_space == ColorSpace::srgb) return given;
   const RGB c = rgb_to_rec709(primaries(p.color_space), white)(given);
-  return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)};
+  constexpr float rounding = 1e-3f;
+  if (c.min() < -rounding * c.max())
+    context.diagnostics.warn(p.loc, "parameter " + in_quotes(p.name) + ": the colour lies outside Rec.709, in which light is computed; its negative channels count as 0",
+                             "outside Rec.709");
+  return non_negative(c);
 }
 
 SampledSpectrum spectrum_by_name(const Param& p, const BuildContext& context) {
@@ -105,15 +113,11 @@ float float_value(const Param& p) {
   return p.numbers[0];
 }
 
-RGB non_negative(RGB c) {
-  return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)};
-}
-
 }  // namespace
 
 RGB illuminant_rgb(const Param& param, const BuildContext& context) {
   check_type(param, {ParamType::rgb, ParamType::blackbody, ParamType::spectrum});
-  if (param.type == ParamType::rgb) return rgb_value(param, White::keep);
+  if (param.type == ParamType::rgb) return rgb_value(param, White::keep, context);
   if (param.type == ParamType::spectrum) return emission_to_rgb(spectrum_value(param, context));
   check_count(param, 1, "one temperature in kelvin");
   if (!(param.numbers[0] > 0) || !std::isfinite(param.numbers[0]))
@@ -126,7 +130,7 @@ RGB reflectance_rgb(const Param& param, const BuildContext& context) {
   RGB c;
   float most = 0;
   if (param.type == ParamType::rgb) {
-    c = rgb_value(param, White::adapt);
+    c = rgb_value(param, White::adapt, context);
     most = *std::max_element(param.numbers.begin(), param.numbers.end());
   } else {
     const SampledSpectrum s = spectrum_value(param, context);
@@ -144,7 +148,7 @@ RGB reflectance_rgb(const Param& param, const BuildContext& context) {
 RGB unbounded_rgb(const Param& param, const BuildContext& context) {
   check_type(param, {ParamType::rgb, ParamType::spectrum, ParamType::real});
   if (param.type == ParamType::real) return RGB(float_value(param));
-  if (param.type == ParamType::rgb) return rgb_value(param, White::adapt);
+  if (param.type == ParamType::rgb) return rgb_value(param, White::adapt, context);
   return non_negative(unbounded_to_rgb(spectrum_value(param, context)));
 }
 

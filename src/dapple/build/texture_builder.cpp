@@ -46,10 +46,12 @@ Pattern<T> image_map(const TextureInputs& in) {
   try {
     const auto use = scalar ? image::TextureUse::scalar : image::TextureUse::color;
     const image::TextureHandle handle = in.context.texture_system.open(image.path, image.encoding, use, image.loc);
-    if constexpr (scalar)
+    if constexpr (scalar) {
       return image_float(point, handle, image.options);
-    else
-      return image_color(point, handle, image.options);
+    } else {
+      const PatternColor color = image_color(point, handle, image.options);
+      return in.role == TextureRole::reflectance ? each([](PatternFloat v) { return clamp(v, 0, 1); }, color) : color;  // as pbrt-v4: mixes see no reflectance above 1
+    }
   } catch (const InputError& e) {
     if (!in.context.keep_going) throw;
     warn_of_stand_in(e, image.loc, scalar ? "1" : "a magenta and black checker", in.context);

@@ -36,8 +36,8 @@ class TextureLibrary {
                                          float fallback) const;
   /// The same, or nullptr where the parameter is absent.
   shading::FloatTexturePtr optional_float_texture(const scenefile::ParamSet& params, std::string_view name) const;
-  /// The spectrum texture, rgb or spectrum called `name` as a reflectance, else `fallback`. Image textures may leave
-  /// [0, 1]: clamp where it matters.
+  /// The spectrum texture, rgb or spectrum called `name` as a reflectance, else `fallback`. Textures may leave
+  /// [0, 1], but not images: clamp where it matters.
   shading::RgbTexturePtr reflectance_texture(const scenefile::ParamSet& params, std::string_view name,
                                              const RGB& fallback) const;
   /// The same for quantities without an upper bound.
