@@ -49,7 +49,7 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
 }
 
 shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
-  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, time, b.bsdf[k].has_transmission(), b.bsdf[k].is_diffuse()};
+  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, time, b.bsdf[k].has_transmission()};
 }
 
 void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {

@@ -284,7 +284,7 @@ void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
-  connect(k, receiver_at(k, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
+  connect(k, receiver_at(k, true, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
     const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
     if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
     return f * std::abs(dot(wi, bsdf.frame.n));
@@ -310,7 +310,7 @@ void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
   connect(
-      k, receiver_at(k, w), &w.surface[k],
+      k, receiver_at(k, false, w), &w.surface[k],
       [&](const V3f& wi, float* pdf) {
         const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
         *pdf = 0;  // no ray goes on that could meet the light
@@ -323,7 +323,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const shading::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   const V3f wo = -w.wi[k];
-  const shading::LightReceiver receiver{w.surface[k].P, V3f(0, 0, 0), w.time[p]};
+  const shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   if (scene_.light_sampler)
     connect(k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
@@ -335,10 +335,10 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   ++w.rays.specular;
 }
 
-shading::LightReceiver PathIntegrator::receiver_at(int k, const PathWorkspace& w) const {
+shading::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
-  return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission()};
+  return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission(), shared};
 }
 
 // Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.
@@ -369,7 +369,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
-  w.receiver[p] = receiver_at(k, w);
+  w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
   if (sample.transmitted)
@@ -396,7 +396,7 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
     if (diffused && smooth) find_delta_light(k, sample.wi, w);
     if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
     w.bsdf_pdf[p] = sample.pdf;
-    w.receiver[p] = receiver_at(k, w);
+    w.receiver[p] = receiver_at(k, true, w);
     if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
     ++(diffused ? w.rays.diffuse : w.rays.specular);
   }

@@ -68,7 +68,8 @@ class PathIntegrator final : public Integrator {
   void cross_boundary(int point, const shading::BsdfSample& sample, PathWorkspace& w) const;
   void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
-  shading::LightReceiver receiver_at(int point, const PathWorkspace& w) const;
+  /// `shared`: the path's next ray looks for lights, too.
+  shading::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w) const;
 
   const scene::Scene& scene_;
   const Settings settings_;

@@ -8,10 +8,10 @@
 
 namespace dapple::shading {
 
-/// Radiance from an image around the scene. Drawn in proportion to radiance times solid angle, constant over texels,
-/// where the radiance of a texel is that of itself and its neighbours in tent weights: so every direction whose
-/// bilinear look-up is not black can be drawn. Where LightReceiver::alone, a quarter of the samples are drawn by the cosine: of a sky with a sun few
-/// would go to what a window shows of it.
+/// Radiance from an image around the scene. Drawn in proportion to how far radiance times solid angle lies above its mean, constant over texels,
+/// where the radiance of a texel is that of itself and its neighbours in tent weights; the dim rest is left to other rays where
+/// LightReceiver::shared. Elsewhere so many samples as the dim part's share of the power, but a quarter at least, are drawn by the cosine: so
+/// every direction can be drawn, and what a window shows of a sky is found though its sun is behind the wall.
 class EnvironmentLight final : public Light {
  public:
   /// light_to_world: its linear part turns directions. Mirroring and shear are allowed for; it must be invertible.
@@ -30,7 +30,8 @@ class EnvironmentLight final : public Light {
  private:
   bool arrive(const LightReceiver& to, const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const;
   bool draw_by_cosine(const LightReceiver& to, const V2f& u, LightSample* out) const;
-  float pdf_of_image(const V3f& local, const V2f& uv) const;
+  float by_cosine(const LightReceiver& to) const { return to.shared ? 0 : dim_; }
+  float bright_pdf(const V3f& local, const V2f& uv) const;
   V3f to_local(const V3f& wi) const;
   /// Solid angle in the world over that in the light's space, around a local direction.
   float stretch(const V3f& local) const;
@@ -40,7 +41,9 @@ class EnvironmentLight final : public Light {
   V3f x_, y_, z_;              // images of the light's axes
   V3f row_x_, row_y_, row_z_;  // of the inverse
   float determinant_;
-  Distribution2D distribution_;
+  Distribution2D bright_;  // above the mean
+  float dim_;              // share of the power below it, a quarter at least
+
 };
 
 }  // namespace dapple::shading

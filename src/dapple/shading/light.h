@@ -29,8 +29,9 @@ struct LightReceiver {
   /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the
   /// density 0, in Light::pdf and in LightSampler alike.
   bool transmits = true;
-  /// No rays by a Bsdf look for the light besides: dim parts of it must be found as well, wherever the rest of it is behind a wall.
-  bool alone = false;
+  /// Rays by the Bsdf or phase function look for the light too, and are combined with these by their densities: what is dim may be left to
+  /// them, with density 0 here (Karlik et al. 2019, "MIS compensation").
+  bool shared = false;
 
   /// A direction around n in proportion to the cosine, to both sides where light from below counts; uniform in media.
   V3f draw_by_cosine(const V2f& u) const;

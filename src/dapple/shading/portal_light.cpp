@@ -9,7 +9,7 @@ namespace {
 // The portal finds what is dim.
 LightReceiver behind_portal(const LightReceiver& to) {
   LightReceiver r = to;
-  r.alone = false;
+  r.shared = true;
   return r;
 }
 }  // namespace
