@@ -232,6 +232,9 @@ TEST_F(LightFactory, PortalsTurnWithTheLight) {
   const auto window = light(R"(Rotate 90 0 1 0 LightSource "infinite" "rgb L" [ 3 3 3 ] "point3 portal" [ -1 -1 2  -1 1 2  1 1.0005 2  1 -1 2 ])");
   EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(1, 0, 0), 0).g, 3);
   EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 0);
+  const auto sky = light(R"(LightSource "sky" "float skyirradiance" 1 "point3 portal" [ -1 -1 2  -1 1 2  1 1 2  1 -1 2 ])");
+  EXPECT_GT(sky->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 0);
+  EXPECT_EQ(sky->environment_at(V3f(0, 0, 0), normalize(V3f(1, 0, 1)), 0).g, 0);
   expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  1 0 0  1 1 0 ])", "3 points");
   expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  1 0 0  1 1 0  .5 1 0 ])", "rectangle");
   expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  0 0 0  1 1 0  1 1 0 ])", "rectangle");

@@ -251,7 +251,7 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
   const Param* filename = e.params.find("filename");
   if (!filename) {
     const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", pi));
-    return through_portal(e, t, std::make_unique<shading::InfiniteLight>(checked(e, L)));
+    return std::make_unique<shading::InfiniteLight>(checked(e, L));
   }
   if (e.params.find("L"))
     throw InputError(filename->loc, "an infinite light has both \"L\" and \"filename\"; expected one of them");
@@ -263,7 +263,7 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
   image::EnvironmentImage image(emission_image(e, context, textures), mapping, filename->loc);
   float scale = scale_of(e);
   if (e.params.find("illuminance")) scale *= photometric(e, "illuminance", upward_illuminance(image));
-  return through_portal(e, t, std::make_unique<shading::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t));
+  return std::make_unique<shading::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t);
 }
 
 /// What an AreaLightSource says, before it is laid over a primitive.
@@ -338,10 +338,10 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
       light = make_distant(e, t, context);
       break;
     case 5:
-      light = make_infinite(e, t, context, textures);
+      light = through_portal(e, t, make_infinite(e, t, context, textures));
       break;
     default:
-      light = make_canopy_light(e, t, context, textures);
+      light = through_portal(e, t, make_canopy_light(e, t, context, textures));
   }
   e.params.report_unused("LightSource \"" + e.type + "\"", context.diagnostics);
   if (!(light->power(1) > 0)) return nullptr;
