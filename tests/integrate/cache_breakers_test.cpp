@@ -228,6 +228,33 @@ LightSource "infinite" "rgb L" [ .2 .3 .5 ])"));
   expect_near(there, expected, 0.03f, "gloss");
 }
 
+// Two rooms whose walls are meshes of patches of about three pixels, and a wall across the middle of a row of them: each of these is one shading
+// point, on the bright side. Seen: path tracing's mean + .1 %, + 440 % where one point speaks for both sides.
+TEST(RadiosityCacheBreakers, WallAcrossSmallPatches) {
+  std::string text = R"(Film "rgb" "integer xresolution" 64 "integer yresolution" 48
+LookAt -3.8 0 1.5  0 .2 1.2  0 0 1
+Camera "perspective" "float fov" 70
+WorldBegin
+)";
+  for (const auto& [x, L] : {std::pair(2, "100 100 100"), std::pair(-2, ".4 .4 .4")})
+    text += "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ " + std::string(L) + " ]\nTranslate " + std::to_string(x) + R"( 0 2.98
+Shape "bilinearmesh" "point3 P" [ -.5 -.5 0  -.5 .5 0  .5 -.5 0  .5 .5 0 ]
+AttributeEnd
+)";
+  text += "Material \"diffuse\" \"rgb reflectance\" [ .6 .6 .6 ]\n";
+  constexpr int n = 16;
+  for (const std::string& side : {test::wall({-4, -2, 0}, {4, -2, 0}, {-4, 2, 0}, {4, 2, 0}, n), test::wall({-4, -2, 3}, {-4, 2, 3}, {4, -2, 3}, {4, 2, 3}, n),
+                                  test::wall({-4, -2, 0}, {-4, 2, 0}, {-4, -2, 3}, {-4, 2, 3}, n), test::wall({4, -2, 0}, {4, 2, 0}, {4, -2, 3}, {4, 2, 3}, n),
+                                  test::wall({-4, -2, 0}, {4, -2, 0}, {-4, -2, 3}, {4, -2, 3}, n), test::wall({-4, 2, 0}, {4, 2, 0}, {-4, 2, 3}, {4, 2, 3}, n),
+                                  test::wall({.2f, -2, 0}, {.2f, 2, 0}, {.2f, -2, 3}, {.2f, 2, 3})})
+    text += side;
+  const auto built = build_text(text);
+  const RGB expected = render_built(built, 256, test::bounces(0, 8)).mean();
+  auto s = settings(0);
+  s.pixel_points = 3;
+  expect_near(render_built(built, 16, s).mean(), expected, .03f, "small patches");
+}
+
 struct WindowCase {
   const char *name, *light;
   double allowed;

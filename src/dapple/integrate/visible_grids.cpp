@@ -56,10 +56,19 @@ void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
     GridId own;
     own.instance = id.instance, own.geometry = id.geometry, own.patch = s.point.patch, own.behind = id.behind, own.span = id.span;
     s.point = {.grid = own, .patch = own.patch};
-    s.near = patches_.neighbours(s.point);
     w.order[alone++] = w.order[i];
   }
   find_grids(alone, w);
+  for (int i = 0; i < alone; ++i) {
+    CameraSample& s = w.sample[w.order[i]];
+    if (restrict_points(s)) continue;
+    // What stands on a wall may part rooms. Leaves cross each other by the thousand, as twigs do that are finer than pixels.
+    const bool is_wall = !shader_.materials().material(s.geometry).is_translucent() && patches_.cell(s.point.grid, &w.shading.extents).width() > s.width;
+    if (!is_wall)
+      s.near = patches_.neighbours(s.point);
+    else
+      cuts[cut++] = w.order[i];
+  }
   // Where something stands on a surface, finer points come between it and the sample.
   for (float finer = 2; cut > 0; finer *= 2) {
     n = 0;
@@ -121,7 +130,7 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
     }
     if (linking.job_count > 0) {
       const Timer timer;
-      shader_.link(false, w.shading);
+      shader_.link(true, w.shading);
       w.caches[0].fill_seconds += timer.seconds();
     }
   }

@@ -22,6 +22,7 @@ class DiffuseTransmissionMaterial final : public SurfaceMaterial {
  public:
   DiffuseTransmissionMaterial(Input<RGB> reflectance, Input<RGB> transmittance, float scale, SurfaceDetail detail);
   bool is_diffuse() const override { return true; }
+  bool is_translucent() const override { return true; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

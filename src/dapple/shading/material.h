@@ -35,6 +35,8 @@ class Material {
   virtual std::optional<Bsdf> constant() const { return std::nullopt; }
   /// True if every Bsdf of prelighting is diffuse.
   virtual bool is_diffuse() const { return false; }
+  /// True for what is thin and translucent, as leaves are: some Bsdf of prelighting transmits diffusely.
+  virtual bool is_translucent() const { return false; }
   /// True if prelighting chooses at random: more samples of a point see more than one Bsdf.
   virtual bool is_random() const { return false; }
   /// True if every Bsdf of prelighting is diffuse, or a coat over a diffuse base: then all that a diffuse ray sees of the surface is

@@ -19,6 +19,7 @@ class MixMaterial final : public Material {
   bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
   bool is_opaque_reflector() const override { return first_->is_opaque_reflector() && second_->is_opaque_reflector(); }
   bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
+  bool is_translucent() const override { return first_->is_translucent() || second_->is_translucent(); }
   bool is_random() const override { return !is_diffuse(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
   bool has_subsurface() const override { return first_->has_subsurface() || second_->has_subsurface(); }
