@@ -49,7 +49,7 @@ void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
     if (restrict_points(s)) continue;
     // Another part of the group, or of a leaf, does not speak for it: the patch gets a point of its own.
     const GridId& id = s.point.grid;
-    if (id.cluster_level == 0 && (settings_.pixel_points == 0 || id.u_level + id.v_level > 2)) {
+    if (id.cluster_level == 0 && id.count() > 1 && (settings_.pixel_points == 0 || id.u_level + id.v_level > 2)) {
       cuts[cut++] = w.order[i];
       continue;
     }
