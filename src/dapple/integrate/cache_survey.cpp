@@ -30,7 +30,7 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   TileLinks links[RaySet::capacity];
   for (int e = 0; e < c.entry_count; ++e) w.linking.jobs[e] = {c.entry[e].grid, &links[e]};
   w.linking.job_count = c.entry_count;
-  link(true, w);
+  link(w);
   for (int n = 0; n < c.count; ++n) {
     auto near = points_read(below, c.point[n]);
     if (!links[c.entry_of[n]].restrict_to(c.point[n], &near)) continue;

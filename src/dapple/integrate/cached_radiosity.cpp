@@ -224,7 +224,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
     w.linking.jobs[w.linking.job_count++] = {entry.grid, &c.links[e], missing, entry.known()};
   }
   if (w.linking.job_count == 0) return;
-  link(true, w);
+  link(w);
   for (int e = 0; e < c.entry_count; ++e)
     if (c.to_fill(e) != 0) c.entry[e].set_links(c.links[e]);
 }

@@ -79,8 +79,7 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   }
 }
 
-void HitShader::link(bool single_cells, ShadingWorkspace& w) const {
-  w.linking.single_cells = single_cells;
+void HitShader::link(ShadingWorkspace& w) const {
   const Timer timer;
   w.rays.link += linker_.link(w.linking);
   w.stages.tracing_seconds += timer.seconds();

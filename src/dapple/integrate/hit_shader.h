@@ -60,8 +60,8 @@ class HitShader {
   /// Where such a point is at another time.
   geom::SurfacePoint surface_at(const PointBatch& b, int k, float time) const { return scene_.traced.surface(b.place(k), PointBatch::lane(k), time, false); }
 
-  /// Finds the links of the tiles that are w.linking.jobs, those of tiles of one cell only if asked to.
-  void link(bool single_cells, ShadingWorkspace& w) const;
+  /// Finds the links of the tiles that are w.linking.jobs.
+  void link(ShadingWorkspace& w) const;
 
   // shade() in steps, for callers that keep what a step gives.
   void prelight(const Place& place, ShadingWorkspace& w) const;

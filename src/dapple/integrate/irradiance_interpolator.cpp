@@ -300,7 +300,7 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
     glints += weight * node.glints;
     all += weight;
   }
-  const float limit = step > w.point[k].finest_step ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
+  const float limit = step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
   if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
   if (glints > most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;

@@ -37,6 +37,7 @@ class IrradianceInterpolator {
     scene::GridId grid;
     int i, j;
     int finest_step = 1;  ///< its finest hemispheres are 2^finest_step such cells apart
+    bool parted = false;  ///< something stands on the tile: hemispheres may lie behind it
   };
   struct Workspace {
     explicit Workspace(const IrradianceInterpolator& of);

@@ -59,7 +59,7 @@ uint64_t TileLinker::link(Scratch& s) const {
     // Between points of a half there may be a cell outside it: all at once.
     const bool at_once = id.cluster_level > 0 || patches_->is_half(id);
     if (at_once) job.wanted = job.known != 0 ? 0 : TileLinks::all_parts;
-    if ((id.count() == 1 && !s.single_cells) || std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) job.wanted = 0;
+    if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(id.geometry))) job.wanted = 0;
     if (job.wanted == 0) continue;
     id.cluster_level > 0 ? add_parts(job, s, &rays) : add_lines(job, s, &rays);
   }

@@ -32,6 +32,7 @@ struct TileLinks {
 
   static constexpr int bit(int i, int j) { return j * side + i; }
   bool is_scattered() const { return cut & scattered; }  ///< of a group
+  bool parts_tile() const { return cut & suspects; }  ///< not of a group: something stands on the tile
   bool is_divided(int i, int j) const { return divided >> bit(i, j) & 1; }
   bool is_cut_in_u(int i, int j) const { return cut >> bit(i, j) & 1; }
   bool is_cut_in_v(int i, int j) const { return cut >> (side * side + bit(i, j)) & 1; }
@@ -74,7 +75,6 @@ class TileLinker {
     int job_count = 0;
     static constexpr int most_jobs = 16 * capacity;
     Job jobs[most_jobs];
-    bool single_cells = false;  ///< also tiles of one cell, whose point stands for all of it
 
     // Ways across or along tiles that are to be traced.
     int count = 0;

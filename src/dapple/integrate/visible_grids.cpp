@@ -130,7 +130,7 @@ void DistributionIntegrator::find_grids(int n, DistributionWorkspace& w) const {
     }
     if (linking.job_count > 0) {
       const Timer timer;
-      shader_.link(true, w.shading);
+      shader_.link(w.shading);
       w.caches[0].fill_seconds += timer.seconds();
     }
   }
@@ -173,7 +173,7 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
         shader_.set_shading_point(id, i, j, cell, key, b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
-      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P)};
+      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P), grid.links.parts_tile()};
     }
 }
 
