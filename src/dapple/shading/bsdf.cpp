@@ -415,8 +415,7 @@ void Bsdf::remove_coat() {
 
 float Bsdf::roughen(float least_alpha) {
   if (kind != BsdfKind::conductor && !is_coat()) return 1;
-  const float smooth = is_coat() ? float(fresnel_diffuse(double(ior))) : 1;
-  const auto reflected = [&] { return is_coat() ? rough_coat_reflectance(std::min(mean_alpha(alpha_x, alpha_y), 1.0f), smooth) : ggx_mean_albedo(alpha_x, alpha_y); };
+  const auto reflected = [&] { return is_coat() ? rough_coat_reflectance(std::min(mean_alpha(alpha_x, alpha_y), 1.0f), mirrored) : ggx_mean_albedo(alpha_x, alpha_y); };
   const float before = reflected();
   constexpr float as_diffuse = 0.5f;
   if (least_alpha >= as_diffuse) {
@@ -440,6 +439,7 @@ void Bsdf::keep_coat(const V3f& wo) {
   frame = layered.frame;
   if (coated_diffuse && dot(wo, frame.n) < 0) frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n;  // coats are on both sides
   reflects_only = true;
+  mirrored = float(fresnel_diffuse(double(ior)));
 }
 
 }  // namespace dapple::shading

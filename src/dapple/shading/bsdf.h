@@ -83,7 +83,8 @@ struct Bsdf {
   /// entered which leaves again; k and eta are parameters of crossing().
   RGB extinction;
   bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
-  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance
+  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
+                               ///< keep_coat(): the share of diffuse light that it would mirror if it were smooth
   float removed_coat = 0;      ///< mirrored, once remove_coat() has taken it from reflectance
 
   static Bsdf make_diffuse(RGB reflectance);
