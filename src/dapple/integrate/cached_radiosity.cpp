@@ -40,20 +40,19 @@ class ClaimGuard {
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by
 // chance, and thousands of rays read what they found.
-bool HitShader::lies_near_light(const scene::GridId& tile, uint64_t hash, ShadingWorkspace& w) const {
+bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
-  uint64_t& slot = w.near_lights.slot[(hash >> 1) % NearLights::slot_count];
-  if ((slot ^ hash) > 1) {
+  NearLights::Known& known = w.near_lights.of(tile);
+  if (known.tile != tile) {
     const scene::PatchTable::Cell cell = patches_->cell(tile, &w.extents);
     trace::HitBatch middle;
     patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
     const float time = patches_->time(tile);
     const V3f P = scene_.traced.surface(middle, 0, time, false).P;
     const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
-    const bool near = scene_.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach;
-    slot = (hash & ~uint64_t(1)) | uint64_t(near);
+    known = {tile, scene_.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach};
   }
-  return slot & 1;
+  return known.near;
 }
 
 // Finds the tile that serves each of these rays, if one does, and groups them by it.
@@ -73,48 +72,40 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) continue;
       // The points of curves face the camera: that is no side for other rays.
       if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
-      const geom::SurfacePoint s = scene_.traced.surface_without_tangents(r.rays, r.hits, i);
+      const auto surface = [&] { return scene_.traced.surface_without_tangents(r.rays, r.hits, i); };
       const V3f d = r.rays.direction(i);
       const float time = r.rays.time[i];
       const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
       float width = width_at(patches_->has_groups(geometry) ? group_width() : settings_.cache_width);
       scene::GridPoint& at = c.point[c.count];
-      const scene::PatchTable::PatchHit hit = patches_->patch_hit(r.hits, i, d, time, s, &w.extents);
+      const auto flat = patches_->flat_patch_hit(r.hits, i, d, time, &w.extents);
+      const scene::PatchTable::PatchHit hit = flat ? *flat : patches_->patch_hit(r.hits, i, d, time, surface(), &w.extents);
       if (!patches_->dice(hit, width, &at)) continue;
       if (at.grid.cluster_level == 0 && patches_->has_groups(geometry) && group_width() > settings_.cache_width &&
           !patches_->dice(hit, width = width_at(settings_.cache_width), &at))
         continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
       int entry = c.plain_entry(at.grid);
-      uint64_t name = 0;
       bool near_light = false;
       for (int halvings = 0; entry < 0; ++halvings) {
-        name = at.grid.hash();
-        near_light = lies_near_light(at.grid, name, w);
+        near_light = lies_near_light(at.grid, w);
         if (!near_light || halvings == most_halvings) break;
         patches_->dice(hit, width *= 0.5f, &at);
         entry = c.plain_entry(at.grid);
       }
       if (entry < 0) {
         const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
-        if (among_movers) at.grid.span = motion.span_near(s.P, width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
-        if (in_group) patches_->turn_group(s.Ng, at.patch, &at.grid);
-        if (among_movers || in_group) name = at.grid.hash();
-        entry = c.add_entry(RadiosityCache::key(name, below.depth.diffuse), at.grid, below.depth.diffuse);
+        if (among_movers) at.grid.span = motion.span_near(r.rays.origin(i) + d * r.hits.t[i], width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
+        if (in_group) patches_->turn_group(hit.Ng, at.patch, &at.grid);
+        entry = c.add_entry(RadiosityCache::key(at.grid.hash(), below.depth.diffuse), at.grid, below.depth.diffuse);
         if (!near_light && !among_movers && !in_group) c.set_plain(entry);
       }
       c.entry_of[c.count] = entry;
-      c.leaving[c.count] = mirror ? shading::through_coat(materials_.coat(geometry), dot(s.Ns, d)) : 1;
+      c.leaving[c.count] = mirror && materials_.has_coat(geometry) ? shading::through_coat(materials_.coat(geometry), dot(surface().Ns, d)) : 1;
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
   }
-}
-
-// Diffuse rays read the nearest point: there are many, and what they blur is blurred once more by the bounces before. What enters a subsurface
-// body is seen by its few probes.
-scene::PatchTable::Neighbours HitShader::points_read(const Place& below, const scene::GridPoint& at) const {
-  return below.arrival == Arrival::probe && below.depth.diffuse == 1 ? patches_->neighbours(at) : patches_->nearest(at);
 }
 
 void HitShader::add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
@@ -123,10 +114,17 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   locate_radiosity(place, below, growth, wanted, sets, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
+  const bool blends = blends_points(below);
   for (int n = 0; n < c.count; ++n) {
-    c.near[n] = points_read(below, c.point[n]);
+    uint32_t& needed = c.entry[c.entry_of[n]].needed;
+    if (!blends) {
+      c.nearest[n] = uint8_t(patches_->nearest(c.point[n]));
+      needed |= 1u << c.nearest[n];
+      continue;
+    }
+    c.near[n] = patches_->neighbours(c.point[n]);
     for (int i = 0; i < 4; ++i)
-      if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
+      if (c.near[n].weight[i] > 0) needed |= 1u << c.near[n].index[i];
   }
   ClaimGuard guard(cache, c);
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth,
@@ -151,10 +149,15 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   for (int n = 0; n < c.count; ++n) {
     RaySet& r = b.ray_set(c.set[n]);
     const int i = c.ray[n];
-    if (!c.entry[c.entry_of[n]].links().restrict_to(c.point[n], &c.near[n])) continue;
-    r.cached[i] = true;
-    for (int j = 0; j < 4; ++j)
-      if (c.near[n].weight[j] > 0) c.entry[c.entry_of[n]].add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j] * c.leaving[n]);
+    const RadiosityCache::Entry& entry = c.entry[c.entry_of[n]];
+    if (!blends) {
+      r.cached[i] = entry.links().serves(c.point[n], c.nearest[n]);
+      if (r.cached[i]) entry.add_to(r.L, i, c.nearest[n], c.leaving[n]);
+      continue;
+    }
+    r.cached[i] = entry.links().restrict_to(c.point[n], &c.near[n]);
+    for (int j = 0; r.cached[i] && j < 4; ++j)
+      if (c.near[n].weight[j] > 0) entry.add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j] * c.leaving[n]);
   }
 }
 

@@ -264,7 +264,7 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
       }
       const GridId id = patches_seen(w.sample[p].point.grid, w);
       const int point = patches_.neighbours(w.sample[p].point).nearest;
-      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), b, k);
+      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), &w.shading.extents, b, k);
       const Shares shares = shared_work(id, w);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
     }

@@ -1,37 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/grid_store.h"
 
+#include <utility>
+
 namespace dapple::integrate {
 
 namespace {
-// Of the map's node and bucket, the queue and the reference counts, about.
-constexpr size_t overhead = 4 * sizeof(void*) + sizeof(scene::GridId) + sizeof(uint64_t) + 2 * sizeof(GridStore::GridPtr) + 32;
+// Of the bucket, the queue and the reference counts, about.
+constexpr size_t overhead = 3 * sizeof(GridStore::GridPtr) + 32;
 }  // namespace
 
 size_t ShadingGrid::bytes() const {
   return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
 }
 
+void GridStore::Shard::insert(const GridPtr& grid) {
+  if (queue.size() >= buckets.size()) {
+    buckets.assign(2 * buckets.size(), nullptr);
+    for (const GridPtr& known : queue) known->next = std::exchange(bucket(known->hash), known);
+  }
+  grid->next = std::exchange(bucket(grid->hash), grid);
+  queue.push_back(grid);
+}
+
+void GridStore::Shard::erase(const ShadingGrid& grid) {
+  GridPtr* at = &bucket(grid.hash);
+  while (at->get() != &grid) at = &(*at)->next;
+  *at = GridPtr(std::move((*at)->next));
+}
+
 GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
-  const Name name(id);
-  Shard& shard = shards_[name.hash >> 58];
+  const uint64_t hash = id.hash();
+  Shard& shard = shards_[hash >> 58];
   static_assert(shard_count == 1 << (64 - 58));
   const std::lock_guard lock(shard.mutex);
-  GridPtr& grid = shard.grids[name];
-  if (grid) {
-    grid->recent = true;
-    return {grid, false};
-  }
+  for (const GridPtr* grid = &shard.bucket(hash); *grid; grid = &(*grid)->next)
+    if ((*grid)->hash == hash && (*grid)->id == id) {
+      (*grid)->recent = true;
+      return {*grid, false};
+    }
   make_room(shard);
-  grid = std::make_shared<ShadingGrid>(id, groups_, with_bsdf);
+  auto grid = std::make_shared<ShadingGrid>(id, hash, groups_, with_bsdf);
   grid->claimed = ShadingGrid::linked;
-  shard.queue.push_back(grid);
+  shard.insert(grid);
   shard.bytes += grid->bytes();
   const size_t bytes = bytes_ += grid->bytes();
   size_t peak = peak_bytes_;
   while (peak < bytes && !peak_bytes_.compare_exchange_weak(peak, bytes)) {
   }
-  return {grid, true};
+  return {std::move(grid), true};
 }
 
 // Those that are being shaded are not dropped.
@@ -47,7 +64,7 @@ void GridStore::make_room(Shard& shard) {
     shard.bytes -= oldest->bytes();
     bytes_ -= oldest->bytes();
     ++evictions_;
-    shard.grids.erase(Name(oldest->id));
+    shard.erase(*oldest);
   }
 }
 

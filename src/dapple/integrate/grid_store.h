@@ -5,7 +5,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
-#include <unordered_map>
+#include <vector>
 
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/tile_links.h"
@@ -17,8 +17,9 @@ namespace dapple::integrate {
 /// The shading points of one tile: what its shaders gave that all camera samples share.
 struct ShadingGrid {
   /// `with_bsdf`: the material scatters differently from point to point.
-  ShadingGrid(const scene::GridId& grid_id, int light_groups, bool with_bsdf)
+  ShadingGrid(const scene::GridId& grid_id, uint64_t hash_of_id, int light_groups, bool with_bsdf)
       : id(grid_id),
+        hash(hash_of_id),
         groups(light_groups),
         diffuse(std::make_unique<RGB[]>(size_t(grid_id.count() * (1 + groups)))),
         bsdf(with_bsdf ? std::make_unique<shading::Bsdf[]>(size_t(grid_id.count())) : nullptr) {}
@@ -27,7 +28,9 @@ struct ShadingGrid {
   using Parts = uint32_t;
   static constexpr Parts linked = 1u << 31;
 
-  scene::GridId id;
+  const scene::GridId id;
+  const uint64_t hash;
+  std::shared_ptr<ShadingGrid> next;  ///< in its bucket of the store; under the lock of its shard
   int groups;  ///< of lights
   std::unique_ptr<RGB[]> diffuse;  ///< radiance by diffuse lobes: of all points, then its parts, point by point
   std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
@@ -79,20 +82,15 @@ class GridStore {
 
  private:
   static constexpr size_t shard_count = 64;
-  struct Name {
-    scene::GridId id;
-    uint64_t hash;
-    explicit Name(const scene::GridId& grid_id) : id(grid_id), hash(grid_id.hash()) {}
-    bool operator==(const Name& o) const { return id == o.id; }
-  };
-  struct Hash {
-    size_t operator()(const Name& name) const { return name.hash; }
-  };
   struct Shard {
     std::mutex mutex;
-    std::unordered_map<Name, GridPtr, Hash> grids;
-    std::deque<GridPtr> queue;
+    std::vector<GridPtr> buckets = std::vector<GridPtr>(16);  ///< a power of two of them, by hashes: no more grids than these
+    std::deque<GridPtr> queue;  ///< of all its grids
     size_t bytes = 0;
+
+    GridPtr& bucket(uint64_t hash) { return buckets[hash & (buckets.size() - 1)]; }
+    void insert(const GridPtr& grid);
+    void erase(const ShadingGrid& grid);
   };
   void make_room(Shard& shard);
 

@@ -50,8 +50,8 @@ class HitShader {
   void shade(const Place& place, ShadingWorkspace& w) const;
 
   /// Writes the inputs of point k of a batch: cell (i, j) of a tile. `key`: of the tile's random numbers.
-  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
-                         int k) const;
+  void set_shading_point(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
+                         scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
 
   /// The same, with the origins of its rays spread over the cell: pixels would show shadows' edges as steps from point to point.
   void set_seen_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
@@ -105,7 +105,8 @@ class HitShader {
   /// As set_seen_cell(), for the cache: what coarse cells hold is a mean, of patterns too, not what happens to be at their middle.
   void set_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                 scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
-  void set_middle(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b, int k) const;
+  void set_middle(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, scene::PatchTable::Extents* memory,
+                  PointBatch& b, int k) const;
   /// Of a group of patches, over four of them that are linked. `of_mean`: patterns are seen from one of the origins.
   void spread_origins(const scene::GridId& grid, int i, int j, const TileLinks& links, bool of_mean,
                       scene::PatchTable::Extents* memory, PointBatch& b, int k) const;
@@ -150,8 +151,10 @@ class HitShader {
   static RadiosityCache::Counts& counts_for(Arrival arrival, ShadingWorkspace& w) {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
-  bool lies_near_light(const scene::GridId& tile, uint64_t hash, ShadingWorkspace& w) const;
-  scene::PatchTable::Neighbours points_read(const Place& below, const scene::GridPoint& at) const;
+  bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
+  /// Diffuse rays read the nearest point: there are many, and what they blur is blurred once more by the bounces before. What enters a subsurface
+  /// body is seen by its few probes.
+  static bool blends_points(const Place& below) { return below.arrival == Arrival::probe && below.depth.diffuse == 1; }
   /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
   /// them, whose resolution follows from the width of the point that sent the ray, grown so, and the ray's cone; else by shading
   /// them at `below`. And what scatters into them where they ended in media.

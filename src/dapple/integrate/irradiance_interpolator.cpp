@@ -240,7 +240,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     const Point& at = nodes[k]->at;
     scene::PatchTable::Cell cell = patches_.cell(at.grid);
     cell.size *= ray_width;
-    shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, b, k);
+    shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, &s.extents, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
     nodes[k]->glints = 0;

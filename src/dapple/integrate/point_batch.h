@@ -166,6 +166,7 @@ struct CacheBatch {
   uint8_t set[capacity];  ///< of the ray
   int ray[capacity];      ///< in its set
   scene::GridPoint point[capacity];
+  uint8_t nearest[capacity];  ///< of its tile's points; where these are blended, `near`
   scene::PatchTable::Neighbours near[capacity];
   float leaving[capacity];  ///< towards the ray, of what its point sends on average
   int entry_of[capacity];
@@ -230,8 +231,15 @@ inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int
 /// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes
 /// nothing.
 struct NearLights {
-  static constexpr int slot_count = 4096;
-  uint64_t slot[slot_count] = {};  ///< the hash of a tile but for its lowest bit, which is the answer
+  struct Known {
+    scene::GridId tile{.geometry = trace::no_id};
+    bool near = false;
+  };
+  Known& of(const scene::GridId& tile) { return known_[tile.slot() % known_count]; }
+
+ private:
+  static constexpr int known_count = 4096;
+  Known known_[known_count];
 };
 
 /// Scratch of a thread that does not outlive a step, and the batches of its recursion.

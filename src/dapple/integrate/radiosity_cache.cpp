@@ -104,8 +104,6 @@ void RadiosityCache::Entry::set_links(const TileLinks& links) {
   words[1] = links.cut;
 }
 
-TileLinks RadiosityCache::Entry::links() const { return {words[0] & TileLinks::all_parts, words[1]}; }
-
 // Links first, then points: each the sum, then its parts.
 std::byte* RadiosityCache::Entry::values(int point) const {
   return reinterpret_cast<std::byte*>(words + TileLinks::words) + size_t(point * (1 + groups)) * value_bytes;

@@ -37,7 +37,7 @@ class RadiosityCache {
     /// Adds a point's value to sum i.
     void add_to(LightSums& sums, int i, int point, float weight) const;
     void set_links(const TileLinks& links);
-    TileLinks links() const;
+    TileLinks links() const { return {words[0] & TileLinks::all_parts, words[1]}; }
     void clear() { words[0] = 0; }
     /// Points that have been computed: of an entry that has some, so have the links.
     uint32_t known() const { return words[0] >> TileLinks::most_parts; }

@@ -34,9 +34,9 @@ float HitShader::common_area(const scene::Scene& scene) {
   return area > 0 ? std::exp2(std::floor(std::log2(area))) : infinity;
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
-                                  int k) const {
-  set_middle(id, i, j, cell, key, b, k);
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
+                                  scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
+  set_middle(id, i, j, cell, key, memory, b, k);
   if (!b.moves[k]) return;
   b.origins[k] = PointBatch::few_origins;
   float times[PointBatch::few_origins];
@@ -49,7 +49,7 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
 
 void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                          scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
-  set_middle(id, i, j, cell, key, b, k);
+  set_middle(id, i, j, cell, key, memory, b, k);
   if (id.cluster_level > 0 && links.is_scattered())
     b.share[k] *= scattered_share;
   else
@@ -61,20 +61,26 @@ void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::Pat
 void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
                               scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   // A cell that something divides is read between this point and others on its side.
-  if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, b, k);
-  set_middle(id, i, j, cell, key, b, k);
+  if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, memory, b, k);
+  set_middle(id, i, j, cell, key, memory, b, k);
   b.origins[k] = settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
   spread_origins(id, i, j, links, false, memory, b, k);
   if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
 }
 
-void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, PointBatch& b,
-                           int k) const {
+void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
+                           scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   const scene::Motion& motion = patches_->motion();
-  patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
+  const bool tangents = materials_.needs_tangents(id.geometry);
   b.geometry[k] = id.geometry;
   b.time[k] = patches_->time(id);
-  b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k], materials_.needs_tangents(id.geometry));
+  b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
+  if (!tangents && !b.moves[k] && patches_->has_lattice(id) && !patches_->is_half(id)) {
+    b.surface[k] = patches_->surface_on_tile(id, float(i) + 0.5f, float(j) + 0.5f, b.time[k], memory);
+  } else {
+    patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
+    b.surface[k] = scene_.traced.surface(b.place(k), PointBatch::lane(k), b.time[k], tangents);
+  }
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
   b.width[k] = cell.size;
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
@@ -85,7 +91,6 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.share[k] = motion.segments(id.span);
   b.crowd[k] = b.effort[k] = 1;
   b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
-  b.moves[k] = motion.any() && motion.moves(id.instance, id.geometry);
 }
 
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean,

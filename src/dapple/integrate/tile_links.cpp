@@ -26,11 +26,10 @@ constexpr float like_normals = 0.7f, near_plane = 0.3f;
 }  // namespace
 
 bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* near) const {
-  if (divided == 0 && (cut & ~suspects) == 0) return true;
+  if (!serves(at, near->nearest)) return false;
   const GridId& id = at.grid;
-  if (id.cluster_level > 0) return !(divided >> at.part & 1);
+  if (id.cluster_level > 0 || (cut & ~suspects) == 0) return true;
   const int i0 = near->nearest % id.width(), j0 = near->nearest / id.width();
-  if (near->nearest != at.cell() || is_divided(i0, j0)) return false;
   const auto open_u = [&](int i, int j, int to) { return i == to || !is_cut_in_u(std::min(i, to), j); };
   const auto open_v = [&](int i, int j, int to) { return j == to || !is_cut_in_v(i, std::min(j, to)); };
   float sum = 0;

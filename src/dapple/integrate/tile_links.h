@@ -37,6 +37,12 @@ struct TileLinks {
   bool is_cut_in_u(int i, int j) const { return cut >> bit(i, j) & 1; }
   bool is_cut_in_v(int i, int j) const { return cut >> (side * side + bit(i, j)) & 1; }
 
+  /// Whether the nearest point of the tile speaks for a place.
+  bool serves(const scene::GridPoint& at, int nearest) const {
+    if (divided == 0 && (cut & ~suspects) == 0) return true;
+    if (at.grid.cluster_level > 0) return !(divided >> at.part & 1);
+    return nearest == at.cell() && !is_divided(nearest % at.grid.width(), nearest / at.grid.width());
+  }
   /// Takes the points out of `near` that do not belong to that of the cell at `at`. False if nothing on the tile serves that place.
   bool restrict_to(const scene::GridPoint& at, scene::PatchTable::Neighbours* near) const;
 };

@@ -170,7 +170,7 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
       if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
         shader_.set_seen_cell(id, i, j, cell, key, grid.links, &w.shading.extents, b, k);
       else
-        shader_.set_shading_point(id, i, j, cell, key, b, k);
+        shader_.set_shading_point(id, i, j, cell, key, &w.shading.extents, b, k);
       b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
       w.target[k] = {&grid, id.index(i, j)};
       if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P), grid.links.parts_tile()};

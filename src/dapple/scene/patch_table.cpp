@@ -28,10 +28,9 @@ int level_of(float widths2) {
   return std::min((int(bits >> 23) - 127) / 2, max_level);  // half its exponent: of what rounds up
 }
 
-float across2(const V3f& v, const V3f& d) {
-  const float along = dot(v, d), whole = length2(v);
-  return std::max(whole - along * along, whole * sqr(grazing));
-}
+float across2(const V3f& v, float whole2, const V3f& d) { return std::max(whole2 - sqr(dot(v, d)), whole2 * sqr(grazing)); }
+
+float across2(const V3f& v, const V3f& d) { return across2(v, length2(v), d); }
 
 // Cells from the corner of the tile that holds x in [0, 1].
 float place(float x, int level, uint32_t* tile) {
@@ -139,6 +138,7 @@ PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, c
   PatchHit hit{.instance = instance, .geometry = geometry, .patch = hits.primitive[i], .s = hits.u[i], .t = hits.v[i], .time = time};
   const trace::Shape& shape = scene_.shape(geometry);
   if (std::holds_alternative<trace::CurvesPtr>(shape)) return hit;
+  hit.Ng = p.Ng;
   hit.behind = dot(p.Ng, d) > 0;
   if (is_round(shape)) {
     hit.s_length2 = across2(p.dPdu, d), hit.t_length2 = across2(p.dPdv, d);
@@ -151,6 +151,18 @@ PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, c
   const Extent& e = remembered_extent(instance, geometry, hit.patch, memory);
   hit.s_length2 = across2(e.s, d), hit.t_length2 = across2(e.t, d);
   return hit;
+}
+
+std::optional<PatchTable::PatchHit> PatchTable::flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time,
+                                                               Extents* memory) const {
+  const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
+  const geom::PatchMap* map = geometries_[geometry].map.get();
+  if (!map) return {};
+  const auto at = map->patch_point(hits.primitive[i], hits.u[i], hits.v[i]);
+  const Facets& f = remembered_facets(instance, geometry, at.patch, memory);
+  if (!f.known) return {};
+  const V3f& Ng = f.at({at.s, at.t}).Ng;
+  return PatchHit{instance, geometry, at.patch, at.s, at.t, time, across2(f.s, f.s2, d), across2(f.t, f.t2, d), Ng, dot(Ng, d) > 0};
 }
 
 bool PatchTable::dice(const PatchHit& hit, float width, GridPoint* out) const {
@@ -375,6 +387,9 @@ PatchTable::Facets PatchTable::facets(uint32_t instance, uint32_t geometry, uint
   };
   f.known = true;
   f.falling = mesh.corners == 4;
+  const Extent e = extent(instance, geometry, patch);
+  f.s = e.s, f.t = e.t;
+  f.s2 = length2(e.s), f.t2 = length2(e.t);
   const bool half = map->is_half(patch);
   const geom::SurfacePoint a = at(0, 0), b = at(1, 0), c = at(1, 1), d = half ? c : at(0, 1);
   const float error = 1.5f * std::max({a.error, b.error, c.error, d.error});
@@ -383,16 +398,21 @@ PatchTable::Facets PatchTable::facets(uint32_t instance, uint32_t geometry, uint
   return f;
 }
 
+const PatchTable::Facets& PatchTable::remembered_facets(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const {
+  Facets& f = memory->facets(instance, geometry, patch);
+  if (f.instance != instance || f.geometry != geometry || f.patch != patch) f = facets(instance, geometry, patch);
+  return f;
+}
+
 geom::SurfacePoint PatchTable::surface_on_tile(const GridId& grid, float x, float y, float time, Extents* memory) const {
-  Facets& f = memory->facets(grid.instance, grid.geometry, grid.patch);
-  if (f.instance != grid.instance || f.geometry != grid.geometry || f.patch != grid.patch) f = facets(grid.instance, grid.geometry, grid.patch);
+  const Facets& f = remembered_facets(grid.instance, grid.geometry, grid.patch, memory);
   if (!f.known) {
     trace::HitBatch hit;
     place_on_tile(grid, x, y, &hit, 0);
     return scene_.surface(hit, 0, time, false);
   }
   const V2f at = place_in_patch(grid, x, y);
-  const Facets::Facet& facet = f.facet[f.falling ? at.x + at.y > 1 : at.y > at.x];
+  const Facets::Facet& facet = f.at(at);
   geom::SurfacePoint s;
   s.P = facet.P + facet.s * at.x + facet.t * at.y;
   s.Ng = s.Ns = facet.Ng;

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <compare>
+#include <cstring>
 #include <memory>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "dapple/geom/patch_clusters.h"
@@ -21,6 +24,7 @@ struct GridId {
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
   uint8_t span = 0;    ///< the time that it is shaded for (Motion)
+  uint8_t unused[3] = {};
 
   static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
@@ -35,7 +39,9 @@ struct GridId {
     return h >> 16 ^ h;
   }
   auto operator<=>(const GridId&) const = default;
+  bool operator==(const GridId& o) const { return std::memcmp(this, &o, sizeof(GridId)) == 0; }
 };
+static_assert(std::has_unique_object_representations_v<GridId>);
 
 /// A place on a tile, in cells from its first corner.
 struct GridPoint {
@@ -65,10 +71,13 @@ class PatchTable {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
     bool known = false;  ///< false: it is no such patch
     bool falling = false;  ///< the triangles meet where s + t = 1; else where s = t
+    V3f s{0, 0, 0}, t{0, 0, 0};  ///< Extent
+    float s2 = 0, t2 = 0;        ///< squares of their lengths
     struct Facet {
       V3f P{0, 0, 0}, s{0, 0, 0}, t{0, 0, 0}, Ng{0, 0, 1};
       float error = 0;
     } facet[2];
+    const Facet& at(const V2f& st) const { return facet[falling ? st.x + st.y > 1 : st.y > st.x]; }
   };
   /// The patches that were asked for lately, for callers that meet the same ones many times.
   class Extents {
@@ -88,10 +97,13 @@ class PatchTable {
     uint32_t instance, geometry, patch;
     float s, t, time;
     float s_length2 = -1, t_length2 = -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
+    V3f Ng{0, 0, 0};  ///< of curves: not known
     bool behind = false;
   };
   /// Of hit i of a ray along d at a time.
   PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, Extents* memory) const;
+  /// The same where the patch is of the kind of Facets, whose surface need not be known.
+  std::optional<PatchHit> flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory) const;
   /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where it has no lattice, as
   /// curves that are wider than a pixel: these are shaded at the hit.
   bool dice(const PatchHit& hit, float width, GridPoint* out) const;
@@ -137,10 +149,7 @@ class PatchTable {
   };
   Neighbours neighbours(const GridPoint& at) const;
   /// The nearest alone.
-  Neighbours nearest(const GridPoint& at) const {
-    const int n = is_half(at.grid) ? neighbours(at).nearest : at.cell();
-    return {{n, n, n, n}, {1, 0, 0, 0}, n};
-  }
+  int nearest(const GridPoint& at) const { return is_half(at.grid) ? neighbours(at).nearest : at.cell(); }
   /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
   bool has_lattice(const GridId& grid) const;
   /// Whether the patch is a single triangle, half of its lattice.
@@ -168,6 +177,7 @@ class PatchTable {
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
   const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   Facets facets(uint32_t instance, uint32_t geometry, uint32_t patch) const;
+  const Facets& remembered_facets(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   V2f place_in_patch(const GridId& grid, float x, float y) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
