@@ -32,7 +32,7 @@ void HitShader::survey_rays(const Place& place, const CacheLog& log, CacheAnswer
   w.linking.job_count = c.entry_count;
   link(w);
   for (int n = 0; n < c.count; ++n) {
-    if (!links[c.entry_of[n]].serves(c.point[n], patches_->nearest(c.point[n]))) continue;
+    if (!links[c.entry_of[n]].serves(c.point[n], c.nearest[n])) continue;
     r.cached[c.ray[n]] = true;
     answers[r.point[c.ray[n]]].add(RadiosityCache::resolution(c.point[n].grid), log.find(c.entry[c.entry_of[n]].key));
   }

@@ -61,7 +61,7 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   const scene::Motion& motion = patches_->motion();
-  const bool mirror = coats_mirror(below);
+  const bool mirror = coats_mirror(below), blends = blends_points(below);
   int rays = 0;
   for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
   c.clear(rays);
@@ -78,29 +78,34 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
       float width = width_at(patches_->has_groups(geometry) ? group_width() : settings_.cache_width);
       scene::GridPoint& at = c.point[c.count];
-      const auto flat = patches_->flat_patch_hit(r.hits, i, d, time, &w.extents);
-      const scene::PatchTable::PatchHit hit = flat ? *flat : patches_->patch_hit(r.hits, i, d, time, surface(), &w.extents);
+      scene::PatchTable::PatchHit hit;
+      if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, &hit)) hit = patches_->patch_hit(r.hits, i, d, time, surface(), &w.extents);
       if (!patches_->dice(hit, width, &at)) continue;
       if (at.grid.cluster_level == 0 && patches_->has_groups(geometry) && group_width() > settings_.cache_width &&
           !patches_->dice(hit, width = width_at(settings_.cache_width), &at))
         continue;
       // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-      int entry = c.plain_entry(at.grid);
+      int entry = CacheBatch::unknown;
+      uint32_t slot = 0;
       bool near_light = false;
-      for (int halvings = 0; entry < 0; ++halvings) {
-        near_light = lies_near_light(at.grid, w);
+      for (int halvings = 0;; ++halvings) {
+        slot = at.grid.slot();
+        entry = c.answer(at.grid, slot);
+        if (entry >= 0) break;
+        near_light = entry == CacheBatch::near_light || lies_near_light(at.grid, w);
         if (!near_light || halvings == most_halvings) break;
-        patches_->dice(hit, width *= 0.5f, &at);
-        entry = c.plain_entry(at.grid);
+        if (entry == CacheBatch::unknown) c.set_answer(at.grid, slot, CacheBatch::near_light);
+        patches_->refine(hit, width *= 0.5f, &at);
       }
       if (entry < 0) {
         const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
         if (among_movers) at.grid.span = motion.span_near(r.rays.origin(i) + d * r.hits.t[i], width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
         if (in_group) patches_->turn_group(hit.Ng, at.patch, &at.grid);
         entry = c.add_entry(RadiosityCache::key(at.grid.hash(), below.depth.diffuse), at.grid, below.depth.diffuse);
-        if (!near_light && !among_movers && !in_group) c.set_plain(entry);
+        if (!near_light && !among_movers && !in_group) c.set_answer(at.grid, slot, entry);
       }
       c.entry_of[c.count] = entry;
+      if (!blends) c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(patches_->nearest(at)));
       c.leaving[c.count] = mirror && materials_.has_coat(geometry) ? shading::through_coat(materials_.coat(geometry), dot(surface().Ns, d)) : 1;
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
@@ -115,16 +120,10 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   const bool blends = blends_points(below);
-  for (int n = 0; n < c.count; ++n) {
-    uint32_t& needed = c.entry[c.entry_of[n]].needed;
-    if (!blends) {
-      c.nearest[n] = uint8_t(patches_->nearest(c.point[n]));
-      needed |= 1u << c.nearest[n];
-      continue;
-    }
+  for (int n = 0; blends && n < c.count; ++n) {
     c.near[n] = patches_->neighbours(c.point[n]);
     for (int i = 0; i < 4; ++i)
-      if (c.near[n].weight[i] > 0) needed |= 1u << c.near[n].index[i];
+      if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
   }
   ClaimGuard guard(cache, c);
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth,

@@ -159,6 +159,11 @@ void HitShader::light_indirectly(const Place& place, int sets, ShadingWorkspace&
 void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const {
   const PointBatch& b = w.level(place.level);
   w.draw_samples(w.job_count);
+  alignas(64) float x[ShadingWorkspace::capacity], y[ShadingWorkspace::capacity], z[ShadingWorkspace::capacity];
+  for (int j = 0; j < w.job_count; ++j) {
+    const V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
+    x[j] = local.x, y[j] = local.y, z[j] = local.z;
+  }
   r.count = 0;
   for (int first = 0, end = 0; first < w.job_count; first = end) {
     const int k = w.job_point[first];
@@ -168,18 +173,17 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
     const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
     const bool seen_from_behind = dot(b.wo[k], bsdf.frame.n) < 0, one_origin = b.has_one_origin(k);
-    const int rays = diffuse_rays(place, b, k);
+    const DiffuseFan fan = diffuse_fan(b, k, diffuse_rays(place, b, k));
     RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
     for (int j = first; j < end; ++j) {
       const bool behind = w.u2[j] >= front;
-      V3f local = square_to_cosine_hemisphere(V2f(w.u0[j], w.u1[j]));
-      const float cosine = local.z;
+      const float cosine = z[j];
       if (cosine <= 0) continue;
-      if (seen_from_behind != behind) local.z = -local.z;
+      const V3f local(x[j], y[j], seen_from_behind != behind ? -cosine : cosine);
       if (!one_origin) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
       const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
       const int i = r.count++;
-      set_diffuse_ray(b, k, r, i, from, d, cosine, rays, trace::ray_key(w.seed[j], w.index[j]));
+      set_diffuse_ray(b, fan, r, i, from, d, cosine, trace::ray_key(w.seed[j], w.index[j]));
       r.behind[i] = behind;
       r.weight[i] = bsdf.crossing(cosine) * weights[behind];
     }
@@ -187,19 +191,26 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
   w.job_count = 0;
 }
 
-void HitShader::set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine, int rays,
+// Each ray brings as much light as the others: what it finds is no more blurred at glancing angles. Without the cache it is the lists that say
+// how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
+HitShader::DiffuseFan HitShader::diffuse_fan(const PointBatch& b, int k, int rays) const {
+  const float solid_angle = pi / float(rays);
+  return {k, solid_angle, std::max(b.spread[k], std::min(widest_spread, std::sqrt(solid_angle))),
+          cache_ ? shared_by(b.diffuse_share(k), rays) : b.share[k]};
+}
+
+void HitShader::set_diffuse_ray(const PointBatch& b, const DiffuseFan& fan, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine,
                                 uint32_t key) const {
+  const int k = fan.point;
   r.point[i] = k;
   r.sequence[i] = hash(b.key[k], key);
   r.number[i] = 0;
   r.weight[i] = RGB(1);
-  r.cone[i] = std::min(widest_cone, std::sqrt(pi / (float(rays) * cosine)));
-  // Each brings as much light as the others: what it finds is no more blurred at glancing angles.
-  r.spread[i] = std::max(b.spread[k], std::min(widest_spread, std::sqrt(pi / float(rays))));
-  r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], r.spread[i]);
+  r.cone[i] = std::min(widest_cone, std::sqrt(fan.solid_angle / cosine));
+  r.spread[i] = fan.spread;
+  r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], fan.spread);
   r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
-  // Without the cache it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
-  r.share[i] = cache_ ? shared_by(b.diffuse_share(k), rays) : b.share[k];
+  r.share[i] = fan.share;
 }
 
 void HitShader::gather(const Place& place, int sets, ShadingWorkspace& w) const {

@@ -68,8 +68,16 @@ class HitShader {
   /// Light by the diffuse lobes: b.irradiance, b.irradiance_behind, b.diffuse. Zero where the Bsdf is not purely diffuse. Sends no diffuse
   /// rays from points of b.indirect_known.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
-  /// Writes ray i of a set, of weight one: along d, one of `rays` from point k, at an angle of this cosine with the normal.
-  void set_diffuse_ray(const PointBatch& b, int k, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine, int rays,
+  /// What so many diffuse rays from point k have in common.
+  struct DiffuseFan {
+    int point;
+    float solid_angle;  ///< of the projected hemisphere: sr a ray
+    float spread;       ///< RaySet::spread and share
+    int share;
+  };
+  DiffuseFan diffuse_fan(const PointBatch& b, int k, int rays) const;
+  /// Writes ray i of a set, of weight one: one of these along d, at an angle of this cosine with the normal.
+  void set_diffuse_ray(const PointBatch& b, const DiffuseFan& fan, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine,
                        uint32_t key) const;
   /// Traces the first so many sets of diffuse rays of the batch: their hits, distances, and L, weighted, of what they meet, from the cache
   /// if there is one. The more at a time, the fuller are the batches in which shaders run for what the cache lacks.

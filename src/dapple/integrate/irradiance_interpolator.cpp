@@ -256,7 +256,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
       const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
       RaySet& r = b.ray_set(i / RaySet::capacity);
-      shader_.set_diffuse_ray(b, k, r, r.count++, from, d, local.z, strata, uint32_t(random >> 8));
+      shader_.set_diffuse_ray(b, shader_.diffuse_fan(b, k, strata), r, r.count++, from, d, local.z, uint32_t(random >> 8));
     }
     shader_.gather(here, sets, s);
     for (int i = 0; i < n; ++i) {

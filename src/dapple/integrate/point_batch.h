@@ -182,23 +182,27 @@ struct CacheBatch {
   uint32_t to_fill(int e) const { return entry[e].found == gi::TileCache::Found::pending ? 0 : entry[e].missing(); }
   /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
   int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
-  /// The entry that serves every ray whose hit is diced into this tile, if it was marked as such of late; -1: none.
-  int plain_entry(const scene::GridId& grid) const {
-    const int found = plain[grid.slot() % plain_count] - 1;
-    return found >= 0 && entry[found].grid == grid ? found : -1;
+  /// What is known of the tile that a hit was diced into, by its slot(): the entry that serves all such hits, or one of these.
+  static constexpr int unknown = -1, near_light = -2;
+  int answer(const scene::GridId& tile, uint32_t slot) const {
+    const Answer& a = answers[slot % answer_count];
+    return a.entry != unknown && a.tile == tile ? a.entry : unknown;
   }
-  void set_plain(int e) { plain[entry[e].grid.slot() % plain_count] = uint16_t(e + 1); }
+  void set_answer(const scene::GridId& tile, uint32_t slot, int of_tile) { answers[slot % answer_count] = {tile, of_tile}; }
   /// For at most so many look-ups.
   void clear(int most) {
     count = entry_count = 0;
     slots_in_use = std::bit_ceil(4 * uint32_t(most));
     std::fill_n(slots, slots_in_use, uint16_t(0));
-    std::fill_n(plain, plain_count, uint16_t(0));
+    for (Answer& a : answers) a.entry = unknown;
   }
 
  private:
-  static constexpr int plain_count = 1024;
-  uint16_t plain[plain_count];  ///< of entries + 1, by slots of their tiles; 0: none
+  static constexpr int answer_count = 1024;
+  struct Answer {
+    scene::GridId tile;
+    int entry;
+  } answers[answer_count];
   uint32_t slots_in_use = 0;
   uint16_t slots[4 * capacity];  ///< a hash table of entries + 1; 0: empty
   std::unique_ptr<uint32_t[]> words;  ///< of the entries

@@ -34,9 +34,10 @@ float across2(const V3f& v, const V3f& d) { return across2(v, length2(v), d); }
 
 // Cells from the corner of the tile that holds x in [0, 1].
 float place(float x, int level, uint32_t* tile) {
-  const float cells = float(1u << level), at = std::clamp(x * cells, 0.0f, cells * one_minus_epsilon);
-  *tile = uint32_t(at) / GridId::tile;
-  return at - float(*tile * GridId::tile);
+  const float cells = std::bit_cast<float>((127 + level) << 23), at = std::clamp(x * cells, 0.0f, cells * one_minus_epsilon);
+  const int cell = int(at);
+  *tile = uint32_t(cell) / GridId::tile;
+  return at - float(cell & ~(GridId::tile - 1));
 }
 
 struct PatchSizes {
@@ -135,7 +136,9 @@ const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint3
 PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p,
                                            Extents* memory) const {
   const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
-  PatchHit hit{.instance = instance, .geometry = geometry, .patch = hits.primitive[i], .s = hits.u[i], .t = hits.v[i], .time = time};
+  PatchHit hit;
+  hit.instance = instance, hit.geometry = geometry, hit.patch = hits.primitive[i];
+  hit.s = hits.u[i], hit.t = hits.v[i], hit.time = time;
   const trace::Shape& shape = scene_.shape(geometry);
   if (std::holds_alternative<trace::CurvesPtr>(shape)) return hit;
   hit.Ng = p.Ng;
@@ -147,41 +150,70 @@ PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, c
   if (const geom::PatchMap* map = geometries_[geometry].map.get()) {
     const auto at = map->patch_point(hit.patch, hit.s, hit.t);
     hit.patch = at.patch, hit.s = at.s, hit.t = at.t;
+    hit.half = map->is_half(at.patch);
   }
   const Extent& e = remembered_extent(instance, geometry, hit.patch, memory);
   hit.s_length2 = across2(e.s, d), hit.t_length2 = across2(e.t, d);
   return hit;
 }
 
-std::optional<PatchTable::PatchHit> PatchTable::flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time,
-                                                               Extents* memory) const {
+bool PatchTable::flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory, PatchHit* out) const {
   const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
   const geom::PatchMap* map = geometries_[geometry].map.get();
-  if (!map) return {};
+  if (!map) return false;
   const auto at = map->patch_point(hits.primitive[i], hits.u[i], hits.v[i]);
   const Facets& f = remembered_facets(instance, geometry, at.patch, memory);
-  if (!f.known) return {};
-  const V3f& Ng = f.at({at.s, at.t}).Ng;
-  return PatchHit{instance, geometry, at.patch, at.s, at.t, time, across2(f.s, f.s2, d), across2(f.t, f.t2, d), Ng, dot(Ng, d) > 0};
+  if (!f.known) return false;
+  out->instance = instance, out->geometry = geometry, out->patch = at.patch;
+  out->s = at.s, out->t = at.t, out->time = time;
+  out->s_length2 = across2(f.s, f.s2, d), out->t_length2 = across2(f.t, f.t2, d);
+  out->Ng = f.at({at.s, at.t}).Ng;
+  out->behind = dot(out->Ng, d) > 0;
+  out->half = f.half;
+  return true;
 }
 
 bool PatchTable::dice(const PatchHit& hit, float width, GridPoint* out) const {
-  *out = {};
+  // Field by field: what is read soon after must not wait for copies of the whole.
   GridId& grid = out->grid;
   grid.instance = hit.instance, grid.geometry = hit.geometry, grid.patch = out->patch = hit.patch;
+  grid.cluster_level = 0;
   grid.behind = hit.behind;
-  if (motion_.any()) grid.span = motion_.span(hit.instance, hit.geometry, width, hit.time);
-  if (hit.s_length2 < 0) return dice_curve(hit.s, width, out);
-  if (std::max(hit.s_length2, hit.t_length2) <= sqr(small_patch * width)) {
-    choose_group(width, out);
+  grid.span = motion_.any() ? motion_.span(hit.instance, hit.geometry, width, hit.time) : 0;
+  out->part = 0;
+  out->half = hit.half;
+  const float least2 = sqr(small_patch * width);
+  if (hit.s_length2 > least2 || hit.t_length2 > least2) {
+    const float inverse2 = 1 / sqr(width);
+    const int u_level = level_of(hit.s_length2 * inverse2), v_level = level_of(hit.t_length2 * inverse2);
+    grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
+    out->x = place(hit.s, u_level, &grid.tile_u), out->y = place(hit.t, v_level, &grid.tile_v);
     return true;
   }
-  const float inverse2 = 1 / sqr(width);
-  const int u_level = level_of(hit.s_length2 * inverse2), v_level = level_of(hit.t_length2 * inverse2);
-  grid.u_level = uint8_t(u_level), grid.v_level = uint8_t(v_level);
-  out->x = place(hit.s, u_level, &grid.tile_u);
-  out->y = place(hit.t, v_level, &grid.tile_v);
+  grid.tile_u = grid.tile_v = 0;
+  grid.u_level = grid.v_level = 0;
+  out->x = out->y = 0;
+  if (hit.s_length2 < 0) return dice_curve(hit.s, width, out);
+  choose_group(width, out);
   return true;
+}
+
+void PatchTable::refine(const PatchHit& hit, float half_width, GridPoint* place) const {
+  GridId& grid = place->grid;
+  // Where a side is a single cell, that may be long or short.
+  if (std::min(grid.u_level, grid.v_level) == 0 || std::max(grid.u_level, grid.v_level) == max_level || motion_.any()) {
+    dice(hit, half_width, place);
+    return;
+  }
+  constexpr float middle = GridId::tile / 2;
+  const auto halve = [](uint32_t* tile, float* x) {
+    const bool second = *x >= middle;
+    *tile = 2 * *tile + second;
+    *x = 2 * (second ? *x - middle : *x);
+  };
+  ++grid.u_level, ++grid.v_level;
+  halve(&grid.tile_u, &place->x);
+  halve(&grid.tile_v, &place->y);
 }
 
 // The largest group of the patch that is no wider than asked for, if there is one. Groups are measured in the mesh's own space.
@@ -390,7 +422,7 @@ PatchTable::Facets PatchTable::facets(uint32_t instance, uint32_t geometry, uint
   const Extent e = extent(instance, geometry, patch);
   f.s = e.s, f.t = e.t;
   f.s2 = length2(e.s), f.t2 = length2(e.t);
-  const bool half = map->is_half(patch);
+  const bool half = f.half = map->is_half(patch);
   const geom::SurfacePoint a = at(0, 0), b = at(1, 0), c = at(1, 1), d = half ? c : at(0, 1);
   const float error = 1.5f * std::max({a.error, b.error, c.error, d.error});
   f.facet[0] = {a.P, b.P - a.P, f.falling ? d.P - a.P : c.P - b.P, a.Ng, error};

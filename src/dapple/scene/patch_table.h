@@ -2,10 +2,7 @@
 #pragma once
 
 #include <compare>
-#include <cstring>
 #include <memory>
-#include <optional>
-#include <type_traits>
 #include <vector>
 
 #include "dapple/geom/patch_clusters.h"
@@ -24,7 +21,6 @@ struct GridId {
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
   uint8_t span = 0;    ///< the time that it is shaded for (Motion)
-  uint8_t unused[3] = {};
 
   static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
@@ -39,15 +35,14 @@ struct GridId {
     return h >> 16 ^ h;
   }
   auto operator<=>(const GridId&) const = default;
-  bool operator==(const GridId& o) const { return std::memcmp(this, &o, sizeof(GridId)) == 0; }
 };
-static_assert(std::has_unique_object_representations_v<GridId>);
 
 /// A place on a tile, in cells from its first corner.
 struct GridPoint {
   GridId grid;
   uint32_t patch = 0;  ///< that was hit, though a group may serve it
   uint8_t part = 0;    ///< of that group (geom::PatchClusters::parts)
+  bool half = false;   ///< the patch that was hit is half of its lattice
   float x = 0, y = 0;
 
   int cell() const { return grid.index(std::min(int(x), grid.width() - 1), std::min(int(y), grid.height() - 1)); }
@@ -70,6 +65,7 @@ class PatchTable {
   struct Facets {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
     bool known = false;  ///< false: it is no such patch
+    bool half = false;     ///< GridPoint::half
     bool falling = false;  ///< the triangles meet where s + t = 1; else where s = t
     V3f s{0, 0, 0}, t{0, 0, 0};  ///< Extent
     float s2 = 0, t2 = 0;        ///< squares of their lengths
@@ -96,17 +92,19 @@ class PatchTable {
   struct PatchHit {
     uint32_t instance, geometry, patch;
     float s, t, time;
+    bool behind = false, half = false;  ///< GridId::behind, GridPoint::half
     float s_length2 = -1, t_length2 = -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
     V3f Ng{0, 0, 0};  ///< of curves: not known
-    bool behind = false;
   };
   /// Of hit i of a ray along d at a time.
   PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, Extents* memory) const;
-  /// The same where the patch is of the kind of Facets, whose surface need not be known.
-  std::optional<PatchHit> flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory) const;
+  /// The same where the patch is of the kind of Facets, whose surface need not be known; else false.
+  bool flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory, PatchHit* out) const;
   /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where it has no lattice, as
   /// curves that are wider than a pixel: these are shaded at the hit.
   bool dice(const PatchHit& hit, float width, GridPoint* out) const;
+  /// Makes a place that dice() gave for a width what it gives for half of that.
+  void refine(const PatchHit& hit, float half_width, GridPoint* place) const;
 
   /// Whether dice() may give a group of patches here.
   bool has_groups(uint32_t geometry) const { return geometries_[geometry].clusters != nullptr; }
@@ -148,8 +146,8 @@ class PatchTable {
     int nearest;
   };
   Neighbours neighbours(const GridPoint& at) const;
-  /// The nearest alone.
-  int nearest(const GridPoint& at) const { return is_half(at.grid) ? neighbours(at).nearest : at.cell(); }
+  /// The nearest alone, of a place that dice() gave.
+  int nearest(const GridPoint& at) const { return at.half ? neighbours(at).nearest : at.cell(); }
   /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
   bool has_lattice(const GridId& grid) const;
   /// Whether the patch is a single triangle, half of its lattice.
