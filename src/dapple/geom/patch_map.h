@@ -35,7 +35,8 @@ class PatchMap {
     const bool first = patch.face == face;
     const uint32_t a = first ? patch.rotation : patch.rotation2;
     const float b1 = b[after[a]], b2 = b[after[a + 1]];
-    return first ? PatchPoint{number, b1 + b2, b2} : PatchPoint{number, b1, b1 + b2};
+    // (b1 + b2, b2) on the first, (b1, b1 + b2) on the second: which, is a coin toss, so there is no branch.
+    return {number, b1 + b2 * float(first), b2 + b1 * float(!first)};
   }
   /// Where (0,0), (1,0), (1,1) and (0,1) are; a half has no fourth corner.
   void corners_at(const Mesh& mesh, uint32_t patch, float time, V3f out[4]) const;

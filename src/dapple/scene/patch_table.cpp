@@ -209,7 +209,7 @@ void PatchTable::refine(const PatchHit& hit, float half_width, GridPoint* place)
   const auto halve = [](uint32_t* tile, float* x) {
     const bool second = *x >= middle;
     *tile = 2 * *tile + second;
-    *x = 2 * (second ? *x - middle : *x);
+    *x = 2 * (*x - middle * float(second));
   };
   ++grid.u_level, ++grid.v_level;
   halve(&grid.tile_u, &place->x);

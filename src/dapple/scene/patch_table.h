@@ -73,7 +73,7 @@ class PatchTable {
       V3f P{0, 0, 0}, s{0, 0, 0}, t{0, 0, 0}, Ng{0, 0, 1};
       float error = 0;
     } facet[2];
-    const Facet& at(const V2f& st) const { return facet[falling ? st.x + st.y > 1 : st.y > st.x]; }
+    const Facet& at(const V2f& st) const { return facet[int(falling & (st.x + st.y > 1)) | int(!falling & (st.y > st.x))]; }
   };
   /// The patches that were asked for lately, for callers that meet the same ones many times.
   class Extents {
