@@ -31,9 +31,9 @@ std::shared_ptr<geom::Mesh> folded_quads(int corners, uint64_t key) {
   return mesh;
 }
 
-// Places on tiles are where their hits are: of all kinds of patches, those that are taken for two triangles, and those that are not.
-TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
-  trace::TracedScene scene;
+// Eight meshes as they are, then eight in instances that stand still, and eight in those that move: each plain, flipped, with normals, and
+// deforming, of triangles and of quads.
+void add_all_kinds(trace::TracedScene& scene) {
   const Transform place = Transform::translate({3, 1, 2}) * Transform::rotate(50, {1, 2, 3}) * Transform::scale({2, 1, -0.5f});
   const AnimatedTransform still(place, place);
   const AnimatedTransform moving(Transform(), Transform::translate({1, -1, 2}) * Transform::rotate(40, {1, 1, 0}));
@@ -52,11 +52,19 @@ TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
         if (motion) scene.add_instance(object, *motion);
       }
   scene.commit();
+}
+
+uint32_t instance_of(uint32_t geometry) { return geometry < 8 ? trace::no_id : geometry - 8; }
+
+// Places on tiles are where their hits are: of all kinds of patches, those that are taken for two triangles, and those that are not.
+TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
+  trace::TracedScene scene;
+  add_all_kinds(scene);
   const PatchTable patches(scene);
   PatchTable::Extents memory;
   int checked = 0;
   for (uint32_t g = 0; g < scene.geometry_count(); ++g) {
-    const uint32_t instance = g < 8 ? trace::no_id : g - 8;
+    const uint32_t instance = instance_of(g);
     const auto& mesh = *std::get<trace::MeshPtr>(scene.shape(g));
     const geom::PatchMap map(mesh);
     for (int n = 0; n < 2000; ++n) {
@@ -82,6 +90,57 @@ TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
     }
   }
   EXPECT_GT(checked, 40000);
+}
+
+// A hit on a patch that is taken for two triangles is found without its surface, and half the width without dicing anew.
+TEST(PatchTable, ShortWaysGiveTheSamePlaces) {
+  trace::TracedScene scene;
+  add_all_kinds(scene);
+  const PatchTable patches(scene);
+  PatchTable::Extents memory;
+  int flat = 0, refined = 0;
+  for (uint32_t g = 0; g < scene.geometry_count(); ++g) {
+    const auto& mesh = *std::get<trace::MeshPtr>(scene.shape(g));
+    for (int n = 0; n < 2000; ++n) {
+      KeyedRng rng(hash(g, n));
+      trace::HitBatch hits;
+      hits.instance[0] = instance_of(g), hits.geometry[0] = g;
+      hits.primitive[0] = std::min(uint32_t(rng.next() * float(mesh.face_count())), uint32_t(mesh.face_count()) - 1);
+      hits.u[0] = rng.next(), hits.v[0] = rng.next();
+      if (mesh.corners == 3 && hits.u[0] + hits.v[0] > 1) hits.u[0] = 1 - hits.u[0], hits.v[0] = 1 - hits.v[0];
+      const float time = rng.next();
+      const V3f d = normalize(random_vector(rng));
+      const geom::SurfacePoint surface = scene.surface(hits, 0, time, false);
+      const PatchTable::PatchHit hit = patches.patch_hit(hits, 0, d, time, surface, &memory);
+      PatchTable::PatchHit quick;
+      const bool is_flat = patches.flat_patch_hit(hits, 0, d, time, &memory, &quick);
+      EXPECT_EQ(is_flat, g < 16 && mesh.N.empty() && mesh.P_end.empty());
+      if (is_flat) {
+        ++flat;
+        EXPECT_EQ(quick.patch, hit.patch);
+        EXPECT_EQ(quick.half, hit.half);
+        EXPECT_EQ(quick.s, hit.s);
+        EXPECT_EQ(quick.t, hit.t);
+        EXPECT_FLOAT_EQ(quick.s_length2, hit.s_length2);
+        EXPECT_FLOAT_EQ(quick.t_length2, hit.t_length2);
+        EXPECT_LT(length(quick.Ng - surface.Ng), 1e-4f);
+        EXPECT_TRUE(quick.behind == hit.behind || std::abs(dot(surface.Ng, d)) < 1e-3f);
+      }
+      GridPoint coarse, fine;
+      float width = 3;
+      ASSERT_TRUE(patches.dice(hit, width, &coarse));
+      for (int halvings = 0; halvings < 8; ++halvings) {
+        patches.refine(hit, width *= 0.5f, &coarse);
+        ASSERT_TRUE(patches.dice(hit, width, &fine));
+        EXPECT_EQ(coarse.grid, fine.grid);
+        EXPECT_EQ(coarse.x, fine.x);
+        EXPECT_EQ(coarse.y, fine.y);
+        refined += fine.grid.u_level > 1 && fine.grid.v_level > 1;
+      }
+    }
+  }
+  EXPECT_GT(flat, 10000);
+  EXPECT_GT(refined, 100000);
 }
 
 }  // namespace
