@@ -246,6 +246,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     nodes[k]->glints = 0;
   }
   b.count = count;
+  HitShader::DiffuseFan fan{-1, 0, 0, 0};
   for (int first = 0; first < all;) {
     const int n = std::min(RaySet::capacity * PointBatch::most_ray_sets, all - first), sets = (n + RaySet::capacity - 1) / RaySet::capacity;
     for (int set = 0; set < sets; ++set) b.ray_set(set).count = 0;
@@ -256,7 +257,8 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
       const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
       const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
       RaySet& r = b.ray_set(i / RaySet::capacity);
-      shader_.set_diffuse_ray(b, shader_.diffuse_fan(b, k, strata), r, r.count++, from, d, local.z, uint32_t(random >> 8));
+      if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
+      shader_.set_diffuse_ray(b, fan, r, r.count++, from, d, local.z, uint32_t(random >> 8));
     }
     shader_.gather(here, sets, s);
     for (int i = 0; i < n; ++i) {

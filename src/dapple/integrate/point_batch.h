@@ -105,7 +105,7 @@ struct PointBatch {
   float glint[capacity];  ///< luminance of what lights without size send by glossy lobes, more blurred than in `specular`: how much, wherever the spots are
   LightSums Ci;
 
-  /// Of shading points on their tiles: point k is lane lane(k) of place(k).
+  /// Of shading points that move, on their tiles: point k is lane lane(k) of place(k). Of others, scratch.
   trace::HitBatch& place(int k) { return places_[k / trace::HitBatch::capacity]; }
   const trace::HitBatch& place(int k) const { return places_[k / trace::HitBatch::capacity]; }
   static constexpr int lane(int k) { return k % trace::HitBatch::capacity; }
