@@ -12,6 +12,7 @@ namespace dapple::integrate {
 using shading::Bsdf;
 using shading::Light;
 using trace::no_id;
+using trace::RayBatch;
 
 namespace {
 
@@ -68,12 +69,13 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
   const auto add = [&](int k, int light, int n) {
     const uint32_t seed = uint32_t(hash(b.sequence[k], for_lights, uint32_t(light)));
     for (int i = 0; i < n; ++i) {
+      // Rays that draw() joins stand in one batch of jobs, whatever stood there before.
+      if (i % w.capacity == 0 && w.job_count + std::min(n - i, w.capacity) > w.capacity) draw(b, w);
       w.job_point[w.job_count] = k;
       w.job_light[w.job_count] = light;
       w.job_weight[w.job_count] = 1 / float(n);
       w.seed[w.job_count] = seed;
-      w.index[w.job_count] = b.number[k] * uint32_t(n) + uint32_t(i);
-      if (++w.job_count == w.capacity) draw(b, w);
+      w.index[w.job_count++] = b.number[k] * uint32_t(n) + uint32_t(i);
     }
   };
   for (int k = 0; k < b.count; ++k) {
@@ -92,8 +94,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
   if (w.job_count > 0) draw(b, w);
 }
 
-// The shadow ray of a job towards what was drawn for it, if it could bring anything.
-void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const {
+// The shadow ray of a job towards what was drawn for it. False if it could not bring anything.
+bool DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const {
   const int k = w.job_point[job];
   const shading::LightSampler::Selection& chosen = w.chosen[job];
   const shading::LightSample& light = *w.drawn_for[job];
@@ -105,7 +107,7 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   if (bsdf.is_diffuse()) {
     target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
     L *= bsdf.crossing(cosine);
-    if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return;
+    if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return false;
   } else {
     const uint64_t key = hash(b.key[k], w.seed[job], w.index[job]);
     if (light.delta) {
@@ -122,10 +124,10 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
       L *= power_heuristic(pdf / w.job_weight[job], bsdf_pdf * float(w.counts[k]));
     }
   }
-  if (L.is_black() || !L.is_finite()) return;
+  if (L.is_black() || !L.is_finite()) return false;
   const V3f origin = offset_origin(from, light.wi);
   const ShadowRay ray(from.P, light, origin);
-  if (!(ray.distance > 0)) return;
+  if (!(ray.distance > 0)) return false;
   const int s = w.shadow_count++;
   w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k], b.spread[k]);
   w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
@@ -135,6 +137,7 @@ void DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
   w.shadow_light[s] = L;
   w.shadow_glint[s] = glint;
   w.shadow_source[s] = chosen.light;
+  return true;
 }
 
 // Draws points on lights for jobs that start from the same place at the same time, and may reorder them.
@@ -195,10 +198,16 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
     draw_lights(b, begin, end, w);
     // In the order of the jobs: sums must not depend on who had the same place or light.
     RayOrigin from = b.origin_of(k, int(w.index[begin]), w.seed[begin]);
-    for (int j = begin; j < end; ++j) {
-      if (!w.drawn_for[j]) continue;
-      if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-      add_shadow_ray(b, j, from, w);
+    for (int first = begin, last = begin; first < end; first = last) {
+      const int light = w.job_light[first];
+      while (last < end && w.job_light[last] == light) ++last;
+      const bool joins = light >= 0 && RayBatch::pays_to_join(last - first);
+      for (int j = first, in_packet = 0; j < last; ++j) {
+        if ((j - first) % RayBatch::packet == 0) in_packet = 0;
+        if (!w.drawn_for[j]) continue;
+        if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
+        if (add_shadow_ray(b, j, from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
+      }
     }
   }
   trace(w);

@@ -14,6 +14,7 @@ using shading::BsdfKind;
 using shading::Lobe;
 using shading::Stage;
 using trace::no_id;
+using trace::RayBatch;
 
 namespace {
 
@@ -24,10 +25,25 @@ constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
 constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
-uint32_t seed_of(uint64_t key, uint32_t purpose) { return uint32_t(hash(key, purpose, 0)); }
-
 // PointBatch::share of what one of `rays` from such a point meets.
 int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, most_shares)); }
+
+// By cells of their square of random numbers, in Z order: neighbours go in similar directions.
+constexpr int cells_each_way = 8, cell_count = cells_each_way * cells_each_way;
+int cell_of(float u, float v) {
+  constexpr uint8_t spread[cells_each_way] = {0, 1, 4, 5, 16, 17, 20, 21};
+  const auto along = [](float x) { return std::min(int(x * cells_each_way), cells_each_way - 1); };
+  return spread[along(u)] | spread[along(v)] << 1;
+}
+
+// The jobs [first, end), those of similar directions beside each other.
+void order_by_direction(const ShadingWorkspace& w, int first, int end, int* order) {
+  int start[cell_count + 1] = {};
+  uint8_t cell[ShadingWorkspace::capacity];
+  for (int j = first; j < end; ++j) ++start[1 + (cell[j] = uint8_t(cell_of(w.u0[j], w.u1[j])))];
+  for (int c = 0; c < cell_count; ++c) start[c + 1] += start[c];
+  for (int j = first; j < end; ++j) order[start[cell[j]]++] = j;
+}
 
 bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
 
@@ -107,8 +123,7 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
         continue;
       }
       const int rays = diffuse_rays(place, b, k);
-      for (int i = 0; i < rays; ++i)
-        if (add_diffuse_job(b, k, i, rays, w)) send(false);
+      add_diffuse_jobs(b, k, rays, rays, w, [&] { send(false); });
     }
     send(true);
   }
@@ -134,16 +149,6 @@ void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
   for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
   if (!tracer_.weakens()) return;
   for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
-}
-
-// Diffuse ray i of so many from point k. True if the batch is full.
-bool HitShader::add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w) {
-  const bool follows = w.job_count > 0 && w.job_point[w.job_count - 1] == k;
-  w.seed[w.job_count] = follows ? w.seed[w.job_count - 1] : seed_of(b.sequence[k], for_diffuse_rays);
-  w.index[w.job_count] = b.number[k] * uint32_t(rays) + uint32_t(i);
-  w.job_weight[w.job_count] = 1 / float(rays);
-  w.job_point[w.job_count] = k;
-  return ++w.job_count == w.capacity;
 }
 
 void HitShader::light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const {
@@ -175,7 +180,12 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const bool seen_from_behind = dot(b.wo[k], bsdf.frame.n) < 0, one_origin = b.has_one_origin(k);
     const DiffuseFan fan = diffuse_fan(b, k, diffuse_rays(place, b, k));
     RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
-    for (int j = first; j < end; ++j) {
+    const bool joins = RayBatch::pays_to_join(end - first);
+    int order[ShadingWorkspace::capacity];
+    if (joins) order_by_direction(w, first, end, order);
+    for (int n = 0, in_packet = 0; n < end - first; ++n) {
+      if (n % RayBatch::packet == 0) in_packet = 0;
+      const int j = joins ? order[n] : first + n;
       const bool behind = w.u2[j] >= front;
       const float cosine = z[j];
       if (cosine <= 0) continue;
@@ -184,6 +194,7 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
       const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
       const int i = r.count++;
       set_diffuse_ray(b, fan, r, i, from, d, cosine, trace::ray_key(w.seed[j], w.index[j]));
+      r.rays.joined[i] = joins && in_packet++ > 0;
       r.behind[i] = behind;
       r.weight[i] = bsdf.crossing(cosine) * weights[behind];
     }

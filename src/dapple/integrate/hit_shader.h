@@ -102,6 +102,8 @@ class HitShader {
   /// What random numbers of a point are for; 1 is DirectLight's.
   enum Purpose : uint32_t { for_diffuse_rays = 2, for_specular_rays, for_walks, for_origins, for_patterns, for_origin_times, for_coats };
 
+  static uint32_t seed_of(uint64_t key, Purpose purpose) { return uint32_t(hash(key, uint32_t(purpose), 0)); }
+
   /// Which rays of a set.
   using RayFilter = bool (*)(const RaySet&, int ray);
   static bool any_ray(const RaySet&, int) { return true; }
@@ -132,7 +134,20 @@ class HitShader {
     return settings_.diffuse_rays.at(list_depth(place), b.diffuse_share(k), b.effort[k]);
   }
 
-  static bool add_diffuse_job(const PointBatch& b, int k, int i, int rays, ShadingWorkspace& w);
+  /// Jobs for the first `count` of so many diffuse rays of point k. flush() makes room, by draw_diffuse_rays(). Which jobs of a point stand in a batch
+  /// together does not depend on other points: they are ordered, and their rays joined.
+  template <class Flush>
+  static void add_diffuse_jobs(const PointBatch& b, int k, int count, int rays, ShadingWorkspace& w, const Flush& flush) {
+    const uint32_t seed = seed_of(b.sequence[k], for_diffuse_rays);
+    for (int i = 0; i < count; ++i) {
+      if (i % w.capacity == 0 && w.job_count + std::min(count - i, w.capacity) > w.capacity) flush();
+      const int job = w.job_count++;
+      w.seed[job] = seed;
+      w.index[job] = b.number[k] * uint32_t(rays) + uint32_t(i);
+      w.job_weight[job] = 1 / float(rays);
+      w.job_point[job] = k;
+    }
+  }
   void draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const;
   void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
   void draw_specular_rays(const Place& place, ShadingWorkspace& w) const;

@@ -8,6 +8,7 @@ namespace dapple::integrate {
 
 using gi::TileCache;
 using scene::GridId;
+using trace::RayBatch;
 using Node = IrradianceInterpolator::Workspace::Node;
 
 namespace {
@@ -247,31 +248,38 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   }
   b.count = count;
   HitShader::DiffuseFan fan{-1, 0, 0, 0};
-  for (int first = 0; first < all;) {
-    const int n = std::min(RaySet::capacity * PointBatch::most_ray_sets, all - first), sets = (n + RaySet::capacity - 1) / RaySet::capacity;
-    for (int set = 0; set < sets; ++set) b.ray_set(set).count = 0;
-    for (int i = 0; i < n; ++i) {
-      const int k = (first + i) / strata, stratum = (first + i) % strata;
-      const uint64_t random = hash(b.key[k], stratum);
-      const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
-      const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
-      const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
-      RaySet& r = b.ray_set(i / RaySet::capacity);
-      if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
-      shader_.set_diffuse_ray(b, fan, r, r.count++, from, d, local.z, uint32_t(random >> 8));
+  for (int next = 0; next < all;) {
+    int begin[PointBatch::most_ray_sets], sets = 0;
+    for (; sets < PointBatch::most_ray_sets && next < all; ++sets) {
+      RaySet& r = b.ray_set(sets);
+      r.count = 0;
+      begin[sets] = next;
+      for (; next < all; ++next) {
+        const int k = next / strata, stratum = next % strata;
+        const bool starts = stratum % RayBatch::packet == 0;
+        if (starts && r.count + std::min(RayBatch::packet, strata - stratum) > RaySet::capacity) break;
+        const uint64_t random = hash(b.key[k], stratum);
+        const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
+        const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
+        const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
+        if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
+        shader_.set_diffuse_ray(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
+        r.rays.joined[r.count++] = !starts && RayBatch::pays_to_join(strata);
+      }
     }
     shader_.gather(here, sets, s);
-    for (int i = 0; i < n; ++i) {
-      const RaySet& r = b.ray_set(i / RaySet::capacity);
-      const int k = (first + i) / strata, in_set = i % RaySet::capacity;
-      const size_t to = size_t(first + i);
-      w.L[to] = r.L[in_set];
-      for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + to] = r.L.parts(in_set)[g];
-      w.distance[to] = r.distance[in_set];
-      nodes[k]->glints += r.glint[in_set] * r.weight[in_set].luminance() * (pi / float(strata));
-      w.time[to] = b.duration[k] > 0 ? (r.rays.time[in_set] - b.time[k]) / b.duration[k] : 0;
+    for (int set = 0; set < sets; ++set) {
+      const RaySet& r = b.ray_set(set);
+      for (int i = 0; i < r.count; ++i) {
+        const int k = (begin[set] + i) / strata;
+        const size_t to = size_t(begin[set] + i);
+        w.L[to] = r.L[i];
+        for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + to] = r.L.parts(i)[g];
+        w.distance[to] = r.distance[i];
+        nodes[k]->glints += r.glint[i] * r.weight[i].luminance() * (pi / float(strata));
+        w.time[to] = b.duration[k] > 0 ? (r.rays.time[i] - b.time[k]) / b.duration[k] : 0;
+      }
     }
-    first += n;
   }
   for (int k = 0; k < count; ++k) {
     const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);

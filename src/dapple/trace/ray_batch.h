@@ -20,19 +20,26 @@ inline uint32_t ray_key(uint32_t seed, uint32_t index) { return seed + 0x9e3779b
 /// Rays in batches, structure of arrays. tnear is 0: callers move origins off surfaces.
 struct RayBatch {
   static constexpr int capacity = 256;
+  static constexpr int packet = 16;  ///< rays that are traced together at most; divides the capacity
+  /// Of a point towards one light, or in all directions if alike ones follow each other. Fewer, in packets, gain nothing in most scenes.
+  static constexpr bool pays_to_join(int rays) { return rays > packet; }
   alignas(64) float ox[capacity], oy[capacity], oz[capacity];
   alignas(64) float dx[capacity], dy[capacity], dz[capacity];
   alignas(64) float t_max[capacity];
   alignas(64) float time[capacity];    ///< [0, 1] over the shutter interval
   alignas(64) uint32_t key[capacity];  ///< random key for stochastic opacity
   alignas(64) float width[capacity], spread[capacity];  ///< of the footprint: at the origin, and its growth a unit of distance
+  /// The ray may be traced in one packet with the ray before it, which is faster if they are alike. What either meets can then depend on
+  /// the other, by rounding and where surfaces coincide: only for rays that are always traced together, whatever the batch.
+  bool joined[capacity];
 
-  /// Without a footprint cut-out surfaces are met as they are, uncached.
+  /// Joined to none. Without a footprint cut-out surfaces are met as they are, uncached.
   void set(int i, const V3f& o, const V3f& d, float max_distance, float ray_time, uint32_t ray_key, float ray_width = 0, float ray_spread = 0) {
     ox[i] = o.x, oy[i] = o.y, oz[i] = o.z;
     dx[i] = d.x, dy[i] = d.y, dz[i] = d.z;
     t_max[i] = max_distance, time[i] = ray_time, key[i] = ray_key;
     width[i] = ray_width, spread[i] = ray_spread;
+    joined[i] = false;
   }
   V3f origin(int i) const { return {ox[i], oy[i], oz[i]}; }
   V3f direction(int i) const { return {dx[i], dy[i], dz[i]}; }

@@ -33,6 +33,12 @@ RTCRay embree_ray(const RayBatch& r, int i) {
   return {r.ox[i], r.oy[i], r.oz[i], 0, r.dx[i], r.dy[i], r.dz[i], r.time[i], r.t_max[i], ~0u, r.key[i], 0};
 }
 
+void set_lane(const RayBatch& r, int i, int lane, RTCRay16* q) {
+  q->org_x[lane] = r.ox[i], q->org_y[lane] = r.oy[i], q->org_z[lane] = r.oz[i], q->tnear[lane] = 0;
+  q->dir_x[lane] = r.dx[i], q->dir_y[lane] = r.dy[i], q->dir_z[lane] = r.dz[i], q->time[lane] = r.time[i];
+  q->tfar[lane] = r.t_max[i], q->mask[lane] = ~0u, q->id[lane] = r.key[i], q->flags[lane] = 0;
+}
+
 }  // namespace
 
 struct TracedScene::MemoryUse {
@@ -215,6 +221,7 @@ uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const bool flat = std::holds_alternative<MeshPtr>(shape) || std::holds_alternative<DisksPtr>(shape);
   geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out, flat}));
   has_incomplete_hits_ |= std::holds_alternative<DisksPtr>(shape) || std::holds_alternative<CurvesPtr>(shape);
+  has_cut_outs_ |= cut_out != CutOut::none;
   has_colored_opacity_ |= cut_out == CutOut::colored;
   RTCGeometry g = make_geometry(*geometries_.back());
   Object& owner = object == no_id ? top_ : objects_[object];
@@ -322,8 +329,56 @@ float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V
   return length(normal) * float((grid.columns - 1) * (grid.rows - 1));
 }
 
-// One ray at a time: as fast as packets of 16 for camera rays, faster for the others (bench/bare_rays), and what a ray meets
-// cannot depend on its neighbours.
+// A RayContext is that of one ray: what cuts out asks it.
+int TracedScene::packet_end(const RayBatch& r, int i, int n) const {
+  int end = i + 1;
+  while (!has_cut_outs_ && end < n && end - i < packet && r.joined[end]) ++end;
+  return end - i >= least_packet ? end : i + 1;
+}
+
+void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* h, int i) const {
+  h->primitive[i] = primitive;
+  h->geometry[i] = embree_geometry, h->instance[i] = embree_instance;
+  if (embree_geometry == RTC_INVALID_GEOMETRY_ID) return;
+  if (embree_instance == RTC_INVALID_GEOMETRY_ID) {
+    h->geometry[i] = top_.geometries[embree_geometry];
+    return;
+  }
+  h->instance[i] = embree_instance - first_instance_;
+  h->geometry[i] = objects_[instances_[h->instance[i]].object].geometries[embree_geometry];
+}
+
+void TracedScene::intersect_packet(const RayBatch& r, int begin, int end, RayContext* context, HitBatch* h) const {
+  RTCRayHit16 q;
+  alignas(64) int valid[packet];
+  for (int lane = 0; lane < packet; ++lane) {
+    const int i = begin + lane;
+    set_lane(r, i < end ? i : begin, lane, &q.ray);
+    valid[lane] = i < end && can_trace(r, i) ? -1 : 0;
+    q.hit.geomID[lane] = q.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+  }
+  rtcIntersect16(valid, top_.scene, &context->embree, &q);
+  for (int i = begin; i < end; ++i) {
+    const int lane = i - begin;
+    h->t[i] = q.ray.tfar[lane], h->u[i] = q.hit.u[lane], h->v[i] = q.hit.v[lane];
+    h->nx[i] = q.hit.Ng_x[lane], h->ny[i] = q.hit.Ng_y[lane], h->nz[i] = q.hit.Ng_z[lane];
+    set_hit(q.hit.geomID[lane], q.hit.instID[0][lane], q.hit.primID[lane], h, i);
+  }
+}
+
+void TracedScene::transmitted_packet(const RayBatch& r, int begin, int end, RayContext* context, RGB* passed) const {
+  RTCRay16 q;
+  alignas(64) int valid[packet];
+  for (int lane = 0; lane < packet; ++lane) {
+    const int i = begin + lane;
+    set_lane(r, i < end ? i : begin, lane, &q);
+    valid[lane] = i < end && can_trace(r, i) ? -1 : 0;
+  }
+  rtcOccluded16(valid, top_.scene, &context->embree, &q);
+  for (int i = begin; i < end; ++i) passed[i] = valid[i - begin] && !(q.tfar[i - begin] < 0) ? RGB(1) : RGB();
+}
+
+// Most rays one at a time: packets are no faster for a few rays in all directions (bench/bare_rays).
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);
   if (period_) return walk_intersect(r, n, h);
@@ -332,7 +387,12 @@ void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
 
 void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
   RayContext context;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0, end = 0; i < n; i = end) {
+    end = packet_end(r, i, n);
+    if (end > i + 1) {
+      intersect_packet(r, i, end, &context, h);
+      continue;
+    }
     context.width = r.width[i], context.spread = r.spread[i];
     if (has_colored_opacity_) context.start(uint8_t(1 << hash(r.key[i], leading_channel) % 3));
     if (!can_trace(r, i)) [[unlikely]] {
@@ -346,18 +406,7 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
     rtcIntersect1(top_.scene, &context.embree, &q);
     h->t[i] = q.ray.tfar, h->u[i] = q.hit.u, h->v[i] = q.hit.v;
     h->nx[i] = q.hit.Ng_x, h->ny[i] = q.hit.Ng_y, h->nz[i] = q.hit.Ng_z;
-    h->primitive[i] = q.hit.primID;
-    uint32_t geometry = q.hit.geomID, instance = q.hit.instID[0];
-    if (geometry != RTC_INVALID_GEOMETRY_ID) {
-      if (instance != RTC_INVALID_GEOMETRY_ID) {
-        instance -= first_instance_;
-        geometry = objects_[instances_[instance].object].geometries[geometry];
-      } else {
-        geometry = top_.geometries[geometry];
-      }
-    }
-    h->geometry[i] = geometry;
-    h->instance[i] = instance;
+    set_hit(q.hit.geomID, q.hit.instID[0], q.hit.primID, h, i);
     if (has_colored_opacity_) h->channels[i] = context.channels(q.ray.tfar);
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
@@ -372,7 +421,12 @@ void TracedScene::transmitted(const RayBatch& r, int n, RGB* passed) const {
 
 void TracedScene::transmitted_cell(const RayBatch& r, int n, RGB* passed) const {
   RayContext context;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0, end = 0; i < n; i = end) {
+    end = packet_end(r, i, n);
+    if (end > i + 1) {
+      transmitted_packet(r, i, end, &context, passed);
+      continue;
+    }
     context.width = r.width[i], context.spread = r.spread[i];
     context.start_shadow();
     if (!can_trace(r, i)) [[unlikely]] {

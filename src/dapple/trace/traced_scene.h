@@ -165,6 +165,8 @@ class TracedScene {
   };
   struct Callbacks;
   struct MemoryUse;
+  static constexpr int packet = RayBatch::packet;
+  static constexpr int least_packet = 8;  ///< fewer are traced one at a time
   static constexpr float most_reach = 1e18f;  ///< Embree's own bound is 1.844e18
 
   /// False for a ray that Embree does not take, of numbers too large or none at all.
@@ -172,6 +174,11 @@ class TracedScene {
     const float size = std::abs(r.ox[i]) + std::abs(r.oy[i]) + std::abs(r.oz[i]) + std::abs(r.dx[i]) + std::abs(r.dy[i]) + std::abs(r.dz[i]);
     return size < reach_ && r.t_max[i] == r.t_max[i];
   }
+  /// The end of the packet that begins with ray i; i + 1 if it is to be traced by itself.
+  int packet_end(const RayBatch& rays, int i, int n) const;
+  void set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* hits, int i) const;
+  void intersect_packet(const RayBatch& rays, int begin, int end, RayContext* context, HitBatch* hits) const;
+  void transmitted_packet(const RayBatch& rays, int begin, int end, RayContext* context, RGB* passed) const;
   void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
   void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
   void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
@@ -199,7 +206,7 @@ class TracedScene {
   std::optional<Box2f> period_;
   Box3f bounds_;
   float reach_ = most_reach;  ///< as reach_of(), for all instances; rays from farther off meet nothing
-  bool has_incomplete_hits_ = false, has_colored_opacity_ = false;
+  bool has_incomplete_hits_ = false, has_cut_outs_ = false, has_colored_opacity_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };
 
