@@ -157,8 +157,8 @@ class HitShader {
   /// The spread of a ray that does the work of so many: each stands for more.
   static float widened(float spread, float rays) { return std::max(spread, std::min(widest_spread, spread * std::sqrt(rays))); }
   float coat_weight(const PointBatch& b, const RaySet& r, int ray) const;
-  /// Diffuse rays of the first bounce see in coats what these mirror; later ones a diffuse surface.
-  bool coats_mirror(const Place& below) const { return settings_.caustics && below.arrival == Arrival::diffuse && below.depth.diffuse <= 1; }
+  /// Diffuse rays see in coats what these mirror; with caustics off a diffuse surface.
+  bool coats_mirror(const Place& below) const { return settings_.caustics && below.arrival == Arrival::diffuse; }
   void trace_rays(RaySet& r, ShadingWorkspace& w) const;
 
   void light_subsurface(const Place& place, ShadingWorkspace& w) const;

@@ -24,7 +24,7 @@ constexpr float finest_reach = 4;
 constexpr float ray_width = 0.25f;
 constexpr int no_lattice = IrradianceInterpolator::max_step;  // steps finer, where none would serve
 // At accuracy 1, the share of glints in what arrives that may be interpolated: hemispheres whose rays find spots by chance agree where all missed them.
-constexpr float most_glints = 0.2f;
+constexpr float most_glints = 0.05f;
 
 // What is kept of a node, before its parts by groups of lights.
 struct Kept {
