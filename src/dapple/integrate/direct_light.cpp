@@ -18,10 +18,14 @@ namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
 // Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
-// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32.
-constexpr float least_alpha = 1.6f;
+// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32, or 8.
+// Few rays from what is seen need the more; what cells' rays find is averaged over those who read the cells.
+float least_alpha(float spread, int diffuse_depth) {
+  constexpr float least = 0.8f, most = 1.6f, of_few = 0.2f;
+  return spread * (diffuse_depth >= 2 ? least : std::clamp(most / of_few * spread, least, most));
+}
 // The same, for what must not depend on whether a ray was lucky: PointBatch::glint.
-constexpr float glint_alpha = 2 * least_alpha;
+constexpr float glint_alpha = 3.2f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
@@ -70,7 +74,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
     const uint32_t seed = uint32_t(hash(b.sequence[k], for_lights, uint32_t(light)));
     for (int i = 0; i < n; ++i) {
       // Rays that draw() joins stand in one batch of jobs, whatever stood there before.
-      if (i % w.capacity == 0 && w.job_count + std::min(n - i, w.capacity) > w.capacity) draw(b, w);
+      if (i % w.capacity == 0 && w.job_count + std::min(n - i, w.capacity) > w.capacity) draw(b, diffuse_depth, w);
       w.job_point[w.job_count] = k;
       w.job_light[w.job_count] = light;
       w.job_weight[w.job_count] = 1 / float(n);
@@ -91,11 +95,11 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Sh
       add(k, light, n);
     }
   }
-  if (w.job_count > 0) draw(b, w);
+  if (w.job_count > 0) draw(b, diffuse_depth, w);
 }
 
 // The shadow ray of a job towards what was drawn for it. False if it could not bring anything.
-bool DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const {
+bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from, ShadingWorkspace& w) const {
   const int k = w.job_point[job];
   const shading::LightSampler::Selection& chosen = w.chosen[job];
   const shading::LightSample& light = *w.drawn_for[job];
@@ -113,11 +117,12 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int job, const RayOrigin& 
     if (light.delta) {
       const auto blurred = [&](float alpha) {
         Bsdf rough = bsdf;
-        const float scale = rough.roughen(alpha * b.spread[k]);
+        const float scale = rough.roughen(alpha);
         return L * scale * rough.eval(b.wo[k], light.wi, key);
       };
-      if (b.spread[k] > 0) glint = blurred(glint_alpha).luminance();
-      L = blurred(least_alpha);
+      const float spread = b.spread[k];
+      if (spread > 0) glint = blurred(glint_alpha * spread).luminance();
+      L = blurred(least_alpha(spread, diffuse_depth));
     } else {
       float bsdf_pdf = 0;
       L *= bsdf.eval_pdf(b.wo[k], light.wi, key, &bsdf_pdf);
@@ -189,7 +194,7 @@ void DirectLight::draw_lights(const PointBatch& b, int begin, int end, ShadingWo
 }
 
 // Draws a point on a light for each job, and traces the shadow rays.
-void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
+void DirectLight::draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const {
   w.draw_samples(w.job_count);
   w.shadow_count = w.drawn_count = 0;
   for (int begin = 0, end = 0; begin < w.job_count; begin = end) {
@@ -206,7 +211,7 @@ void DirectLight::draw(PointBatch& b, ShadingWorkspace& w) const {
         if ((j - first) % RayBatch::packet == 0) in_packet = 0;
         if (!w.drawn_for[j]) continue;
         if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-        if (add_shadow_ray(b, j, from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
+        if (add_shadow_ray(b, diffuse_depth, j, from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
       }
     }
   }

@@ -42,10 +42,10 @@ class DirectLight {
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays, int diffuse_depth) const;
-  void draw(PointBatch& b, ShadingWorkspace& w) const;
+  void draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) const;
   void draw_lights(const PointBatch& b, int begin, int end, ShadingWorkspace& w) const;
   void draw_from_one_place(const PointBatch& b, std::span<int> jobs, ShadingWorkspace& w) const;
-  bool add_shadow_ray(const PointBatch& b, int job, const RayOrigin& from, ShadingWorkspace& w) const;
+  bool add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from, ShadingWorkspace& w) const;
   void trace(ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;
