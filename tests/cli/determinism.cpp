@@ -53,6 +53,20 @@ TEST_P(AnyScene, CropShowsThatPartOfTheWhole) {
   EXPECT_TRUE(same_bits(crop(whole, 21, 13, 60, 50), render_with({"--crop", "21,13,60,50"})));
 }
 
+// Numbers of rays that fill no batch and no packet evenly: which of a point's rays are traced together must not depend on the points beside it.
+TEST(ManyRays, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
+  for (const char* interpolation : {"on", "off"}) {
+    const auto render_with = [&](const char* threads, const char* cache_mb) {
+      return render(source_path("scenes/cornell-box/cornell.pbrt"),
+                    {"--integrator", "distribution", "--resolution", "40x40", "--pixel-samples", "3", "--float", "--bounces", "2", "--shadow-rays", "40,20", "--diffuse-rays",
+                     "100,17", "--irradiance-interpolation", interpolation, "--threads", threads, "--cache-mb", cache_mb});
+    };
+    const Picture one = render_with("1", "100");
+    EXPECT_TRUE(same_bits(one, render_with("2", "0.2"))) << interpolation;
+    EXPECT_TRUE(same_bits(one, render_with("4", "1"))) << interpolation;
+  }
+}
+
 constexpr const char* cornell = "scenes/cornell-box/cornell.pbrt";
 constexpr const char* plates = "../shared/scenes/veach-mis/scene-v4.pbrt";
 constexpr const char* stairs = "../shared/scenes/staircase2/scene-v4.pbrt";

@@ -67,6 +67,49 @@ TEST_P(Meshes, CheapSurfaceIsTheSameSurface) {
 
 INSTANTIATE_TEST_SUITE_P(All, Meshes, testing::Combine(testing::Values(3, 4), testing::Bool()));
 
+// Packets of 8 to 16 rays, runs too short and too long for one, and rays among them that are no numbers.
+TEST(TracedScene, JoinedRaysMeetWhatSingleOnesDo) {
+  TracedScene scene;
+  scene.add(random_mesh(3, false, 1), CutOut::none);
+  const uint32_t object = scene.add_object();
+  scene.add(random_mesh(4, true, 2), CutOut::none, object);
+  const Transform place = Transform::translate(V3d(0.5, 0, 0));
+  scene.add_instance(object, AnimatedTransform(place, place));
+  scene.commit();
+  const auto alone = std::make_unique<Traced>(), joined = std::make_unique<Traced>();
+  random_rays(3, RayBatch::capacity, &alone->rays);
+  for (const int bad : {20, 64, 200}) alone->rays.dx[bad] = std::numeric_limits<float>::quiet_NaN();
+  for (int i = 0; i < RayBatch::capacity; ++i)
+    if (i % 3 == 0) alone->rays.t_max[i] = 4;
+  joined->rays = alone->rays;
+  int packets = 0;
+  for (int i = 0, run = 1; i < RayBatch::capacity; i += run, run = run % 35 + 3, ++packets)
+    for (int j = 1; j < run && i + j < RayBatch::capacity; ++j) joined->rays.joined[i + j] = true;
+  ASSERT_GT(packets, 10);
+  scene.intersect(alone->rays, RayBatch::capacity, &alone->hits);
+  scene.intersect(joined->rays, RayBatch::capacity, &joined->hits);
+  RGB passed[RayBatch::capacity], passed_joined[RayBatch::capacity];
+  scene.transmitted(alone->rays, RayBatch::capacity, passed);
+  scene.transmitted(joined->rays, RayBatch::capacity, passed_joined);
+  int hits = 0;
+  for (int i = 0; i < RayBatch::capacity; ++i) {
+    const HitBatch &a = alone->hits, &b = joined->hits;
+    ASSERT_EQ(a.geometry[i], b.geometry[i]) << i;
+    EXPECT_EQ(passed[i], passed_joined[i]) << i;
+    if (a.geometry[i] == no_id) {
+      EXPECT_EQ(a.t[i], b.t[i]) << i;
+      continue;
+    }
+    ++hits;
+    EXPECT_NEAR(a.t[i], b.t[i], 1e-5f * a.t[i]) << i;
+    EXPECT_EQ(a.instance[i], b.instance[i]) << i;
+    EXPECT_EQ(a.primitive[i], b.primitive[i]) << i;
+    EXPECT_NEAR(a.u[i], b.u[i], 1e-4f) << i;
+    EXPECT_NEAR(a.v[i], b.v[i], 1e-4f) << i;
+  }
+  EXPECT_GT(hits, 50);
+}
+
 // Embree stops the program at rays beyond 1.8e18 or that are no numbers, and so it does where an instance takes them there.
 TEST(TracedScene, RaysBeyondTheRangeOfFloatsMiss) {
   TracedScene scene;
