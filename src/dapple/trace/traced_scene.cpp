@@ -33,12 +33,6 @@ RTCRay embree_ray(const RayBatch& r, int i) {
   return {r.ox[i], r.oy[i], r.oz[i], 0, r.dx[i], r.dy[i], r.dz[i], r.time[i], r.t_max[i], ~0u, r.key[i], 0};
 }
 
-void set_lane(const RayBatch& r, int i, int lane, RTCRay16* q) {
-  q->org_x[lane] = r.ox[i], q->org_y[lane] = r.oy[i], q->org_z[lane] = r.oz[i], q->tnear[lane] = 0;
-  q->dir_x[lane] = r.dx[i], q->dir_y[lane] = r.dy[i], q->dir_z[lane] = r.dz[i], q->time[lane] = r.time[i];
-  q->tfar[lane] = r.t_max[i], q->mask[lane] = ~0u, q->id[lane] = r.key[i], q->flags[lane] = 0;
-}
-
 }  // namespace
 
 struct TracedScene::MemoryUse {
@@ -348,15 +342,21 @@ void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, ui
   h->geometry[i] = objects_[instances_[h->instance[i]].object].geometries[embree_geometry];
 }
 
+void TracedScene::load(const RayBatch& r, int begin, int end, int* valid, RTCRay16* q) const {
+  for (int lane = 0; lane < packet; ++lane) {
+    const int i = std::min(begin + lane, end - 1);
+    q->org_x[lane] = r.ox[i], q->org_y[lane] = r.oy[i], q->org_z[lane] = r.oz[i], q->tnear[lane] = 0;
+    q->dir_x[lane] = r.dx[i], q->dir_y[lane] = r.dy[i], q->dir_z[lane] = r.dz[i], q->time[lane] = r.time[i];
+    q->tfar[lane] = r.t_max[i], q->mask[lane] = ~0u, q->id[lane] = r.key[i], q->flags[lane] = 0;
+    valid[lane] = begin + lane < end && can_trace(r, i) ? -1 : 0;
+  }
+}
+
 void TracedScene::intersect_packet(const RayBatch& r, int begin, int end, RayContext* context, HitBatch* h) const {
   RTCRayHit16 q;
   alignas(64) int valid[packet];
-  for (int lane = 0; lane < packet; ++lane) {
-    const int i = begin + lane;
-    set_lane(r, i < end ? i : begin, lane, &q.ray);
-    valid[lane] = i < end && can_trace(r, i) ? -1 : 0;
-    q.hit.geomID[lane] = q.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
-  }
+  load(r, begin, end, valid, &q.ray);
+  for (int lane = 0; lane < packet; ++lane) q.hit.geomID[lane] = q.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect16(valid, top_.scene, &context->embree, &q);
   for (int i = begin; i < end; ++i) {
     const int lane = i - begin;
@@ -369,11 +369,7 @@ void TracedScene::intersect_packet(const RayBatch& r, int begin, int end, RayCon
 void TracedScene::transmitted_packet(const RayBatch& r, int begin, int end, RayContext* context, RGB* passed) const {
   RTCRay16 q;
   alignas(64) int valid[packet];
-  for (int lane = 0; lane < packet; ++lane) {
-    const int i = begin + lane;
-    set_lane(r, i < end ? i : begin, lane, &q);
-    valid[lane] = i < end && can_trace(r, i) ? -1 : 0;
-  }
+  load(r, begin, end, valid, &q);
   rtcOccluded16(valid, top_.scene, &context->embree, &q);
   for (int i = begin; i < end; ++i) passed[i] = valid[i - begin] && !(q.tfar[i - begin] < 0) ? RGB(1) : RGB();
 }

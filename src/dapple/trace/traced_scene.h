@@ -177,6 +177,7 @@ class TracedScene {
   /// The end of the packet that begins with ray i; i + 1 if it is to be traced by itself.
   int packet_end(const RayBatch& rays, int i, int n) const;
   void set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* hits, int i) const;
+  void load(const RayBatch& rays, int begin, int end, int* valid, RTCRay16* q) const;
   void intersect_packet(const RayBatch& rays, int begin, int end, RayContext* context, HitBatch* hits) const;
   void transmitted_packet(const RayBatch& rays, int begin, int end, RayContext* context, RGB* passed) const;
   void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
