@@ -29,6 +29,17 @@ DistributionIntegrator::Settings settings(bool interpolate, int rays = 144) {
   return s;
 }
 
+/// Root mean square difference from a, by a's own.
+double difference(const scene::Film& a, const scene::Film& b) {
+  double sum = 0, whole = 0;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const RGB d = a.pixel(x, y) - b.pixel(x, y);
+      sum += sqr(d.r) + sqr(d.g) + sqr(d.b), whole += sqr(a.pixel(x, y).luminance()) * 3;
+    }
+  return std::sqrt(sum / whole);
+}
+
 TEST(IrradianceInterpolation, AgreesWithThePathTracer) {
   const auto built = build_text(room);
   const RGB expected = render_built(built, 1024, test::bounces(2, 8)).mean();
@@ -108,19 +119,37 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   const auto bumpy = floor(R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ] "texture displacement" "waves")");
   auto dense = settings(false, 1024), sparse = settings(true, 1024);
   for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->shading.shadow_rays = RayList{16, 4};
-  const auto difference = [](const scene::Film& a, const scene::Film& b) {
-    double sum = 0, whole = 0;
-    for (int y = 0; y < a.height(); ++y)
-      for (int x = 0; x < a.width(); ++x) {
-        const RGB d = a.pixel(x, y) - b.pixel(x, y);
-        sum += sqr(d.r) + sqr(d.g) + sqr(d.b), whole += sqr(a.pixel(x, y).luminance()) * 3;
-      }
-    return std::sqrt(sum / whole);
-  };
   const auto expected = render_built(bumpy, 4, dense), shown = render_built(bumpy, 4, sparse);
   EXPECT_GT(difference(expected.film, render_built(smooth, 4, dense).film), 0.1);
   EXPECT_LT(difference(expected.film, shown.film), 0.05);  // what gradients do not carry from bump to bump, and noise
   EXPECT_LT(2 * shown.result.rays.diffuse, expected.result.rays.diffuse);
+}
+
+// A wall, bare but for what a lit board behind the eye sends: few rays of a hemisphere meet it, and one that serves many points is one wrong
+// value for all of them.
+TEST(IrradianceInterpolation, WideHemispheresAreNotBlotches) {
+  const auto built = build_text(R"(Film "rgb" "integer xresolution" 96 "integer yresolution" 96
+PixelFilter "box"
+LookAt 0 0 0  0 0 1  0 1 0
+Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "spot" "point3 from" [ 0 0 -1 ] "point3 to" [ 0 0 -4 ] "float coneangle" 60 "rgb I" [ 50 50 50 ]
+Material "diffuse" "rgb reflectance" [ .8 .8 .8 ]
+Shape "bilinearmesh" "point3 P" [ -3 -3 4  -3 3 4  3 -3 4  3 3 4 ]
+Shape "bilinearmesh" "point3 P" [ -1.5 -1.5 -4  1.5 -1.5 -4  -1.5 1.5 -4  1.5 1.5 -4 ]
+)");
+  auto dense = settings(false, 1024), sparse = settings(true, 64);
+  for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->irradiance_accuracy = 0.5f;
+  const auto expected = render_built(built, 4, dense);
+  double off = 0;
+  constexpr int seeds = 4;
+  for (uint64_t seed = 0; seed < seeds; ++seed) {
+    sparse.shading.seed = seed;
+    const auto shown = render_built(built, 4, sparse);
+    EXPECT_LT(4 * shown.result.rays.diffuse, expected.result.rays.diffuse / 16);
+    off += difference(expected.film, shown.film) / seeds;
+  }
+  EXPECT_LT(off, 0.12);
 }
 
 TEST(IrradianceInterpolation, OfAnyMemoryAndThreadsGivesTheSameImage) {

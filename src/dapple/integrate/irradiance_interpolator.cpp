@@ -40,17 +40,28 @@ uint8_t hemisphere_span(const scene::Motion& motion, const GridId& id) {
   return motion.moves(id.instance, id.geometry) ? scene::Motion::around(scene::Motion::around(id.span)) : 0;
 }
 
+// Rays in proportion to the root of how many points a hemisphere stands for: what noise the wide ones have shows as blotches.
+std::vector<gi::HemisphereStrata> strata_of_steps(int rays) {
+  constexpr int first_wide = 3;
+  std::vector<gi::HemisphereStrata> strata;
+  for (int step = 0; step <= IrradianceInterpolator::max_step; ++step) {
+    const int times = step < first_wide ? 1 : 2 << (step - first_wide);
+    strata.emplace_back(std::max(rays, std::min(rays * times, IrradianceInterpolator::most_rays)));
+  }
+  return strata;
+}
+
 bool is_mine(const Node& n) { return n.found == TileCache::Found::mine; }
 
 }  // namespace
 
 IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings)
-    : shader_(shader), patches_(patches), settings_(settings), strata_(settings.rays),
+    : shader_(shader), patches_(patches), settings_(settings), strata_(strata_of_steps(settings.rays)),
       cache_(settings.bytes, kept_words + settings.light_groups * part_words) {}
 
 IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
-  const int group = std::clamp(RaySet::capacity * PointBatch::most_ray_sets / of.strata_.count(), 1, PointBatch::capacity);
-  L.resize(size_t(group * of.strata_.count()));
+  const int most = of.strata_.back().count();
+  L.resize(size_t(std::max(RaySet::capacity * PointBatch::most_ray_sets, most)));
   distance.resize(L.size());
   time.resize(L.size());
   part_L.resize(L.size() * size_t(of.settings_.light_groups));
@@ -90,10 +101,11 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     }
   }
   for (int step = max_step; step > 0 && waiting_count > 0; --step) {
+    w.step = step;
     w.pending_count = w.order_count = w.quad_count = 0;
     for (int n = 0; n < waiting_count; ++n) {
       const int k = waiting[n];
-      if (next_step[k] >= step && choose_nodes(w.point[k], step, w.pending_count, w)) w.pending[w.pending_count++] = k;
+      if (next_step[k] >= step && choose_nodes(w.point[k], w.pending_count, w)) w.pending[w.pending_count++] = k;
     }
     if (w.pending_count == 0) continue;
     find_nodes(w);
@@ -110,7 +122,7 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
     compute(place, w, s, [](const Node& n) { return n.found == TileCache::Found::pending; });
     for (int n = 0; n < w.pending_count; ++n) {
       const int k = w.pending[n];
-      const int finer = blend(n, k, step, w, b);
+      const int finer = blend(n, k, w, b);
       b.indirect_known[k] = finer == 0;
       if (finer == no_lattice) b.crowd[k] = std::max(b.crowd[k] / unserved_share, 1);
       next_step[k] = step > w.point[k].finest_step && finer != no_lattice ? std::max(w.point[k].finest_step, step - finer) : 0;
@@ -132,8 +144,9 @@ void IrradianceInterpolator::set_receiver(const PointBatch& b, int k, Workspace&
   w.receiver[k].P = s.P, w.receiver[k].n = normalize(w.receiver[k].n + (id.behind ? -turn : turn));
 }
 
-// The nodes around a point on the lattice that is 2^step times as wide. False where there is none.
-bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Workspace& w) const {
+// The nodes around a point on the lattice that is 2^w.step times as wide. False where there is none.
+bool IrradianceInterpolator::choose_nodes(const Point& p, int n, Workspace& w) const {
+  const int step = w.step;
   GridId id = p.grid;
   if (step > std::max(id.u_level, id.v_level)) return false;
   const float s = (float(id.tile_u * GridId::tile + uint32_t(p.i)) + 0.5f) / float(1u << id.u_level);
@@ -147,6 +160,7 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
   id.tile_u = id.tile_v = 0;
   const int q = quad(id, i0, j0, w);
   w.quad_of[n] = q;
+  const uint32_t rays = uint32_t(strata_[size_t(step)].count());  // of the name: tiles of several rates ask for the same place at several steps
   bool any = false;
   for (int c = 0; c < w.corners; ++c) {
     float& weight = w.weight[n][c];
@@ -163,7 +177,7 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int step, int n, Works
       } else {
         const int index = q * w.corners + c;
         w.wanted[index] = at;
-        w.order[w.order_count++] = {hash(id.hash(), id.index(at.i, at.j), 0x9e37u), index};
+        w.order[w.order_count++] = {hash(id.hash(), id.index(at.i, at.j), rays), index};
       }
     }
     if (of.outside >> c & 1) weight = 0;
@@ -212,7 +226,7 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
         if (is_mine(w.node[n])) cache.abandon(w.node[n].slot);
     }
   } guard{cache_, w};
-  const int group = int(w.L.size()) / strata_.count();
+  const int group = std::min(int(w.L.size()) / strata_[size_t(w.step)].count(), PointBatch::capacity);
   Node* nodes[PointBatch::capacity];
   int count = 0;
   for (int n = 0; n < w.node_count; ++n) {
@@ -235,7 +249,8 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
 void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
   const HitShader::Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
-  const int strata = strata_.count(), all = count * strata;
+  const gi::HemisphereStrata& of_step = strata_[size_t(w.step)];
+  const int strata = of_step.count(), all = count * strata;
   const size_t groups = size_t(settings_.light_groups);
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
@@ -259,7 +274,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
         const bool starts = stratum % RayBatch::packet == 0;
         if (starts && r.count + std::min(RayBatch::packet, strata - stratum) > RaySet::capacity) break;
         const uint64_t random = hash(b.key[k], stratum);
-        const V3f local = strata_.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
+        const V3f local = of_step.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
         const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
         const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
         if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
@@ -284,15 +299,15 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   for (int k = 0; k < count; ++k) {
     const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);
     const float* time = b.duration[k] > 0 ? &w.time[at] : nullptr;
-    nodes[k]->record = gi::integrate_hemisphere(strata_, &w.L[at], &w.distance[at], time);
+    nodes[k]->record = gi::integrate_hemisphere(of_step, &w.L[at], &w.distance[at], time);
     for (size_t g = 0; g < groups; ++g)
-      w.parts[node * groups + g] = gi::integrate_hemisphere(strata_, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
+      w.parts[node * groups + g] = gi::integrate_hemisphere(of_step, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
   }
 }
 
 // Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps finer they should be.
 // Whether they serve a still point does not depend on the time: what is refined is refined for all its segments.
-int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, PointBatch& b) const {
+int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& b) const {
   RGB value[Workspace::corners], sum;
   V3f way[Workspace::corners], turned[Workspace::corners];
   float all = 0, reach = 0, difference = 0, glints = 0;
@@ -310,7 +325,7 @@ int IrradianceInterpolator::blend(int n, int k, int step, const Workspace& w, Po
     glints += weight * node.glints;
     all += weight;
   }
-  const float limit = step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
+  const float limit = w.step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
   if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
   if (glints > most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;

@@ -18,7 +18,7 @@ namespace dapple::integrate {
 class IrradianceInterpolator {
  public:
   struct Settings {
-    int rays = 256;         ///< a hemisphere
+    int rays = 256;         ///< of the finest hemispheres; wider ones have more, up to most_rays
     /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean), but for those that stand
     /// two points apart; a quarter of it is what they may differ by there, of their mean. Smaller is better and slower.
     float accuracy = 0.4f;
@@ -28,6 +28,7 @@ class IrradianceInterpolator {
   };
   /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all, where glints are why.
   static constexpr int unserved_share = 4;
+  static constexpr int most_rays = 1024;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
   IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings);
@@ -45,6 +46,7 @@ class IrradianceInterpolator {
     static constexpr int capacity = PointBatch::capacity, corners = 4;
     Point point[capacity];
     CacheCounts counts;
+    int step;  ///< of the lattice that is being asked
     struct Receiver {
       V3f P, n;
       float later;  ///< than the middle of its hemispheres' time, as a share of it
@@ -87,20 +89,20 @@ class IrradianceInterpolator {
 
  private:
   void set_receiver(const PointBatch& b, int k, Workspace& w) const;
-  bool choose_nodes(const Point& p, int step, int k, Workspace& w) const;
+  bool choose_nodes(const Point& p, int n, Workspace& w) const;
   static int quad(const scene::GridId& lattice, int i, int j, Workspace& w);
   void find_nodes(Workspace& w) const;
   template <class Wanted>
   void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  int blend(int n, int k, int step, const Workspace& w, PointBatch& b) const;
+  int blend(int n, int k, const Workspace& w, PointBatch& b) const;
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;
 
   const HitShader& shader_;
   const scene::PatchTable& patches_;
   const Settings settings_;
-  const gi::HemisphereStrata strata_;
+  const std::vector<gi::HemisphereStrata> strata_;  ///< by step
   mutable gi::TileCache cache_;
 };
 
