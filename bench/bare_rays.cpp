@@ -150,10 +150,10 @@ MakeIntegrator path(const scene::Scene& scene, int bounces) {
   return [&scene, s] { return std::make_unique<integrate::PathIntegrator>(scene, s); };
 }
 
-MakeIntegrator distribution(const scene::Scene& scene, int bounces, int rays, int samples, bool cache) {
+MakeIntegrator distribution(const scene::Scene& scene, int bounces, const std::vector<int>& shadow_rays, const std::vector<int>& diffuse_rays, int samples, bool cache) {
   integrate::DistributionIntegrator::Settings s;
   s.shading.bounces = bounces;
-  s.shading.shadow_rays = s.shading.diffuse_rays = integrate::RayList{rays};
+  s.shading.shadow_rays = integrate::RayList(shadow_rays), s.shading.diffuse_rays = integrate::RayList(diffuse_rays);
   s.pixel_samples = samples;
   s.radiosity_cache = cache;
   return [&scene, s] { return std::make_unique<integrate::DistributionIntegrator>(scene, s); };
@@ -163,13 +163,15 @@ MakeIntegrator distribution(const scene::Scene& scene, int bounces, int rays, in
 
 int main(int argc, char** argv) {
   std::string file, integrator = "path";
-  int size = 512, samples = 8, bounces = 4, rays = 4, repeats = 5, threads = 2;
+  int size = 512, samples = 8, bounces = 4, repeats = 5, threads = 2;
+  std::vector<int> shadow_rays{4}, diffuse_rays{4};
   bool no_cache = false;
   CLI::App app("Times rendering against Embree alone tracing the same rays.");
   app.option_defaults()->always_capture_default();
   app.add_option("scene", file)->required();
   app.add_option("--integrator", integrator)->check(CLI::IsMember({"path", "distribution"}));
-  app.add_option("--rays", rays, "distribution: shadow and diffuse rays of a point, at every depth");
+  app.add_option("--shadow-rays", shadow_rays, "distribution: of a point to a light, by diffuse depth: 64,16")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--diffuse-rays", diffuse_rays, "distribution: of a point, by diffuse depth: 1024,16")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_flag("--no-cache", no_cache, "distribution: without the radiosity cache");
   app.add_option("--size", size, "pixels each way");
   app.add_option("--samples", samples, "camera samples a pixel");
@@ -184,7 +186,7 @@ int main(int argc, char** argv) {
     options.film.resolution = V2i(size, size);
     const build::BuiltScene built = build::load_scene(file, options, diagnostics);
     Bench bench(built, static_cast<uint32_t>(samples),
-                integrator == "path" ? path(*built.scene, bounces) : distribution(*built.scene, bounces, rays, samples, !no_cache));
+                integrator == "path" ? path(*built.scene, bounces) : distribution(*built.scene, bounces, shadow_rays, diffuse_rays, samples, !no_cache));
     set_thread_count(1);
     bench.record();
 
