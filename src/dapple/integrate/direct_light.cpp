@@ -204,15 +204,8 @@ void DirectLight::draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) co
     // In the order of the jobs: sums must not depend on who had the same place or light.
     RayOrigin from = b.origin_of(k, int(w.index[begin]), w.seed[begin]);
     for (int first = begin, last = begin; first < end; first = last) {
-      const int light = w.job_light[first];
-      while (last < end && w.job_light[last] == light) ++last;
-      const bool joins = light >= 0 && RayBatch::pays_to_join(last - first);
-      for (int j = first, in_packet = 0; j < last; ++j) {
-        if ((j - first) % RayBatch::packet == 0) in_packet = 0;
-        if (!w.drawn_for[j]) continue;
-        if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-        if (add_shadow_ray(b, diffuse_depth, j, from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
-      }
+      while (last < end && w.job_light[last] == w.job_light[first]) ++last;
+      add_shadow_rays(b, diffuse_depth, first, last, &from, w);
     }
   }
   trace(w);
@@ -225,6 +218,18 @@ void DirectLight::draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) co
     if (w.shadow_glint[s] > 0) b.glint[w.shadow_point[s]] += w.shadow_glint[s] * w.visible[s].luminance();
   }
   w.job_count = 0;
+}
+
+// Rays of a run of jobs of one point and light; `from` is where the one before left.
+void DirectLight::add_shadow_rays(PointBatch& b, int diffuse_depth, int first, int last, RayOrigin* from, ShadingWorkspace& w) const {
+  const int k = w.job_point[first];
+  const bool joins = w.job_light[first] >= 0 && RayBatch::pays_to_join(last - first);
+  for (int j = first, in_packet = 0; j < last; ++j) {
+    if ((j - first) % RayBatch::packet == 0) in_packet = 0;
+    if (!w.drawn_for[j]) continue;
+    if (!b.has_one_origin(k)) *from = b.origin_of(k, int(w.index[j]), w.seed[j]);
+    if (add_shadow_ray(b, diffuse_depth, j, *from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
+  }
 }
 
 void DirectLight::trace(ShadingWorkspace& w) const {
