@@ -62,7 +62,7 @@ class PovRay(unittest.TestCase):
         self.assertAlmostEqual(red * 2 / (1 + (500 / against_povray.FADE) ** 2), 17 * 130 * 105 / (math.pi * 500**2), places=6)
 
     def test_options(self):
-        self.assertIn("--diffuse-rays 64,4 ", time_to_error.options(*time_to_error.SETTINGS[0]))
+        self.assertIn("--diffuse-rays 64,4 ", time_to_error.options("64,4", "4", 0.5, 4, 0.35))
 
 
 SIZE = 40
