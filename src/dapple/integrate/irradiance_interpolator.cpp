@@ -42,11 +42,11 @@ uint8_t hemisphere_span(const scene::Motion& motion, const GridId& id) {
 
 // Rays in proportion to the root of how many points a hemisphere stands for: what noise the wide ones have shows as blotches.
 std::vector<gi::HemisphereStrata> strata_of_steps(int rays) {
-  constexpr int first_wide = 3;
+  constexpr int first_wide = 3, most_rays = 1024;
   std::vector<gi::HemisphereStrata> strata;
   for (int step = 0; step <= IrradianceInterpolator::max_step; ++step) {
     const int times = step < first_wide ? 1 : 2 << (step - first_wide);
-    strata.emplace_back(std::max(rays, std::min(rays * times, IrradianceInterpolator::most_rays)));
+    strata.emplace_back(std::max(rays, std::min(rays * times, most_rays)));
   }
   return strata;
 }

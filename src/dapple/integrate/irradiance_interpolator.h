@@ -18,7 +18,7 @@ namespace dapple::integrate {
 class IrradianceInterpolator {
  public:
   struct Settings {
-    int rays = 256;         ///< of the finest hemispheres; wider ones have more, up to most_rays
+    int rays = 256;         ///< of the finest hemispheres; wider ones have up to 8 times as many
     /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean), but for those that stand
     /// two points apart; a quarter of it is what they may differ by there, of their mean. Smaller is better and slower.
     float accuracy = 0.4f;
@@ -28,7 +28,6 @@ class IrradianceInterpolator {
   };
   /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all, where glints are why.
   static constexpr int unserved_share = 4;
-  static constexpr int most_rays = 1024;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
   IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings);
