@@ -202,10 +202,9 @@ void DirectLight::draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) co
     while (end < w.job_count && w.job_point[end] == k) ++end;
     draw_lights(b, begin, end, w);
     // In the order of the jobs: sums must not depend on who had the same place or light.
-    RayOrigin from = b.origin_of(k, int(w.index[begin]), w.seed[begin]);
     for (int first = begin, last = begin; first < end; first = last) {
       while (last < end && w.job_light[last] == w.job_light[first]) ++last;
-      add_shadow_rays(b, diffuse_depth, first, last, &from, w);
+      add_shadow_rays(b, diffuse_depth, first, last, w);
     }
   }
   trace(w);
@@ -220,15 +219,16 @@ void DirectLight::draw(PointBatch& b, int diffuse_depth, ShadingWorkspace& w) co
   w.job_count = 0;
 }
 
-// Rays of a run of jobs of one point and light; `from` is where the one before left.
-void DirectLight::add_shadow_rays(PointBatch& b, int diffuse_depth, int first, int last, RayOrigin* from, ShadingWorkspace& w) const {
+// Rays of a run of jobs of one point and light.
+void DirectLight::add_shadow_rays(PointBatch& b, int diffuse_depth, int first, int last, ShadingWorkspace& w) const {
   const int k = w.job_point[first];
+  RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
   const bool joins = w.job_light[first] >= 0 && RayBatch::pays_to_join(last - first);
   for (int j = first, in_packet = 0; j < last; ++j) {
     if ((j - first) % RayBatch::packet == 0) in_packet = 0;
     if (!w.drawn_for[j]) continue;
-    if (!b.has_one_origin(k)) *from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-    if (add_shadow_ray(b, diffuse_depth, j, *from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
+    if (!b.has_one_origin(k)) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
+    if (add_shadow_ray(b, diffuse_depth, j, from, w)) w.shadow.joined[w.shadow_count - 1] = joins && in_packet++ > 0;
   }
 }
 

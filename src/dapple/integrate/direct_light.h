@@ -46,7 +46,7 @@ class DirectLight {
   void draw_lights(const PointBatch& b, int begin, int end, ShadingWorkspace& w) const;
   void draw_from_one_place(const PointBatch& b, std::span<int> jobs, ShadingWorkspace& w) const;
   bool add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from, ShadingWorkspace& w) const;
-  void add_shadow_rays(PointBatch& b, int diffuse_depth, int first, int last, RayOrigin* from, ShadingWorkspace& w) const;
+  void add_shadow_rays(PointBatch& b, int diffuse_depth, int first, int last, ShadingWorkspace& w) const;
   void trace(ShadingWorkspace& w) const;
 
   const scene::Scene& scene_;
