@@ -3,8 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "dapple/base/error.h"
 #include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
 #include "dapple/numeric/warp.h"
 
 namespace dapple::trace {
@@ -344,6 +349,30 @@ TEST(TracedScene, TellsTheOpacityTestOfTheFootprint) {
     check("shadow ray");
   }
   EXPECT_EQ(listener.lookups, 4u);
+}
+
+// Tests of what does not depend on the number of threads would not test it. Embree may limit a process to its processors.
+TEST(Threads, AreAsManyAsAskedFor) {
+  const int count = 2 * int(std::thread::hardware_concurrency()) + 1;
+  set_thread_count(count);
+  {
+    const TracedScene scene;
+    std::atomic<int> together{0};
+    const Timer timer;
+    parallel_for(size_t(count), [&](size_t) {
+      ++together;
+      while (together < count && timer.seconds() < 20) std::this_thread::yield();
+    });
+    EXPECT_LT(timer.seconds(), 20);
+    set_thread_count(1);
+    std::atomic<int> inside{0};
+    parallel_for(100, [&](size_t) {
+      EXPECT_EQ(++inside, 1);
+      std::this_thread::yield();
+      --inside;
+    });
+  }
+  set_thread_count(0);
 }
 
 }  // namespace

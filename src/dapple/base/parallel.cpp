@@ -13,6 +13,7 @@
 #else
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #endif
 
 namespace dapple {
@@ -63,17 +64,32 @@ void parallel_for(size_t n, const std::function<void(size_t)>& body) {
 
 #else
 
-void set_thread_count(int threads) {
-  static std::unique_ptr<tbb::global_control> control;
-  requested_threads = threads;
-  control.reset();
-  control = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, thread_count());
+namespace {
+// An implicit arena has no more threads than processors, whatever the control allows.
+struct Threads {
+  explicit Threads(int n) : control(tbb::global_control::max_allowed_parallelism, n), arena(n) {}
+  tbb::global_control control;
+  tbb::task_arena arena;
+};
+std::unique_ptr<Threads> threads;
+}  // namespace
+
+void set_thread_count(int n) {
+  requested_threads = n;
+  threads.reset();
+  if (n > 0) threads = std::make_unique<Threads>(n);
 }
 
 void parallel_for(size_t n, const std::function<void(size_t)>& body) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t i = range.begin(); i != range.end(); ++i) body(i);
-  }, tbb::simple_partitioner());
+  const auto loop = [&] {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1), [&](const tbb::blocked_range<size_t>& range) {
+      for (size_t i = range.begin(); i != range.end(); ++i) body(i);
+    }, tbb::simple_partitioner());
+  };
+  if (threads)
+    threads->arena.execute(loop);
+  else
+    loop();
 }
 
 #endif

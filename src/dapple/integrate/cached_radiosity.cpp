@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of HitShader that ends rays in the radiosity cache.
+#include <bit>
+
 #include "dapple/integrate/hit_shader.h"
 
 namespace dapple::integrate {
@@ -14,6 +16,8 @@ constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
+// Points that a thread claims at a time: of what several threads want, each computes a part, where one would compute all and the others wait.
+constexpr int most_claimed = 256;
 constexpr int looked_ahead = 8;  // entries whose memory is on its way
 
 // Entries are claimed while a batch is under way: whatever happens, other threads must not wait for them for ever.
@@ -24,8 +28,8 @@ class ClaimGuard {
     for (int e = 0; e < c_.entry_count; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.abandon(c_.entry[e]);
   }
-  void publish() {
-    for (int e = 0; e < c_.entry_count; ++e)
+  void publish(int begin, int end) {
+    for (int e = begin; e < end; ++e)
       if (c_.entry[e].found == TileCache::Found::mine) cache_.publish(c_.entry[e]);
   }
   ClaimGuard(const ClaimGuard&) = delete;
@@ -130,15 +134,23 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   // of which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
   bool all_known = false;
   for (int round = 0; !all_known; ++round) {
+    int first = 0, claimed = 0;
     for (int e = 0; e < c.entry_count; ++e) {
       RadiosityCache::Entry& entry = c.entry[e];
       if (e + looked_ahead < c.entry_count) cache.prefetch(c.entry[e + looked_ahead]);
       if (round > 0 && entry.found != TileCache::Found::pending) continue;
       cache.find(entry, &counts);
       if (round == most_waits && entry.found == TileCache::Found::pending) entry.found = TileCache::Found::refused;
+      const int missing = std::popcount(c.to_fill(e));
+      if (claimed + missing > most_claimed) {
+        fill(below, first, e, c, w);
+        guard.publish(first, e);
+        first = e, claimed = 0;
+      }
+      claimed += missing;
     }
-    fill(below, c, w);
-    guard.publish();
+    fill(below, first, c.entry_count, c, w);
+    guard.publish(first, c.entry_count);
     all_known = true;
     for (int e = 0; e < c.entry_count; ++e)
       if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
@@ -173,16 +185,16 @@ void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorks
   }
 }
 
-// Computes the points that are missing, but for those that another thread computes.
-void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
+// Computes the points that are missing of entries [begin, end), but for those that another thread computes.
+void HitShader::fill(const Place& below, int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
   const auto width_scale = [&](int share) { return 1 + growth(below, share) * group_width(); };
   int points[resolution_count] = {}, all = 0;
-  link_tiles(c, w);
+  link_tiles(begin, end, c, w);
   f.count = 0;
-  for (int e = 0; e < c.entry_count; ++e) {
+  for (int e = begin; e < end; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
     const uint32_t missing = c.to_fill(e);
     if (missing == 0) continue;
@@ -214,10 +226,10 @@ void HitShader::fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) con
   counts.by_depth[size_t(below.depth.diffuse)].fill_seconds += seconds;
 }
 
-void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
+void HitShader::link_tiles(int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
   using Outcome = RadiosityCache::Entry::Outcome;
   w.linking.job_count = 0;
-  for (int e = 0; e < c.entry_count; ++e) {
+  for (int e = begin; e < end; ++e) {
     RadiosityCache::Entry& entry = c.entry[e];
     const uint32_t missing = c.to_fill(e);
     if (missing == 0) continue;
@@ -227,7 +239,7 @@ void HitShader::link_tiles(CacheBatch& c, ShadingWorkspace& w) const {
   }
   if (w.linking.job_count == 0) return;
   link(w);
-  for (int e = 0; e < c.entry_count; ++e)
+  for (int e = begin; e < end; ++e)
     if (c.to_fill(e) != 0) c.entry[e].set_links(c.links[e]);
 }
 

@@ -71,6 +71,16 @@ class ClaimedPoints {
   }
   int count() const { return count_; }  ///< of points
   std::span<const Claim> claims() const { return claims_; }
+  /// Moves the last claims to another's, of so many points or a few less; one at least.
+  void give(int points, ClaimedPoints* to) {
+    const int least = count_ - points;
+    do {
+      to->claims_.push_back(std::move(claims_.back()));
+      const int moved = std::popcount(to->claims_.back().points);
+      claims_.pop_back();
+      count_ -= moved, to->count_ += moved;
+    } while (!claims_.empty() && count_ - std::popcount(claims_.back().points) >= least);
+  }
   /// Takes out the first n.
   void publish(size_t n) {
     for (size_t i = 0; i < n; ++i) {

@@ -186,8 +186,8 @@ class HitShader {
   void add_media(RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
-  void fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
-  void link_tiles(CacheBatch& c, ShadingWorkspace& w) const;
+  void fill(const Place& below, int begin, int end, CacheBatch& c, ShadingWorkspace& w) const;
+  void link_tiles(int begin, int end, CacheBatch& c, ShadingWorkspace& w) const;
   void fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const;
   static void count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w);
   void survey_rays(const Place& place, const CacheLog& log, CacheAnswers* answers, ShadingWorkspace& w) const;

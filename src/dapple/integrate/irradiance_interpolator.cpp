@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace dapple::integrate {
 
@@ -108,18 +109,8 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
       if (next_step[k] >= step && choose_nodes(w.point[k], w.pending_count, w)) w.pending[w.pending_count++] = k;
     }
     if (w.pending_count == 0) continue;
-    find_nodes(w);
-    compute(place, w, s, [](const Node& n) { return is_mine(n) || n.found == TileCache::Found::refused; });
-    // Whoever computes a hemisphere waits for the radiosity cache, never for hemispheres: no ring.
-    for (int n = 0; n < w.node_count; ++n) {
-      Node& node = w.node[n];
-      if (node.found != TileCache::Found::pending) continue;
-      if (cache_.wait(node.slot, w.words.data())) {
-        unpack(n, w);
-        node.found = TileCache::Found::ready;
-      }
-    }
-    compute(place, w, s, [](const Node& n) { return n.found == TileCache::Found::pending; });
+    list_nodes(w);
+    find_nodes(place, w, s);
     for (int n = 0; n < w.pending_count; ++n) {
       const int k = w.pending[n];
       const int finer = blend(n, k, w, b);
@@ -195,28 +186,23 @@ int IrradianceInterpolator::quad(const GridId& lattice, int i, int j, Workspace&
   return w.quad_count++;
 }
 
-// Looks up each node once.
-void IrradianceInterpolator::find_nodes(Workspace& w) const {
+// Each once.
+void IrradianceInterpolator::list_nodes(Workspace& w) {
   std::sort(w.order, w.order + w.order_count);
   w.node_count = 0;
   for (int n = 0; n < w.order_count; ++n) {
     const auto [key, index] = w.order[n];
     if (n == 0 || key != w.node[w.node_count - 1].key) {
       Node& node = w.node[w.node_count++];
-      node.at = w.wanted[index], node.key = key;
-      node.found = cache_.find(node.key, w.words.data(), &node.slot);
-      const bool ready = node.found == TileCache::Found::ready;
-      if (ready) unpack(w.node_count - 1, w);
-      const bool hit = ready || node.found == TileCache::Found::pending;
-      w.counts += {1, hit, !hit, 0};
+      node.at = w.wanted[index], node.key = key, node.found = TileCache::Found::refused;
     }
     w.node_of[index] = w.node_count - 1;
   }
+  w.counts.lookups += uint64_t(w.node_count), w.counts.hits += uint64_t(w.node_count);
 }
 
-template <class Wanted>
-void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const {
-  const Timer timer;
+// Looks nodes up, and computes what is missing. As many are claimed as are computed together: of what several threads want, each computes a part.
+void IrradianceInterpolator::find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {
   // Whatever happens, other threads must not wait for ever.
   struct Guard {
     TileCache& cache;
@@ -230,17 +216,40 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Workspace& w
   Node* nodes[PointBatch::capacity];
   int count = 0;
   for (int n = 0; n < w.node_count; ++n) {
-    if (!wanted(w.node[n])) continue;
+    if (find_node(n, w)) continue;
     nodes[count++] = &w.node[n];
-    if (count == group) shoot(place, nodes, count, w, s), count = 0;
+    if (count == group) compute(place, nodes, std::exchange(count, 0), w, s);
   }
-  if (count > 0) shoot(place, nodes, count, w, s);
+  compute(place, nodes, count, w, s);
+  // Whoever computes a hemisphere waits for the radiosity cache, never for hemispheres: no ring.
   for (int n = 0; n < w.node_count; ++n) {
-    Node& node = w.node[n];
-    if (!is_mine(node)) continue;
-    pack(n, w);
-    cache_.publish(node.slot, w.words.data());
-    node.found = TileCache::Found::ready;
+    Node* const node = &w.node[n];
+    if (node->found != TileCache::Found::pending) continue;
+    if (cache_.wait(node->slot, w.words.data()))
+      unpack(n, w);
+    else if (!find_node(n, w) || node->found == TileCache::Found::pending)
+      compute(place, &node, 1, w, s);
+  }
+}
+
+// False where the caller has to compute it.
+bool IrradianceInterpolator::find_node(int n, Workspace& w) const {
+  Node& node = w.node[n];
+  node.found = cache_.find(node.key, w.words.data(), &node.slot);
+  if (node.found == TileCache::Found::ready) unpack(n, w);
+  return node.found == TileCache::Found::ready || node.found == TileCache::Found::pending;
+}
+
+void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
+  if (count == 0) return;
+  const Timer timer;
+  shoot(place, nodes, count, w, s);
+  w.counts.fills += uint64_t(count), w.counts.hits -= uint64_t(count);
+  for (int k = 0; k < count; ++k) {
+    if (!is_mine(*nodes[k])) continue;
+    pack(int(nodes[k] - w.node), w);
+    cache_.publish(nodes[k]->slot, w.words.data());
+    nodes[k]->found = TileCache::Found::ready;
   }
   w.counts.fill_seconds += timer.seconds();
 }

@@ -90,9 +90,10 @@ class IrradianceInterpolator {
   void set_receiver(const PointBatch& b, int k, Workspace& w) const;
   bool choose_nodes(const Point& p, int n, Workspace& w) const;
   static int quad(const scene::GridId& lattice, int i, int j, Workspace& w);
-  void find_nodes(Workspace& w) const;
-  template <class Wanted>
-  void compute(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s, const Wanted& wanted) const;
+  static void list_nodes(Workspace& w);
+  void find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
+  bool find_node(int n, Workspace& w) const;
+  void compute(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
   int blend(int n, int k, const Workspace& w, PointBatch& b) const;
   void pack(int node, Workspace& w) const;

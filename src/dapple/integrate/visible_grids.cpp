@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of DistributionIntegrator that finds, links and shades the grids that camera samples see.
+#include <atomic>
 #include <bit>
+#include <deque>
 
+#include "dapple/base/parallel.h"
 #include "dapple/integrate/distribution_workspace.h"
 
 namespace dapple::integrate {
@@ -156,6 +159,24 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
     throw;
   }
   w.caches[0].fill_seconds += timer.seconds();
+}
+
+// Shades what all threads have claimed, in batches that are full but not so large that some threads would have nothing to do.
+void DistributionIntegrator::share_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const {
+  constexpr int at_a_time = 128;
+  std::deque<ClaimedPoints> jobs;
+  for (const auto& of : workspaces) {
+    ClaimedPoints& claimed = static_cast<DistributionWorkspace&>(*of).claimed;
+    while (claimed.count() > 0) claimed.give(at_a_time, &jobs.emplace_back());
+  }
+  std::atomic<size_t> next{0};
+  parallel_for(workspaces.size(), [&](size_t i) {
+    auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
+    for (size_t job; (job = next++) < jobs.size();) {
+      jobs[job].give(at_a_time, &w.claimed);
+      shade_claimed(0, w);
+    }
+  });
 }
 
 void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {

@@ -41,14 +41,10 @@ class WorkspacePool {
   std::vector<Ptr> free_;
 };
 
-// Tiles aligned to the full film, so that a crop renders the same blocks as the whole.
-std::vector<Box2i> make_tiles(const Box2i& crop, int size) {
-  std::vector<Box2i> tiles;
-  for (int y = crop.min.y / size * size; y < crop.max.y; y += size)
-    for (int x = crop.min.x / size * size; x < crop.max.x; x += size)
-      tiles.push_back(Box2i(V2i(std::max(x, crop.min.x), std::max(y, crop.min.y)),
-                            V2i(std::min(x + size, crop.max.x), std::min(y + size, crop.max.y))));
-  return tiles;
+std::vector<Box2i> blocks_of(const Box2i& crop) {
+  std::vector<Box2i> blocks;
+  integrate::CameraBatch::for_each_block(crop, [&](const Box2i& block) { blocks.push_back(block); });
+  return blocks;
 }
 
 double pixel_count(const std::vector<Box2i>& areas) {
@@ -119,7 +115,7 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) 
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   const Timer timer;
   const double cpu_start = process_cpu_seconds();
-  std::vector<Box2i> areas = make_tiles(film_.settings().crop, tile_size);
+  std::vector<Box2i> areas = blocks_of(film_.settings().crop);
   WorkspacePool pool(integrator_);
   SessionResult result;
   std::mutex progress_mutex;

@@ -24,7 +24,7 @@ struct StopRules {
 struct Progress {
   uint32_t samples_done = 0;  ///< a pixel, in finished passes; of the blocks that are still rendered
   double seconds = 0;
-  double fraction = 0;  ///< of the most work that may be needed, by the rule that will end it; tiles of the current pass included
+  double fraction = 0;  ///< of the most work that may be needed, by the rule that will end it; blocks of the current pass included
   std::optional<double> seconds_left;  ///< for the rest of that; not known before the first pass is done, but by a time limit
 };
 
@@ -43,7 +43,7 @@ struct SessionResult {
   std::vector<integrate::CacheState> caches;
 };
 
-/// Renders in progressive passes over tiles, on all threads. The image does not depend on the number of threads, the order of tiles or
+/// Renders in progressive passes over blocks of pixels, on all threads. The image does not depend on the number of threads, the order of blocks or
 /// how samples fall into passes. A crop shows the pixels of the whole image; but which blocks are noisy is judged by what the crop shows.
 class RenderSession {
  public:
@@ -56,7 +56,6 @@ class RenderSession {
   /// different numbers of samples.
   SessionResult run(const std::atomic<bool>& interrupt);
 
-  static constexpr int tile_size = 32;
   /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel (docs/design/016).
   static constexpr uint32_t most_at_once = 64;
   /// Samples of a pass when `done` are finished: 1, 127, 128, 256, 512, and so on: the first gives a whole image soon, and of the fewer

@@ -8,7 +8,6 @@
 
 #include "dapple/base/error.h"
 #include "dapple/base/hash.h"
-#include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 
 namespace dapple::trace {
@@ -121,8 +120,7 @@ struct TracedScene::Callbacks {
 };
 
 TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
-  const std::string config = "set_affinity=0,start_threads=0,threads=" + std::to_string(thread_count());
-  device_ = rtcNewDevice(config.c_str());
+  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // told a number of threads, it would limit all of the process to it
   if (!device_) throw Error(ExitCode::memory, "ray tracing: Embree could not be started");
   rtcSetDeviceMemoryMonitorFunction(device_, MemoryUse::monitor, memory_.get());
   top_.scene = rtcNewScene(device_);
