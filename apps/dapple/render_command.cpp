@@ -414,7 +414,7 @@ Command add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::PositiveNumber);
   app.add_option("--resolution", o->resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
-  app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::NonNegativeNumber)->capture_default_str();
+  app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024))->capture_default_str();
   app.add_option("--seed", o->seed, "Seed of all random numbers [the scene's or 0]");
   app.add_option("--aov", o->aovs,
                  "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "

@@ -114,7 +114,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
 }
 
 void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const {
-  share_claimed(workspaces);
+  shade_all_claimed(workspaces);
   parallel_for(workspaces.size(), [&](size_t i) {
     auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
     finish_waiting(w, film);

@@ -62,7 +62,7 @@ class DistributionIntegrator final : public Integrator {
   bool restrict_points(CameraSample& s) const;
   void find_grids(int n, DistributionWorkspace& w) const;
   void shade_claimed(int left, DistributionWorkspace& w) const;
-  void share_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
+  void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
   void add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   struct Shares {

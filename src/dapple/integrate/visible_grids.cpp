@@ -162,7 +162,7 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
 }
 
 // Shades what all threads have claimed, in batches that are full but not so large that some threads would have nothing to do.
-void DistributionIntegrator::share_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const {
+void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const {
   constexpr int at_a_time = 128;
   std::deque<ClaimedPoints> jobs;
   for (const auto& of : workspaces) {

@@ -120,7 +120,7 @@ struct TracedScene::Callbacks {
 };
 
 TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
-  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // told a number of threads, it would limit all of the process to it
+  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // a number of threads would limit the whole process, to its processors at most
   if (!device_) throw Error(ExitCode::memory, "ray tracing: Embree could not be started");
   rtcSetDeviceMemoryMonitorFunction(device_, MemoryUse::monitor, memory_.get());
   top_.scene = rtcNewScene(device_);
