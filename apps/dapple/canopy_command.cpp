@@ -18,18 +18,14 @@ struct SolveOptions {
   int threads = 0;
 };
 
-bool ends_with(const std::string& s, const std::string& end) {
-  return s.size() > end.size() && s.compare(s.size() - end.size(), end.size(), end) == 0;
-}
-
 int solve(const SolveOptions& o) {
   OutputFiles outputs;
   for (const auto& [option, path] : {std::pair{"--output", o.output}, {"--csv", o.csv}, {"--exr", o.exr}, {"--plot", o.plot}})
     outputs.add(option, path);
   outputs.check_input(o.input);
-  if (!o.exr.empty() && !ends_with(o.exr, ".exr"))
+  if (!o.exr.empty() && !o.exr.ends_with(".exr"))
     throw UsageError("--exr is " + o.exr + ", expected a name that ends with .exr");
-  if (!o.plot.empty() && !ends_with(o.plot, ".svg"))
+  if (!o.plot.empty() && !o.plot.ends_with(".svg"))
     throw UsageError("--plot is " + o.plot + ", expected a name that ends with .svg");
   set_thread_count(o.threads);
   const CanopyInput input = read_canopy_input(o.input);

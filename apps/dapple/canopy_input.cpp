@@ -11,6 +11,7 @@
 
 #include "dapple/base/error.h"
 #include "dapple/forest/leaves.h"
+#include "option_values.h"
 
 namespace dapple::app {
 
@@ -18,15 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr size_t max_file_bytes = size_t{64} << 20, max_depth = 32;
 constexpr size_t max_wavelengths = 10000, max_layers = 1000, max_views = 10000, max_outputs = 10'000'000;
-
-std::string shown(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", x);
-  return text;
-}
 
 /// One value of the file and the name by which messages call it.
 class Value {

@@ -7,8 +7,9 @@
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/integrate/canopy_survey.h"
-#include "dapple/integrate/plot_reflectance.h"
+#include "dapple/integrate/scene_light.h"
 #include "dapple/render/report.h"
+#include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
 #include "output_files.h"
 
@@ -128,10 +129,11 @@ int measure(const MeasureOptions& o) {
   CanopyScene s = load_canopy_scene(o, diagnostics);
   outputs.check_inputs(s.built->named_files);
   scene::Scene& scene = *s.built->scene;
-  if (!o.sun.empty()) integrate::light_by_sun_only(&scene, angles_of("--sun", o.sun).direction(), RGB(1));
+  if (!o.sun.empty()) scene::light_by_sun_only(&scene, angles_of("--sun", o.sun).direction(), RGB(1));
   std::optional<integrate::CanopySurvey> survey;
   try {
-    survey = integrate::survey_canopy(scene, {s.area, o.slabs, o.inclinations, ground_materials(s.description, o.ground)});
+    survey = integrate::survey_canopy(scene, integrate::optics_of_geometries(scene),
+                                      {s.area, o.slabs, o.inclinations, ground_materials(s.description, o.ground)});
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected leaves over the plot");
   }

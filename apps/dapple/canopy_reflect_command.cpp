@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "canopy_scene.h"
 #include "commands.h"
@@ -9,14 +8,15 @@
 #include "dapple/base/timer.h"
 #include "dapple/integrate/plot_reflectance.h"
 #include "dapple/render/report.h"
+#include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
+#include "option_values.h"
 #include "output_files.h"
 
 namespace dapple::app {
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr size_t max_views = 10000;
 
 struct ReflectOptions : CanopySceneOptions {
@@ -108,7 +108,7 @@ int reflect(const ReflectOptions& o) {
     check_range("--height", height, -1e6, 1e6, " m");
   }
   if (sun)
-    integrate::light_by_sun_only(&scene, sun->direction(), RGB(1));
+    scene::light_by_sun_only(&scene, sun->direction(), RGB(1));
   else
     sun = sun_of(scene);
   const std::vector<SkyAngles> views = views_of(o, sun);

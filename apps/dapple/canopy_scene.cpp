@@ -2,32 +2,13 @@
 #include "canopy_scene.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "dapple/base/parallel.h"
+#include "option_values.h"
 
 namespace dapple::app {
 
-namespace {
-
-std::string shown(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", x);
-  return text;
-}
-
-}  // namespace
-
-Box2f rectangle(const std::string& option, const std::string& text) {
-  const auto v = numbers_of(option, text, 4, "X0,X1,Y0,Y1 in metres");
-  for (const double x : v) check_range(option, x, -1e6, 1e6, " m");
-  if (!(float(v[1]) > float(v[0])) || !(float(v[3]) > float(v[2])))
-    throw UsageError(option + ": \"" + text + "\"; expected X0 below X1 and Y0 below Y1");
-  return {V2f(float(v[0]), float(v[2])), V2f(float(v[1]), float(v[3]))};
-}
-
 V3f SkyAngles::direction() const {
-  constexpr double degree = std::numbers::pi / 180;
   const double s = std::sin(zenith_deg * degree);
   return V3f(V3d(s * std::cos(azimuth_deg * degree), s * std::sin(azimuth_deg * degree), std::cos(zenith_deg * degree)));
 }
@@ -37,24 +18,6 @@ SkyAngles angles_of(const std::string& option, const std::string& text) {
   check_range(option + " zenith", v[0], 0, 89.9, " degrees");
   check_range(option + " azimuth", v[1], -360, 360, " degrees");
   return {v[0], v[1]};
-}
-
-std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected) {
-  std::vector<double> out;
-  for (const char* at = text.c_str(); out.size() < count; ++at) {
-    char* end = nullptr;
-    out.push_back(std::strtod(at, &end));
-    const bool last = out.size() == count;
-    if (end == at || *end != (last ? '\0' : ',') || !std::isfinite(out.back()))
-      throw UsageError(option + ": \"" + text + "\"; expected " + expected);
-    at = end;
-  }
-  return out;
-}
-
-void check_range(const std::string& option, double value, double low, double high, const std::string& units) {
-  if (!(value >= low && value <= high))
-    throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) + units);
 }
 
 void add_scene_options(CLI::App& command, CanopySceneOptions* o) {

@@ -32,14 +32,7 @@ struct SkyAngles {
   double zenith_deg = 0, azimuth_deg = 0;
   V3f direction() const;  ///< unit
 };
-/// "X0,X1,Y0,Y1" of an option, metres.
-Box2f rectangle(const std::string& option, const std::string& text);
 /// "ZENITH,AZIMUTH" of an option: zenith 0 to 89.9, azimuth -360 to 360 degrees.
 SkyAngles angles_of(const std::string& option, const std::string& text);
-
-/// `count` numbers between commas. UsageError names the option, the text and `expected`.
-std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected);
-/// A number of an option. UsageError names it and its legal range.
-void check_range(const std::string& option, double value, double low, double high, const std::string& units);
 
 }  // namespace dapple::app

@@ -8,14 +8,16 @@
 #include <numbers>
 
 #include "dapple/base/error.h"
+#include "dapple/forest/sky_table.h"
 #include "dapple/image/image.h"
 #include "dapple/image/image_writer.h"
+#include "option_values.h"
 
 namespace dapple::app {
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180, pi_d = std::numbers::pi;
+constexpr double pi_d = std::numbers::pi;
 constexpr int chunk = 64;  // wavelengths solved together: bounds the memory of operators
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -89,7 +91,7 @@ forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
     throw InputError(loc, "sky.image has colour, expected a grey image where there are " +
                               std::to_string(in.wavelengths) + " wavelengths");
   constexpr int rows = 45, columns = 72;
-  auto table = std::make_shared<std::vector<double>>(rows * columns * channels, 0.0);
+  auto table = std::make_shared<forest::SkyTable>(forest::SkyTable{rows, columns, channels, std::vector<double>(size_t(rows * columns * channels), 0.0)});
   std::vector<double> area(rows * columns, 0);
   for (int y = 0; y < picture.height(); ++y) {
     const double zenith = pi_d * (y + 0.5) / picture.height();
@@ -103,29 +105,18 @@ forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
         const double v = channels == 3 ? c[k] : picture.pixel(x, y)[0];
         if (!(v >= 0 && std::isfinite(v)))
           throw InputError(loc, "sky.image has a pixel that is negative or not finite");
-        (*table)[cell * channels + k] += v * std::sin(zenith);
+        table->values[cell * channels + k] += v * std::sin(zenith);
       }
     }
   }
   for (size_t i = 0; i < area.size(); ++i) {
     if (!(area[i] > 0)) throw InputError(loc, "sky.image is smaller than 72 x 90 pixels");
-    for (int k = 0; k < channels; ++k) (*table)[i * channels + k] /= area[i];
+    for (int k = 0; k < channels; ++k) table->values[i * channels + k] /= area[i];
   }
   forest::Sky sky;
   sky.grey = channels == 1;
-  const double sun_azimuth = in.sun ? in.sun->azimuth_deg : 0;
-  sky.radiance = [table, channels, sun_azimuth](double mu, double phi, int w) {
-    const double turn = phi / (2 * pi_d) + sun_azimuth / 360;
-    const double y = std::clamp(std::acos(mu) / (pi_d / 2) * rows - 0.5, 0.0, rows - 1.0),
-                 x = (turn - std::floor(turn)) * columns - 0.5;
-    const int y0 = std::min(int(y), rows - 2), x0 = int(std::floor(x));
-    const auto at = [&](int row, int column) {
-      return (*table)[(size_t(row) * columns + (column + columns) % columns) * channels + (channels == 3 ? w : 0)];
-    };
-    const double fy = y - y0, fx = x - x0;
-    return (1 - fy) * ((1 - fx) * at(y0, x0) + fx * at(y0, x0 + 1)) +
-           fy * ((1 - fx) * at(y0 + 1, x0) + fx * at(y0 + 1, x0 + 1));
-  };
+  const double sun_azimuth = in.sun ? in.sun->azimuth_deg * degree : 0;
+  sky.radiance = [table, sun_azimuth](double mu, double phi, int w) { return table->at(mu, phi + sun_azimuth, w); };
   return sky;
 }
 

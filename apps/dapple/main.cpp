@@ -9,12 +9,6 @@
 
 namespace {
 
-// Defaults are shown by every option that has one; arguments are described by what they are.
-class HelpFormatter final : public CLI::Formatter {
- public:
-  HelpFormatter() { column_width(36); }
-};
-
 std::string quoted(int argc, char** argv) {
   std::string line;
   for (int i = 0; i < argc; ++i) line.append(i ? " " : "").append(argv[i]);
@@ -23,7 +17,7 @@ std::string quoted(int argc, char** argv) {
 
 int run(int argc, char** argv) {
   CLI::App app("Dapple renders film scenes and forests with global illumination.", "dapple");
-  app.formatter(std::make_shared<HelpFormatter>());
+  app.get_formatter()->column_width(36);
   app.set_version_flag("--version", "dapple " + dapple::render::version());
   app.require_subcommand(1);
   app.footer("Exit codes: 0 done, 2 usage, 3 bad input, 4 could not read or write, 5 out of memory, 130 interrupted.");
@@ -40,7 +34,6 @@ int run(int argc, char** argv) {
   commands.emplace_back(penumbra, dapple::app::add_penumbra(*penumbra, quoted(argc, argv)));
   auto* plugin = app.add_subcommand("plugin-info", "Say what a shader plug-in is and which parameters it has");
   commands.emplace_back(plugin, dapple::app::add_plugin_info(*plugin));
-  for (auto& [sub, command] : commands) sub->option_defaults()->always_capture_default();
 
   try {
     app.parse(argc, argv);

@@ -13,6 +13,7 @@
 #include "dapple/image/image_writer.h"
 #include "dapple/integrate/scene_mask.h"
 #include "dapple/render/report.h"
+#include "option_values.h"
 #include "output_files.h"
 #include "penumbra_options.h"
 
@@ -114,7 +115,6 @@ class PenumbraRun {
     view.plane = o_.mask_ground + o_.heights[0];
     view.ground = o_.mask_ground;
     view.samples = o_.mask_samples;
-    constexpr double degree = std::numbers::pi / 180;
     if (o_.mask_along == "sun") view.direction = forest::sky_direction(sun.zenith_deg * degree, sun.azimuth_deg * degree);
     planes_ = {{mask_of_scene(*scene_->scene, view, o_.periodic), o_.heights[0]}};
   }

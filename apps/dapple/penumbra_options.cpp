@@ -1,27 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "penumbra_options.h"
 
-#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "dapple/base/error.h"
 #include "dapple/forest/sun_position.h"
 #include "dapple/image/environment.h"
+#include "option_values.h"
 
 namespace dapple::app {
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 const FileLoc command_line{"command line", 0, 0};
-
-std::string shown(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", x);
-  return text;
-}
 
 [[noreturn]] void out_of_range(const std::string& option, const std::string& value, const std::string& expected) {
   throw InputError(command_line, option + " is " + value + ", expected " + expected);
@@ -29,22 +21,6 @@ std::string shown(double x) {
 
 void require(bool legal, const char* option, double value, const char* expected) {
   if (!legal) out_of_range(option, shown(value), expected);
-}
-
-/// Numbers between marks, such as "12,-3.5" or "2024-06-21"; empty where the text is anything else.
-std::vector<double> numbers(std::string_view text, char mark, size_t count) {
-  std::vector<double> out;
-  while (true) {
-    double v = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-    if (error != std::errc() || !std::isfinite(v)) return {};
-    out.push_back(v);
-    text.remove_prefix(size_t(end - text.data()));
-    if (text.empty()) break;
-    if (text.front() != mark) return {};
-    text.remove_prefix(1);
-  }
-  return out.size() == count ? out : std::vector<double>();
 }
 
 /// "09:30" in hours, to 24:00; negative for anything else.

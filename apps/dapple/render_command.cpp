@@ -5,16 +5,17 @@
 #include <filesystem>
 #include <sstream>
 
-#include "canopy_scene.h"
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/build/scene_builder.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
 #include "dapple/shading/medium.h"
+#include "option_values.h"
 #include "output_files.h"
 #include "progress_bar.h"
 
@@ -24,9 +25,9 @@ namespace {
 
 struct RenderOptions {
   std::vector<std::string> outputs;
-  std::string scene, integrator, preset, shadow_rays, diffuse_rays, subsurface_rays, radiosity_cache, subsurface_cache, opacity_cache;
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
   double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
@@ -39,24 +40,6 @@ struct RenderOptions {
 std::atomic<bool> interrupted{false};
 
 extern "C" void on_signal(int) { interrupted = true; }
-
-// "1024x576"
-V2i parse_resolution(const std::string& text) {
-  int x = 0, y = 0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &x, &y, &rest) != 2 || x < 1 || y < 1)
-    throw UsageError("--resolution: \"" + text + "\"; expected WIDTHxHEIGHT, such as 960x540");
-  return {x, y};
-}
-
-// "X0,Y0,X1,Y1"
-Box2i parse_crop(const std::string& text) {
-  int v[4];
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &v[0], &v[1], &v[2], &v[3], &rest) != 4)
-    throw UsageError("--crop: \"" + text + "\"; expected X0,Y0,X1,Y1 in pixels");
-  return {V2i(v[0], v[1]), V2i(v[2], v[3])};
-}
 
 std::string joined(const std::vector<std::string>& paths) {
   std::string text;
@@ -103,7 +86,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.specular_depth >= 0) r.specular_depth = o.specular_depth;
   if (!o.shadow_rays.empty()) r.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
-  if (!o.subsurface_rays.empty()) r.subsurface_rays = parse_rays("--subsurface-rays", o.subsurface_rays);
+  if (o.subsurface_rays > 0) r.subsurface_rays = o.subsurface_rays;
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (o.pixel_points >= 0) r.pixel_points = o.pixel_points;
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
@@ -153,14 +136,15 @@ void check_cache_views(const std::string& option, const build::IntegratorRequest
 }
 
 // Names options that the integrator has no use for.
-void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
+void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request) {
+  const std::string& integrator = request.type;
   const auto warn = [&](bool given, const char* option, std::initializer_list<std::string_view> users) {
     if (given && std::find(users.begin(), users.end(), integrator) == users.end())
       log_warning(std::string(option) + " has no effect with --integrator " + integrator);
   };
   warn(!o.shadow_rays.empty(), "--shadow-rays", {"distribution"});
   warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
-  warn(!o.subsurface_rays.empty(), "--subsurface-rays", {"distribution"});
+  warn(o.subsurface_rays > 0, "--subsurface-rays", {"distribution"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(o.pixel_points >= 0, "--pixel-points", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
@@ -175,8 +159,11 @@ void warn_of_unused(const RenderOptions& o, const std::string& integrator) {
   warn(!o.canopy_plot.empty(), "--canopy-plot", {"canopy"});
   warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy"});
   warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
-  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution"});
-  warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution"});
+  warn(o.specular_depth >= 0, "--specular-depth", {"path", "distribution", "canopy"});
+  if (o.specular_depth >= 0 && integrator == "path" && !request.bounces)
+    log_warning("--specular-depth has no effect with --integrator path without --bounces: the scene's maxdepth counts scatterings of all kinds");
+  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution", "canopy"});
+  warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution", "canopy"});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -269,8 +256,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   Diagnostics diagnostics(o.strict);
   build::BuildOptions build_options;
   build_options.keep_going = o.keep_going;
-  if (!o.resolution.empty()) build_options.film.resolution = parse_resolution(o.resolution);
-  if (!o.crop.empty()) build_options.film.crop = parse_crop(o.crop);
+  if (!o.resolution.empty()) build_options.film.resolution = resolution("--resolution", o.resolution);
+  if (!o.crop.empty()) build_options.film.crop = crop("--crop", o.crop);
   build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
   const std::vector<std::string> paths = output_paths(o, built);
   if (o.outputs.empty()) outputs.add_image_of_scene(paths[0], built.film.place);
@@ -283,7 +270,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
   if (request.type == "path" || request.type == "canopy")
     warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
-  warn_of_unused(o, request.type);
+  warn_of_unused(o, request);
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
@@ -357,10 +344,11 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--diffuse-rays", o->diffuse_rays,
                  "distribution: diffuse rays a shading point, by diffuse depth; ao: rays a pixel [the preset's]");
   app.add_option("--subsurface-rays", o->subsurface_rays,
-                 "distribution: probes of a subsurface body around a shading point, by diffuse depth [the preset's]");
+                 "distribution: probes of a subsurface body around a shading point [the preset's]")
+      ->check(CLI::Range(1, build::max_rays));
   app.add_option("--shading-rate", o->shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
   app.add_option("--pixel-points", o->pixel_points,
-                 "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0 = all [the preset's]")
+                 "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0, or more than 16 = all [the preset's]")
       ->check(CLI::Range(0, build::max_pixel_points));
   app.add_option("--caustics", o->caustics,
                  "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as diffuse there) "

@@ -212,6 +212,20 @@ TEST(CanopyMeasure, SolvedStatisticsReflectAsTheSceneDoes) {
     }
 }
 
+// Rationale: of what moves, areas are counted at the middle of the shutter, so gaps have to be too. A leaf that shades all of the plot then, and is
+// far beside it when the shutter opens and closes. Expectation: no gap.
+TEST(CanopyMeasure, GapsAreThoseOfTheMiddleOfTheShutter) {
+  const std::string moving = std::string(sun_and_ground) + R"(
+NamedMaterial "leaf"
+Shape "disks" "point3 P" [ 0 0 2 ] "normal N" [ 1 0 1 ] "float radius" [ .1 ]
+ActiveTransform StartTime Translate -100 0 0 ActiveTransform EndTime Translate 100 0 0 ActiveTransform All
+Shape "bilinearmesh" "point3 P" [ -20 -20 1  20 -20 1  -20 20 1  20 20 1 ]
+)";
+  const Ran run = run_on("measure", moving, {"--area=-2,2,-2,2", "--gap-rays", "1024"});
+  ASSERT_EQ(run.process.exit_code, 0) << run.process.output;
+  for (const json& gap : run.result["measured"]["clumping"]["gap_fraction"]) EXPECT_LE(gap.get<double>(), 0.5 / 1024);
+}
+
 struct BadRun {
   const char* name;
   const char* command;
@@ -238,6 +252,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRun{"Period", "reflect", {"--period", "0,1,2"}, "", 2, "--period: \"0,1,2\"; expected X0,X1,Y0,Y1"},
         BadRun{"EmptyPeriod", "reflect", {"--period", "1,1,0,2"}, "", 2, "expected X0 below X1"},
         BadRun{"HugeArea", "measure", {"--area", "0,1e9,0,1"}, "", 2, "--area is 1000000000, expected a number from -1000000 to 1000000 m"},
+        BadRun{"HexadecimalArea", "measure", {"--area", "0,0x10,0,1"}, "", 2, "--area: \"0,0x10,0,1\"; expected X0,X1,Y0,Y1 in metres"},
         BadRun{"AreaOfNaN", "measure", {"--area", "0,nan,0,1"}, "", 2, "--area: \"0,nan,0,1\""},
         BadRun{"ViewBelow", "reflect", {"--view", "95,0"}, "", 2, "--view zenith is 95, expected a number from 0 to 89.9 degrees"},
         BadRun{"Azimuth", "reflect", {"--view", "5,1000"}, "", 2, "--view azimuth is 1000"},

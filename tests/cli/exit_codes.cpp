@@ -47,6 +47,19 @@ TEST(ExitCode, WrongUseIs2) {
     EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", option, "nan"}).exit_code, 2) << option;
 }
 
+// Expectation: numbers that no integer holds are as wrong as words.
+TEST(ExitCode, BadResolutionAndCropAre2) {
+  const auto check = [](const std::string& option, const std::string& text, const std::string& expected) {
+    const ProcessResult result = run_dapple({"render", cornell, "-o", "unused.exr", option, text}, 60);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find(option + ": \"" + text + "\"; expected " + expected), std::string::npos) << result.output;
+  };
+  for (const char* bad : {"16", "16x", "x16", "16x16x16", "16,16", "0x16", "16x-1", "1.5x16", "0x10x16", "4294967312x16", "16x99999999999999999999"})
+    check("--resolution", bad, "WIDTHxHEIGHT, such as 960x540");
+  for (const char* bad : {"0,0,8", "0,0,8,8,8", "0,0,8,", "0,0,8,x", "0,0,4294967304,8", "0,0,8,99999999999999999999"})
+    check("--crop", bad, "X0,Y0,X1,Y1 in pixels");
+}
+
 // Rationale: how far noisy blocks may go is a number of samples from that of all pixels on.
 TEST(ExitCode, BadMaxPixelSamplesAre2) {
   const auto check = [](const std::vector<std::string>& options, const std::string& named) {

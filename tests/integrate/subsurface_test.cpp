@@ -21,7 +21,7 @@ DistributionIntegrator::Settings settings(int bounces, int probes, bool cache = 
   s.shading.bounces = bounces;
   s.shading.shadow_rays = RayList{16, 4};
   s.shading.diffuse_rays = RayList{16, 4};
-  s.shading.subsurface_rays = RayList{probes};
+  s.shading.subsurface_rays = probes;
   s.subsurface_cache = cache;
   return s;
 }
@@ -212,7 +212,7 @@ TEST(SubsurfaceDiffusion, IsTheSameForAnyCacheAndThreads) {
     }
   }
   // Few probes, an odd number, none of the cache.
-  s.shading.subsurface_rays = RayList{5};
+  s.shading.subsurface_rays = 5;
   s.subsurface_cache = false;
   const auto four = render_built(built, 2, s);
   set_thread_count(1);

@@ -144,7 +144,7 @@ DistributionIntegrator::Settings distribution(bool caches, bool interpolation) {
   s.shading.bounces = 2;
   s.shading.specular_depth = 4;
   s.shading.diffuse_rays = interpolation ? RayList{64, 3} : RayList{5, 3};
-  s.shading.subsurface_rays = RayList{4};
+  s.shading.subsurface_rays = 4;
   s.radiosity_cache = s.subsurface_cache = caches;
   s.irradiance_interpolation = interpolation;
   return s;

@@ -216,7 +216,9 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     throw InputError(e.loc, "\"bounces\" and \"speculardepth\" of distribution ray tracing go to " + std::to_string(max_depth_followed));
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
-  r.subsurface_rays = optional_rays(e, "subsurfacerays");
+  r.subsurface_rays = optional_int(e, "subsurfacerays", 1);
+  if (r.subsurface_rays.value_or(0) > max_rays)
+    throw InputError(e.loc, "\"subsurfacerays\" is " + std::to_string(*r.subsurface_rays) + "; it may be at most " + std::to_string(max_rays));
   r.shading_rate = optional_positive(e, "shadingrate");
   r.pixel_points = optional_int(e, "pixelpoints", 0);
   if (r.pixel_points.value_or(0) > max_pixel_points)
@@ -255,13 +257,12 @@ IntegratorRequest preset_request(const std::string& name) {
   r.pixel_noise = 0.07f;
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;
-  r.irradiance_accuracy = 0.4f;
   if (name == "draft") {
     r.pixel_samples = 4;
     r.shadow_rays = RayList{2};
     r.diffuse_rays = RayList{25, 2};
     r.irradiance_accuracy = 0.8f;
-    r.subsurface_rays = RayList{8};
+    r.subsurface_rays = 8;
     r.bounces = 2;
     r.shading_rate = 4.0f;
     r.pixel_points = 1;
@@ -273,13 +274,13 @@ IntegratorRequest preset_request(const std::string& name) {
     r.diffuse_rays = RayList{1024, 16};
     r.irradiance_accuracy = 0.25f;
     r.cache_width = 0.2f;
-    r.subsurface_rays = RayList{256, 32};
+    r.subsurface_rays = 256;
   } else {
     r.pixel_samples = 16;
     r.shadow_rays = RayList{4};
     r.diffuse_rays = RayList{64, 4};
     r.irradiance_accuracy = 0.5f;
-    r.subsurface_rays = RayList{32};
+    r.subsurface_rays = 32;
   }
   return r;
 }

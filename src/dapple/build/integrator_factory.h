@@ -24,7 +24,8 @@ struct IntegratorRequest {
   std::optional<float> pixel_noise;
   std::optional<int> max_depth;  ///< pbrt's: scatterings of any kind, the last only to find a light
   std::optional<int> bounces, specular_depth;
-  std::optional<integrate::RayList> shadow_rays, diffuse_rays, subsurface_rays;
+  std::optional<integrate::RayList> shadow_rays, diffuse_rays;
+  std::optional<int> subsurface_rays;
   std::optional<float> shading_rate;
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
@@ -48,7 +49,7 @@ struct IntegratorRequest {
 inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
 /// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing follows: its
-/// recursion is at most about their product deep, 0.3 MB and a few kB of stack a level and thread.
+/// recursion is at most about their product deep, up to 3.5 MB and a few kB of stack a level and thread.
 inline constexpr int max_rays = 65536;
 inline constexpr int max_depth_followed = 32;
 inline constexpr int max_canopy_slabs = 1000;

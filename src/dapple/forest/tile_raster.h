@@ -17,6 +17,8 @@ struct MaskColumn {
 /// tile.
 class TileRaster {
  public:
+  static constexpr int asked_at_once = 16;  ///< facets, of FacetOpacity
+
   /// The tile of a column. Each pixel has one sample on the middle of its row; a facet over the sample sets the levels
   /// that its plane passes within the pixel's square. Facets that pass a part of the light, or are cut out, are there
   /// with that probability: a function of facet and pixel. interest: what of it is needed; null: all.
@@ -24,7 +26,6 @@ class TileRaster {
                 const ColumnInterest* interest = nullptr);
 
  private:
-  static constexpr int asked_at_once = 16;
   struct Span {
     uint16_t x, y;
     int32_t first, last;

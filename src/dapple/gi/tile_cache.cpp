@@ -10,17 +10,18 @@ namespace dapple::gi {
 
 namespace {
 
-class SpinLock {
+// A word of a set; a std::mutex is ten times as large.
+class WordLock {
  public:
-  explicit SpinLock(std::atomic<uint32_t>& lock) : lock_(lock) {
+  explicit WordLock(std::atomic<uint32_t>& lock) : lock_(lock) {
     while (lock_.exchange(1, std::memory_order_acquire)) lock_.wait(1, std::memory_order_relaxed);
   }
-  ~SpinLock() {
+  ~WordLock() {
     lock_.store(0, std::memory_order_release);
     lock_.notify_one();
   }
-  SpinLock(const SpinLock&) = delete;
-  SpinLock& operator=(const SpinLock&) = delete;
+  WordLock(const WordLock&) = delete;
+  WordLock& operator=(const WordLock&) = delete;
 
  private:
   std::atomic<uint32_t>& lock_;
@@ -88,7 +89,7 @@ void TileCache::split_one(Growth g) {
   }
   const uint32_t from = place_of((odd - 1) * half), to = place_of(odd * half);
   Header &h = headers_[from], &t = headers_[to];
-  const SpinLock lock(h.lock);
+  const WordLock lock(h.lock);
   bool moves[ways];
   for (uint32_t way = 0; way < ways; ++way) {
     const uint64_t key = h.key[way].load(std::memory_order_relaxed);
@@ -178,7 +179,7 @@ TileCache::Found TileCache::find(uint64_t key, uint32_t* out, Slot* slot, const 
     const uint32_t set = set_of(key);
     if (const Found found = look(set, key, out, slot, kind.lives.most); found != Found::refused) return found;
     {
-      const SpinLock lock(headers_[set].lock);
+      const WordLock lock(headers_[set].lock);
       if (set_of(key) != set) continue;  // it has been moved
       if (const Found found = look(set, key, out, slot, kind.lives.most); found != Found::refused) return found;
       if (!claim(set, key, slot, kind)) return Found::refused;
@@ -231,7 +232,7 @@ uint32_t TileCache::choose_victim(Header& h, uint64_t key, bool small) const {
 
 bool TileCache::reclaim(Slot* slot) {
   Header& h = headers_[slot->set];
-  const SpinLock lock(h.lock);
+  const WordLock lock(h.lock);
   if (h.version[slot->way].load(std::memory_order_acquire) != slot->version) return false;
   h.version[slot->way].store(++slot->version, std::memory_order_release);
   return true;
@@ -256,7 +257,7 @@ template <class Do>
 void TileCache::finish(const Slot& slot, Do what) {
   for (uint32_t set = slot.set;; set = set_of(slot.key)) {
     Header& h = headers_[set];
-    const SpinLock lock(h.lock);
+    const WordLock lock(h.lock);
     const bool here = h.key[slot.way].load(std::memory_order_relaxed) == slot.key;
     if (here) what(set);
     if (here || set == slot.set) release(h, slot.way);

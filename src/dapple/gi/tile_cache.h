@@ -130,7 +130,7 @@ class TileCache {
   std::atomic<uint32_t>* payloads_ = nullptr;
   std::atomic<uint64_t> growth_{0};
   std::atomic_flag growing_;
-  std::atomic<size_t> used_{0};        ///< bytes; changed by claims only
+  std::atomic<size_t> used_{0};        ///< bytes; changed by claims, and by abandon() after an exception
   std::atomic<uint64_t> evictions_{0};
 };
 

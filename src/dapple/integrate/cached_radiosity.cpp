@@ -59,58 +59,75 @@ bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) 
   return known.near;
 }
 
+// Dices what a ray hit by the width of what the ray stands for: hit, width, c.point[c.count]. False where no tile serves it.
+bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth, scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at,
+                         ShadingWorkspace& w) const {
+  const uint32_t geometry = r.hits.geometry[i];
+  if (geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) return false;
+  // The points of curves face the camera: that is no side for other rays.
+  if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return false;
+  const V3f d = r.rays.direction(i);
+  const float time = r.rays.time[i];
+  if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
+    *hit = patches_->patch_hit(r.hits, i, d, time, scene_.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
+  const auto dice = [&](float cache_width) {
+    *width = b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width;
+    return patches_->dice(*hit, *width, at);
+  };
+  if (!patches_->has_groups(geometry)) return dice(settings_.cache_width);
+  if (!dice(group_width())) return false;
+  return at->grid.cluster_level > 0 || group_width() == settings_.cache_width || dice(settings_.cache_width);
+}
+
+// The entry of a tile: `at`, or where that is near a light a finer one.
+int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit, float width, scene::GridPoint* at, CacheBatch& c,
+                        ShadingWorkspace& w) const {
+  // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
+  uint32_t slot = 0;
+  bool near_light = false;
+  for (int halvings = 0;; ++halvings) {
+    slot = at->grid.slot();
+    const int known = c.answer(at->grid, slot);
+    if (known >= 0) return known;
+    near_light = known == CacheBatch::near_light || lies_near_light(at->grid, w);
+    if (!near_light || halvings == most_halvings) break;
+    if (known == CacheBatch::unknown) c.set_answer(at->grid, slot, CacheBatch::near_light);
+    patches_->refine(hit, width *= 0.5f, at);
+  }
+  const scene::Motion& motion = patches_->motion();
+  const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], r.hits.geometry[i]), in_group = at->grid.cluster_level > 0;
+  if (among_movers) {
+    const V3f P = r.rays.origin(i) + r.rays.direction(i) * r.hits.t[i];
+    at->grid.span = motion.span_near(P, width, r.rays.time[i], settings_.diffuse_rays.at(list_depth(below)) / 2);
+  }
+  if (in_group) patches_->turn_group(hit.Ng, at->patch, &at->grid);
+  const int entry = c.add_entry(RadiosityCache::key(at->grid.hash(), below.depth.diffuse), at->grid, below.depth.diffuse);
+  if (!near_light && !among_movers && !in_group) c.set_answer(at->grid, slot, entry);
+  return entry;
+}
+
 // Finds the tile that serves each of these rays, if one does, and groups them by it.
 void HitShader::locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
                                  ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  const scene::Motion& motion = patches_->motion();
-  const bool mirror = coats_mirror(below), blends = blends_points(below);
+  const bool mirror = coats_mirror(below);
   int rays = 0;
   for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
   c.clear(rays);
   for (int set = 0; set < sets; ++set) {
     const RaySet& r = b.ray_set(set);
     for (int i = 0; i < r.count; ++i) {
-      const uint32_t geometry = r.hits.geometry[i];
-      if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) continue;
-      // The points of curves face the camera: that is no side for other rays.
-      if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) continue;
-      const auto surface = [&] { return scene_.traced.surface_without_tangents(r.rays, r.hits, i); };
-      const V3f d = r.rays.direction(i);
-      const float time = r.rays.time[i];
-      const auto width_at = [&](float cache_width) { return b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width; };
-      float width = width_at(patches_->has_groups(geometry) ? group_width() : settings_.cache_width);
       scene::GridPoint& at = c.point[c.count];
       scene::PatchTable::PatchHit hit;
-      if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, &hit)) hit = patches_->patch_hit(r.hits, i, d, time, surface(), &w.extents);
-      if (!patches_->dice(hit, width, &at)) continue;
-      if (at.grid.cluster_level == 0 && patches_->has_groups(geometry) && group_width() > settings_.cache_width &&
-          !patches_->dice(hit, width = width_at(settings_.cache_width), &at))
-        continue;
-      // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
-      int entry = CacheBatch::unknown;
-      uint32_t slot = 0;
-      bool near_light = false;
-      for (int halvings = 0;; ++halvings) {
-        slot = at.grid.slot();
-        entry = c.answer(at.grid, slot);
-        if (entry >= 0) break;
-        near_light = entry == CacheBatch::near_light || lies_near_light(at.grid, w);
-        if (!near_light || halvings == most_halvings) break;
-        if (entry == CacheBatch::unknown) c.set_answer(at.grid, slot, CacheBatch::near_light);
-        patches_->refine(hit, width *= 0.5f, &at);
-      }
-      if (entry < 0) {
-        const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], geometry), in_group = at.grid.cluster_level > 0;
-        if (among_movers) at.grid.span = motion.span_near(r.rays.origin(i) + d * r.hits.t[i], width, time, settings_.diffuse_rays.at(below.depth.diffuse) / 2);
-        if (in_group) patches_->turn_group(hit.Ng, at.patch, &at.grid);
-        entry = c.add_entry(RadiosityCache::key(at.grid.hash(), below.depth.diffuse), at.grid, below.depth.diffuse);
-        if (!near_light && !among_movers && !in_group) c.set_answer(at.grid, slot, entry);
-      }
-      c.entry_of[c.count] = entry;
-      if (!blends) c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(patches_->nearest(at)));
-      c.leaving[c.count] = mirror && materials_.has_coat(geometry) ? shading::through_coat(materials_.coat(geometry), dot(surface().Ns, d)) : 1;
+      float width;
+      if (!wanted(r, i) || !dice_hit(b, r, i, growth, &hit, &width, &at, w)) continue;
+      const int entry = c.entry_of[c.count] = entry_at(below, r, i, hit, width, &at, c, w);
+      c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(patches_->nearest(at)));
+      const uint32_t geometry = r.hits.geometry[i];
+      c.leaving[c.count] = 1;
+      if (mirror && materials_.has_coat(geometry))
+        c.leaving[c.count] = shading::through_coat(materials_.coat(geometry), dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
@@ -123,15 +140,9 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   locate_radiosity(place, below, growth, wanted, sets, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
-  const bool blends = blends_points(below);
-  for (int n = 0; blends && n < c.count; ++n) {
-    c.near[n] = patches_->neighbours(c.point[n]);
-    for (int i = 0; i < 4; ++i)
-      if (c.near[n].weight[i] > 0) c.entry[c.entry_of[n]].needed |= 1u << c.near[n].index[i];
-  }
   ClaimGuard guard(cache, c);
-  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves, or for irradiance of the same depth,
-  // of which entries wait for deeper radiosity: no ring. What others have filled meanwhile may lack points still.
+  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves: no ring; those of irradiance are filled
+  // for what is seen alone. What others have filled meanwhile may lack points still.
   bool all_known = false;
   for (int round = 0; !all_known; ++round) {
     int first = 0, claimed = 0;
@@ -161,14 +172,8 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
     RaySet& r = b.ray_set(c.set[n]);
     const int i = c.ray[n];
     const RadiosityCache::Entry& entry = c.entry[c.entry_of[n]];
-    if (!blends) {
-      r.cached[i] = entry.links().serves(c.point[n], c.nearest[n]);
-      if (r.cached[i]) entry.add_to(r.L, i, c.nearest[n], c.leaving[n]);
-      continue;
-    }
-    r.cached[i] = entry.links().restrict_to(c.point[n], &c.near[n]);
-    for (int j = 0; r.cached[i] && j < 4; ++j)
-      if (c.near[n].weight[j] > 0) entry.add_to(r.L, i, c.near[n].index[j], c.near[n].weight[j] * c.leaving[n]);
+    r.cached[i] = entry.links().serves(c.point[n], c.nearest[n]);
+    if (r.cached[i]) entry.add_to(r.L, i, c.nearest[n], c.leaving[n]);
   }
 }
 

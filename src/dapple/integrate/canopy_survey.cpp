@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/canopy_survey.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <stdexcept>
 
 #include "dapple/base/parallel.h"
 #include "dapple/forest/leaf_angles.h"
-#include "dapple/integrate/surface_facets.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
 
@@ -23,21 +25,36 @@ struct Placed {
   uint32_t geometry, instance;
 };
 
-std::vector<Placed> placed_geometries(const trace::TracedScene& traced) {
-  std::vector<Placed> all;
-  for (const uint32_t g : traced.geometries_in(no_id)) all.push_back({g, no_id});
-  for (uint32_t i = 0; i < traced.instance_count(); ++i)
-    for (const uint32_t g : traced.geometries_in(traced.object_of(i))) all.push_back({g, i});
-  return all;
-}
+/// What stands in a scene.
+struct Inventory {
+  const scene::Scene& scene;
+  const trace::TracedScene& traced;
+  const std::vector<SurfaceOptics>& optics;  // by geometry
+  std::vector<Box3f> boxes;                  // by geometry, in its own space
+  std::vector<Placed> placed;
 
-Box3f world_box(const trace::TracedScene& traced, const Placed& p, const Box3f& box) {
-  if (p.instance == no_id) return box;
-  Box3f world;
-  for (int c = 0; c < 8; ++c)
-    world.extendBy(traced.instance_point(p.instance, V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z)));
-  return world;
-}
+  Inventory(const scene::Scene& of, const std::vector<SurfaceOptics>& its_optics)
+      : scene(of), traced(of.traced), optics(its_optics), boxes(traced.geometry_count()) {
+    parallel_for(boxes.size(), [&](size_t g) { boxes[g] = trace::bounds_of(traced.shape(uint32_t(g))); });
+    for (const uint32_t g : traced.geometries_in(no_id)) placed.push_back({g, no_id});
+    for (uint32_t i = 0; i < traced.instance_count(); ++i)
+      for (const uint32_t g : traced.geometries_in(traced.object_of(i))) placed.push_back({g, i});
+  }
+
+  int32_t material(uint32_t geometry) const { return scene.bindings[geometry].material; }
+  bool transmits(uint32_t geometry) const {
+    const auto& t = optics[geometry].transmittance;
+    return t[0] + t[1] + t[2] > 0;
+  }
+  Box3f world_box(const Placed& p) const {
+    const Box3f& box = boxes[p.geometry];
+    if (p.instance == no_id) return box;
+    Box3f world;
+    for (int c = 0; c < 8; ++c)
+      world.extendBy(traced.instance_point(p.instance, V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z)));
+    return world;
+  }
+};
 
 bool spans(const Box3f& box, const Box2f& plot) {
   for (int k = 0; k < 2; ++k)
@@ -49,110 +66,154 @@ bool touches(const Box3f& box, const Box2f& plot) {
   return box.max.x >= plot.min.x && box.min.x <= plot.max.x && box.max.y >= plot.min.y && box.min.y <= plot.max.y;
 }
 
-bool transmits(const SurfaceOptics& o) { return o.transmittance[0] + o.transmittance[1] + o.transmittance[2] > 0; }
+/// Which geometries are ground.
+std::vector<uint8_t> find_ground(const Inventory& all, const CanopySurveyOptions& options) {
+  const std::vector<int32_t>& chosen = options.ground_materials;
+  std::vector<uint8_t> is_ground(all.boxes.size(), 0);
+  for (const Placed& p : all.placed)
+    if (chosen.empty() ? !all.transmits(p.geometry) && spans(all.world_box(p), options.plot)
+                       : std::find(chosen.begin(), chosen.end(), all.material(p.geometry)) != chosen.end())
+      is_ground[p.geometry] = 1;
+  return is_ground;
+}
+
+/// Means over the area that its boxes have from above.
+struct Ground {
+  double area = 0, z = 0;
+  std::array<double, 3> reflectance{};
+};
+
+Ground mean_ground(const Inventory& all, const std::vector<uint8_t>& is_ground) {
+  Ground ground;
+  for (const Placed& p : all.placed) {
+    if (!is_ground[p.geometry]) continue;
+    const Box3f box = all.world_box(p);
+    const double area = double(box.max.x - box.min.x) * (box.max.y - box.min.y);
+    ground.area += area;
+    ground.z += area * 0.5 * (double(box.min.z) + box.max.z);
+    for (size_t c = 0; c < 3; ++c) ground.reflectance[c] += area * all.optics[p.geometry].reflectance[c];
+  }
+  if (!(ground.area > 0)) return {};
+  ground.z /= ground.area;
+  for (double& r : ground.reflectance) r /= ground.area;
+  return ground;
+}
+
+/// The canopy's geometries, sorted.
+struct Kinds {
+  std::vector<CanopySurvey::Kind> kinds;
+  std::vector<int> of_geometry;  // -1: not counted
+  Box3f box;
+  size_t left_out = 0;
+};
+
+Kinds sort_into_kinds(const Inventory& all, const std::vector<uint8_t>& is_ground) {
+  // A material of both flat and closed shapes is two kinds.
+  std::map<std::pair<int32_t, bool>, int> kind_of;
+  Kinds sorted;
+  sorted.of_geometry.assign(all.boxes.size(), -1);
+  for (const Placed& p : all.placed) {
+    if (is_ground[p.geometry]) continue;
+    const trace::Shape& shape = all.traced.shape(p.geometry);
+    if (std::holds_alternative<trace::CurvesPtr>(shape)) {
+      ++sorted.left_out;
+      continue;
+    }
+    sorted.box.extendBy(all.world_box(p));
+    const bool flat = all.transmits(p.geometry) || is_disk(shape);
+    const auto [it, is_new] = kind_of.try_emplace({all.material(p.geometry), flat}, int(sorted.kinds.size()));
+    if (is_new) {
+      sorted.kinds.emplace_back();
+      sorted.kinds.back().material = all.material(p.geometry);
+      sorted.kinds.back().flat = flat;
+    }
+    sorted.of_geometry[p.geometry] = it->second;
+  }
+  return sorted;
+}
+
+/// Adds the areas of all kinds. Returns their optics times area, by kind.
+std::vector<SurfaceOptics> add_areas(const Inventory& all, const std::vector<int>& kind_of_geometry, CanopySurvey* survey) {
+  const forest::LeafSurvey::Frame& frame = survey->areas.frame();
+  std::vector<SurfaceOptics> sums(survey->kinds.size(), {.opaque = 0});
+  for (size_t first = 0; first < all.placed.size(); first += instances_at_once) {
+    const size_t n = std::min(instances_at_once, all.placed.size() - first);
+    std::vector<forest::LeafSurvey> parts(n, forest::LeafSurvey(frame));
+    parallel_for(n, [&](size_t i) {
+      const Placed& p = all.placed[first + i];
+      const int kind = kind_of_geometry[p.geometry];
+      if (kind < 0 || !touches(all.world_box(p), frame.plot)) return;
+      const double share = all.optics[p.geometry].opaque * (survey->kinds[size_t(kind)].flat ? 1 : 0.5);
+      add_facets(all.traced, p.geometry, p.instance, kind, share, &parts[i]);
+    });
+    for (size_t i = 0; i < n; ++i) {
+      survey->areas.add(parts[i]);
+      const uint32_t geometry = all.placed[first + i].geometry;
+      const int kind = kind_of_geometry[geometry];
+      if (kind < 0) continue;
+      const SurfaceOptics& optics = all.optics[geometry];
+      const double area = parts[i].area(kind);
+      SurfaceOptics& sum = sums[size_t(kind)];
+      for (size_t c = 0; c < 3; ++c) {
+        sum.reflectance[c] += area * optics.reflectance[c];
+        sum.transmittance[c] += area * optics.transmittance[c];
+      }
+      sum.opaque += area * optics.opaque;
+      survey->kinds[size_t(kind)].area_m2 += area;
+    }
+  }
+  return sums;
+}
+
+void set_means(const std::vector<SurfaceOptics>& sums, std::vector<CanopySurvey::Kind>* kinds) {
+  for (size_t k = 0; k < kinds->size(); ++k) {
+    CanopySurvey::Kind& kind = (*kinds)[k];
+    if (!(kind.area_m2 > 0)) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      kind.reflectance[c] = sums[k].reflectance[c] / kind.area_m2;
+      kind.transmittance[c] = sums[k].transmittance[c] / kind.area_m2;
+    }
+    kind.opaque = sums[k].opaque / kind.area_m2;
+  }
+}
 
 }  // namespace
 
-CanopySurvey survey_canopy(const scene::Scene& scene, const CanopySurveyOptions& options) {
-  const trace::TracedScene& traced = scene.traced;
-  const std::vector<Placed> placed = placed_geometries(traced);
-  std::vector<Box3f> boxes(traced.geometry_count());
-  std::vector<SurfaceOptics> optics(traced.geometry_count());
-  parallel_for(boxes.size(), [&](size_t g) {
-    boxes[g] = trace::bounds_of(traced.shape(uint32_t(g)));
-    optics[g] = mean_optics(scene, uint32_t(g));
-  });
+std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene) {
+  std::vector<SurfaceOptics> optics(scene.traced.geometry_count());
+  parallel_for(optics.size(), [&](size_t g) { optics[g] = mean_optics(scene, uint32_t(g)); });
+  return optics;
+}
 
-  std::vector<uint8_t> is_ground(boxes.size(), 0);
-  for (const Placed& p : placed) {
-    const int32_t material = scene.bindings[p.geometry].material;
-    const auto& chosen = options.ground_materials;
-    if (chosen.empty() ? !transmits(optics[p.geometry]) && spans(world_box(traced, p, boxes[p.geometry]), options.plot)
-                       : std::find(chosen.begin(), chosen.end(), material) != chosen.end())
-      is_ground[p.geometry] = 1;
+Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics) {
+  const Inventory all(scene, optics);
+  Box2f extent;
+  for (const Placed& p : all.placed) {
+    if (!all.transmits(p.geometry)) continue;
+    const Box3f box = all.world_box(p);
+    extent.extendBy(V2f(box.min.x, box.min.y));
+    extent.extendBy(V2f(box.max.x, box.max.y));
   }
+  return extent;
+}
 
-  // A material of both flat and closed shapes is two kinds.
-  std::map<std::pair<int32_t, bool>, int> kind_of;
-  std::vector<CanopySurvey::Kind> kinds;
-  std::vector<int> geometry_kind(boxes.size(), -1);
-  size_t left_out = 0;
-  Box3f canopy_box;
-  double ground_area = 0, ground_height = 0;
-  std::array<double, 3> ground{};
-  for (const Placed& p : placed) {
-    const uint32_t g = p.geometry;
-    const trace::Shape& shape = traced.shape(g);
-    if (is_ground[g]) {
-      const Box3f box = world_box(traced, p, boxes[g]);
-      const double area = double(box.max.x - box.min.x) * (box.max.y - box.min.y);
-      ground_area += area;
-      ground_height += area * 0.5 * (double(box.min.z) + box.max.z);
-      for (size_t c = 0; c < 3; ++c) ground[c] += area * optics[g].reflectance[c];
-      continue;
-    }
-    if (std::holds_alternative<trace::CurvesPtr>(shape)) {
-      ++left_out;
-      continue;
-    }
-    canopy_box.extendBy(world_box(traced, p, boxes[g]));
-    const bool flat = transmits(optics[g]) || is_disk(shape);
-    const auto [it, is_new] = kind_of.try_emplace({scene.bindings[g].material, flat}, int(kinds.size()));
-    if (is_new) {
-      kinds.emplace_back();
-      kinds.back().material = scene.bindings[g].material;
-      kinds.back().flat = flat;
-    }
-    geometry_kind[g] = it->second;
-  }
-  const bool has_ground = ground_area > 0;
-  const double ground_z = has_ground ? ground_height / ground_area : canopy_box.isEmpty() ? 0 : double(canopy_box.min.z);
-  const double height = canopy_box.isEmpty() ? 0 : double(canopy_box.max.z) - ground_z;
+CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics, const CanopySurveyOptions& options) {
+  const Inventory all(scene, optics);
+  std::vector<uint8_t> is_ground = find_ground(all, options);
+  const Ground ground = mean_ground(all, is_ground);
+  Kinds sorted = sort_into_kinds(all, is_ground);
+  const bool has_ground = ground.area > 0;
+  const double ground_z = has_ground ? ground.z : sorted.box.isEmpty() ? 0 : double(sorted.box.min.z);
+  const double height = sorted.box.isEmpty() ? 0 : double(sorted.box.max.z) - ground_z;
   if (!(height > 0)) throw std::invalid_argument("no surfaces above the ground");
   forest::LeafSurvey::Frame frame;
   frame.plot = options.plot;
   frame.inclinations = options.inclinations;
-  frame.kinds = int(kinds.size());
+  frame.kinds = int(sorted.kinds.size());
   for (int s = 0; s <= options.slabs; ++s) frame.edges_m.push_back(ground_z + height * s / options.slabs);
-  CanopySurvey survey{std::move(kinds), forest::LeafSurvey(frame), has_ground, ground_z, ground_z + height, {}, left_out, is_ground};
-  if (has_ground)
-    for (size_t c = 0; c < 3; ++c) survey.ground[c] = ground[c] / ground_area;
-
-  std::vector<std::array<double, 7>> weighted(survey.kinds.size());
-  for (size_t first = 0; first < placed.size(); first += instances_at_once) {
-    const size_t n = std::min(instances_at_once, placed.size() - first);
-    std::vector<forest::LeafSurvey> parts(n, forest::LeafSurvey(frame));
-    parallel_for(n, [&](size_t i) {
-      const Placed& p = placed[first + i];
-      const int kind = geometry_kind[p.geometry];
-      if (kind < 0 || !touches(world_box(traced, p, boxes[p.geometry]), options.plot)) return;
-      const double share = optics[p.geometry].opaque * (survey.kinds[size_t(kind)].flat ? 1 : 0.5);
-      add_facets(traced, p.geometry, p.instance, kind, share, &parts[i]);
-    });
-    for (size_t i = 0; i < n; ++i) {
-      survey.areas.add(parts[i]);
-      const Placed& p = placed[first + i];
-      const int kind = geometry_kind[p.geometry];
-      if (kind < 0) continue;
-      const double area = parts[i].area(kind);
-      auto& w = weighted[size_t(kind)];
-      for (size_t c = 0; c < 3; ++c) {
-        w[c] += area * optics[p.geometry].reflectance[c];
-        w[3 + c] += area * optics[p.geometry].transmittance[c];
-      }
-      w[6] += area * optics[p.geometry].opaque;
-      survey.kinds[size_t(kind)].area_m2 += area;
-    }
-  }
-  for (size_t k = 0; k < survey.kinds.size(); ++k) {
-    CanopySurvey::Kind& kind = survey.kinds[k];
-    if (!(kind.area_m2 > 0)) continue;
-    for (size_t c = 0; c < 3; ++c) {
-      kind.reflectance[c] = weighted[k][c] / kind.area_m2;
-      kind.transmittance[c] = weighted[k][3 + c] / kind.area_m2;
-    }
-    kind.opaque = weighted[k][6] / kind.area_m2;
-  }
+  CanopySurvey survey{std::move(sorted.kinds), forest::LeafSurvey(frame), has_ground, ground_z, ground_z + height, ground.reflectance, sorted.left_out,
+                      std::move(is_ground)};
+  set_means(add_areas(all, sorted.of_geometry, &survey), &survey.kinds);
   return survey;
 }
 
@@ -182,7 +243,7 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
       const V2f at = sample_2d(seed, index, 0);
       const float phi = 2 * pi * sample_1d(seed, index, 1);
       rays.set(i, V3f(lerp(at.x, plot.min.x, plot.max.x), lerp(at.y, plot.min.y, plot.max.y), float(top)),
-               V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, 0, index);
+               V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, scene::PatchTable::dicing_time, index);
     }
     scene.traced.transmitted(rays, n, share);
     for (int i = 0; i < n; ++i) passed[b] += double(share[i].average());
@@ -260,19 +321,6 @@ ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const Canopy
     for (std::vector<double>* side : {&above, &below})
       (*side)[s] = expected[s] > 0 ? std::clamp((*side)[s] / expected[s], least, 1.0) : 1;
   return {above, below};
-}
-
-Box2f vegetation_extent(const scene::Scene& scene) {
-  Box2f extent;
-  std::vector<SurfaceOptics> optics(scene.traced.geometry_count());
-  parallel_for(optics.size(), [&](size_t g) { optics[g] = mean_optics(scene, uint32_t(g)); });
-  for (const Placed& p : placed_geometries(scene.traced)) {
-    if (!transmits(optics[p.geometry])) continue;
-    const Box3f box = world_box(scene.traced, p, trace::bounds_of(scene.traced.shape(p.geometry)));
-    extent.extendBy(V2f(box.min.x, box.min.y));
-    extent.extendBy(V2f(box.max.x, box.max.y));
-  }
-  return extent;
 }
 
 }  // namespace dapple::integrate

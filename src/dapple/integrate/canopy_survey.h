@@ -6,6 +6,7 @@
 
 #include "dapple/base/error.h"
 #include "dapple/forest/leaf_survey.h"
+#include "dapple/integrate/surface_facets.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::integrate {
@@ -37,13 +38,19 @@ struct CanopySurveyOptions {
   std::vector<int32_t> ground_materials;  ///< empty: opaque shapes that span nine tenths of the plot along x and y are the ground
 };
 
+/// mean_optics() of all geometries of a scene, which the functions below are given.
+std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene);
+
+/// x and y of what transmits light, such as leaves; empty where nothing does.
+Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics);
+
 /// Surfaces of ground materials are no canopy; heights in `areas` are above the mean of the ground, or the lowest point where there is
 /// none. std::invalid_argument if nothing is above it.
-CanopySurvey survey_canopy(const scene::Scene& scene, const CanopySurveyOptions& options);
+CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics, const CanopySurveyOptions& options);
 
 /// Gaps and clumping (Nilson 1971): P(mu) is the fraction of parallel rays of downward cosine mu that cross from `top_z` over the plot
-/// to `ground_z`; Omega(mu) = -mu ln P / sum G L of `areas`, with G of the measured inclinations. `index` is the ratio of both sides,
-/// each summed over the cosines, which are midpoints of [0.2, 1].
+/// to `ground_z` at the middle of the shutter; Omega(mu) = -mu ln P / sum G L of `areas`, with G of the measured inclinations. `index` is
+/// the ratio of both sides, each summed over the cosines, which are midpoints of [0.2, 1].
 struct Clumping {
   std::vector<double> mu, gap_fraction, omega;
   double index = 1;
@@ -57,8 +64,5 @@ struct ClumpingProfile {
 };
 ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const CanopySurvey& survey,
                                          uint32_t rays_per_direction);
-
-/// x and y of what transmits light, such as leaves; empty where nothing does.
-Box2f vegetation_extent(const scene::Scene& scene);
 
 }  // namespace dapple::integrate

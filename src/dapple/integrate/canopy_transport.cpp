@@ -7,7 +7,8 @@
 
 #include "dapple/forest/leaves.h"
 #include "dapple/forest/sky_dome.h"
-#include "dapple/integrate/plot_reflectance.h"
+#include "dapple/forest/sky_table.h"
+#include "dapple/integrate/scene_light.h"
 #include "dapple/shading/distant_light.h"
 #include "dapple/shading/infinite_light.h"
 
@@ -104,7 +105,7 @@ forest::Sky sky_of(const shading::Light& light, const V3f& from) {
     return {[L](double, double, int w) { return double(L[w]); }, false, true};
   }
   constexpr int rows = 18, columns = 72, fine = 8;
-  auto cells = std::make_shared<std::vector<RGB>>(rows * columns);
+  auto table = std::make_shared<forest::SkyTable>(forest::SkyTable{rows, columns, 3, {}});
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       RGB sum;
@@ -115,21 +116,10 @@ forest::Sky sky_of(const shading::Light& light, const V3f& from) {
         sum += light.environment_at(from, V3f(forest::sky_direction(zenith, azimuth)), 0) * float(std::sin(zenith));
         weight += std::sin(zenith);
       }
-      (*cells)[size_t(r * columns + c)] = sum * float(1 / weight);
+      const RGB mean = sum * float(1 / weight);
+      for (int k = 0; k < 3; ++k) table->values.push_back(double(mean[k]));
     }
-  return {[cells](double mu, double phi, int w) {
-            const double y = std::clamp(std::acos(std::min(mu, 1.0)) / (pi_d / 2) * rows - 0.5, 0.0, rows - 1.0),
-                         turn = phi / (2 * pi_d);
-            const double x = (turn - std::floor(turn)) * columns - 0.5;
-            const int y0 = std::min(int(y), rows - 2), x0 = int(std::floor(x));
-            const auto at = [&](int row, int column) {
-              return double((*cells)[size_t(row * columns + (column + columns) % columns)][w]);
-            };
-            const double fy = y - y0, fx = x - x0;
-            return (1 - fy) * ((1 - fx) * at(y0, x0) + fx * at(y0, x0 + 1)) +
-                   fy * ((1 - fx) * at(y0 + 1, x0) + fx * at(y0 + 1, x0 + 1));
-          },
-          false, false};
+  return {[table](double mu, double phi, int w) { return table->at(mu, phi, w); }, false, false};
 }
 
 }  // namespace
@@ -147,6 +137,18 @@ struct CanopyTransport::Solution {
         below(heights),
         sky(heights),
         sun(canopy.slabs.size()) {}
+
+  /// top: the middle of what is above the plot.
+  void add_lights(const scene::Scene& scene, const V3f& top) {
+    for (const auto& light : scene.lights) {
+      if (!light->is_infinite()) continue;
+      const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get());
+      if (!distant)
+        add_sky(*light, top);
+      else if (distant->to_light().z > 1e-3f)
+        add_sun(V3d(distant->to_light()), distant->irradiance());
+    }
+  }
 
   void add_sun(const V3d& to_light, RGB E) {
     const double mu = std::min(1.0, to_light.z), azimuth = std::atan2(-to_light.y, -to_light.x);
@@ -180,40 +182,26 @@ struct CanopyTransport::Solution {
   }
 };
 
-CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings)
-    : extent_(vegetation_extent(scene)) {
+CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings) {
+  const std::vector<SurfaceOptics> optics = optics_of_geometries(scene);
+  extent_ = vegetation_extent(scene, optics);
   if (extent_.isEmpty()) throw std::invalid_argument("no surface of the scene transmits light diffusely, as leaves do");
   const Box3f bounds = scene.traced.bounds();
   const std::optional<Box2f>& cell = scene.traced.period();
-  plot_ = settings.plot ? *settings.plot : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
+  const Box2f plot = settings.plot ? *settings.plot : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
-  if (!(plot_.max.x > plot_.min.x && plot_.max.y > plot_.min.y)) throw std::invalid_argument("the plot has no area");
-  const CanopySurvey survey =
-      survey_canopy(scene, {plot_, settings.slabs, settings.inclinations, settings.ground_materials});
+  if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
+  const CanopySurvey survey = survey_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
   is_ground_ = survey.is_ground;
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);
   const Canopy canopy = canopy_of(survey, clumping_);
   if (canopy.constituents.empty()) throw std::invalid_argument("no leaf lies over the plot");
-  for (int k = 0; k < survey.areas.frame().kinds; ++k)
-    leaf_area_index_ += survey.areas.area(k) / survey.areas.plot_area();
   forest::SolverOptions options;
   options.nodes = forest::PolarNodes::gauss(settings.nodes);
   options.modes = settings.modes;
   Solution solution(canopy, options, survey.areas.frame().edges_m);
-  light(scene, &solution);
+  solution.add_lights(scene, V3f(0.5f * (plot.min.x + plot.max.x), 0.5f * (plot.min.y + plot.max.y), bounds.max.z));
   combine(survey, solution);
-}
-
-void CanopyTransport::light(const scene::Scene& scene, Solution* s) const {
-  const V3f top(0.5f * (plot_.min.x + plot_.max.x), 0.5f * (plot_.min.y + plot_.max.y), scene.traced.bounds().max.z);
-  for (const auto& light : scene.lights) {
-    if (!light->is_infinite()) continue;
-    const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get());
-    if (!distant)
-      s->add_sky(*light, top);
-    else if (distant->to_light().z > 1e-3f)
-      s->add_sun(V3d(distant->to_light()), distant->irradiance());
-  }
 }
 
 void CanopyTransport::combine(const CanopySurvey& survey, const Solution& s) {

@@ -44,18 +44,13 @@ class CanopyTransport {
     return (is_ground_[geometry] ? ground_ : leaves_).at(P.z, n);
   }
 
-  const Box2f& extent() const { return extent_; }
-  const Box2f& plot() const { return plot_; }
   const ClumpingProfile& clumping() const { return clumping_; }
-  double leaf_area_index() const { return leaf_area_index_; }
 
  private:
   struct Solution;
-  void light(const scene::Scene& scene, Solution* s) const;
   void combine(const CanopySurvey& survey, const Solution& s);
 
-  Box2f extent_, plot_;
-  double leaf_area_index_ = 0;
+  Box2f extent_;
   ClumpingProfile clumping_;
   std::vector<uint8_t> is_ground_;  // by geometry
   forest::IrradianceTable ground_, leaves_;

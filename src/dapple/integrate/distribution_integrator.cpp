@@ -25,16 +25,6 @@ bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
 }
 
-// How the memory of caches is divided; what is not in use takes none.
-struct CacheShares {
-  size_t subsurface, hemispheres, radiosity;
-
-  CacheShares(const scene::Scene& scene, const DistributionIntegrator::Settings& s)
-      : subsurface(s.subsurface_cache && has_subsurface(scene) ? s.cache_bytes / 4 : 0),
-        hemispheres(s.irradiance_interpolation ? s.cache_bytes / 7 : 0),
-        radiosity(s.cache_bytes - subsurface - hemispheres) {}
-};
-
 HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
   HitShader::Settings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
@@ -43,21 +33,26 @@ HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings)
 }
 }  // namespace
 
+DistributionIntegrator::CacheUse::CacheUse(const scene::Scene& scene, const Settings& s)
+    : subsurface(s.subsurface_cache && has_subsurface(scene)),
+      hemispheres(s.irradiance_interpolation && s.shading.bounces > 0),
+      subsurface_bytes(subsurface ? s.cache_bytes / 4 : 0),
+      hemisphere_bytes(hemispheres ? s.cache_bytes / 7 : 0),
+      radiosity_bytes(s.cache_bytes - subsurface_bytes - hemisphere_bytes) {}
+
 DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
       groups_(settings.light_groups ? int(scene.light_groups.names.size()) : 0),
       patches_(scene.traced, scene::Motion(scene)),
-      irradiance_(settings.subsurface_cache && has_subsurface(scene)
-                      ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).subsurface, groups_)
-                      : nullptr),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(CacheShares(scene, settings).radiosity, groups_) : nullptr),
+      use_(scene, settings),
+      irradiance_(use_.subsurface ? std::make_unique<RadiosityCache>(use_.subsurface_bytes, groups_) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(use_.radiosity_bytes, groups_) : nullptr),
       shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
       grids_(settings.grid_bytes, groups_),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
-  if (!settings.irradiance_interpolation || settings.shading.bounces == 0) return;
-  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, settings.shading.seed,
-                                           CacheShares(scene, settings).hemispheres, groups_};
+  if (!use_.hemispheres) return;
+  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, use_.hemisphere_bytes, groups_};
   interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
 }
 
@@ -74,7 +69,7 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
   if (irradiance_) add("irradiance", *irradiance_);
   if (!radiosity_) return with_mask_state(std::move(states));
   add("radiosity", *radiosity_);
-  for (int d = 1; d <= settings_.shading.bounces; ++d)
+  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d)
     states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
   return with_mask_state(std::move(states));
 }
@@ -104,7 +99,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
     for (uint32_t i = 0; i < work.sample_count; ++i) {
       locate_samples(box, work.first_sample + i, w);
       w.rays.camera += uint64_t(w.camera.count);
-      if (settings_.pixel_points > 0) lend_points(box, work.first_sample + i, w);
+      if (chooses_points()) lend_points(box, work.first_sample + i, w);
       if (scene_.has_media()) add_media(w);
       find_points(w);
       finish_ready(w, film);
@@ -125,13 +120,13 @@ void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> 
 void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
   w.rays += std::exchange(w.shading.rays, {});
   w.stages += std::exchange(w.shading.stages, {});
-  CacheCounts* to = &w.caches[1];
+  CacheCounts* to = w.caches.data() + 1;
   if (interpolator_) *to++ += std::exchange(w.interpolation->counts, {});
   if (irradiance_)
     for (CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += std::exchange(c, {});
   if (!radiosity_) return;
   for (CacheCounts& c : w.shading.caches.by_resolution) *to++ += std::exchange(c, {});
-  for (int d = 1; d <= settings_.shading.bounces; ++d) *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
+  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d) *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
 }
 
 // Which shading points one sample of each pixel sees.
@@ -139,6 +134,11 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
   w.camera.generate(scene_, pixels, sample, w.sets);
   trace_camera_rays(w);
   locate_hits(w);
+}
+
+// Else a pixel's samples see no more than may be shaded.
+bool DistributionIntegrator::chooses_points() const {
+  return settings_.pixel_points > 0 && settings_.pixel_points <= std::min(settings_.pixel_samples, int(PixelPoints::first_samples));
 }
 
 // Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the scene and the first
@@ -161,6 +161,7 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
     w.seen.close();
     w.seen_known = true;
     locate_samples(pixels, sample, w);
+    w.rays.camera += uint64_t(w.camera.count);
   }
   for (int p = 0; p < w.camera.count; ++p)
     if (is_small(p)) {
@@ -247,15 +248,22 @@ void DistributionIntegrator::view_caches(uint32_t pixel_samples, scene::Film& fi
   for (int y = crop.min.y; y < crop.max.y; y += 2 * CameraBatch::block)
     strips.push_back({V2i(crop.min.x, y), V2i(crop.max.x, std::min(y + 2 * CameraBatch::block, crop.max.y))});
   parallel_for(strips.size(), [&](size_t i) {
-    const auto w = std::make_unique<DistributionWorkspace>();
-    w->sets = PixelSets(pixel_samples, settings_.shading.seed);
-    CameraBatch::for_each_block(strips[i], [&](const Box2i& box) { view_block(box, log, seconds, *w, film); });
+    const std::unique_ptr<Workspace> made = make_workspace();
+    auto& w = static_cast<DistributionWorkspace&>(*made);
+    w.sets = PixelSets(pixel_samples, settings_.shading.seed);
+    CameraBatch::for_each_block(strips[i], [&](const Box2i& box) { view_block(box, log, seconds, w, film); });
   });
 }
 
 void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w,
                                         scene::Film& film) const {
+  w.held.clear();
+  std::fill_n(w.found, DistributionWorkspace::found_count, 0u);
   locate_samples(pixels, 0, w);
+  int n = 0;
+  for (int p = 0; p < w.camera.count; ++p)
+    if (w.sample[p].source == Source::grid) w.order[n++] = p;
+  find_grids(n, w);
   PointBatch& b = w.shading.level(sample_level);
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
@@ -267,11 +275,9 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
         set_point(w.sample[p], b, k);
         continue;
       }
-      const GridId id = patches_seen(w.sample[p].point.grid, w);
+      const SeenGrid grid = seen_grid(*w.sample[p].grid, w);
       const int point = patches_.neighbours(w.sample[p].point).nearest;
-      shader_.set_shading_point(id, point % id.width(), point / id.width(), patches_.cell(id), id.hash(), &w.shading.extents, b, k);
-      const Shares shares = shared_work(id, w);
-      b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
+      set_grid_point(grid, point % grid.id.width(), point / grid.id.width(), b, k, w);
     }
     if (b.count == 0) continue;
     const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};

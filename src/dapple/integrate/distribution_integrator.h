@@ -68,6 +68,15 @@ class DistributionIntegrator final : public Integrator {
   struct Shares {
     int rays = 1, diffuse = 1;  ///< PointBatch::share and crowd
   };
+  /// What the points of a grid have in common.
+  struct SeenGrid {
+    scene::GridId id;
+    scene::PatchTable::Cell cell;
+    Shares shares;
+    const TileLinks& links;
+  };
+  SeenGrid seen_grid(const ShadingGrid& grid, DistributionWorkspace& w) const;
+  void set_grid_point(const SeenGrid& grid, int i, int j, PointBatch& b, int k, DistributionWorkspace& w) const;
   int finest_step(const scene::PatchTable::Cell& cell, const V3f& P) const;
   Shares shared_work(const scene::GridId& grid, DistributionWorkspace& w) const;
   int points_in_pixel(const scene::GridId& grid, DistributionWorkspace& w) const;
@@ -82,11 +91,22 @@ class DistributionIntegrator final : public Integrator {
   void view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const;
 
   int sharing_samples() const { return std::max(settings_.pixel_samples, settings_.max_pixel_samples); }
+  bool chooses_points() const;
+  /// Diffuse: 0 is what scattering in media sees.
+  int first_cached_depth() const { return scene_.has_media() ? 0 : 1; }
+
+  /// Which caches there are, and how they share the memory; those that are not take none.
+  struct CacheUse {
+    CacheUse(const scene::Scene& scene, const Settings& settings);
+    const bool subsurface, hemispheres;
+    const size_t subsurface_bytes, hemisphere_bytes, radiosity_bytes;
+  };
 
   const scene::Scene& scene_;
   const Settings settings_;
   const int groups_;  // of lights, whose parts are kept apart
   const scene::PatchTable patches_;
+  const CacheUse use_;
   const std::unique_ptr<RadiosityCache> irradiance_, radiosity_;
   const HitShader shader_;
   std::unique_ptr<const IrradianceInterpolator> interpolator_;

@@ -10,6 +10,7 @@
 #include "dapple/forest/penumbra.h"
 #include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/scene_mask.h"
+#include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
 
@@ -26,7 +27,6 @@ constexpr double least_rise = 0.1;                // of a sun's direction
 constexpr float widest_sun = 0.1f;                // radians, radius
 constexpr int sky_rows = 64;
 constexpr double sky_cell = 1.0 / 32;  // pixels of the sky's sheet, of its height
-constexpr float half_time = 0.5f;
 
 /// The pixels that are looked at, a whole number of the sky's coarsest cells.
 struct Plot {
@@ -73,7 +73,7 @@ void trace_row(const scene::Scene& scene, int count, const V3f& d, const Origin&
   for (int i = 0; i < count; ++i) {
     const V3f o = origin(i);
     if (std::isnan(o.z)) continue;
-    rays.set(n, o, d, infinity, half_time, uint32_t(i));
+    rays.set(n, o, d, infinity, scene::PatchTable::dicing_time, uint32_t(i));
     index[n++] = i;
     if (n == trace::RayBatch::capacity) flush();
   }

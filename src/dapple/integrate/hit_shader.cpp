@@ -331,7 +331,7 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   std::copy_n(w.counts, b.count, counts);
   bool lit[PointBatch::capacity];
   for (int k = 0; k < b.count; ++k) lit[k] = counts[k] > 0 && (!b.bsdf[k].is_delta() || b.bsdf[k].is_coat()) && b.bsdf[k].kind != BsdfKind::passthrough;
-  direct_.light(b, place.depth.diffuse, lit, w);
+  direct_.light(b, list_depth(place), lit, w);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
     for (int i = 0; i < counts[k]; ++i) {
@@ -378,7 +378,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   trace_rays(r, w);
-  direct_.add_lights_hit(b, r, place.depth.diffuse);
+  direct_.add_lights_hit(b, r, list_depth(place));
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
     const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};

@@ -18,7 +18,7 @@ class HitShader {
     int bounces = 4;          ///< diffuse bounces of indirect light; 0 = direct light only
     int specular_depth = 16;  ///< glossy and mirror scatterings
     RayList shadow_rays{4}, diffuse_rays{4};  ///< a shading point, by diffuse depth; shadow rays also a light
-    RayList subsurface_rays{16};  ///< probes of the body around a point that is seen, by diffuse depth
+    int subsurface_rays = 16;  ///< probes of the body around a point that is seen
     float cache_width = 0.35f;  ///< scale of the footprint that chooses the cache's resolution
     bool caustics = true;  ///< light that metal and coats mirror where a diffuse ray met them; else it counts as diffuse there
     uint64_t seed = 0;
@@ -127,8 +127,8 @@ class HitShader {
   /// By so many widths of the cache is what rays read wider than the point that sends them, one that `share` points do the work of
   /// (PointBatch::diffuse_share).
   float growth(const Place& place, int share = 1) const;
-  /// Where the lists of rays are read: what enters a subsurface body serves many points, as what diffuse rays meet does.
-  static int list_depth(const Place& place) { return place.depth.diffuse + (place.arrival == Arrival::probe); }
+  /// Where the lists of rays are read: what enters a subsurface body, or is seen in fog, serves many points, as what diffuse rays meet does.
+  static int list_depth(const Place& place) { return place.arrival == Arrival::view ? 0 : std::max(place.depth.diffuse, 1); }
   int diffuse_rays(const Place& place, int share) const { return settings_.diffuse_rays.at(list_depth(place), share); }
   int diffuse_rays(const Place& place, const PointBatch& b, int k) const {
     return settings_.diffuse_rays.at(list_depth(place), b.diffuse_share(k), b.effort[k]);
@@ -165,7 +165,7 @@ class HitShader {
   void send_probes(const Place& place, ShadingWorkspace& w) const;
   void trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, ShadingWorkspace& w) const;
   void gather_probes(const Place& place, ShadingWorkspace& w) const;
-  int probes(const Place& place, const PointBatch& b, int k) const { return settings_.subsurface_rays.at(place.depth.diffuse, b.share[k]); }
+  int probes(const PointBatch& b, int k) const { return RayList::part(settings_.subsurface_rays, b.share[k]); }
 
   /// None serves viewers: what they see in mirrors is sharp.
   RadiosityCache* cache_for(Arrival arrival) const {
@@ -175,15 +175,16 @@ class HitShader {
     return arrival == Arrival::probe ? w.irradiance_caches : w.caches;
   }
   bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
-  /// Diffuse rays read the nearest point: there are many, and what they blur is blurred once more by the bounces before. What enters a subsurface
-  /// body is seen by its few probes.
-  static bool blends_points(const Place& below) { return below.arrival == Arrival::probe && below.depth.diffuse == 1; }
-  /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the cache of below.arrival where there is one that serves
+  /// Adds to L of these rays of the first sets what leaves the surfaces that they met: from the nearest point in the cache of below.arrival where there is one that serves
   /// them, whose resolution follows from the width of the point that sent the ray, grown so, and the ray's cone; else by shading
   /// them at `below`. And what scatters into them where they ended in media.
   void gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   /// Adds to L of these rays what scatters into them where they ended in media.
   void add_media(RaySet& r, const Place& below, RayFilter wanted, ShadingWorkspace& w) const;
+  bool dice_hit(const PointBatch& b, const RaySet& r, int i, float growth, scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at,
+                ShadingWorkspace& w) const;
+  int entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit, float width, scene::GridPoint* at, CacheBatch& c,
+               ShadingWorkspace& w) const;
   void locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const;
   void fill(const Place& below, int begin, int end, CacheBatch& c, ShadingWorkspace& w) const;

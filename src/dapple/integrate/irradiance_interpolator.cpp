@@ -260,7 +260,6 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   PointBatch& b = s.level(here.level);
   const gi::HemisphereStrata& of_step = strata_[size_t(w.step)];
   const int strata = of_step.count(), all = count * strata;
-  const size_t groups = size_t(settings_.light_groups);
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
     scene::PatchTable::Cell cell = patches_.cell(at.grid);
@@ -271,40 +270,13 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     nodes[k]->glints = 0;
   }
   b.count = count;
-  HitShader::DiffuseFan fan{-1, 0, 0, 0};
-  for (int next = 0; next < all;) {
-    int begin[PointBatch::most_ray_sets], sets = 0;
-    for (; sets < PointBatch::most_ray_sets && next < all; ++sets) {
-      RaySet& r = b.ray_set(sets);
-      r.count = 0;
-      begin[sets] = next;
-      for (; next < all; ++next) {
-        const int k = next / strata, stratum = next % strata;
-        const bool starts = stratum % RayBatch::packet == 0;
-        if (starts && r.count + std::min(RayBatch::packet, strata - stratum) > RaySet::capacity) break;
-        const uint64_t random = hash(b.key[k], stratum);
-        const V3f local = of_step.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
-        const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
-        const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
-        if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
-        shader_.set_diffuse_ray(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
-        r.rays.joined[r.count++] = !starts && RayBatch::pays_to_join(strata);
-      }
-    }
+  for (int first = 0; first < all;) {
+    int sets = 0, next = first;
+    for (; sets < PointBatch::most_ray_sets && next < all; ++sets) next = fill_set(of_step, nodes, next, all, b, b.ray_set(sets));
     shader_.gather(here, sets, s);
-    for (int set = 0; set < sets; ++set) {
-      const RaySet& r = b.ray_set(set);
-      for (int i = 0; i < r.count; ++i) {
-        const int k = (begin[set] + i) / strata;
-        const size_t to = size_t(begin[set] + i);
-        w.L[to] = r.L[i];
-        for (size_t g = 0; g < groups; ++g) w.part_L[g * w.L.size() + to] = r.L.parts(i)[g];
-        w.distance[to] = r.distance[i];
-        nodes[k]->glints += r.glint[i] * r.weight[i].luminance() * (pi / float(strata));
-        w.time[to] = b.duration[k] > 0 ? (r.rays.time[i] - b.time[k]) / b.duration[k] : 0;
-      }
-    }
+    for (int set = 0; set < sets; ++set) first = collect(b.ray_set(set), strata, nodes, first, b, w);
   }
+  const size_t groups = size_t(settings_.light_groups);
   for (int k = 0; k < count; ++k) {
     const size_t at = size_t(k * strata), node = size_t(nodes[k] - w.node);
     const float* time = b.duration[k] > 0 ? &w.time[at] : nullptr;
@@ -312,6 +284,39 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     for (size_t g = 0; g < groups; ++g)
       w.parts[node * groups + g] = gi::integrate_hemisphere(of_step, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
   }
+}
+
+// Rays through the strata of all hemispheres from number `next` on, in whole packets; returns the first that found no room.
+int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* const* nodes, int next, int all, const PointBatch& b, RaySet& r) const {
+  const int strata = of_step.count();
+  HitShader::DiffuseFan fan{-1, 0, 0, 0};
+  for (r.count = 0; next < all; ++next) {
+    const int k = next / strata, stratum = next % strata;
+    const bool starts = stratum % RayBatch::packet == 0;
+    if (starts && r.count + std::min(RayBatch::packet, strata - stratum) > RaySet::capacity) break;
+    const uint64_t random = hash(b.key[k], stratum);
+    const V3f local = of_step.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
+    const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
+    const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
+    if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
+    shader_.set_diffuse_ray(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
+    r.rays.joined[r.count++] = !starts && RayBatch::pays_to_join(strata);
+  }
+  return next;
+}
+
+// What such rays found, of which the first is number `first`; returns the number after the last.
+int IrradianceInterpolator::collect(const RaySet& r, int strata, Node* const* nodes, int first, const PointBatch& b, Workspace& w) const {
+  for (int i = 0; i < r.count; ++i) {
+    const int k = (first + i) / strata;
+    const size_t to = size_t(first + i);
+    w.L[to] = r.L[i];
+    for (size_t g = 0; g < size_t(settings_.light_groups); ++g) w.part_L[g * w.L.size() + to] = r.L.parts(i)[g];
+    w.distance[to] = r.distance[i];
+    nodes[k]->glints += r.glint[i] * r.weight[i].luminance() * (pi / float(strata));
+    w.time[to] = b.duration[k] > 0 ? (r.rays.time[i] - b.time[k]) / b.duration[k] : 0;
+  }
+  return first + r.count;
 }
 
 // Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps finer they should be.

@@ -22,7 +22,6 @@ class IrradianceInterpolator {
     /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean), but for those that stand
     /// two points apart; a quarter of it is what they may differ by there, of their mean. Smaller is better and slower.
     float accuracy = 0.4f;
-    uint64_t seed = 0;
     size_t bytes = size_t(16) << 20;  ///< of the cache
     int light_groups = 0;
   };
@@ -95,6 +94,8 @@ class IrradianceInterpolator {
   bool find_node(int n, Workspace& w) const;
   void compute(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
   void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
+  int fill_set(const gi::HemisphereStrata& of_step, Workspace::Node* const* nodes, int next, int all, const PointBatch& b, RaySet& r) const;
+  int collect(const RaySet& r, int strata, Workspace::Node* const* nodes, int first, const PointBatch& b, Workspace& w) const;
   int blend(int n, int k, const Workspace& w, PointBatch& b) const;
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;

@@ -28,7 +28,6 @@ class LightSums {
   explicit LightSums(int groups) : groups_(groups), parts_(size_t(groups) * capacity) {}
 
   const RGB& operator[](int i) const { return sums_[i]; }
-  const RGB* data() const { return sums_; }
   std::span<const RGB> parts(int i) const { return {parts_.data() + i * groups_, size_t(groups_)}; }
   LightParts at(int i) const { return {sums_[i], parts_.data() + i * groups_}; }
 

@@ -3,7 +3,9 @@
 
 #include "dapple/base/error.h"
 #include "dapple/base/parallel.h"
+#include "dapple/forest/tile_raster.h"
 #include "dapple/integrate/material_table.h"
+#include "dapple/integrate/surface_facets.h"
 #include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
@@ -17,7 +19,6 @@ using trace::no_id;
 namespace {
 
 constexpr float time = scene::PatchTable::dicing_time;
-constexpr int around = 64, along = 32;      // facets of a quadric
 constexpr int pieces = 16;                  // ribbons of a segment of a curve
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))
 
@@ -27,56 +28,18 @@ struct Facets {
   bool with_uv = false;
 };
 
-/// Corners going round, with what alpha textures are asked for there; halves as Embree cuts quads.
-void add_quad(const V3f p[4], const V2f uv[4], uint32_t primitive, Facets* out) {
-  for (const auto& [a, b, c] : {std::tuple{0, 1, 3}, {2, 3, 1}}) {
+/// Quads in halves, as Embree cuts them.
+void add_facet(const V3f* p, const V2f* uv, int corners, uint32_t primitive, Facets* out) {
+  const auto add = [&](int a, int b, int c) {
     out->all.push_back({{p[a], p[b], p[c]}, primitive});
     if (out->with_uv) out->uv.push_back({{uv[a].x, uv[b].x, uv[c].x}, {uv[a].y, uv[b].y, uv[c].y}});
-  }
+  };
+  if (corners == 3) return add(0, 1, 2);
+  add(0, 1, 3);
+  add(2, 3, 1);
 }
 
-void add_facets(const geom::Mesh& mesh, Facets* out) {
-  static const V2f square[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  out->all.reserve(mesh.face_count() * (mesh.corners == 4 ? 2 : 1));
-  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
-    V3f p[4];
-    mesh.corners_at(f, time, p);
-    if (mesh.corners == 4) {
-      add_quad(p, square, f, out);
-      continue;
-    }
-    out->all.push_back({{p[0], p[1], p[2]}, f});
-    if (out->with_uv) out->uv.emplace_back();
-  }
-}
-
-void add_facets(const geom::GridMesh& m, Facets* out) {
-  const auto vertex = [&m](uint32_t i) { return m.P_end.empty() ? m.P[i] : m.P[i] * (1 - time) + m.P_end[i] * time; };
-  for (uint32_t g = 0; g < m.grids.size(); ++g) {
-    const geom::GridMesh::Grid& grid = m.grids[g];
-    for (uint32_t y = 0; y + 1 < grid.rows; ++y)
-      for (uint32_t x = 0; x + 1 < grid.columns; ++x) {
-        const uint32_t i = grid.first + y * grid.stride + x;
-        const V3f p[4] = {vertex(i), vertex(i + 1), vertex(i + grid.stride + 1), vertex(i + grid.stride)};
-        const float du = 1 / float(grid.columns - 1), dv = 1 / float(grid.rows - 1), u = float(x) * du,
-                    v = float(y) * dv;
-        const V2f uv[4] = {{u, v}, {u + du, v}, {u + du, v + dv}, {u, v + dv}};
-        add_quad(p, uv, g, out);
-      }
-  }
-}
-
-void add_facets(const geom::Quadric& q, Facets* out) {
-  for (int j = 0; j < along; ++j)
-    for (int i = 0; i < around; ++i) {
-      const float u0 = float(i) / around, u1 = float(i + 1) / around, v0 = float(j) / along, v1 = float(j + 1) / along;
-      const V2f uv[4] = {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}};
-      const V3f p[4] = {q.at(u0, v0).P, q.at(u1, v0).P, q.at(u1, v1).P, q.at(u0, v1).P};
-      add_quad(p, uv, 0, out);
-    }
-}
-
-void add_facets(const geom::DiskCloud& cloud, Facets* out) {
+void add_disks(const geom::DiskCloud& cloud, Facets* out) {
   for (uint32_t d = 0; d < cloud.disks.size(); ++d) {
     V3f a, b, p[6];
     coordinate_system(cloud.normals[d], &a, &b);
@@ -121,10 +84,9 @@ std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint
     const bool cut_out = !even && !std::holds_alternative<trace::DisksPtr>(shape);
     Facets facets;
     facets.with_uv = cut_out;
-    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) add_facets(**mesh, &facets);
-    if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) add_facets(**grids, &facets);
-    if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape)) add_facets(**quadric, &facets);
-    if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) add_facets(**disks, &facets);
+    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) facets.all.reserve((*mesh)->face_count() * ((*mesh)->corners == 4 ? 2 : 1));
+    for_each_facet(shape, [&facets](const V3f* p, const V2f* uv, int corners, uint32_t primitive) { add_facet(p, uv, corners, primitive, &facets); });
+    if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) add_disks(**disks, &facets);
     clusters = std::make_shared<FacetClusters>(facets.all, facets.uv, transmittance);
     clusters->cut_out = cut_out;
   }
@@ -159,7 +121,7 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
   }
   out->set_opacity(
       [&scene](uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, float* alpha) {
-        float times[16];
+        float times[forest::TileRaster::asked_at_once];
         std::fill_n(times, n, time);
         scene.opacity(geometry, n, primitive, u, v, times, alpha);
       });

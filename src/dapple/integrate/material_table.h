@@ -13,7 +13,7 @@ namespace dapple::integrate {
 /// What integrators ask of the materials of a scene, and prelighting of mixed points in batches of equal material.
 class MaterialTable {
  public:
-  /// Caustics: light that metal sends on where a diffuse ray met it. Without, metal counts as diffuse there.
+  /// Caustics: light that metal and coats send on where a diffuse ray met them. Without, they count as diffuse there.
   explicit MaterialTable(const scene::Scene& scene, bool caustics = true);
 
   const shading::Material& material(uint32_t geometry) const { return *scene_.materials[index(geometry)]; }

@@ -28,7 +28,7 @@ void HitShader::shade_media(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   RaySet& r = b.ray_set(0);
   b.Ci.clear_all(b.count);
-  direct_.light_media(b, place.depth.diffuse, w);
+  direct_.light_media(b, list_depth(place), w);
   if (place.depth.specular >= settings_.specular_depth) return;
   for (int k = 0; k < b.count; ++k) w.seed[k] = uint32_t(hash(b.key[k], for_phase)), w.index[k] = 0;
   w.draw_samples(b.count);

@@ -15,7 +15,7 @@
 
 namespace dapple::integrate {
 
-/// State of the paths of one block of pixels, and scratch for their steps. About 0.7 MB; nothing is allocated while paths are traced.
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.4 MB; nothing is allocated while paths are traced.
 struct PathWorkspace final : Integrator::Workspace {
   static constexpr int capacity = trace::RayBatch::capacity;
 

@@ -7,7 +7,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/integrate/path_workspace.h"
-#include "dapple/shading/distant_light.h"
+#include "dapple/integrate/scene_light.h"
 
 namespace dapple::integrate {
 
@@ -15,7 +15,6 @@ namespace {
 
 // Paths end by roulette alone.
 constexpr int unlimited = 1 << 20;
-constexpr uint32_t sky_samples = 1 << 16;
 
 PathIntegrator::Settings path_settings(uint64_t seed) {
   PathIntegrator::Settings s;
@@ -35,17 +34,6 @@ std::array<double, 3> irradiance_of_lights(const scene::Scene& scene) {
 }
 
 }  // namespace
-
-std::array<double, 3> irradiance_above(const shading::Light& light) {
-  std::array<double, 3> sum{};
-  const uint32_t n = light.is_delta() ? 1 : sky_samples;
-  for (uint32_t i = 0; i < n; ++i) {
-    shading::LightSample s;
-    if (!light.sample({}, sample_2d(0, i, 0), &s) || !(s.wi.z > 0)) continue;
-    for (int c = 0; c < 3; ++c) sum[size_t(c)] += double(s.radiance[c]) * s.wi.z / (double(s.pdf) * n);
-  }
-  return sum;
-}
 
 PlotReflectance::PlotReflectance(const scene::Scene& scene, const Settings& settings)
     : scene_(scene), settings_(settings), paths_(scene, path_settings(settings.seed)), irradiance_(irradiance_of_lights(scene)) {
@@ -98,16 +86,6 @@ std::vector<PlotReflectance::Estimate> PlotReflectance::measure(const std::vecto
       out[v].standard_error[c] = std::sqrt(squares / double(replicates * (replicates - 1))) * to_factor;
     }
   return out;
-}
-
-void light_by_sun_only(scene::Scene* scene, const V3f& to_sun, RGB irradiance) {
-  scene->light_sampler.reset();
-  scene->lights.clear();
-  scene->light_table.clear();
-  for (scene::GeometryBinding& b : scene->bindings) b.first_light = trace::no_id;
-  scene->lights.push_back(std::make_unique<shading::DistantLight>(to_sun, irradiance));
-  scene->infinite_lights = {0};
-  scene->light_sampler = std::make_unique<shading::LightSampler>(std::vector<const shading::Light*>{scene->lights[0].get()}, 1.0f);
 }
 
 }  // namespace dapple::integrate

@@ -45,11 +45,4 @@ class PlotReflectance {
   mutable uint64_t rays_ = 0;
 };
 
-/// What a light at infinity puts on a level plane under nothing, W m^-2 by channel.
-std::array<double, 3> irradiance_above(const shading::Light& light);
-
-/// Leaves a scene one light only, parallel, towards `to_sun` (unit); irradiance on a plane normal to it, W m^-2. Surfaces no
-/// longer shine.
-void light_by_sun_only(scene::Scene* scene, const V3f& to_sun, RGB irradiance);
-
 }  // namespace dapple::integrate

@@ -166,8 +166,7 @@ struct CacheBatch {
   uint8_t set[capacity];  ///< of the ray
   int ray[capacity];      ///< in its set
   scene::GridPoint point[capacity];
-  uint8_t nearest[capacity];  ///< of its tile's points; where these are blended, `near`
-  scene::PatchTable::Neighbours near[capacity];
+  uint8_t nearest[capacity];  ///< of its tile's points
   float leaving[capacity];  ///< towards the ray, of what its point sends on average
   int entry_of[capacity];
 

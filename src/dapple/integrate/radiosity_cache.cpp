@@ -93,7 +93,7 @@ CacheState RadiosityCache::state(Resolution r) const {
   const Use& use = use_[size_t(r)];
   CacheState s;
   s.evictions = use.evictions.load(std::memory_order_relaxed);
-  // Entries are replaced, never given up: of all together, the peak is what is in use.
+  // Entries are replaced, and given up after an exception only: of all together, the peak is what is in use.
   s.bytes = s.peak_bytes = s.capacity_bytes = use.bytes.load(std::memory_order_relaxed);
   if (r == Resolution::fine) s.capacity_bytes += cache_.bytes() - cache_.bytes_in_use();
   return s;

@@ -88,7 +88,7 @@ class RadiosityCache {
   struct Use {
     std::atomic<uint64_t> bytes{0}, evictions{0};
   };
-  Use use_[resolution_count];  ///< changed by claims only
+  Use use_[resolution_count];  ///< changed by claims, and by abandon() after an exception
 };
 
 }  // namespace dapple::integrate

@@ -13,14 +13,14 @@ class RayList {
   explicit RayList(std::vector<int> counts) : counts_(std::move(counts)) {}
   int at(int depth) const { return counts_[std::min(size_t(depth), counts_.size() - 1)]; }
   /// Where so many points do the work of one between them: their part, rounded up.
-  int at(int depth, int share) const { return (at(depth) + share - 1) / share; }
+  int at(int depth, int share) const { return part(at(depth), share); }
   /// The same of a point that sends the rays of `effort` points, but no more than `most_by_effort` unless the list says so.
   int at(int depth, int share, int effort) const {
     const int rays = at(depth);
-    return (std::max(rays, std::min(rays * effort, most_by_effort)) + share - 1) / share;
+    return part(std::max(rays, std::min(rays * effort, most_by_effort)), share);
   }
   static constexpr int most_by_effort = 64;
-  const std::vector<int>& counts() const { return counts_; }
+  static int part(int rays, int share) { return (rays + share - 1) / share; }
 
  private:
   std::vector<int> counts_;

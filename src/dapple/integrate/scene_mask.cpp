@@ -5,6 +5,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
 
@@ -37,7 +38,8 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
           continue;
         }
         const float reach = float((top - p.z) / d.z);
-        rays.set(n, V3f(float(p.x), float(p.y), float(p.z)), V3f(float(d.x), float(d.y), float(d.z)), reach, 0, uint32_t(rng.next_bits()));
+        rays.set(n, V3f(float(p.x), float(p.y), float(p.z)), V3f(float(d.x), float(d.y), float(d.z)), reach,
+                 scene::PatchTable::dicing_time, uint32_t(rng.next_bits()));
         pixel[n++] = x;
         if (n == trace::RayBatch::capacity) flush();
       }

@@ -23,7 +23,8 @@ struct SceneMaskView {
   std::function<float(double x, double y)> relief;
 };
 
-/// The part of each pixel through which nothing stands in the way: rays on a grid in the pixel, jittered, their random numbers from the pixel's place.
+/// The part of each pixel through which nothing stands in the way in the middle of the shutter: rays on a grid in the pixel, jittered, their random
+/// numbers from the pixel's place.
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& view, bool periodic);
 
 }  // namespace dapple::integrate

@@ -25,7 +25,7 @@ void HitShader::light_subsurface(const Place& place, ShadingWorkspace& w) const 
   s.job_count = 0;
   for (int k = 0; k < b.count; ++k) {
     if (b.bsdf[k].kind != BsdfKind::subsurface) continue;
-    for (int i = 0; i < probes(place, b, k); ++i) {
+    for (int i = 0; i < probes(b, k); ++i) {
       s.point[s.job_count] = k;
       s.number[s.job_count] = i;
       if (++s.job_count == s.capacity) send_probes(place, w);
@@ -46,7 +46,7 @@ void HitShader::send_probes(const Place& place, ShadingWorkspace& w) const {
   int n = 0;
   for (int j = 0; j < s.job_count; ++j) {
     const int k = s.point[j];
-    if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes(place, b, k));
+    if (j == 0 || k != s.point[j - 1]) probe = SubsurfaceProbe(b.bsdf[k], probes(b, k));
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
     s.key[j] = trace::ray_key(w.seed[j], w.index[j]);
@@ -116,7 +116,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     crossing = f > 0 && s.found[f - 1].job == at.job ? crossing + 1 : 0;
     const int k = s.point[at.job];
     const V3f offset = at.P - b.surface[k].P;
-    if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes(place, b, k));
+    if (f == 0 || k != s.point[s.found[f - 1].job]) probe = SubsurfaceProbe(b.bsdf[k], probes(b, k));
     const RGB weight = probe.weight(offset, at.Ng);
     if (weight.is_black() || !weight.is_finite()) continue;
     const bool behind = dot(b.wo[k], b.surface[k].Ng) < 0;

@@ -3,7 +3,9 @@
 
 #include <numbers>
 
+#include "dapple/forest/facet_scene.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/scene/patch_table.h"
 
 namespace dapple::integrate {
 
@@ -14,34 +16,7 @@ namespace {
 
 constexpr uint32_t optics_points = 4096;
 constexpr int around = 64, along = 32;  // facets of a quadric
-
-/// Visits polygons of a shape in its own space, as visit(corners, n).
-template <class Visit>
-void for_each_facet(const trace::Shape& shape, const Visit& visit) {
-  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) {
-    for (size_t f = 0; f < (*mesh)->face_count(); ++f) {
-      V3f c[4];
-      (*mesh)->corners_at(uint32_t(f), 0, c);
-      visit(c, (*mesh)->corners);
-    }
-  } else if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) {
-    const geom::GridMesh& m = **grids;
-    for (const auto& g : m.grids)
-      for (uint32_t y = 0; y + 1 < g.rows; ++y)
-        for (uint32_t x = 0; x + 1 < g.columns; ++x) {
-          const uint32_t i = g.first + y * g.stride + x;
-          const V3f quad[4] = {m.P[i], m.P[i + 1], m.P[i + g.stride + 1], m.P[i + g.stride]};
-          visit(quad, 4);
-        }
-  } else if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape)) {
-    for (int j = 0; j < along; ++j)
-      for (int i = 0; i < around; ++i) {
-        const float u0 = float(i) / around, u1 = float(i + 1) / around, v0 = float(j) / along, v1 = float(j + 1) / along;
-        const V3f quad[4] = {(*quadric)->at(u0, v0).P, (*quadric)->at(u1, v0).P, (*quadric)->at(u1, v1).P, (*quadric)->at(u0, v1).P};
-        visit(quad, 4);
-      }
-  }
-}
+constexpr float time = scene::PatchTable::dicing_time;
 
 double triangle_area(const V3f& a, const V3f& b, const V3f& c) { return 0.5 * length(cross(b - a, c - a)); }
 
@@ -74,7 +49,7 @@ std::vector<double> cumulated_areas(const trace::Shape& shape) {
   if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) {
     for (const auto& d : (*disks)->disks) sums.push_back(sum += double(d.radius) * d.radius);
   } else if (std::holds_alternative<trace::MeshPtr>(shape)) {
-    for_each_facet(shape, [&](const V3f* c, int n) {
+    for_each_facet(shape, [&](const V3f* c, const V2f*, int n, uint32_t) {
       triangles_of(c, n, [&](const V3f& p, const V3f& q, const V3f& r) { sum += triangle_area(p, q, r); });
       sums.push_back(sum);
     });
@@ -86,7 +61,48 @@ std::vector<double> cumulated_areas(const trace::Shape& shape) {
   return sums;
 }
 
+void visit_facets(const geom::Mesh& mesh, const FacetVisitor& visit) {
+  static const V2f square[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, triangle[3] = {{0, 0}, {1, 0}, {0, 1}};
+  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
+    V3f p[4];
+    mesh.corners_at(f, time, p);
+    visit(p, mesh.corners == 4 ? square : triangle, mesh.corners, f);
+  }
+}
+
+void visit_facets(const geom::GridMesh& m, const FacetVisitor& visit) {
+  const auto vertex = [&m](uint32_t i) { return m.P_end.empty() ? m.P[i] : m.P[i] * (1 - time) + m.P_end[i] * time; };
+  for (uint32_t g = 0; g < m.grids.size(); ++g) {
+    const geom::GridMesh::Grid& grid = m.grids[g];
+    const float du = 1 / float(grid.columns - 1), dv = 1 / float(grid.rows - 1);
+    for (uint32_t y = 0; y + 1 < grid.rows; ++y)
+      for (uint32_t x = 0; x + 1 < grid.columns; ++x) {
+        const uint32_t i = grid.first + y * grid.stride + x;
+        const V3f p[4] = {vertex(i), vertex(i + 1), vertex(i + grid.stride + 1), vertex(i + grid.stride)};
+        const float u = float(x) * du, v = float(y) * dv;
+        const V2f uv[4] = {{u, v}, {u + du, v}, {u + du, v + dv}, {u, v + dv}};
+        visit(p, uv, 4, g);
+      }
+  }
+}
+
+void visit_facets(const geom::Quadric& q, const FacetVisitor& visit) {
+  for (int j = 0; j < along; ++j)
+    for (int i = 0; i < around; ++i) {
+      const float u0 = float(i) / around, u1 = float(i + 1) / around, v0 = float(j) / along, v1 = float(j + 1) / along;
+      const V2f uv[4] = {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}};
+      const V3f p[4] = {q.at(u0, v0).P, q.at(u1, v0).P, q.at(u1, v1).P, q.at(u0, v1).P};
+      visit(p, uv, 4, 0);
+    }
+}
+
 }  // namespace
+
+void for_each_facet(const trace::Shape& shape, const FacetVisitor& visit) {
+  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) visit_facets(**mesh, visit);
+  if (const auto* grids = std::get_if<trace::GridsPtr>(&shape)) visit_facets(**grids, visit);
+  if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape)) visit_facets(**quadric, visit);
+}
 
 bool is_disk(const trace::Shape& shape) {
   const auto* quadric = std::get_if<trace::QuadricPtr>(&shape);
@@ -124,13 +140,13 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
     const uint32_t step = std::min<uint32_t>(16, shading::ShadingPoints::capacity);
     for (uint32_t first = 0; first < optics_points; first += step) {
       spread_points(shape, &hits, first, int(step), sums);
-      float alpha[16], time[16] = {};
-      std::fill_n(alpha, step, 1.0f);
-      if (cut_out) scene.opacity(geometry, int(step), hits.primitive, hits.u, hits.v, time, alpha);
+      float alpha[16], times[16];
+      std::fill_n(alpha, step, 1.0f), std::fill_n(times, step, time);
+      if (cut_out) scene.opacity(geometry, int(step), hits.primitive, hits.u, hits.v, times, alpha);
       for (uint32_t i = 0; i < step; ++i) {
         hits.geometry[i] = geometry, hits.instance[i] = no_id;
-        const geom::SurfacePoint s = scene.traced.surface(hits, int(i), 0);
-        scene::Scene::set_point(s, -s.Ng, 0, 0, first + i, &points, int(i));
+        const geom::SurfacePoint s = scene.traced.surface(hits, int(i), time);
+        scene::Scene::set_point(s, -s.Ng, 0, time, first + i, &points, int(i));
       }
       points.count = int(step);
       material.prelighting(points, bsdf);
@@ -148,7 +164,9 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
 
 void add_facets(const trace::TracedScene& traced, uint32_t geometry, uint32_t instance, int kind, double share, forest::LeafSurvey* out) {
   const trace::Shape& shape = traced.shape(geometry);
-  const auto world = [&](const V3f& p) { return V3d(instance == no_id ? p : traced.instance_point(instance, p)); };
+  forest::AffineRows placed;
+  if (instance != no_id) traced.instance_rows(instance, time, placed.m);
+  const auto world = [&](const V3f& p) { return V3d(instance == no_id ? p : placed.point(p)); };
   const auto add_triangle = [&](const V3f& a, const V3f& b, const V3f& c) {
     const V3d corners[3] = {world(a), world(b), world(c)};
     out->add_polygon(kind, corners, share);
@@ -175,12 +193,12 @@ void add_facets(const trace::TracedScene& traced, uint32_t geometry, uint32_t in
   }
   if (const auto* quadric = std::get_if<trace::QuadricPtr>(&shape)) {
     double facets = 0;
-    for_each_facet(shape, [&](const V3f* c, int n) {
+    for_each_facet(shape, [&](const V3f* c, const V2f*, int n, uint32_t) {
       triangles_of(c, n, [&](const V3f& p, const V3f& q, const V3f& r) { facets += triangle_area(p, q, r); });
     });
     if (facets > 0) share *= (*quadric)->area() / facets;
   }
-  for_each_facet(shape, [&](const V3f* c, int n) { triangles_of(c, n, add_triangle); });
+  for_each_facet(shape, [&](const V3f* c, const V2f*, int n, uint32_t) { triangles_of(c, n, add_triangle); });
 }
 
 }  // namespace dapple::integrate

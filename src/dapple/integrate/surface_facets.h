@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 #include "dapple/forest/leaf_survey.h"
 #include "dapple/scene/scene.h"
@@ -17,6 +18,11 @@ struct SurfaceOptics {
 SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry);
 
 bool is_disk(const trace::Shape& shape);
+
+/// Visits the faces of a mesh, the quads of grids and facets of a quadric, in the shape's own space, in the middle of the shutter: 3 or 4 corners going
+/// round, with the parameters that textures of its alpha are asked for there.
+using FacetVisitor = std::function<void(const V3f* corners, const V2f* uv, int corner_count, uint32_t primitive)>;
+void for_each_facet(const trace::Shape& shape, const FacetVisitor& visit);
 
 /// Adds the polygons of a geometry, placed by an instance (no_id: as it is), to a survey; quadrics as facets of the right total
 /// area, disks as disks. Curves are left out.

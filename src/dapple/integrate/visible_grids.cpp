@@ -180,22 +180,30 @@ void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<W
 }
 
 void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
-  const GridId id = patches_seen(grid.id, w);
-  const scene::PatchTable::Cell cell = patches_.cell(id, &w.shading.extents);
-  const uint64_t key = id.hash();
-  const Shares shares = shared_work(id, w);
+  const SeenGrid seen = seen_grid(grid, w);
+  const GridId& id = seen.id;
   for (int j = 0; j < id.height(); ++j)
     for (int i = 0; i < id.width(); ++i) {
       if (!(points >> id.index(i, j) & 1) || patches_.is_outside(id, i, j)) continue;
       const int k = b.count++;
-      if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
-        shader_.set_seen_cell(id, i, j, cell, key, grid.links, &w.shading.extents, b, k);
-      else
-        shader_.set_shading_point(id, i, j, cell, key, &w.shading.extents, b, k);
-      b.share[k] *= shares.rays, b.crowd[k] = shares.diffuse;
+      set_grid_point(seen, i, j, b, k, w);
       w.target[k] = {&grid, id.index(i, j)};
-      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(cell, b.surface[k].P), grid.links.parts_tile()};
+      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(seen.cell, b.surface[k].P), grid.links.parts_tile()};
     }
+}
+
+DistributionIntegrator::SeenGrid DistributionIntegrator::seen_grid(const ShadingGrid& grid, DistributionWorkspace& w) const {
+  const GridId id = patches_seen(grid.id, w);
+  return {id, patches_.cell(id, &w.shading.extents), shared_work(id, w), grid.links};
+}
+
+void DistributionIntegrator::set_grid_point(const SeenGrid& grid, int i, int j, PointBatch& b, int k, DistributionWorkspace& w) const {
+  const GridId& id = grid.id;
+  if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
+    shader_.set_seen_cell(id, i, j, grid.cell, id.hash(), grid.links, &w.shading.extents, b, k);
+  else
+    shader_.set_shading_point(id, i, j, grid.cell, id.hash(), &w.shading.extents, b, k);
+  b.share[k] *= grid.shares.rays, b.crowd[k] = grid.shares.diffuse;
 }
 
 // Points that are finer than their pixels ask for share the hemispheres of those around them.

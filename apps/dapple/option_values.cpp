@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "option_values.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "dapple/base/error.h"
+
+namespace dapple::app {
+
+namespace {
+
+/// Spaces may stand before a number.
+template <class Number>
+std::vector<Number> parse_list(std::string_view text, char mark, size_t count) {
+  std::vector<Number> out;
+  while (true) {
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+    Number v = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
+    if (error != std::errc() || !std::isfinite(double(v))) return {};
+    out.push_back(v);
+    text.remove_prefix(size_t(end - text.data()));
+    if (text.empty()) break;
+    if (text.front() != mark) return {};
+    text.remove_prefix(1);
+  }
+  return out.size() == count ? out : std::vector<Number>();
+}
+
+[[noreturn]] void refuse(const std::string& option, const std::string& text, const std::string& expected) {
+  throw UsageError(option + ": \"" + text + "\"; expected " + expected);
+}
+
+}  // namespace
+
+std::string shown(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", x);
+  return text;
+}
+
+std::vector<double> numbers(std::string_view text, char mark, size_t count) {
+  return parse_list<double>(text, mark, count);
+}
+
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected) {
+  const std::vector<double> v = numbers(text, ',', count);
+  if (v.empty()) refuse(option, text, expected);
+  return v;
+}
+
+void check_range(const std::string& option, double value, double low, double high, const std::string& units) {
+  if (!(value >= low && value <= high))
+    throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) + units);
+}
+
+Box2f rectangle(const std::string& option, const std::string& text) {
+  const auto v = numbers_of(option, text, 4, "X0,X1,Y0,Y1 in metres");
+  for (const double x : v) check_range(option, x, -1e6, 1e6, " m");
+  if (!(float(v[1]) > float(v[0])) || !(float(v[3]) > float(v[2]))) refuse(option, text, "X0 below X1 and Y0 below Y1");
+  return {V2f(float(v[0]), float(v[2])), V2f(float(v[1]), float(v[3]))};
+}
+
+V2i resolution(const std::string& option, const std::string& text) {
+  const std::vector<int> v = parse_list<int>(text, 'x', 2);
+  if (v.empty() || v[0] < 1 || v[1] < 1) refuse(option, text, "WIDTHxHEIGHT, such as 960x540");
+  return {v[0], v[1]};
+}
+
+Box2i crop(const std::string& option, const std::string& text) {
+  const std::vector<int> v = parse_list<int>(text, ',', 4);
+  if (v.empty()) refuse(option, text, "X0,Y0,X1,Y1 in pixels");
+  return {V2i(v[0], v[1]), V2i(v[2], v[3])};
+}
+
+}  // namespace dapple::app

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dapple/base/vec.h"
+
+namespace dapple::app {
+
+inline constexpr double degree = std::numbers::pi / 180;
+
+/// A number as messages show it.
+std::string shown(double x);
+
+/// Finite numbers between marks, such as "12,-3.5" or "2024-06-21"; empty where the text is anything else.
+std::vector<double> numbers(std::string_view text, char mark, size_t count);
+
+// What follows throws UsageError, with the option, what it was given and what is legal.
+
+/// `count` numbers between commas.
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected);
+void check_range(const std::string& option, double value, double low, double high, const std::string& units);
+/// "X0,X1,Y0,Y1", metres.
+Box2f rectangle(const std::string& option, const std::string& text);
+/// "1024x576", both at least 1.
+V2i resolution(const std::string& option, const std::string& text);
+/// "X0,Y0,X1,Y1", pixels.
+Box2i crop(const std::string& option, const std::string& text);
+
+}  // namespace dapple::app
