@@ -7,6 +7,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/render/report.h"
+#include "option_values.h"
 #include "output_files.h"
 
 namespace dapple::app {
@@ -62,7 +63,7 @@ Command add_canopy(CLI::App& app) {
   command->add_option("--csv", o->csv, "The same numbers as one table");
   command->add_option("--exr", o->exr, "Radiance from all directions, one layer a height");
   command->add_option("--plot", o->plot, "SVG of profiles, principal plane and polar reflectance");
-  command->add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024));
+  add_threads(*command, o->threads);
   auto* reflect = app.add_subcommand("reflect", "Reflectance factors of a three-dimensional scene by path tracing");
   auto* measure = app.add_subcommand("measure", "Leaf area by height, inclination and material of a scene, as a file for solve");
   const std::vector<std::pair<CLI::App*, Command>> commands{{command, [o] { return solve(*o); }},

@@ -2,9 +2,12 @@
 #include "canopy_input.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
@@ -104,15 +107,13 @@ class Value {
 };
 
 std::string read_whole(const std::string& path, const FileLoc& loc) {
-  std::ifstream in(path == "-" ? "/dev/stdin" : path, std::ios::binary);
-  std::string text;
-  if (in) {
-    text.resize(max_file_bytes + 1);
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<size_t>(in.gcount()));
-  }
-  if (!in.is_open() || in.bad() || (text.empty() && in.fail() && !in.eof()))
-    throw InputError(loc, "cannot read the file");
+  const auto refuse = [&] { throw InputError(loc, std::string("cannot read the file: ") + std::strerror(errno)); };
+  std::FILE* const in = path == "-" ? stdin : std::fopen(path.c_str(), "rb");
+  if (!in) refuse();
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> closer(in, std::fclose);
+  std::string text(max_file_bytes + 1, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), in));
+  if (std::ferror(in)) refuse();
   if (text.size() > max_file_bytes) throw InputError(loc, "the file is larger than 64 MiB");
   return text;
 }
@@ -137,6 +138,10 @@ json parse(const std::string& text, FileLoc loc) {
     const size_t at = why.find("column ");
     const size_t colon = at == std::string::npos ? std::string::npos : why.find(": ", at);
     throw InputError(loc, "not JSON: " + (colon == std::string::npos ? why : why.substr(colon + 2)));
+  } catch (const json::out_of_range& e) {
+    const std::string why = e.what();  // ends with the number in quotes
+    const size_t quote = why.find('\'');
+    throw InputError(loc, "a number is too large" + (quote == std::string::npos ? "" : ": " + why.substr(quote)));
   } catch (const json::exception& e) {
     throw InputError(loc, std::string("not JSON: ") + e.what());
   }

@@ -27,7 +27,7 @@ void add_scene_options(CLI::App& command, CanopySceneOptions* o) {
   command.add_option("--area", o->area, "X0,X1,Y0,Y1 of the plot; by default that of --period, or the whole scene's");
   command.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
   command.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
-  command.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024));
+  add_threads(command, o->threads);
 }
 
 CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnostics) {

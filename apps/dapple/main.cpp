@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 #include "commands.h"
@@ -46,9 +49,7 @@ int run(int argc, char** argv) {
   return code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_guarded(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const dapple::Error& e) {
@@ -61,4 +62,14 @@ int main(int argc, char** argv) {
     dapple::log_error(std::string("internal error: ") + e.what());
     return 1;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int code = run_guarded(argc, argv);
+  errno = 0;
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
+  dapple::log_error(std::string("cannot write to standard output") + (errno ? std::string(": ") + std::strerror(errno) : ""));
+  return code == 0 ? static_cast<int>(dapple::ExitCode::io) : code;
 }

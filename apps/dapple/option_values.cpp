@@ -34,6 +34,16 @@ std::vector<Number> parse_list(std::string_view text, char mark, size_t count) {
   throw UsageError(option + ": \"" + text + "\"; expected " + expected);
 }
 
+template <class Legal>
+CLI::Validator number_check(const char* name, const std::string& expected, Legal legal) {
+  const auto check = [=](const std::string& text) {
+    double x = 0;
+    const bool is_legal = CLI::detail::lexical_cast(text, x) && std::isfinite(x) && legal(x);
+    return is_legal ? std::string() : "must be " + expected + ", not " + text;
+  };
+  return CLI::Validator(check, name);
+}
+
 }  // namespace
 
 std::string shown(double x) {
@@ -74,6 +84,18 @@ Box2i crop(const std::string& option, const std::string& text) {
   const std::vector<int> v = parse_list<int>(text, ',', 4);
   if (v.empty()) refuse(option, text, "X0,Y0,X1,Y1 in pixels");
   return {V2i(v[0], v[1]), V2i(v[2], v[3])};
+}
+
+CLI::Validator positive() {
+  return number_check("POSITIVE", "above 0", [](double x) { return x > 0; });
+}
+
+CLI::Validator non_negative() {
+  return number_check("NONNEGATIVE", "0 or more", [](double x) { return x >= 0; });
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  app.add_option("--threads", threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024))->capture_default_str();
 }
 
 }  // namespace dapple::app

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -29,5 +30,12 @@ Box2f rectangle(const std::string& option, const std::string& text);
 V2i resolution(const std::string& option, const std::string& text);
 /// "X0,Y0,X1,Y1", pixels.
 Box2i crop(const std::string& option, const std::string& text);
+
+/// Checks of options' numbers: above 0, and 0 or more.
+CLI::Validator positive();
+CLI::Validator non_negative();
+
+/// The option --threads of all commands.
+void add_threads(CLI::App& app, int& threads);
 
 }  // namespace dapple::app

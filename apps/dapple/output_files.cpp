@@ -13,10 +13,10 @@ namespace dapple::app {
 
 namespace {
 
-/// One name for all spellings of a path that need not exist; its folder does.
+/// One name for all spellings of a path, and links to it, that need not exist; its folder does.
 std::string plain_name(const std::string& path) {
   std::error_code ignored;
-  const std::filesystem::path p(path);
+  const std::filesystem::path p(image::link_target(path));
   return (std::filesystem::weakly_canonical(p.has_parent_path() ? p.parent_path() : ".", ignored) / p.filename()).string();
 }
 

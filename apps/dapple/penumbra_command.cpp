@@ -145,7 +145,7 @@ class PenumbraRun {
   void write(const forest::Raster& e, const SunPlace& place, int number, float open) const {
     for (const std::string& output : o_.outputs) {
       const std::string path = number > 0 ? numbered(output, number) : output;
-      const bool png = std::filesystem::path(path).extension() == ".png";
+      const bool png = image::extension_of(path) == "png";
       image::OutputImage out = picture_of(e, png ? 1 / float(o_.png_white.value_or(std::max(double(open), 1e-9))) : 1);
       out.metadata = {{"Software", "Dapple " + render::version()},
                       {"comment", std::string(axes)},

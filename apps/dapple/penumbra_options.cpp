@@ -94,7 +94,7 @@ void add_penumbra_options(CLI::App& app, PenumbraOptions& o) {
   app.add_option("-o,--output", o.outputs, "Irradiance, .exr (W m^-2) or .png (scaled); may be given again")->allow_extra_args(false)->required();
   app.add_option("--png-white", o.png_white, "Irradiance that is white in a .png, W m^-2 [that of open ground]");
   app.add_option("--stats", o.stats, "Write a JSON report to this file");
-  app.add_option("--threads", o.threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024))->capture_default_str();
+  add_threads(app, o.threads);
   app.add_flag("-q,--quiet", o.quiet, "Warnings and errors only");
 }
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 
@@ -26,8 +30,8 @@ namespace {
 struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
-  std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression = "zip";
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 8, pixel_points = -1, subsurface_rays = 0;
+  std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0, pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
   double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
@@ -38,8 +42,17 @@ struct RenderOptions {
 };
 
 std::atomic<bool> interrupted{false};
+std::atomic<const char*> signal_note{nullptr};  // what the first signal is answered with
 
-extern "C" void on_signal(int) { interrupted = true; }
+extern "C" void on_signal(int) {
+  interrupted = true;
+  // A second signal, of either kind, ends the program at once.
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+  const int error = errno;
+  const char* const note = signal_note;
+  if (note && write(STDERR_FILENO, note, std::strlen(note)) < 0) errno = error;
+}
 
 std::string joined(const std::vector<std::string>& paths) {
   std::string text;
@@ -47,15 +60,19 @@ std::string joined(const std::vector<std::string>& paths) {
   return text;
 }
 
-std::vector<std::string> output_paths(const RenderOptions& o, const build::BuiltScene& built) {
+std::vector<std::string> output_paths(const RenderOptions& o, const build::BuiltScene& built, Diagnostics& diagnostics) {
   if (!o.outputs.empty()) return o.outputs;
   // Only the name: a scene file must not write to other folders.
   const std::string from_scene = std::filesystem::path(built.film.filename).filename().string();
-  const std::string extension = std::filesystem::path(from_scene).extension().string();
-  if (extension == ".exr" || extension == ".png") return {from_scene};
+  const std::string extension = image::extension_of(from_scene);
+  if (extension == "exr" || extension == "png") return {from_scene};
   std::filesystem::path scene_name(o.scene);
   while (scene_name.has_extension()) scene_name = scene_name.stem();
-  return {scene_name.filename().string() + ".exr"};
+  const std::string path = scene_name.filename().string() + ".exr";
+  if (!from_scene.empty())
+    diagnostics.warn(FileLoc{built.film.place, 0, 0},
+                     "\"filename\" is \"" + from_scene + "\"; only .exr and .png are written: the image becomes \"" + path + "\"");
+  return {path};
 }
 
 // "1024,16,16": numbers of rays by diffuse depth.
@@ -135,8 +152,8 @@ void check_cache_views(const std::string& option, const build::IntegratorRequest
     throw UsageError(option + " needs --integrator distribution and its radiosity cache");
 }
 
-// Names options that the integrator has no use for.
-void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request) {
+// Names options that the integrator, or the images, have no use for.
+void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request, const std::vector<std::string>& paths) {
   const std::string& integrator = request.type;
   const auto warn = [&](bool given, const char* option, std::initializer_list<std::string_view> users) {
     if (given && std::find(users.begin(), users.end(), integrator) == users.end())
@@ -164,6 +181,37 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
     log_warning("--specular-depth has no effect with --integrator path without --bounces: the scene's maxdepth counts scatterings of all kinds");
   warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution", "canopy"});
   warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution", "canopy"});
+  const auto warn_without = [](bool without, bool given, const char* option, const char* needed) {
+    if (without && given) log_warning(std::string(option) + " has no effect without " + needed);
+  };
+  const bool no_masks = request.masks.sun_shadows.value_or("rays") != "masks", no_far_ground = !(request.masks.far_ground.value_or(0) > 0);
+  const auto warn_of_masks = [&](bool without, bool given, const char* option, const char* needed) {
+    warn(given, option, {"path", "distribution", "canopy"});
+    warn_without(without && integrator != "ao", given, option, needed);
+  };
+  warn_of_masks(no_masks, o.masks.levels.has_value(), "--mask-levels", "--sun-shadows masks");
+  warn_of_masks(no_masks, o.masks.pixel.has_value(), "--mask-pixel", "--sun-shadows masks");
+  warn_of_masks(no_masks, o.masks.sky_directions.has_value(), "--mask-sky", "--sun-shadows masks");
+  warn_of_masks(no_masks, o.masks.mb.has_value(), "--mask-mb", "--sun-shadows masks");
+  warn_of_masks(no_far_ground, o.masks.ground_pixel.has_value(), "--ground-pixel", "--far-ground");
+  const auto none_is = [&](const char* extension) {
+    return std::none_of(paths.begin(), paths.end(), [&](const std::string& path) { return image::extension_of(path) == extension; });
+  };
+  const bool no_exr = none_is("exr"), no_png = none_is("png");
+  warn_without(no_exr, !o.aovs.empty(), "--aov", "an output of type .exr");
+  warn_without(no_exr, o.light_groups, "--light-groups", "an output of type .exr");
+  warn_without(no_exr, o.half, "--half", "an output of type .exr");
+  warn_without(no_exr, o.full_float, "--float", "an output of type .exr");
+  warn_without(no_exr, o.tiled, "--tiled", "an output of type .exr");
+  warn_without(no_exr, o.multi_part, "--multi-part", "an output of type .exr");
+  warn_without(no_exr, !o.compression.empty(), "--compression", "an output of type .exr");
+  warn_without(no_png, !o.view.empty(), "--view", "an output of type .png");
+  warn_without(no_png, !o.display.empty(), "--display", "an output of type .png");
+  warn_without(no_png, !o.ocio.empty(), "--ocio", "an output of type .png");
+  warn_without(no_png, o.png_bits > 0, "--png-bits", "an output of type .png");
+  if (no_png) return;
+  warn_without(o.view.empty(), !o.ocio.empty(), "--ocio", "--view");
+  image::check_view({o.display, o.view, o.ocio});
 }
 
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
@@ -180,8 +228,8 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   s.exr.type = half ? image::SampleType::half_float : image::SampleType::full_float;
   s.exr.multi_part = o.multi_part;
   s.exr.tile_size = o.tiled ? 64 : 0;
-  s.exr.compression = o.compression;
-  s.png.bits = o.png_bits;
+  if (!o.compression.empty()) s.exr.compression = o.compression;
+  if (o.png_bits > 0) s.png.bits = o.png_bits;
   s.png.view = {o.display, o.view, o.ocio};
   char fingerprint[17];
   std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(built.scene->fingerprint));
@@ -196,10 +244,13 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   return s;
 }
 
-void install_signal_handlers() {
+void install_signal_handlers(bool quiet) {
+  // The progress bar of a terminal makes room.
+  static const std::string note = std::string(isatty(STDERR_FILENO) ? "\r\033[K" : "") +
+                                  "interrupted: finishing what is under way; once more stops at once\n";
+  if (!quiet) signal_note = note.c_str();
   struct sigaction action {};
   action.sa_handler = on_signal;
-  action.sa_flags = SA_RESETHAND;  // a second signal ends the program at once
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
@@ -244,6 +295,20 @@ std::string samples_text(const render::SessionResult& r, const scene::Film& film
   return samples + " to " + std::to_string(r.max_samples) + unit + " (" + std::to_string(std::lround(film.mean_samples())) + " on average)";
 }
 
+// An image of which no pass was finished is nearly black: it goes beside what is there already.
+void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, OutputFiles& outputs, std::vector<std::string>* paths) {
+  for (std::string& path : *paths) {
+    if (!std::filesystem::exists(path)) continue;
+    const std::filesystem::path p(path);
+    const std::string partial = (p.parent_path() / (p.stem().string() + ".partial" + p.extension().string())).string();
+    outputs.add_image("the partial image", partial);
+    outputs.check_inputs({o.scene, o.ocio});
+    outputs.check_inputs(built.named_files);
+    log_warning("no pass was finished: \"" + path + "\" is left as it was, and what is there of the new image goes to \"" + partial + "\"");
+    path = partial;
+  }
+}
+
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check(o);
@@ -259,7 +324,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (!o.resolution.empty()) build_options.film.resolution = resolution("--resolution", o.resolution);
   if (!o.crop.empty()) build_options.film.crop = crop("--crop", o.crop);
   build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
-  const std::vector<std::string> paths = output_paths(o, built);
+  std::vector<std::string> paths = output_paths(o, built, diagnostics);
   if (o.outputs.empty()) outputs.add_image_of_scene(paths[0], built.film.place);
   outputs.check_inputs(built.named_files);
   outputs.check_input(o.ocio);
@@ -270,7 +335,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
   if (request.type == "path" || request.type == "canopy")
     warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
-  warn_of_unused(o, request);
+  warn_of_unused(o, request, paths);
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
@@ -286,7 +351,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   film_settings.cache_use = request.log_caches;
   scene::Film film(film_settings);
 
-  install_signal_handlers();
+  install_signal_handlers(o.quiet);
   render::RenderSession session(*integrator, film, rules);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
@@ -295,6 +360,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
+  const bool is_partial = result.outcome == render::Outcome::interrupted;
+  if (is_partial && result.samples == 0) keep_older_images(o, built, outputs, &paths);
   for (const std::string& path : paths) render::write_output(path, film, output);
 
   if (film.dropped_samples() > 0)
@@ -314,11 +381,14 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
-  log_info(joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
-           samples_text(result, film) + ", " + format_seconds(result.seconds) + " (" +
-           format_seconds(report.wall_seconds) + " with loading)" +
-           (result.outcome == render::Outcome::interrupted ? "; interrupted: the image is partial" : ""));
-  if (result.outcome == render::Outcome::interrupted) return static_cast<int>(ExitCode::interrupted);
+  const std::string summary = joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
+                              samples_text(result, film) + ", " + format_seconds(result.seconds) + " (" +
+                              format_seconds(report.wall_seconds) + " with loading)";
+  if (is_partial) {
+    log_warning(summary + "; interrupted: the image is partial");
+    return static_cast<int>(ExitCode::interrupted);
+  }
+  log_info(summary);
   return static_cast<int>(shaders_failed ? ExitCode::bad_input : ExitCode::done);
 }
 
@@ -336,9 +406,9 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--bounces", o->bounces, 
                  "Diffuse bounces of indirect light; 0 = direct light only "
                  "[the scene's maxdepth - 1, with distribution at most the preset's; canopy: 0]")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative());
   app.add_option("--specular-depth", o->specular_depth, "Glossy and mirror scatterings, with --bounces [16]")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative());
   app.add_option("--shadow-rays", o->shadow_rays,
                  "distribution: shadow rays a shading point and light, by diffuse depth: 64,16 [the preset's]");
   app.add_option("--diffuse-rays", o->diffuse_rays,
@@ -382,27 +452,27 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_option("--far-ground", o->masks.far_ground,
                  "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy above it, in place of rays; 0: nowhere [0]");
   app.add_option("--ground-pixel", o->masks.ground_pixel, "far ground: side of a pixel, scene units; 0: by itself [0]");
-  app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(CLI::PositiveNumber);
+  app.add_option("--max-distance", o->max_distance, "ao: reach of its rays, scene units [infinite]")->check(positive());
   app.add_flag("--color-bleeding", o->color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o->canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--canopy-plot", o->canopy_plot, "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
   app.add_option("--canopy-slabs", o->canopy_slabs, "canopy: slabs of its height [20]")->check(CLI::Range(1, build::max_canopy_slabs));
   app.add_option("--pixel-samples", o->pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--max-pixel-samples", o->max_pixel_samples,
                  "Blocks of the image that are noisier than --pixel-noise get more camera samples, up to so many a pixel "
                  "[--pixel-samples, without that the scene's or the preset's]")
       ->check(CLI::Range(1, build::max_pixel_samples));
   app.add_option("--pixel-noise", o->pixel_noise, "Relative standard error of the pixels of a block that needs no more samples [0.07]")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--time-limit", o->time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--noise-target", o->noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--resolution", o->resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o->crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
-  app.add_option("--threads", o->threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024))->capture_default_str();
+  add_threads(app, o->threads);
   app.add_option("--seed", o->seed, "Seed of all random numbers [the scene's or 0]");
   app.add_option("--aov", o->aovs,
                  "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
@@ -417,9 +487,8 @@ Command add_render(CLI::App& app, const std::string& command_line) {
   app.add_flag("--float", o->full_float, "32-bit float EXR [as the scene says]");
   app.add_flag("--tiled", o->tiled, "Tiled EXR [scanlines]");
   app.add_flag("--multi-part", o->multi_part, "One EXR part for each layer [one part]");
-  app.add_option("--compression", o->compression, "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab")
-      ->capture_default_str();
-  app.add_option("--png-bits", o->png_bits, "Bits of a PNG channel")->check(CLI::IsMember({8, 16}))->capture_default_str();
+  app.add_option("--compression", o->compression, "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab [zip]");
+  app.add_option("--png-bits", o->png_bits, "Bits of a PNG channel [8]")->check(CLI::IsMember({8, 16}));
   app.add_option("--view", o->view, "OpenColorIO view for PNG [plain sRGB]");
   app.add_option("--display", o->display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o->ocio, "OpenColorIO configuration file [$OCIO]");

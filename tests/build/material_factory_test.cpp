@@ -57,6 +57,18 @@ void expect_contains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << text << "\nlacks: " << part;
 }
 
+TEST(MaterialFactory, DiffuseTransmissionThatCreatesEnergyIsNamed) {
+  const auto messages = [](const std::string& r, const std::string& t, const std::string& rest = "") {
+    return build("Material \"diffusetransmission\" \"rgb reflectance\" [" + r + "] \"rgb transmittance\" [" + t + "] " + rest).messages;
+  };
+  const auto two = messages("1 1 1", "1 1 1");
+  ASSERT_EQ(two.size(), 1u);
+  expect_contains(two[0], "test.pbrt:2:1: material \"diffusetransmission\": \"reflectance\" and \"transmittance\" add up to 2");
+  EXPECT_EQ(messages(".1 .1 .6", ".1 .1 .5").size(), 1u);
+  EXPECT_EQ(messages(".3 .3 .3", ".3 .3 .3", "\"float scale\" 2").size(), 1u);
+  EXPECT_TRUE(messages(".9 .3 .6", ".1 .7 .4").empty());
+}
+
 TEST(MaterialFactory, DefaultsAreThoseOfPbrt) {
   EXPECT_EQ(build("").materials.size(), 1u);
   EXPECT_EQ(constant_of("").reflectance, RGB(0.5f));

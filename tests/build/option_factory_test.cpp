@@ -65,6 +65,20 @@ TEST(Options, AreNamedOnceWhereTheyAreNotSupported) {
   EXPECT_TRUE(read(std::string("Option \"forcediffuse\" false\n") + camera).messages.empty());
 }
 
+TEST(Options, ShadingRateIsAboveZero) {
+  expect_error(std::string("Option \"float shadingrate\" 0\n") + camera, "test.pbrt:1:");
+  expect_error(std::string("Option \"float shadingrate\" -1\n") + camera, "\"shadingrate\" is -1");
+}
+
+// A gaussian of a radius that its bins step over is nothing but zeros.
+TEST(PixelFilters, CountSomething) {
+  const auto filter = [](const std::string& type, const char* radius) {
+    return "PixelFilter \"" + type + "\" \"float xradius\" " + radius + " \"float yradius\" " + radius + "\n" + camera;
+  };
+  for (const char* radius : {"3000", "10000", "60000"}) expect_error(filter("gaussian", radius), "test.pbrt:1:1: the pixel filter");
+  for (const char* type : {"box", "triangle", "mitchell", "sinc"}) EXPECT_TRUE(read(filter(type, "10000")).messages.empty()) << type;
+}
+
 TEST(Options, WithoutJitterSamplesAreInTheMiddle) {
   const BuiltScene b = read("Option \"disablepixeljitter\" true\nCamera \"perspective\" \"float lensradius\" .1\n").built;
   const auto at = b.scene->filter.sample({0.9f, 0.2f});

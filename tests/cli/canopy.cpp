@@ -165,8 +165,15 @@ TEST(CanopyFile, HostileFiles) {
     EXPECT_LT(run.process.output.size(), 2000u);
   }
   EXPECT_EQ(run_dapple({"canopy", "solve", "/dev/zero"}, 60).exit_code, 3);
-  EXPECT_EQ(run_dapple({"canopy", "solve", "/"}, 60).exit_code, 3);
-  EXPECT_EQ(run_dapple({"canopy", "solve", "no-such-file.json"}, 60).exit_code, 3);
+  const auto says = [](const ProcessResult& result, const std::string& words) {
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+  };
+  says(run_dapple({"canopy", "solve", "/"}, 60), "/: cannot read the file: Is a directory");
+  says(run_dapple({"canopy", "solve", "no-such-file.json"}, 60), "no-such-file.json: cannot read the file: No such file");
+  const Solved overflow = solve("{\"layers\": 1e999}");
+  says(overflow.process, ".json: a number is too large: '1e999'");
+  EXPECT_EQ(overflow.process.output.find("exception"), std::string::npos) << overflow.process.output;
 }
 
 TEST(CanopyFile, UsageAndPlaces) {

@@ -47,6 +47,52 @@ TEST(ExitCode, WrongUseIs2) {
     EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", option, "nan"}).exit_code, 2) << option;
 }
 
+// Rationale: limits of the number format are no help.
+TEST(ExitCode, NumbersOutOfRangeAreShortlyNamed) {
+  const auto check = [](const std::string& option, const std::string& value, const std::string& expected) {
+    const ProcessResult result = run_dapple({"render", cornell, "-o", "unused.exr", option, value}, 60);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find(option + ": must be " + expected + ", not " + value), std::string::npos) << result.output;
+  };
+  for (const char* option : {"--pixel-samples", "--max-distance", "--pixel-noise", "--time-limit", "--noise-target"})
+    for (const char* bad : {"0", "-1", "many"}) check(option, bad, "above 0");
+  for (const char* option : {"--bounces", "--specular-depth"}) check(option, "-1", "0 or more");
+}
+
+// Rationale: whoever keeps what is printed must know that it was lost.
+TEST(ExitCode, FullStandardOutputIs4) {
+  ScratchFolder folder;
+  const std::string canopy = folder.file("canopy.json");
+  std::ofstream(canopy) << R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
+    "ground": {"reflectance": 0.1}, "sky": {"type": "uniform", "irradiance_W_m2": 1}})";
+  const auto check = [](std::vector<std::string> arguments, int code) {
+    arguments.insert(arguments.begin(), {"/bin/sh", "-c", "exec \"$0\" \"$@\" > /dev/full", DAPPLE_BINARY});
+    const ProcessResult result = run_process(arguments, 60);
+    EXPECT_EQ(result.exit_code, code) << result.output;
+    EXPECT_EQ(result.output.find("cannot write to standard output") != std::string::npos, code == 4) << result.output;
+  };
+  check({"canopy", "solve", canopy}, 4);
+  check({"info", cornell}, 4);
+  check({"--help"}, 4);
+  check({"--version"}, 4);
+  check({"info", "/no/such/scene.pbrt"}, 3);  // nothing was printed
+}
+
+TEST(ExitCode, ViewsWithoutAConfigurationAre2BeforeAnyWork) {
+  ScratchFolder folder;
+  const std::vector<std::string> render{"render", cornell, "-o", folder.file("a.png"), "--pixel-samples", "1000000"};
+  const auto check = [&](const std::vector<std::string>& options, const std::string& words) {
+    std::vector<std::string> all{"/usr/bin/env", "-u", "OCIO", DAPPLE_BINARY};
+    all.insert(all.end(), render.begin(), render.end());
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = run_process(all, 60);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+  };
+  check({"--view", "ACES"}, "expected one given by --ocio or $OCIO");
+  check({"--display", "monitor"}, "without a view");
+}
+
 // Expectation: numbers that no integer holds are as wrong as words.
 TEST(ExitCode, BadResolutionAndCropAre2) {
   const auto check = [](const std::string& option, const std::string& text, const std::string& expected) {
@@ -199,6 +245,47 @@ TEST(Render, PngIsTheExrInSrgb) {
     const float srgb = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
     EXPECT_NEAR(display.rgb[i], srgb, 1.01f / 255) << i;
   }
+}
+
+TEST(Render, CropsEndAtTheImage) {
+  ScratchFolder folder;
+  for (const char* crop : {"-5,-5,10,8", "0,0,10,8"}) {
+    const ProcessResult result = render_quickly({cornell, "-o", folder.file("a.png"), "--crop=" + std::string(crop)});
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+    const Picture p = load_picture(folder.file("a.png"));
+    EXPECT_EQ(p.width, 10) << crop;
+    EXPECT_EQ(p.height, 8) << crop;
+  }
+  for (const char* crop : {"-5,-5,0,8", "16,0,20,8", "5,5,4,8"})
+    EXPECT_EQ(render_quickly({cornell, "-o", folder.file("b.png"), "--crop=" + std::string(crop)}).exit_code, 2) << crop;
+}
+
+// Rationale: an option that does nothing is a mistake of somebody.
+TEST(Render, NamesOptionsWithoutEffect) {
+  ScratchFolder folder;
+  const auto warns = [&](const std::string& image, const std::vector<std::string>& options, const std::string& words) {
+    std::vector<std::string> all{cornell, "-o", folder.file(image)};
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = render_quickly(all);
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return result.output.find(options[0] + " has no effect without " + words) != std::string::npos;
+  };
+  for (const char* option : {"--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb"}) {
+    EXPECT_TRUE(warns("a.exr", {option, "16"}, "--sun-shadows masks")) << option;
+    EXPECT_FALSE(warns("a.exr", {option, "16", "--sun-shadows", "masks"}, "")) << option;
+  }
+  const ProcessResult ao = render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", "ao", "--mask-levels", "16"});
+  EXPECT_NE(ao.output.find("--mask-levels has no effect with --integrator ao"), std::string::npos) << ao.output;
+  EXPECT_TRUE(warns("a.exr", {"--ground-pixel", "1"}, "--far-ground"));
+  EXPECT_FALSE(warns("a.exr", {"--ground-pixel", "1", "--far-ground", "5"}, ""));
+  for (const std::vector<std::string>& option : std::vector<std::vector<std::string>>{
+           {"--aov", "depth"}, {"--light-groups"}, {"--half"}, {"--float"}, {"--tiled"}, {"--multi-part"}, {"--compression", "zip"}}) {
+    EXPECT_TRUE(warns("a.png", option, "an output of type .exr")) << option[0];
+    EXPECT_FALSE(warns("a.exr", option, "")) << option[0];
+  }
+  for (const char* option : {"--view", "--display", "--ocio"}) EXPECT_TRUE(warns("a.exr", {option, "x"}, "an output of type .png")) << option;
+  EXPECT_TRUE(warns("a.exr", {"--png-bits", "16"}, "an output of type .png"));
+  EXPECT_FALSE(warns("a.png", {"--png-bits", "16"}, ""));
 }
 
 TEST(Render, WritesOnlyWhereItIsTold) {

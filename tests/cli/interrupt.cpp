@@ -25,6 +25,7 @@ TEST_P(Interrupt, WritesThePartialImage) {
   process.send(GetParam());
   const ProcessResult result = process.wait(60);
   EXPECT_EQ(result.exit_code, 130) << result.output;
+  EXPECT_NE(result.output.find("interrupted: finishing what is under way; once more stops at once\n"), std::string::npos) << result.output;
 
   // Light of any number of bounces, as far as it came: near the reference's mean, and finite.
   const Picture p = load_picture(image);
@@ -38,6 +39,47 @@ TEST_P(Interrupt, WritesThePartialImage) {
   size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) files += entry.is_regular_file();
   EXPECT_EQ(files, 1u) << "temporary files were left behind";
+}
+
+// Rationale: what is there of an image of which no pass is finished is less than an older image, and that is no secret.
+TEST(InterruptedFirstPass, KeepsTheOlderImage) {
+  ScratchFolder folder;
+  const std::string image = folder.file("image.exr"), partial = folder.file("image.partial.exr");
+  const auto run = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> all{DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--resolution", "512x512"};
+    all.insert(all.end(), {"--threads", "1", "--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "64", "--shadow-rays", "4",
+                           "--radiosity-cache", "off", "--irradiance-interpolation", "off"});
+    all.insert(all.end(), options.begin(), options.end());
+    Process process(all);
+    std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
+    process.send(SIGINT);
+    return process.wait(60);
+  };
+  const ProcessResult first = run({"-q"});
+  EXPECT_EQ(first.exit_code, 130) << first.output;
+  EXPECT_EQ(first.output.find("once more"), std::string::npos) << first.output;
+  EXPECT_NE(first.output.find("the image is partial"), std::string::npos) << first.output;
+  EXPECT_EQ(load_picture(image).width, 512);
+  EXPECT_FALSE(std::filesystem::exists(partial));
+
+  const auto time = std::filesystem::last_write_time(image);
+  const ProcessResult second = run({});
+  EXPECT_EQ(second.exit_code, 130) << second.output;
+  EXPECT_EQ(std::filesystem::last_write_time(image), time);
+  EXPECT_EQ(load_picture(partial).width, 512);
+  EXPECT_NE(second.output.find(image + "\" is left as it was"), std::string::npos) << second.output;
+  EXPECT_NE(second.output.find(partial), std::string::npos) << second.output;
+}
+
+TEST(SecondSignal, OfTheOtherKindEndsTheProgramAtOnce) {
+  ScratchFolder folder;
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", folder.file("a.exr"), "--integrator", "distribution",
+                   "--diffuse-rays", "65536", "--radiosity-cache", "off", "--irradiance-interpolation", "off"});  // a block takes minutes
+  std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
+  process.send(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  process.send(SIGTERM);
+  EXPECT_EQ(process.wait(sanitized() ? 25 : 10).signal, SIGTERM);
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM),

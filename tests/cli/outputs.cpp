@@ -96,6 +96,44 @@ TEST_F(Outputs, AreNotInputs) {
   }
 }
 
+// Rationale: who links a name to a file on another disk wants the image there.
+TEST_F(Outputs, FollowSymbolicLinks) {
+  write_scene("a.exr");
+  fs::create_directory(file("far"));
+  for (const char* name : {"old.exr", "new.exr"}) {  // the second is not there yet
+    const std::string target = std::string("far/") + name, link = std::string("link-to-") + name;
+    if (name == std::string("old.exr")) std::ofstream(file(target)) << "old";
+    fs::create_symlink(target, file(link));
+    const ProcessResult result = run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", link});
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_TRUE(fs::is_symlink(file(link))) << link;
+    EXPECT_TRUE(fs::is_regular_file(file(target))) << target;
+    EXPECT_GT(text_of(file(target)).size(), 100u) << target;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(file("far")), fs::directory_iterator()), 2);  // no parts
+  fs::create_symlink("far/none.exr", file("one.exr"));
+  const ProcessResult both = run({"render", "scene.pbrt", "-o", "one.exr", "-o", "far/none.exr"});
+  EXPECT_EQ(both.exit_code, 2) << both.output;
+  EXPECT_NE(both.output.find("would both write"), std::string::npos) << both.output;
+  fs::create_symlink("loop.exr", file("loop.exr"));
+  EXPECT_EQ(run({"render", "scene.pbrt", "-o", "loop.exr"}).exit_code, 4);
+  fs::create_symlink("nowhere/a.exr", file("lost.exr"));
+  EXPECT_EQ(run({"render", "scene.pbrt", "-o", "lost.exr"}).exit_code, 4);
+}
+
+TEST_F(Outputs, OfOtherKindsAreNamed) {
+  write_scene("out.jpg");
+  const ProcessResult result = run({"render", "scene.pbrt", "--pixel-samples", "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("scene.pbrt:3:1: \"filename\" is \"out.jpg\"; only .exr and .png are written"), std::string::npos) << result.output;
+  EXPECT_TRUE(fs::exists(file("scene.exr")));
+  expect_refused({"--strict"}, 3, "out.jpg");
+  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr"}).output.find("out.jpg"), std::string::npos);
+  write_scene("OUT.PNG");
+  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(file("OUT.PNG")));
+}
+
 TEST_F(Outputs, OfPenumbraAreNotInputs) {
   write_scene("a.exr");
   std::vector<std::string> arguments{"penumbra", "--mask", "tex.png", "--mask-width", "1", "--height", "1", "--sun-irradiance", "1"};

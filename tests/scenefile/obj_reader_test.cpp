@@ -58,6 +58,16 @@ TEST(Obj, DamageIsNamedWithItsLine) {
   expect_obj_error("v 0 0 0\nf 99999999999999999999 1 1", "m.obj:2", "99999999999999999999");
 }
 
+TEST(Obj, DoubtsWhatIsNone) {
+  const auto doubt = [](const std::string& data) {
+    const char* said = parse(data).doubt;
+    return std::string(said ? said : "");
+  };
+  EXPECT_CONTAINS(doubt(std::string("v 0 0 0\n\0\n", 10)), "NUL");
+  for (const char* text : {"", "solid ascii\n", "# nothing\n", "vn 0 0 1\n"}) EXPECT_CONTAINS(doubt(text), "no v, vt or f line");
+  EXPECT_EQ(doubt("v 0 0 0"), "");
+}
+
 TEST(Obj, ReadsFiles) {
   const TempFolder folder;
   const std::string path = folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n");

@@ -136,6 +136,19 @@ TEST_P(PlyByteOrder, FacesMayStandBeforeVertices) {
   for (int i = 0; i < 5; ++i) w.put<int32_t>(i);
   for (const float v : {0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 2.f, 2.f, 0.f, 1.f, .5f, 0.f, 0.f, 2.f, 0.f}) w.put(v);
   EXPECT_EQ(parse(w.data).tri_indices.size(), 9u);
+  EXPECT_FALSE(parse(w.data).has_more_data);
+  w.put<uint8_t>(0);
+  EXPECT_TRUE(parse(w.data).has_more_data);
+}
+
+TEST_P(PlyByteOrder, NormalsThatAreNotFiniteAreCounted) {
+  Writer w(GetParam());
+  w.data = header(GetParam(), "element vertex 3\n" + xyz + "property float nx\nproperty float ny\nproperty float nz\nelement face 0\n" + triangles);
+  const float bad = std::numeric_limits<float>::quiet_NaN();
+  for (const float n : {1.f, bad, -2 * bad}) w.put(0.f).put(0.f).put(0.f).put(0.f).put(0.f).put(n);
+  const PlyMesh m = parse(w.data);
+  EXPECT_EQ(m.bad_normals, 2);
+  EXPECT_EQ(m.N, (std::vector<V3f>{V3f(0, 0, 1), V3f(0, 0, 0), V3f(0, 0, 0)}));
 }
 
 TEST(PlyReader, ReplacesNormalsAndTextureCoordinatesThatAreNotFinite) {
@@ -145,6 +158,15 @@ TEST(PlyReader, ReplacesNormalsAndTextureCoordinatesThatAreNotFinite) {
   EXPECT_EQ(m.N[0], V3f(0, 0, 0));
   EXPECT_EQ(m.uv[0], V2f(0, 0));
   EXPECT_EQ(m.N[1], V3f(0, 0, 1));
+  EXPECT_EQ(m.bad_normals, 1);
+  EXPECT_EQ(m.bad_uvs, 1);
+  EXPECT_EQ(parse(ascii_quad).bad_normals, 0);
+}
+
+TEST(PlyReader, TellsOfDataAfterTheLastElement) {
+  EXPECT_FALSE(parse(ascii_quad).has_more_data);
+  EXPECT_FALSE(parse(ascii_quad + " \r\n\n").has_more_data);
+  EXPECT_TRUE(parse(ascii_quad + "3 0 1 2 8\n").has_more_data);
 }
 
 TEST(PlyReader, SkipsFacesWithoutArea) {
@@ -280,6 +302,7 @@ RC_GTEST_PROP(PlyReader, AllFormatsAgree,
   }
   const PlyMesh a = parse(ascii), b = parse(little.data), c = parse(big.data);
   RC_ASSERT(int(a.P.size()) == n);
+  RC_ASSERT(!a.has_more_data && !b.has_more_data && !c.has_more_data);
   RC_ASSERT(a.P == b.P);
   RC_ASSERT(a.P == c.P);
   RC_ASSERT(a.tri_indices == b.tri_indices);

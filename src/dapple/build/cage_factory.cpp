@@ -4,8 +4,6 @@
 #include <cctype>
 
 #include "dapple/build/shape_params.h"
-#include "dapple/scenefile/obj_reader.h"
-#include "dapple/scenefile/ply_reader.h"
 
 namespace dapple::build {
 
@@ -123,9 +121,9 @@ bool is_obj(std::string name) {
   return name.ends_with(".obj") || name.ends_with(".obj.gz");
 }
 
-void read_mesh_file(const ShapeEntity& e, const std::string& path, ControlCage* cage) {
+void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& path, ControlCage* cage) {
   if (is_obj(path)) {
-    scenefile::ObjMesh obj = scenefile::read_obj(path, e.loc);
+    scenefile::ObjMesh obj = read_obj(context, e, path);
     cage->P = std::move(obj.P);
     cage->uv = std::move(obj.uv);
     cage->face_sizes = std::move(obj.face_sizes);
@@ -133,7 +131,7 @@ void read_mesh_file(const ShapeEntity& e, const std::string& path, ControlCage* 
     cage->uv_indices = std::move(obj.uv_indices);
     return;
   }
-  scenefile::PlyMesh ply = scenefile::read_ply(path, e.loc);
+  scenefile::PlyMesh ply = read_ply(context, e, path);
   const auto add = [&](const std::vector<int32_t>& corners, uint32_t size) {
     cage->indices.insert(cage->indices.end(), corners.begin(), corners.end());
     cage->face_sizes.insert(cage->face_sizes.end(), corners.size() / size, size);
@@ -157,7 +155,7 @@ ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e
     read_own_mesh(e, &cage);
   } else {
     try {
-      read_mesh_file(e, context.description.resolve(filename), &cage);
+      read_mesh_file(context, e, context.description.resolve(filename), &cage);
     } catch (const InputError& error) {
       if (!context.keep_going) throw;
       context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");

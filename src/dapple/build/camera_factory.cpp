@@ -84,9 +84,9 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   r.film.crop = crop_box(e, resolution);
   if (overrides.crop) {
     r.film.crop = *overrides.crop;
+    r.film.crop.min = V2i(std::max(r.film.crop.min.x, 0), std::max(r.film.crop.min.y, 0));
     r.film.crop.max = V2i(std::min(r.film.crop.max.x, resolution.x), std::min(r.film.crop.max.y, resolution.y));
-    if (r.film.crop.min.x < 0 || r.film.crop.min.y < 0 || r.film.crop.min.x >= r.film.crop.max.x ||
-        r.film.crop.min.y >= r.film.crop.max.y)
+    if (r.film.crop.min.x >= r.film.crop.max.x || r.film.crop.min.y >= r.film.crop.max.y)
       throw UsageError("--crop holds no pixel of the " + std::to_string(resolution.x) + " x " +
                        std::to_string(resolution.y) + " image");
   }
@@ -197,10 +197,13 @@ scene::Filter make_filter(const BuildContext& context) {
   };
   const auto radius = [&](float fallback) { return V2f(side("xradius", fallback), side("yradius", fallback)); };
   const auto finish = [&](const Filter& f) {
+    float weights = 0;
     for (const float u : {.01f, .3f, .5f, .7f, .99f}) {
       const Filter::Sample s = f.sample(V2f(u, u));
       if (!std::isfinite(s.offset.x + s.offset.y + s.weight)) throw InputError(e.loc, "the pixel filter's parameters give no finite numbers");
+      weights += std::abs(s.weight);
     }
+    if (weights == 0) throw InputError(e.loc, "the pixel filter is too narrow for its radius: no sample would count");
     e.params.report_unused("pixel filter", context.diagnostics);
     return has_pixel_jitter(context) ? f : Filter::box(0);
   };

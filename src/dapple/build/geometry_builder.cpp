@@ -117,6 +117,8 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
 void GeometryBuilder::make_views() {
   const auto& d = context_.description;
   shading_rate_ = d.options.get_float("shadingrate", 1);
+  if (!(shading_rate_ > 0))
+    throw InputError(d.options.find("shadingrate")->loc, "Option \"shadingrate\" is " + std::to_string(shading_rate_) + "; it must be above 0");
   camera_view_ = std::make_shared<CameraView>(scene_.camera);
   const auto may_be_diced = [this](const ShapeEntity& e) {
     return e.type == "catmullclark" || e.type == "loopsubdiv" ||

@@ -277,7 +277,7 @@ IntegratorRequest preset_request(const std::string& name) {
     r.subsurface_rays = 256;
   } else {
     r.pixel_samples = 16;
-    r.shadow_rays = RayList{4};
+    r.shadow_rays = RayList{16, 4};
     r.diffuse_rays = RayList{64, 4};
     r.irradiance_accuracy = 0.5f;
     r.subsurface_rays = 32;

@@ -35,6 +35,10 @@ void MaterialParams::ignore(std::initializer_list<std::string_view> names) const
   for (const std::string_view name : names) params_.find(name);
 }
 
+void MaterialParams::warn(const std::string& message) const {
+  context_.diagnostics.warn(entity_.loc, "material " + in_quotes(entity_.type) + ": " + message);
+}
+
 Input<RGB> MaterialParams::reflectance(std::string_view name, RGB fallback) const {
   return Input<RGB>(textures_.reflectance_texture(params_, name, fallback));
 }

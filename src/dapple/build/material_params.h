@@ -35,6 +35,8 @@ class MaterialParams {
   shading::CoatInput coat(const std::string& prefix) const;
   /// displacement and normalmap.
   shading::SurfaceDetail detail() const;
+  /// At the material's place, and with its type.
+  void warn(const std::string& message) const;
   /// Marks parameters a stand-in has no use for.
   void ignore(std::initializer_list<std::string_view> names) const;
 

@@ -64,6 +64,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
     scene.lights.push_back(std::move(light));
     scene.light_groups.of_light.push_back(group);
   }
+  const auto has_shape = [&](const scenefile::InstanceEntity& i) { return !description.objects[size_t(i.object)].shapes.empty(); };
+  if (description.shapes.empty() && std::none_of(description.instances.begin(), description.instances.end(), has_shape))
+    diagnostics.warn(whole(description), "the scene has no shape");
   const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });
   if (scene.lights.empty() && !glows)
     diagnostics.warn(whole(description), "the scene has no light: only ambient occlusion will show anything");

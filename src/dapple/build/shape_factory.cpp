@@ -6,7 +6,6 @@
 #include "dapple/build/disk_factory.h"
 #include "dapple/build/shape_params.h"
 #include "dapple/geom/loop_subdivision.h"
-#include "dapple/scenefile/ply_reader.h"
 
 namespace dapple::build {
 
@@ -145,7 +144,7 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
   for (const char* name : {"displacement.edgelength", "edgelength"}) e.params.find(name);
   scenefile::PlyMesh ply;
   try {
-    ply = scenefile::read_ply(context.description.resolve(filename), e.loc);
+    ply = read_ply(context, e, context.description.resolve(filename));
   } catch (const InputError& error) {
     if (!context.keep_going) throw;
     context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
@@ -242,6 +241,11 @@ float positive(const ShapeEntity& e, const char* name, float fallback) {
   return v;
 }
 
+bool has_face(const geom::Quadric& q, const ShapeEntity& e) {
+  const bool wide = q.kind() == geom::QuadricKind::disk ? q.inner_radius() < q.radius() : q.z_min() < q.z_max();
+  return wide && e.params.get_float("phimax", 360) > 0;
+}
+
 float sweep(const ShapeEntity& e) { return radians(std::clamp(e.params.get_float("phimax", 360), 0.001f, 360.0f)); }
 
 trace::Shape quadric(const ShapeEntity& e, const Transform& to_target) {
@@ -281,10 +285,13 @@ std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEn
   std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
   for (const char* read_later : {"alpha", "opacity"}) e.params.find(read_later);
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
-  std::erase_if(shapes, [](const trace::Shape& s) {
+  std::erase_if(shapes, [&e](const trace::Shape& s) {
+    if (const auto* quadric = std::get_if<trace::QuadricPtr>(&s)) return !has_face(**quadric, e);
     const auto* mesh = std::get_if<trace::MeshPtr>(&s);
     return mesh && (*mesh)->indices.empty();
   });
+  if (shapes.empty() && !(dicing.plan && *dicing.plan))
+    context.diagnostics.warn(e.loc, "shape \"" + e.type + "\" has no face: " + why_no_face(e));
   return shapes;
 }
 

@@ -18,6 +18,59 @@ void check_count(const ShapeEntity& e, const char* name, size_t count, size_t ve
                                 std::to_string(vertices) + " vertices");
 }
 
+namespace {
+
+std::string counted(int64_t n, const std::string& one, const std::string& more) { return std::to_string(n) + " " + (n == 1 ? one : more); }
+
+class FileWarnings {
+ public:
+  FileWarnings(const BuildContext& context, const ShapeEntity& e, const std::string& path) : context_(context), loc_(e.loc), path_(path) {}
+  void add(const std::string& message) const { context_.diagnostics.warn(loc_, path_ + ": " + message, path_ + ": " + message); }
+  void add_ignored_faces(int64_t n) const {
+    if (n > 0) add(counted(n, "face", "faces") + " of fewer than 3 corners left out");
+  }
+
+ private:
+  const BuildContext& context_;
+  const FileLoc& loc_;
+  const std::string& path_;
+};
+
+}  // namespace
+
+scenefile::PlyMesh read_ply(const BuildContext& context, const ShapeEntity& e, const std::string& path) {
+  scenefile::PlyMesh ply = scenefile::read_ply(path, e.loc);
+  const FileWarnings warnings(context, e, path);
+  if (ply.has_more_data) warnings.add("there are more data than the header announces; they are not read");
+  warnings.add_ignored_faces(ply.ignored_faces);
+  if (ply.bad_normals > 0) warnings.add(counted(ply.bad_normals, "normal is", "normals are") + " not finite; taken as none");
+  if (ply.bad_uvs > 0) warnings.add(counted(ply.bad_uvs, "vertex has", "vertices have") + " u, v that are not finite; taken as 0");
+  return ply;
+}
+
+scenefile::ObjMesh read_obj(const BuildContext& context, const ShapeEntity& e, const std::string& path) {
+  scenefile::ObjMesh obj = scenefile::read_obj(path, e.loc);
+  const FileWarnings warnings(context, e, path);
+  if (obj.doubt) warnings.add(std::string("it is not an OBJ file: ") + obj.doubt);
+  warnings.add_ignored_faces(obj.ignored_faces);
+  return obj;
+}
+
+std::string why_no_face(const ShapeEntity& e) {
+  const scenefile::Param* file = e.params.find("filename", scenefile::ParamType::string);
+  if (file && file->strings.size() == 1 && !file->strings[0].empty()) return "\"" + file->strings[0] + "\" gives none";
+  if (e.type == "sphere" || e.type == "cylinder" || e.type == "disk") {
+    if (!(e.params.get_float("phimax", 360) > 0)) return "\"phimax\" is not above 0";
+    return e.type == "disk" ? "\"innerradius\" is \"radius\"" : "nothing lies between \"zmin\" and \"zmax\"";
+  }
+  for (const std::string name : {"\"P\"", "\"indices\""}) {
+    const scenefile::Param* p = e.params.find(name.substr(1, name.size() - 2));
+    if (!p) return "there is no " + name;
+    if (p->numbers.empty() && p->integers.empty()) return name + " is empty";
+  }
+  return "none is left";
+}
+
 std::vector<V3f> points3(std::span<const float> numbers) {
   std::vector<V3f> v(numbers.size() / 3);
   for (size_t i = 0; i < v.size(); ++i) v[i] = V3f(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);

@@ -4,8 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "dapple/build/build_context.h"
 #include "dapple/geom/mesh.h"
-#include "dapple/scenefile/scene_description.h"
+#include "dapple/scenefile/obj_reader.h"
+#include "dapple/scenefile/ply_reader.h"
 
 namespace dapple::build {
 
@@ -14,6 +16,13 @@ void check_indices(const scenefile::ShapeEntity& entity, const char* name, std::
                    size_t vertices);
 /// A list by vertex has none or as many values as there are vertices.
 void check_count(const scenefile::ShapeEntity& entity, const char* name, size_t count, size_t vertices);
+
+/// Read with warnings of what in the file is left out; one of each kind a file.
+scenefile::PlyMesh read_ply(const BuildContext& context, const scenefile::ShapeEntity& entity, const std::string& path);
+scenefile::ObjMesh read_obj(const BuildContext& context, const scenefile::ShapeEntity& entity, const std::string& path);
+
+/// What is missing of a shape that has turned out to have no face.
+std::string why_no_face(const scenefile::ShapeEntity& entity);
 
 std::vector<V3f> points3(std::span<const float> numbers);
 std::vector<V2f> points2(std::span<const float> numbers);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "dapple/base/error.h"
 
@@ -27,22 +28,31 @@ std::string stem_of(const std::string& path) {
 }
 }  // namespace
 
+std::string link_target(const std::string& path) {
+  constexpr int most_links = 40;  // as Linux follows
+  std::filesystem::path p(path);
+  std::error_code error;
+  for (int i = 0; i < most_links && std::filesystem::is_symlink(p, error); ++i) p = p.parent_path() / std::filesystem::read_symlink(p, error);
+  return p.string();
+}
+
 void check_output_path(const std::string& path) {
   const auto refuse = [&](const std::string& why) { throw IoError("cannot write \"" + path + "\": " + why); };
   if (path.empty()) refuse("the name is empty");
-  const std::string folder = folder_of(path);
+  const std::string target = link_target(path), folder = folder_of(target);
   struct stat s {};
+  if (lstat(target.c_str(), &s) == 0 && S_ISLNK(s.st_mode)) refuse(std::strerror(ELOOP));
   if (stat(folder.c_str(), &s) != 0) refuse("folder \"" + folder + "\": " + std::strerror(errno));
   if (!S_ISDIR(s.st_mode)) refuse("\"" + folder + "\" is not a folder");
   if (access(folder.c_str(), W_OK | X_OK) != 0) refuse("folder \"" + folder + "\": " + std::strerror(errno));
   if (stat(path.c_str(), &s) == 0 && !S_ISREG(s.st_mode)) refuse("it exists and is not a plain file");
 }
 
-AtomicFile::AtomicFile(const std::string& path) : IOProxy(path, Write), path_(path) {
+AtomicFile::AtomicFile(const std::string& path) : IOProxy(path, Write), path_(path), target_(link_target(path)) {
   check_output_path(path);
-  // Exclusively: a file of that name is somebody's, be it another process that writes to the same `path`.
+  // Exclusively: a file of that name is somebody's, be it another process that writes to the same file.
   constexpr int attempts = 10000;
-  const std::string stem = stem_of(path) + "." + std::to_string(::getpid());
+  const std::string stem = stem_of(target_) + "." + std::to_string(::getpid());
   for (int i = 0; fd_ < 0 && i < attempts; ++i) {
     part_path_ = stem + (i > 0 ? "-" + std::to_string(i) : "") + ".part";
     fd_ = ::open(part_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
@@ -83,11 +93,11 @@ size_t AtomicFile::write(const void* data, size_t size) {
 void AtomicFile::commit() {
   if (!errno_ && ::fsync(fd_) != 0 && errno != EINVAL) errno_ = errno;
   if (errno_) fail(errno_);
-  if (::rename(part_path_.c_str(), path_.c_str()) != 0) fail(errno);
+  if (::rename(part_path_.c_str(), target_.c_str()) != 0) fail(errno);
   ::close(fd_);
   fd_ = -1;
   // The new name must outlast a power cut, too; a file system that cannot promise it is no failure of ours.
-  const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
   ::fsync(folder);
   ::close(folder);

@@ -8,8 +8,9 @@
 namespace dapple::image {
 
 /// A file that appears under its name only when it is whole: bytes go to a part beside it, `path`.N.part with a number
-/// that no file had, commit() flushes them to the disk and renames. Destruction without commit removes the part. It is the
-/// sink OpenImageIO writes to, so that the first failed write is remembered whether or not a format's library reports it.
+/// that no file had, commit() flushes them to the disk and renames. Where `path` is a symbolic link, all that happens beside its target, and the
+/// link stays. Destruction without commit removes the part. It is the sink OpenImageIO writes to, so that the first failed write is remembered
+/// whether or not a format's library reports it.
 class AtomicFile final : public OIIO::Filesystem::IOProxy {
  public:
   explicit AtomicFile(const std::string& path);  ///< IoError if it cannot be made
@@ -31,12 +32,15 @@ class AtomicFile final : public OIIO::Filesystem::IOProxy {
  private:
   [[noreturn]] void fail(int error) const;
 
-  const std::string path_;
+  const std::string path_, target_;
   std::string part_path_;
   int fd_ = -1;
   int errno_ = 0;  ///< of the first failure
   int64_t end_ = 0;
 };
+
+/// What `path` names where it is a symbolic link, be it a file or not yet; else `path`.
+std::string link_target(const std::string& path);
 
 /// IoError unless a file could be made at `path`: its folder exists and may be written to, and it names no folder
 /// itself.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 namespace dapple::image {
 
@@ -75,13 +76,23 @@ void check_names(const OIIO::ColorConfig& config, const std::string& display, co
     throw UsageError("unknown view \"" + view + "\" of display \"" + display + "\", " + list(views));
 }
 
-void encode_ocio(Image& image, const DisplayView& view) {
-  OIIO::ColorConfig config(view.config);
-  if (config.error() || !config.supportsOpenColorIO())
-    throw IoError("cannot use the OpenColorIO configuration \"" + view.config + "\": " + config.geterror());
+/// The display, after checks that the configuration has it, and the view.
+std::string display_of(OIIO::ColorConfig& config, const DisplayView& view) {
+  if (config.error() || !config.supportsOpenColorIO()) {
+    const char* const from_environment = std::getenv("OCIO");
+    if (view.config.empty() && !from_environment)
+      throw UsageError("the view \"" + view.view + "\" needs an OpenColorIO configuration; expected one given by --ocio or $OCIO");
+    throw IoError("cannot use the OpenColorIO configuration \"" + (view.config.empty() ? from_environment : view.config) + "\": " +
+                  config.geterror());
+  }
   const std::string display = view.display.empty() ? std::string(config.getDefaultDisplayName()) : view.display;
   check_names(config, display, view.view);
+  return display;
+}
 
+void encode_ocio(Image& image, const DisplayView& view) {
+  OIIO::ColorConfig config(view.config);
+  const std::string display = display_of(config, view);
   image = with_rgb(image);
   const OIIO::ImageSpec spec(image.width(), image.height(), image.channels(), OIIO::TypeDesc::FLOAT);
   OIIO::ImageBuf buffer(spec, image.pixels().data());
@@ -94,11 +105,18 @@ void encode_ocio(Image& image, const DisplayView& view) {
 
 }  // namespace
 
+void check_view(const DisplayView& view) {
+  if (view.view.empty() && !view.display.empty()) throw UsageError("a display is given without a view");
+  if (view.view.empty()) return;
+  OIIO::ColorConfig config(view.config);
+  display_of(config, view);
+}
+
 Image apply_view(const OutputImage& output, const DisplayView& view) {
   Image image = first_layer(output);
   unmultiply(image);
   if (view.view.empty()) {
-    if (!view.display.empty()) throw UsageError("a display is given without a view");
+    check_view(view);
     encode_srgb(image);
   } else {
     encode_ocio(image, view);

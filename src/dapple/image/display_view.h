@@ -7,8 +7,7 @@
 namespace dapple::image {
 
 /// The first layer as a display shows it: R, G, B (or Y) in [0, 1], encoded by the view, and A as it is. Colour is
-/// divided by alpha, since PNG does not multiply it in. UsageError for an unknown display or view, naming the known
-/// ones; IoError for an unreadable configuration.
+/// divided by alpha, since PNG does not multiply it in. Throws what check_view() does.
 Image apply_view(const OutputImage& image, const DisplayView& view);
 
 }  // namespace dapple::image

@@ -133,14 +133,6 @@ void write_atomically(const std::string& path, const char* format, F body) {
   file.give_up(why);
 }
 
-std::string extension_of(const std::string& path) {
-  const size_t slash = path.find_last_of('/'), dot = path.find_last_of('.');
-  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return {};
-  std::string e = path.substr(dot + 1);
-  for (char& c : e) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return e;
-}
-
 void check_extension(const std::string& path) {
   const std::string e = extension_of(path);
   if (e != "exr" && e != "png")
@@ -148,6 +140,14 @@ void check_extension(const std::string& path) {
 }
 
 }  // namespace
+
+std::string extension_of(const std::string& path) {
+  const size_t slash = path.find_last_of('/'), dot = path.find_last_of('.');
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return {};
+  std::string e = path.substr(dot + 1);
+  for (char& c : e) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return e;
+}
 
 void write_exr(const std::string& path, const OutputImage& image, const ExrOptions& options) {
   check_picture(image);

@@ -70,6 +70,11 @@ void write_png(const std::string& path, const OutputImage& image, const PngOptio
 void write_image(const std::string& path, const OutputImage& image, const ExrOptions& exr = {},
                  const PngOptions& png = {});
 
+/// UsageError for an unknown display or view, naming the known ones, or for a view without a configuration; IoError for an unreadable one.
+void check_view(const DisplayView& view);
+/// In lower case and without the dot; empty if the name has none.
+std::string extension_of(const std::string& path);
+
 /// Throws what write_image(path) would for this name and folder, before any work is done: unknown extension, missing or
 /// unwritable folder, name of a folder.
 void check_writable(const std::string& path);

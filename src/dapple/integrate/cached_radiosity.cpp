@@ -71,7 +71,7 @@ bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float grow
   if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
     *hit = patches_->patch_hit(r.hits, i, d, time, scene_.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
   const auto dice = [&](float cache_width) {
-    *width = b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width;
+    *width = std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width, widest_cell_);
     return patches_->dice(*hit, *width, at);
   };
   if (!patches_->has_groups(geometry)) return dice(settings_.cache_width);

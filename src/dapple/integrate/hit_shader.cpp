@@ -22,6 +22,7 @@ namespace {
 // of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
 // how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
+constexpr float largest_cell = 32;  // common ones
 constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
@@ -67,7 +68,8 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
       tracer_(scene, materials_, true, settings.visibility),
       direct_(scene, tracer_, settings.shadow_rays),
       linker_(scene, materials_, patches),
-      common_area_(common_area(scene)) {}
+      common_area_(common_area(scene)),
+      widest_cell_(std::sqrt(largest_cell * common_area_)) {}
 
 void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);

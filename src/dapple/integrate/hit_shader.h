@@ -202,6 +202,8 @@ class HitShader {
   const DirectLight direct_;
   const TileLinker linker_;
   const float common_area_;  ///< m2; cells of the cache that are larger send more rays
+  /// No cell of the cache is wider, m: a spot of sun in a room is a part of a few cells, and how large a part they find out by few rays.
+  const float widest_cell_;
 };
 
 }  // namespace dapple::integrate

@@ -19,13 +19,6 @@ Derived derived_from(Entity entity) {
   return d;
 }
 
-const char* begin_name(bool is_object) {
-  return is_object ? "ObjectBegin" : "AttributeBegin";
-}
-const char* end_name(bool is_object) {
-  return is_object ? "ObjectEnd" : "AttributeEnd";
-}
-
 }  // namespace
 
 DescriptionBuilder::DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics)
@@ -102,20 +95,25 @@ void DescriptionBuilder::coord_sys_transform(const std::string& name, const File
   state_.ctm = it->second;
 }
 
-void DescriptionBuilder::push(const FileLoc& loc, bool is_object) {
-  if (stack_.size() >= max_nesting)
-    throw InputError(
-        loc, std::string(begin_name(is_object)) + " is nested more than " + std::to_string(max_nesting) + " deep");
-  stack_.push_back({state_, loc, is_object});
+std::string DescriptionBuilder::begin_name(Bracket bracket) {
+  return bracket == Bracket::object ? "ObjectBegin" : bracket == Bracket::transform ? "TransformBegin" : "AttributeBegin";
+}
+std::string DescriptionBuilder::end_name(Bracket bracket) {
+  return bracket == Bracket::object ? "ObjectEnd" : bracket == Bracket::transform ? "TransformEnd" : "AttributeEnd";
 }
 
-void DescriptionBuilder::pop(const FileLoc& loc, bool is_object) {
-  if (stack_.size() <= stack_floor_)
-    throw InputError(loc, std::string(end_name(is_object)) + " without " + begin_name(is_object));
+void DescriptionBuilder::push(const FileLoc& loc, Bracket bracket) {
+  if (stack_.size() >= max_nesting)
+    throw InputError(loc, begin_name(bracket) + " is nested more than " + std::to_string(max_nesting) + " deep");
+  stack_.push_back({state_, loc, bracket});
+}
+
+void DescriptionBuilder::pop(const FileLoc& loc, Bracket bracket) {
+  if (stack_.size() <= stack_floor_) throw InputError(loc, end_name(bracket) + " without " + begin_name(bracket));
   Pushed& top = stack_.back();
-  if (top.is_object != is_object)
-    throw InputError(loc, std::string(end_name(is_object)) + " inside of the " + begin_name(top.is_object) + " at " +
-                              top.loc.to_string() + "; expected " + end_name(top.is_object));
+  if ((top.bracket == Bracket::object) != (bracket == Bracket::object))
+    throw InputError(loc, end_name(bracket) + " inside of the " + begin_name(top.bracket) + " at " + top.loc.to_string() +
+                              "; expected " + end_name(top.bracket));
   state_ = std::move(top.state);
   stack_.pop_back();
 }
@@ -123,14 +121,14 @@ void DescriptionBuilder::pop(const FileLoc& loc, bool is_object) {
 void DescriptionBuilder::check_stack_closed() const {
   if (stack_.size() <= stack_floor_) return;
   const Pushed& open = stack_.back();
-  throw InputError(open.loc, std::string(begin_name(open.is_object)) + " has no " + end_name(open.is_object));
+  throw InputError(open.loc, begin_name(open.bracket) + " has no " + end_name(open.bracket));
 }
 
-void DescriptionBuilder::attribute_begin(const FileLoc& loc) {
-  push(loc, false);
+void DescriptionBuilder::attribute_begin(const FileLoc& loc, bool is_transform) {
+  push(loc, is_transform ? Bracket::transform : Bracket::attribute);
 }
-void DescriptionBuilder::attribute_end(const FileLoc& loc) {
-  pop(loc, false);
+void DescriptionBuilder::attribute_end(const FileLoc& loc, bool is_transform) {
+  pop(loc, is_transform ? Bracket::transform : Bracket::attribute);
 }
 
 void DescriptionBuilder::attribute(GraphicsState::Target target, const ParamSet& params) {
@@ -275,14 +273,14 @@ void DescriptionBuilder::object_begin(const std::string& name, const FileLoc& lo
   ObjectEntity& object = description_.objects[size_t(i)];
   if (object_defined_[size_t(i)])
     throw InputError(loc, "object " + in_quotes(name) + " is defined already, at " + object.loc.to_string());
-  push(loc, true);
+  push(loc, Bracket::object);
   object.loc = loc;
   object_defined_[size_t(i)] = true;
   active_object_ = i;
 }
 
 void DescriptionBuilder::object_end(const FileLoc& loc) {
-  pop(loc, true);
+  pop(loc, Bracket::object);
   active_object_ = -1;
 }
 

@@ -55,8 +55,9 @@ class DescriptionBuilder {
   void coord_sys_transform(const std::string& name, const FileLoc& loc);
 
   // Graphics state.
-  void attribute_begin(const FileLoc& loc);
-  void attribute_end(const FileLoc& loc);
+  /// `is_transform`: TransformBegin and TransformEnd, which are the same by another name.
+  void attribute_begin(const FileLoc& loc, bool is_transform = false);
+  void attribute_end(const FileLoc& loc, bool is_transform = false);
   void attribute(GraphicsState::Target target, const ParamSet& params);
   void color_space(Entity entity, ColorSpace value);
   void reverse_orientation() { state_.reverse_orientation = !state_.reverse_orientation; }
@@ -91,14 +92,17 @@ class DescriptionBuilder {
   void finish(const FileLoc& loc);
 
  private:
+  enum class Bracket : uint8_t { attribute, transform, object };
   struct Pushed {
     GraphicsState state;
     FileLoc loc;
-    bool is_object;
+    Bracket bracket;
   };
+  static std::string begin_name(Bracket bracket);
+  static std::string end_name(Bracket bracket);
 
-  void push(const FileLoc& loc, bool is_object);
-  void pop(const FileLoc& loc, bool is_object);
+  void push(const FileLoc& loc, Bracket bracket);
+  void pop(const FileLoc& loc, Bracket bracket);
   void check_stack_closed() const;
   void apply(const Transform& t, bool replace, const FileLoc& loc);
   MaterialIndex material_index(const std::string& name, const FileLoc& loc);

@@ -2,6 +2,7 @@
 #include "dapple/scenefile/obj_reader.h"
 
 #include <charconv>
+#include <cstring>
 
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/text.h"
@@ -20,16 +21,21 @@ class ObjParser {
       : next_(data.data()), end_(next_ + data.size()), name_(name), loc_(loc) {}
 
   ObjMesh parse() {
+    const bool is_text = next_ == end_ || !std::memchr(next_, '\0', size_t(end_ - next_));
+    bool is_known = false;
     while (next_ < end_) {
       const std::string_view keyword = word();
-      if (keyword == "v")
+      const bool v = keyword == "v", vt = keyword == "vt", f = keyword == "f";
+      if (v)
         mesh_.P.push_back({number(), number(), number()});
-      else if (keyword == "vt")
+      else if (vt)
         read_uv();
-      else if (keyword == "f")
+      else if (f)
         read_face();
+      is_known |= v || vt || f;
       skip_line();
     }
+    mesh_.doubt = !is_text ? "it holds NUL bytes" : !is_known ? "it has no v, vt or f line" : nullptr;
     if (!has_uv_) {
       mesh_.uv.clear();
       mesh_.uv_indices.clear();

@@ -20,6 +20,7 @@ struct ObjMesh {
   std::vector<uint32_t> indices;     ///< into P, by corner
   std::vector<uint32_t> uv_indices;  ///< into uv, by corner; empty where uv is. Corners without coordinates have (0, 0)
   int64_t ignored_faces = 0;         ///< faces of fewer than 3 corners, left out
+  const char* doubt = nullptr;       ///< why the file may be no OBJ file; null if nothing tells
 };
 
 /// Reads the v, vt and f lines of an OBJ file (plain or gzip), as one mesh; all others (groups, materials, normals,

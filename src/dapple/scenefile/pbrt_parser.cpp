@@ -78,8 +78,8 @@ class PbrtParser {
   void active_transform(const Token& d);
   void area_light_source(const Token& d) { builder_.area_light(read_entity(d)); }
   void attribute(const Token& d);
-  void attribute_begin(const Token& d) { builder_.attribute_begin(d.loc); }
-  void attribute_end(const Token& d) { builder_.attribute_end(d.loc); }
+  void attribute_begin(const Token& d) { builder_.attribute_begin(d.loc, d.text == "TransformBegin"); }
+  void attribute_end(const Token& d) { builder_.attribute_end(d.loc, d.text == "TransformEnd"); }
   void camera(const Token& d) { builder_.camera(read_entity(d)); }
   void color_space(const Token& d);
   void concat_transform(const Token& d) { builder_.concat(read_matrix(d), d.loc); }

@@ -68,6 +68,7 @@ class MeshReader {
           for (const PlyProperty& p : e.properties) skip(in, p);
       }
     }
+    mesh_.has_more_data = in->has_more();
     return finish();
   }
 
@@ -120,11 +121,15 @@ class MeshReader {
       mesh_.P.push_back(p);
       if (layout.has_n()) {
         const V3f n(value(layout.n[0]), value(layout.n[1]), value(layout.n[2]));
-        mesh_.N.push_back(is_finite(n) ? n : V3f(0));
+        const bool good = is_finite(n);
+        mesh_.N.push_back(good ? n : V3f(0));
+        mesh_.bad_normals += !good;
       }
       if (layout.has_uv()) {
         const V2f uv(value(layout.uv[0]), value(layout.uv[1]));
-        mesh_.uv.push_back(is_finite(uv) ? uv : V2f(0));
+        const bool good = is_finite(uv);
+        mesh_.uv.push_back(good ? uv : V2f(0));
+        mesh_.bad_uvs += !good;
       }
     }
   }
@@ -148,8 +153,8 @@ class MeshReader {
     const char* const rows = in->data();
     if (const size_t bad = copy_column(rows + p_offset, stride, e.count, &mesh_.P); bad < e.count)
       in->fail("the position of vertex " + std::to_string(bad) + " is not finite");
-    if (layout.has_n()) zero_if_not_finite(copy_column(rows + n_offset, stride, e.count, &mesh_.N), &mesh_.N);
-    if (layout.has_uv()) zero_if_not_finite(copy_column(rows + uv_offset, stride, e.count, &mesh_.uv), &mesh_.uv);
+    if (layout.has_n()) mesh_.bad_normals = zero_if_not_finite(copy_column(rows + n_offset, stride, e.count, &mesh_.N), &mesh_.N);
+    if (layout.has_uv()) mesh_.bad_uvs = zero_if_not_finite(copy_column(rows + uv_offset, stride, e.count, &mesh_.uv), &mesh_.uv);
     in->advance_to(rows + stride * e.count);
     return true;
   }
@@ -174,10 +179,13 @@ class MeshReader {
     return first_bad;
   }
 
+  /// Returns how many there were, from `first` on.
   template <class V>
-  static void zero_if_not_finite(size_t first, std::vector<V>* values) {
+  static int64_t zero_if_not_finite(size_t first, std::vector<V>* values) {
+    int64_t bad = 0;
     for (size_t i = first; i < values->size(); ++i)
-      if (!is_finite((*values)[i])) (*values)[i] = V(0);
+      if (!is_finite((*values)[i])) (*values)[i] = V(0), ++bad;
+    return bad;
   }
 
   template <class Stream>

@@ -23,6 +23,8 @@ struct PlyMesh {
   /// The file's face_indices: empty, or one for each triangle followed by one for each quad.
   std::vector<int32_t> face_indices;
   int64_t ignored_faces = 0;  ///< faces of fewer than 3 corners, left out
+  int64_t bad_normals = 0, bad_uvs = 0;  ///< those that were not finite
+  bool has_more_data = false;            ///< after the last element that the header announces
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, plain or gzip. Vertex properties x y z, nx ny nz, and u v

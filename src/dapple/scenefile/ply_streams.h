@@ -50,6 +50,7 @@ class PlyBinaryStream {
     if (n > bytes_left() / size_of(type)) fail_end();
     next_ += n * size_of(type);
   }
+  bool has_more() const { return next_ < end_; }
   /// The whole rest, for readers of known layouts; they say afterwards how far they came.
   const char* data() const { return next_; }
   void advance_to(const char* p) { next_ = p; }
@@ -102,6 +103,8 @@ class PlyAsciiStream {
   void skip(PlyType, uint64_t n) {
     for (; n > 0; --n) next_word();
   }
+  /// Anything but white space.
+  bool has_more() const { return !std::all_of(next_, end_, is_space); }
 
   [[noreturn]] void fail(const std::string& message) const { place_.fail(message, line_); }
 
