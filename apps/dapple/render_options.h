@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dapple/build/integrator_factory.h"
+
+namespace dapple::app {
+
+/// What the command line of `dapple render` says. Empty strings, and numbers that no option takes: nothing.
+struct RenderOptions {
+  std::vector<std::string> outputs;
+  std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
+  std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0, pixel_points = -1, subsurface_rays = 0;
+  std::optional<uint64_t> seed;
+  double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
+  build::MaskRequest masks;
+  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
+  bool half = false, full_float = false, tiled = false, multi_part = false;
+  std::string canopy_gather, canopy_plot, show_cache;
+  int canopy_slabs = 0;
+};
+
+void add_render_options(CLI::App& app, RenderOptions& o);
+
+/// UsageError for numbers that are none or out of range, options that exclude each other, and unknown AOVs.
+void check_render_options(const RenderOptions& o);
+
+/// UsageError for lists of rays that are none.
+build::IntegratorRequest integrator_request(const RenderOptions& o);
+
+/// Names options that the integrator, or the images, have no use for. UsageError or IoError for a view of OpenColorIO that there is not.
+void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request, const std::vector<std::string>& paths);
+
+}  // namespace dapple::app
