@@ -333,6 +333,11 @@ GeometryBuilder::Opacity GeometryBuilder::opacity_of(const ShapeEntity& e) {
   return {both.alpha, nullptr};
 }
 
+bool GeometryBuilder::is_no_surface(int32_t material) const {
+  const auto constant = scene_.materials[size_t(material)]->constant();
+  return constant && constant->kind == shading::BsdfKind::passthrough;
+}
+
 void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
@@ -346,7 +351,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   bytes_ += bytes_of(shape);
   fingerprint_ = hash(fingerprint_, job.fingerprint);
   scene::GeometryBinding binding;
-  binding.material = e.material;
+  binding.material = int32_t(materials_.material_of(e));
   const shading::FloatTexturePtr& alpha = binding.alpha = opacity.alpha;
   binding.opacity = opacity.colored;
   trace::CutOut cut_out = !alpha ? trace::CutOut::none : opacity.colored ? trace::CutOut::colored : trace::CutOut::gray;
@@ -357,7 +362,10 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
-    if (emitter)
+    if (is_no_surface(binding.material))
+      context_.diagnostics.warn(e.loc, "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
+                                "area light of an interface");
+    else if (emitter)
       add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha,
                  &binding);
     else if (object != no_id)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "dapple/build/coverage.h"
 #include "dapple/build/dicing.h"
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
@@ -19,8 +20,9 @@ namespace dapple::build {
 /// Mesh files are read in parallel.
 class GeometryBuilder {
  public:
-  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, scene::Scene& scene, const std::optional<Box2f>& period = {})
-      : context_(context), textures_(textures), scene_(scene) {
+  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials, scene::Scene& scene,
+                  const std::optional<Box2f>& period = {})
+      : context_(context), textures_(textures), materials_(materials), scene_(scene) {
     if (period) repetition_.emplace(*period);
   }
 
@@ -67,9 +69,11 @@ class GeometryBuilder {
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   Opacity opacity_of(const scenefile::ShapeEntity& e);
   int32_t medium_index(const std::string& name) const;
+  bool is_no_surface(int32_t material) const;
 
   const BuildContext& context_;
   const TextureLibrary& textures_;
+  const CoverageMaterials& materials_;
   scene::Scene& scene_;
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated

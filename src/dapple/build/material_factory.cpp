@@ -110,6 +110,7 @@ class MaterialBuilder {
     for (size_t i = 0; i < made_.size(); ++i) materials.push_back(get(static_cast<MaterialIndex>(i), 0).material);
     return materials;
   }
+  MaterialPtr build(MaterialIndex index) { return get(index, 0).material; }
 
  private:
   struct Made {
@@ -186,6 +187,10 @@ class MaterialBuilder {
 
 std::vector<MaterialPtr> make_materials(const BuildContext& context, const TextureLibrary& textures) {
   return MaterialBuilder(context, textures).build();
+}
+
+MaterialPtr make_material(const BuildContext& context, const TextureLibrary& textures, MaterialIndex index) {
+  return MaterialBuilder(context, textures).build(index);
 }
 
 }  // namespace dapple::build

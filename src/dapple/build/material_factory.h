@@ -12,5 +12,7 @@ namespace dapple::build {
 /// measured become stand-ins, each named once. Unknown types, mixes of missing or of themselves and impossible values
 /// throw InputError; values out of range are clamped with a warning; unused parameters are reported.
 std::vector<shading::MaterialPtr> make_materials(const BuildContext& context, const TextureLibrary& textures);
+/// One of them.
+shading::MaterialPtr make_material(const BuildContext& context, const TextureLibrary& textures, scenefile::MaterialIndex index);
 
 }  // namespace dapple::build

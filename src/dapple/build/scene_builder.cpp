@@ -5,6 +5,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
+#include "dapple/build/coverage.h"
 #include "dapple/build/geometry_builder.h"
 #include "dapple/build/light_factory.h"
 #include "dapple/build/light_group_factory.h"
@@ -42,12 +43,13 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.filter = make_filter(context);
   const TextureLibrary textures(context);
   scene.materials = make_materials(context, textures);
+  const CoverageMaterials coverage(context, &scene.materials);
   scene.media = make_media(context, textures);
   if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
   if (options.period) scene.traced.set_period(*options.period);
-  GeometryBuilder geometry(context, textures, scene, options.period);
+  GeometryBuilder geometry(context, textures, coverage, scene, options.period);
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();

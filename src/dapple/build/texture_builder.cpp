@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/texture_builder.h"
 
+#include "dapple/build/coverage.h"
 #include "dapple/build/pattern_nodes.h"
 #include "dapple/build/texture_params.h"
 
@@ -45,7 +46,8 @@ Pattern<T> image_map(const TextureInputs& in) {
   constexpr bool scalar = std::is_same_v<T, float>;
   try {
     const auto use = scalar ? image::TextureUse::scalar : image::TextureUse::color;
-    const image::TextureHandle handle = in.context.texture_system.open(image.path, image.encoding, use, image.loc);
+    const image::TextureHandle handle = in.context.texture_system.open(image.path, image.encoding, use, image.loc, scalar ? image::TextureWeight{} : texture_weight(in.entity, image, in.library.coverage()));
+    warn_of_not_numbers(handle.not_numbers(), image.path, image.loc, in.context);
     if constexpr (scalar) {
       return image_float(point, handle, image.options);
     } else {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/texture_factory.h"
 
-#include <set>
+#include <algorithm>
+#include <cmath>
 
 #include "dapple/build/texture_builder.h"
 #include "dapple/build/texture_params.h"
@@ -15,15 +16,22 @@ using scenefile::ParamSet;
 using scenefile::ParamType;
 
 TextureLibrary::TextureLibrary(const BuildContext& context) : context_(context) {
-  for (const scenefile::TextureEntity& entity : context.description.textures) {
-    const TextureInputs in(context, *this, entity, TextureRole::unbounded);
-    if (entity.is_spectrum) {
-      unbounded_[entity.name] = make_color_pattern(in);
-    } else {
-      float_patterns_[entity.name] = make_float_pattern(in);
-    }
-    entity.params.report_unused("texture \"" + entity.type + "\"", context.diagnostics);
+  for (const scenefile::TextureEntity& entity : context.description.textures) add(entity);
+}
+
+TextureLibrary::TextureLibrary(const BuildContext& context, const Coverage& coverage, const std::set<int32_t>& places)
+    : context_(context), coverage_(&coverage) {
+  for (const int32_t place : places) add(context.description.textures[static_cast<size_t>(place)]);
+}
+
+void TextureLibrary::add(const scenefile::TextureEntity& entity) {
+  const TextureInputs in(context_, *this, entity, TextureRole::unbounded);
+  if (entity.is_spectrum) {
+    unbounded_[entity.name] = make_color_pattern(in);
+  } else {
+    float_patterns_[entity.name] = make_float_pattern(in);
   }
+  entity.params.report_unused("texture \"" + entity.type + "\"", context_.diagnostics);
 }
 
 void TextureLibrary::fail_unknown(const Param& param, bool spectrum) const {
@@ -156,6 +164,7 @@ RgbTexturePtr TextureLibrary::normal_map(const std::string& filename, const File
   try {
     const image::TextureHandle handle = context_.texture_system.open(
         context_.description.resolve(filename), image::Encoding::linear(), image::TextureUse::color, loc);
+    warn_of_not_numbers(handle.not_numbers(), filename, loc, context_);
     const std::lock_guard lock(mutex_);
     return compiled(image_color(uv_mapping(graph_), handle, {}));
   } catch (const InputError& e) {
@@ -168,7 +177,11 @@ RgbTexturePtr TextureLibrary::normal_map(const std::string& filename, const File
 image::Image TextureLibrary::light_image(const std::string& filename, const FileLoc& loc,
                                          image::Encoding encoding) const {
   try {
-    return image::read_image(context_.description.resolve(filename), loc, encoding);
+    const std::string path = context_.description.resolve(filename);
+    image::Image image = image::read_image(path, loc, encoding);
+    const auto count = std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); });
+    warn_of_not_numbers(size_t(count), path, loc, context_);
+    return image;
   } catch (const InputError& e) {
     if (!context_.keep_going) throw;
     warn_of_stand_in(e, loc, "a magenta and black checker", context_);

@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "dapple/shading/pattern_program.h"
 
 namespace dapple::build {
+
+struct Coverage;
 
 /// What a spectrum texture stands for.
 enum class TextureRole : uint8_t { reflectance, unbounded };
@@ -30,6 +33,9 @@ class TextureLibrary {
  public:
   /// Builds every texture of context.description, which must outlive this object (as must the context).
   explicit TextureLibrary(const BuildContext& context);
+  /// Of these textures alone, by their place in the description, which use no others: for shapes that are cut out by a picture.
+  TextureLibrary(const BuildContext& context, const Coverage& coverage, const std::set<int32_t>& places);
+  const Coverage* coverage() const { return coverage_; }
 
   /// The float texture or number called `name`, else `fallback`. Never null.
   shading::FloatTexturePtr float_texture(const scenefile::ParamSet& params, std::string_view name,
@@ -60,6 +66,7 @@ class TextureLibrary {
   using Colors = std::map<std::string, shading::PatternColor, std::less<>>;
 
   shading::PatternGraph& graph() const { return graph_; }
+  void add(const scenefile::TextureEntity& entity);
   std::optional<shading::PatternFloat> float_pattern(const scenefile::ParamSet& params, std::string_view name) const;
   std::optional<shading::PatternColor> color_pattern(const scenefile::ParamSet& params, std::string_view name,
                                                      TextureRole role) const;
@@ -75,6 +82,7 @@ class TextureLibrary {
   [[noreturn]] void fail_unknown(const scenefile::Param& param, bool spectrum) const;
 
   const BuildContext& context_;
+  const Coverage* const coverage_ = nullptr;
   mutable std::mutex mutex_;  ///< of all below but float_patterns_ and unbounded_
   mutable shading::PatternGraph graph_;
   std::map<std::string, shading::PatternFloat, std::less<>> float_patterns_;

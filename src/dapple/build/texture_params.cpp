@@ -46,7 +46,12 @@ ImageParams image_params(const scenefile::TextureEntity& entity, const BuildCont
   if (!(out.options.sampling.max_anisotropy >= 1)) throw InputError(entity.loc, "\"maxanisotropy\" is less than 1");
   out.options.scale = params.get_float("scale", 1);
   out.options.invert = params.get_bool("invert", false);
+  if (entity.is_spectrum) out.weigh_by_alpha = params.get_bool("weightbyalpha", true);
   return out;
+}
+
+void warn_of_not_numbers(size_t count, const std::string& path, const FileLoc& loc, const BuildContext& context) {
+  if (count > 0) context.diagnostics.warn(loc, std::to_string(count) + " of the numbers of image \"" + path + "\" are not numbers (NaN); they are read as 0", "NaN in " + path);
 }
 
 shading::PatternColor missing_image(shading::PatternGraph& graph) {

@@ -19,8 +19,12 @@ struct ImageParams {
   FileLoc loc;  ///< of the file name
   image::Encoding encoding;
   shading::ImageTextureOptions options;
+  bool weigh_by_alpha = true;  ///< of colours: see image::TextureWeight
 };
 ImageParams image_params(const scenefile::TextureEntity& entity, const BuildContext& context);
+
+/// Warns, once a file, of numbers that are none.
+void warn_of_not_numbers(size_t count, const std::string& path, const FileLoc& loc, const BuildContext& context);
 
 /// What stands in for images that cannot be read: magenta and black squares, ten to the unit.
 shading::PatternColor missing_image(shading::PatternGraph& graph);

@@ -89,6 +89,10 @@ RGB Image::rgb(int x, int y) const {
   return channels() >= 3 ? RGB(p[0], p[1], p[2]) : RGB(p[0]);
 }
 
+bool ImageInfo::has_alpha() const {
+  return channels > 1 && std::any_of(channel_names.begin(), channel_names.end(), is_alpha);
+}
+
 Image Image::select(std::span<const int> wanted) const {
   std::vector<std::string> names;
   for (const int c : wanted) names.push_back(channel_names_[c]);

@@ -81,6 +81,10 @@ struct ImageInfo {
   bool tiled_mipmap = false;  ///< fit for look-ups as it is
   Encoding encoding;          ///< what Encoding::automatic means for this file: srgb or linear
   std::vector<std::string> channel_names;
+
+  bool has_alpha() const;
+  /// Colours are multiplied by alpha in the file, as OpenEXR means it.
+  bool associated_alpha() const { return format == "openexr" && has_alpha(); }
 };
 
 /// Bounds on what a file may ask for; beyond them reading throws InputError before memory is taken.

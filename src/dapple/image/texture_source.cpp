@@ -7,9 +7,14 @@
 #include <cmath>
 #include <limits>
 
+#include "dapple/image/mip_pyramid.h"
+
 namespace dapple::image {
 
 namespace {
+
+// Of texels that are cut away: in half precision a colour keeps its digits at it.
+constexpr float unnoticed_weight = 1.0f / 1024;
 
 std::array<int, 3> color_channels(const Image& image) {
   const std::array<int, 3> named{image.channel("R"), image.channel("G"), image.channel("B")};
@@ -59,12 +64,66 @@ Image select_channels(const Image& image, TextureUse use) {
   return use == TextureUse::color ? select_color(image) : select_scalar(image);
 }
 
-std::optional<std::array<float, 3>> uniform_value(const Image& image) {
+std::vector<float> alpha_weights(const Image& image) {
+  const int alpha = image.alpha_channel();
+  if (image.channels() < 2 || alpha < 0) return {};
+  std::vector<float> weights(pixel_count(image));
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const float a = image.pixels()[i * size_t(image.channels()) + size_t(alpha)];
+    weights[i] = a > 0 ? std::min(a, 1.0f) : 0;
+  }
+  const auto differs = [&](float w) { return w != weights[0]; };
+  return std::any_of(weights.begin(), weights.end(), differs) ? weights : std::vector<float>();
+}
+
+void divide_by_alpha(Image& image) {
+  const int alpha = image.alpha_channel(), channels = image.channels();
+  if (channels < 2 || alpha < 0) return;
+  for (float* p = image.pixels().data(); p != image.pixels().data() + image.pixels().size(); p += channels)
+    if (p[alpha] > 0 && p[alpha] < 1)
+      for (int c = 0; c < channels; ++c)
+        if (c != alpha) p[c] /= p[alpha];
+}
+
+Image weighted_texels(const Image& color, std::span<const float> weights) {
+  const int channels = color.channels();
+  std::vector<std::string> names = color.channel_names();
+  names.push_back("weight");
+  std::vector<Image> levels;
+  levels.emplace_back(color.width(), color.height(), channels + 1, names);
+  for (size_t i = 0; i < weights.size(); ++i) {
+    float* to = &levels[0].pixels()[i * size_t(channels + 1)];
+    for (int c = 0; c < channels; ++c) to[c] = weights[i] > 0 ? color.pixels()[i * size_t(channels) + size_t(c)] * weights[i] : 0;
+    to[channels] = weights[i];
+  }
+  while (levels.back().width() > 1 || levels.back().height() > 1) levels.push_back(half_size(levels.back()));
+  Image& texels = levels[0];
+  for (int y = 0; y < texels.height(); ++y)
+    for (int x = 0; x < texels.width(); ++x) {
+      float* to = texels.pixel(x, y);
+      if (to[channels] >= unnoticed_weight) continue;
+      const float* around = to;
+      for (size_t l = 1; l < levels.size() && !(around[channels] > 0); ++l)
+        around = levels[l].pixel(std::min(x >> l, levels[l].width() - 1), std::min(y >> l, levels[l].height() - 1));
+      const float scale = around[channels] > 0 ? unnoticed_weight / around[channels] : 0;
+      for (int c = 0; c < channels; ++c) to[c] = around[c] * scale;
+      to[channels] = unnoticed_weight;
+    }
+  return std::move(texels);
+}
+
+std::optional<std::array<float, 3>> uniform_value(const Image& image, std::span<const float> weights) {
   const std::span<const float> p = image.pixels();
   const size_t channels = static_cast<size_t>(image.channels());
-  for (size_t i = channels; i < p.size(); ++i)
-    if (p[i] != p[i % channels]) return std::nullopt;
-  return channels == 3 ? std::array{p[0], p[1], p[2]} : std::array{p[0], p[0], p[0]};
+  const float* first = nullptr;
+  for (size_t i = 0; i < pixel_count(image); ++i) {
+    if (!weights.empty() && !(weights[i] > 0)) continue;
+    const float* const at = &p[i * channels];
+    if (!first) first = at;
+    if (!std::equal(at, at + channels, first)) return std::nullopt;
+  }
+  if (!first) return std::nullopt;
+  return channels == 3 ? std::array{first[0], first[1], first[2]} : std::array{first[0], first[0], first[0]};
 }
 
 void quantize(Image& image, SampleType type) {

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <tuple>
@@ -104,10 +105,43 @@ void store(const float* value, int from, int to, float* out) {
     out[0] = (value[0] + value[1] + value[2]) / 3;
 }
 
+void divide_by_weight(int channels, float* value) {
+  const float weight = value[channels], scale = weight > 0 ? 1 / weight : 0;
+  for (int c = 0; c < channels; ++c) value[c] *= scale;
+}
+
+/// How much the texels of a picture count in which another is cut out.
+std::vector<float> weights_of_picture(const TextureWeight& weight, const Image& image, const FileLoc& loc) {
+  const Image picture = select_channels(read_image(weight.path, loc, weight.encoding), TextureUse::scalar);
+  if (picture.width() != image.width() || picture.height() != image.height())
+    throw InputError(loc, "picture \"" + weight.path + "\" has another size than the one that it is to weight");
+  std::vector<float> weights(picture.pixels().begin(), picture.pixels().end());
+  for (float& w : weights) {
+    w = weight.scale * (weight.invert ? 1 - w : w);
+    w = w > 0 ? std::min(w, 1.0f) : 0;
+  }
+  return weights;
+}
+
+/// How much each texel of a colour image counts: its own alpha, times the picture's. None where all count the same, or nothing would.
+std::vector<float> weights_of(const Image& image, const TextureWeight& weight, const FileLoc& loc) {
+  if (weight.by == TextureWeight::By::nothing) return {};
+  std::vector<float> own = alpha_weights(image);
+  const auto of_use = [](const std::vector<float>& w) {
+    return std::any_of(w.begin(), w.end(), [&w](float v) { return v != w[0]; });
+  };
+  if (weight.by == TextureWeight::By::picture) {
+    std::vector<float> both = weights_of_picture(weight, image, loc);
+    if (!own.empty()) std::transform(own.begin(), own.end(), both.begin(), both.begin(), std::multiplies());
+    if (of_use(both)) return both;
+  }
+  return of_use(own) ? own : std::vector<float>();
+}
+
 }  // namespace
 
 struct TextureSystem::Shared {
-  using Key = std::tuple<std::string, Encoding::Kind, float, TextureUse>;
+  using Key = std::tuple<std::string, Encoding::Kind, float, TextureUse, TextureWeight::By, std::string, Encoding::Kind, float, float, bool>;
 
   explicit Shared(std::string folder)
       : system(OIIO::TextureSystem::create(false)), temporary_parent(std::move(folder)) {}
@@ -136,6 +170,8 @@ struct TextureSystem::Shared {
 
 struct TextureHandle::Opened {
   int width = 0, height = 0, channels = 0;
+  size_t not_numbers = 0;
+  bool weighted = false;  ///< the file has a channel more: weights, by which all others are multiplied
   std::optional<std::array<float, 3>> constant;
   Image resident;    ///< the finest level; empty for large images
   std::string name;  ///< for messages
@@ -143,7 +179,8 @@ struct TextureHandle::Opened {
   OIIO::TextureSystem::TextureHandle* file = nullptr;
 
   void open_file(const std::string& path, const FileLoc& loc);
-  static std::shared_ptr<Opened> convert(std::shared_ptr<TextureSystem::Shared> shared, Image image, SampleType type,
+  /// `weights`: of the texels, none where all count the same.
+  static std::shared_ptr<Opened> convert(std::shared_ptr<TextureSystem::Shared> shared, Image image, std::span<const float> weights, SampleType type,
                                          const std::string& name, const FileLoc& loc);
 };
 
@@ -154,16 +191,23 @@ void TextureHandle::Opened::open_file(const std::string& path, const FileLoc& lo
 }
 
 std::shared_ptr<TextureHandle::Opened> TextureHandle::Opened::convert(std::shared_ptr<TextureSystem::Shared> shared,
-                                                                      Image image, SampleType type,
-                                                                      const std::string& name, const FileLoc& loc) {
+                                                                      Image image, std::span<const float> weights,
+                                                                      SampleType type, const std::string& name,
+                                                                      const FileLoc& loc) {
   const auto opened = std::make_shared<Opened>();
   opened->width = image.width();
   opened->height = image.height();
   opened->channels = image.channels();
   opened->name = name;
   opened->shared = std::move(shared);
+  opened->not_numbers = size_t(std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); }));
   quantize(image, type);
-  opened->constant = uniform_value(image);
+  opened->constant = uniform_value(image, weights);
+  opened->weighted = !weights.empty();
+  if (opened->weighted) {
+    image = weighted_texels(image, weights);
+    quantize(image, type);
+  }
   const size_t samples = image.pixels().size();
   if (samples <= resident_limit && opened->shared->reserve_resident(samples * sizeof(float))) opened->resident = image;
   const std::string path = opened->shared->next_file();
@@ -182,6 +226,10 @@ std::optional<std::array<float, 3>> TextureHandle::constant() const {
   return opened_->constant;
 }
 
+size_t TextureHandle::not_numbers() const {
+  return opened_->not_numbers;
+}
+
 void TextureHandle::lookup(const TextureCoordinates& at, const TextureSampling& sampling, int channels,
                            float* out) const {
   const Opened& o = *opened_;
@@ -196,14 +244,15 @@ void TextureHandle::lookup(const TextureCoordinates& at, const TextureSampling& 
   OIIO::TextureOpt options = oiio_options(sampling);
   for (int i = 0; i < at.count; ++i) {
     const Probe p(at, i, sampling.wrap);
-    float value[3];
+    float value[4];
     if (!o.resident.empty() && p.within_a_texel(o.width, o.height)) {
       look_up_resident(o.resident, p, sampling, value);
     } else {
       if (!thread) thread = system.get_perthread_info();
-      if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels, value))
+      if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels + o.weighted, value))
         throw InputError(FileLoc{o.name, 0, 0}, "cannot read texture: " + system.geterror());
     }
+    if (o.weighted) divide_by_weight(o.channels, value);
     store(value, o.channels, channels, out + i * channels);
   }
 }
@@ -217,10 +266,11 @@ TextureSystem::TextureSystem(uint64_t cache_bytes, std::string temporary_folder)
   shared_->system->attribute("automip", 0);
 }
 
-TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc) {
+TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc, const TextureWeight& weight) {
   std::error_code ignored;
   const std::string canonical = std::filesystem::weakly_canonical(path, ignored).string();
-  const Shared::Key key{canonical.empty() ? path : canonical, encoding.kind, encoding.exponent, use};
+  const Shared::Key key{canonical.empty() ? path : canonical, encoding.kind, encoding.exponent, use, weight.by, weight.path, weight.encoding.kind,
+                        weight.encoding.exponent, weight.scale, weight.invert};
   TextureHandle handle;
   {
     const std::lock_guard lock(shared_->mutex);
@@ -229,7 +279,15 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
   if (handle.opened_) return handle;
 
   const ImageInfo info = read_image_info(path, loc);
-  if (usable_in_place(info, encoding, use)) {
+  const bool may_be_weighted = use == TextureUse::color && (weight.by == TextureWeight::By::picture || (weight.by == TextureWeight::By::own_alpha && info.has_alpha()));
+  Image image;
+  std::vector<float> weights;
+  if (may_be_weighted) {
+    image = read_image(path, loc, encoding);
+    if (info.associated_alpha() && weight.by != TextureWeight::By::nothing) divide_by_alpha(image);
+    weights = weights_of(image, weight, loc);
+  }
+  if (weights.empty() && usable_in_place(info, encoding, use)) {
     const auto opened = std::make_shared<TextureHandle::Opened>();
     opened->width = info.width;
     opened->height = info.height;
@@ -239,8 +297,8 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
     opened->open_file(path, loc);
     handle.opened_ = opened;
   } else {
-    handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(read_image(path, loc, encoding), use),
-                                                    storage_type(use), path, loc);
+    if (image.empty()) image = read_image(path, loc, encoding);
+    handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), path, loc);
   }
   const std::lock_guard lock(shared_->mutex);
   shared_->opened[key] = handle.opened_;
@@ -249,8 +307,9 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
 
 TextureHandle TextureSystem::add(const Image& image, TextureUse use, const std::string& name) {
   TextureHandle handle;
-  handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), storage_type(use), name,
-                                                  FileLoc{name, 0, 0});
+  const FileLoc loc{name, 0, 0};
+  const std::vector<float> weights = use == TextureUse::color ? weights_of(image, {}, loc) : std::vector<float>();
+  handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), name, loc);
   return handle;
 }
 

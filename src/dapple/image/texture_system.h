@@ -41,9 +41,26 @@ struct TextureCoordinates {
 
 /// What an image is to be used for.
 enum class TextureUse : uint8_t {
-  color,  ///< R, G, B; grey images have one channel, alpha is left out
+  color,  ///< R, G, B; grey images have one channel; see TextureWeight for what alpha does
   /// One channel. Of a colour image: alpha where it is not 1 everywhere, else the mean of R, G, B (as pbrt-v4).
   scalar
+};
+
+/// By what each texel of a colour image counts when colours are averaged, at all levels: a colour is the mean of what is there, sum(a c) /
+/// sum(a), so that what is cut away has no colour, whatever the file says there. Images of other uses, and those that are 1 everywhere, are
+/// averaged as they are.
+struct TextureWeight {
+  enum class By : uint8_t {
+    own_alpha,  ///< the image's alpha channel, where it has one
+    picture,    ///< that, times the values of another picture of the same size as a scalar: the `alpha` of a shape
+    nothing
+  };
+  By by = By::own_alpha;
+  std::string path;  ///< of the other picture; values v of it count (invert ? 1 - v : v) * scale, within 0 and 1
+  Encoding encoding;
+  float scale = 1;
+  bool invert = false;
+  friend bool operator==(const TextureWeight&, const TextureWeight&) = default;
 };
 
 /// An image opened for look-ups. A cheap value; copies share. Keeps what it needs of its TextureSystem alive.
@@ -54,6 +71,8 @@ class TextureHandle {
   int channels() const;  ///< 1 or 3
   /// The value of all texels, where it is the same everywhere.
   std::optional<std::array<float, 3>> constant() const;
+  /// Numbers of the file that are none (NaN) and are read as 0; not counted in files that are used in place.
+  size_t not_numbers() const;
   /// Filtered linear values, `channels` (1 or 3) for each point, interleaved. Grey is repeated in three channels; of
   /// colour, one channel is the mean. Deterministic; no locks beyond the tile cache's own. IoError if a file fails that
   /// was good when opened.
@@ -91,8 +110,9 @@ class TextureSystem {
   /// empty for the system's ($TMPDIR).
   explicit TextureSystem(uint64_t cache_bytes = uint64_t{1} << 30, std::string temporary_folder = {});
 
-  /// Throws InputError as read_image() does. The same file, encoding and use give the same handle.
-  TextureHandle open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc);
+  /// Throws InputError as read_image() does, and where `weight` names a picture of another size. The same file, encoding, use and weight
+  /// give the same handle.
+  TextureHandle open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc, const TextureWeight& weight = {});
   /// The same for an image in memory; `name` only serves messages.
   TextureHandle add(const Image& image, TextureUse use, const std::string& name);
 

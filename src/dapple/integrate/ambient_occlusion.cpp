@@ -120,8 +120,12 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
   for (int i = 0; i < w.ray_count; ++i) {
     const int k = w.ray_owner[i];
     Frame frame = w.seen.bsdf[k].frame;
-    if (dot(frame.n, w.seen.d[k]) > 0) frame = Frame(-frame.n);
-    const V3f d = frame.to_world(square_to_cosine_hemisphere(V2f(w.u[i], w.v[i])));
+    if (w.seen.bsdf[k].side(w.seen.d[k]) > 0) frame = Frame(-frame.n);
+    V3f d = frame.to_world(square_to_cosine_hemisphere(V2f(w.u[i], w.v[i])));
+    // What would leave through the surface is mirrored there: bent normals neither darken nor see what is behind.
+    const V3f& Ng = w.seen.surface[k].Ng;
+    const float height = dot(d, Ng);
+    if (height * dot(Ng, w.seen.d[k]) > 0) d -= Ng * (2 * height);
     const uint32_t key = w.sobol_seed[i] ^ sobol::mix32(w.sobol_index[i]);
     w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key,
                 w.seen.width[k], spread);

@@ -11,7 +11,7 @@ inline scene::Features describe(const scene::Scene& scene, const geom::SurfacePo
   scene::Features f;
   f.alpha = 1;
   f.albedo = bsdf.albedo();
-  f.normal = face_forward(bsdf.frame.n, wo);
+  f.normal = bsdf.normal_towards(wo);
   f.position = s.P;
   f.depth = scene.camera.world_to_camera().point(s.P).z;
   return f;

@@ -54,7 +54,7 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
 }
 
 shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
-  return {P, dot(b.wo[k], b.bsdf[k].frame.n) < 0 ? -n : n, time, b.bsdf[k].has_transmission()};
+  return {P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, time, b.bsdf[k].has_transmission()};
 }
 
 void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {
@@ -104,12 +104,15 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   const shading::LightSampler::Selection& chosen = w.chosen[job];
   const shading::LightSample& light = *w.drawn_for[job];
   const Bsdf& bsdf = b.bsdf[k];
-  const float cosine = dot(light.wi, from.normal(bsdf.frame.n)), pdf = light.pdf * chosen.probability;
+  const V3f normal = from.normal(bsdf.frame.n);
+  const float cosine = dot(light.wi, normal), pdf = light.pdf * chosen.probability;
   RGB L = light.radiance * (w.job_weight[job] * std::abs(cosine) / pdf);
   float glint = 0;
   Target target = to_specular;
   if (bsdf.is_diffuse()) {
-    target = cosine * dot(b.wo[k], bsdf.frame.n) > 0 ? to_irradiance : to_irradiance_behind;
+    // Where the normal is bent, light comes from the side on which it is for both normals.
+    target = cosine * bsdf.side(b.wo[k]) > 0 ? to_irradiance : to_irradiance_behind;
+    if (bsdf.bent) L *= bsdf.terminator(light.wi, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
     L *= bsdf.crossing(cosine);
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return false;
   } else {

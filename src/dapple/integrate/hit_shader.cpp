@@ -65,6 +65,7 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
       irradiance_cache_(irradiance),
       settings_(settings),
       materials_(scene, settings.caustics),
+      media_(scene),
       tracer_(scene, materials_, true, settings.visibility),
       direct_(scene, tracer_, settings.shadow_rays),
       linker_(scene, materials_, patches),
@@ -179,7 +180,7 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
     const float reflected = bsdf.reflectance.luminance(), both = reflected + bsdf.transmittance.luminance();
     const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
     const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
-    const bool seen_from_behind = dot(b.wo[k], bsdf.frame.n) < 0, one_origin = b.has_one_origin(k);
+    const bool seen_from_behind = bsdf.side(b.wo[k]) < 0, one_origin = b.has_one_origin(k);
     const DiffuseFan fan = diffuse_fan(b, k, diffuse_rays(place, b, k));
     RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
     const bool joins = RayBatch::pays_to_join(end - first);
@@ -194,11 +195,17 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
       const V3f local(x[j], y[j], seen_from_behind != behind ? -cosine : cosine);
       if (!one_origin) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
       const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
+      float passed = 1;
+      if (bsdf.bent) {
+        const V3f normal = from.normal(bsdf.frame.n);
+        passed = bsdf.terminator(d, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
+        if (!(passed > 0)) continue;
+      }
       const int i = r.count++;
       set_diffuse_ray(b, fan, r, i, from, d, cosine, trace::ray_key(w.seed[j], w.index[j]));
       r.rays.joined[i] = joins && in_packet++ > 0;
       r.behind[i] = behind;
-      r.weight[i] = bsdf.crossing(cosine) * weights[behind];
+      r.weight[i] = bsdf.crossing(cosine) * (passed * weights[behind]);
     }
   }
   w.job_count = 0;
@@ -376,7 +383,7 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     r.share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
     r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : widened(b.spread[k], onward);
     r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
-    r.medium[i] = s.transmitted ? scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]) : b.medium[k];
+    r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]);
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   trace_rays(r, w);

@@ -3,6 +3,7 @@
 
 #include "dapple/integrate/cache_answers.h"
 #include "dapple/integrate/direct_light.h"
+#include "dapple/scene/medium_map.h"
 
 namespace dapple::integrate {
 
@@ -198,6 +199,7 @@ class HitShader {
   RadiosityCache *const cache_, *const irradiance_cache_;
   const Settings settings_;
   const MaterialTable materials_;
+  const scene::MediumMap media_;
   const RayTracer tracer_;
   const DirectLight direct_;
   const TileLinker linker_;

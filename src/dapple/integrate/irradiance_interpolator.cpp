@@ -128,7 +128,7 @@ void IrradianceInterpolator::set_receiver(const PointBatch& b, int k, Workspace&
   const GridId& id = w.point[k].grid;
   const uint8_t span = hemisphere_span(motion, id);
   const V3f& n = b.bsdf[k].frame.n;
-  w.receiver[k] = {b.surface[k].P, dot(b.wo[k], n) < 0 ? -n : n, motion.since_middle(span, b.time[k])};
+  w.receiver[k] = {b.surface[k].P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, motion.since_middle(span, b.time[k])};
   if (!b.moves[k] || span == id.span) return;
   const geom::SurfacePoint s = shader_.surface_at(b, k, motion.middle(span));
   const V3f turn = s.Ns - b.surface[k].Ns;
@@ -297,7 +297,10 @@ int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* 
     const uint64_t random = hash(b.key[k], stratum);
     const V3f local = of_step.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
     const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
-    const V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
+    V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
+    // What would leave through the surface is mirrored there, as interpolated normals may have it: as much light arrives as at an even one.
+    const float height = dot(d, from.Ng);
+    if (height * dot(nodes[k]->n, from.Ng) < 0) d -= from.Ng * (2 * height);
     if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
     shader_.set_diffuse_ray(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
     r.rays.joined[r.count++] = !starts && RayBatch::pays_to_join(strata);

@@ -36,6 +36,7 @@ void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geo
     if (!constants[m]) continue;
     out[k] = *constants[m];
     out[k].frame = needs_tangents_[m] ? Frame(surface[k].Ns, surface[k].dPdu) : Frame(surface[k].Ns);
+    out[k].set_geometric_normal(surface[k].Ng);
   }
 }
 

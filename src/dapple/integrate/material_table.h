@@ -96,7 +96,11 @@ void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::Surfac
       material.prelighting(scratch.points, scratch.bsdf);
       if (whom == For::diffuse_rays) flatten(count, scratch.bsdf);
     }
-    for (int i = 0; i < count; ++i) out[scratch.batched[first + i].point] = scratch.bsdf[i];
+    for (int i = 0; i < count; ++i) {
+      const int k = scratch.batched[first + i].point;
+      out[k] = scratch.bsdf[i];
+      out[k].set_geometric_normal(surface[k].Ng);
+    }
     first += count;
     ++counts->batches;
   }

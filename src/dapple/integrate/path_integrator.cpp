@@ -297,7 +297,7 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
   if (bsdf.is_delta()) return;
   const int p = w.point_path[k];
   const CanopyTransport::Sides E =
-      settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]));
+      settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
   w.add_light(p, no_id, w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
                                                        : bsdf.albedo() * E.front * inv_pi));
 }
@@ -338,7 +338,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
 shading::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
-  return {w.surface[k].P, face_forward(bsdf.frame.n, -w.wi[k]), w.time[p], bsdf.has_transmission(), shared};
+  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared};
 }
 
 // Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.
@@ -372,8 +372,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
-  if (sample.transmitted)
-    w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
+  w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
   ++(diffuse ? w.rays.diffuse : w.rays.specular);
 }

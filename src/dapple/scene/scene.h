@@ -33,11 +33,8 @@ struct GeometryBinding {
   int32_t inside_medium = vacuum, outside_medium = vacuum;
   bool changes_medium = false;     ///< the surface separates the two media above
 
-  /// The medium on a side of the surface, where one was declared for it, else `otherwise`.
-  int32_t medium_at(bool inside, int32_t otherwise) const {
-    if (inside_medium == vacuum && outside_medium == vacuum) return otherwise;
-    return inside ? inside_medium : outside_medium;
-  }
+  /// The medium on a side of a surface that separates two, else `otherwise`: that of whoever comes to it.
+  int32_t medium_at(bool inside, int32_t otherwise) const { return !changes_medium ? otherwise : inside ? inside_medium : outside_medium; }
   /// The medium that a ray along d is in after it left the surface of normal Ng, having been in `before`.
   int32_t medium_beyond(const V3f& d, const V3f& Ng, int32_t before) const {
     return !changes_medium ? before : dot(d, Ng) < 0 ? inside_medium : outside_medium;

@@ -299,8 +299,130 @@ Bsdf Bsdf::make_passthrough() {
   return b;
 }
 
+namespace {
+
+V3f mirrored_at(const V3f& w, const V3f& n) { return w - n * (2 * dot(w, n)); }
+
+/// S of Chiang et al. 2019, for the cosines of wi with either normal and that between these.
+float chiang(float geometric, float shading, float between) {
+  const float ratio = std::min(1.0f, geometric / std::max(shading * between, 1e-9f));
+  return ratio * (1 + ratio * (1 - ratio));
+}
+
+}  // namespace
+
+void Bsdf::bend(const V3f& Ng) {
+  bent = true;
+  ng = dot(frame.n, Ng) < 0 ? -Ng : Ng;
+}
+
+void Bsdf::keep_surface(const Bsdf& of) {
+  frame = of.frame;
+  bent = of.bent;
+  ng = of.ng;
+}
+
+float Bsdf::terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const {
+  const float above = dot(wi, geometric), seen = dot(wi, shading);
+  if (!(above * seen > 0)) return 0;
+  return chiang(std::abs(above), std::abs(seen), std::abs(dot(shading, geometric)));
+}
+
+// The shading frame, turned towards wo as far as that the cosine of wo is half of what it is for the geometric normal, at most .1: continuous
+// where it begins, and as much seen from below as from above.
+Frame Bsdf::frame_seen_from(const V3f& wo) const {
+  const float geometric = dot(ng, wo), sign = geometric < 0 ? -1.0f : 1.0f;
+  const float cosine = sign * dot(frame.n, wo), least = std::min(0.5f * std::abs(geometric), 0.1f);
+  if (cosine >= least) return frame;
+  const V3f along = frame.n - wo * (sign * cosine);
+  const float l2 = length2(along);
+  if (!(l2 > 1e-12f)) return frame;
+  return Frame(normalize(along * (std::sqrt(1 - sqr(least)) / std::sqrt(l2)) + wo * (sign * least)), frame.s);
+}
+
+// Where a kind that is not diffuse sends light, folded at the surface: what is reflected (transmitted) and would leave on the other (same) side of
+// the geometric normal is mirrored there. So the densities and values of wi and of its mirror image add up.
+RGB Bsdf::eval_pdf_folded(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
+  Bsdf seen = *this;
+  seen.bent = false;
+  seen.frame = frame_seen_from(wo);
+  const bool reflects = side(wo) * side(wi) > 0;
+  if (kind == BsdfKind::coated && !reflects) return {};
+  const float seen_o = dot(seen.frame.n, wo);
+  RGB sum;
+  for (const V3f& w : {wi, mirrored_at(wi, ng)}) {
+    const float cosine = dot(seen.frame.n, w);
+    if (cosine == 0 || (cosine * seen_o > 0) != reflects) continue;
+    float density = 0;
+    RGB f;
+    if (kind == BsdfKind::coated) {
+      // Light from a diffuse base knows of the terminator; of what is below the surface only the coat mirrors.
+      const float below = base != BsdfKind::diffuse ? 1 : w == wi ? terminator(wi) : 0;
+      const Coat coat(seen);
+      const float turn = seen_o < 0 ? -1.0f : 1.0f;
+      const V3f o = seen.frame.to_local(wo) * turn, i = seen.frame.to_local(w) * turn;
+      f = coat.eval(o, i, key, below);
+      density = coat.pdf(o, i);
+    } else {
+      f = seen.eval_pdf_general(wo, w, key, &density);
+    }
+    sum += f * std::abs(cosine);
+    *pdf += density;
+  }
+  const float cosine = std::abs(dot(frame.n, wi));
+  return cosine > 0 ? sum * (1 / cosine) : RGB();
+}
+
+RGB Bsdf::eval_pdf_bent(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
+  if (!is_diffuse()) return eval_pdf_folded(wo, wi, key, pdf);
+  const float passed = terminator(wi), cosine = std::abs(dot(frame.n, wi)), o = side(wo);
+  if (!(passed > 0) || o == 0 || kind == BsdfKind::black) return {};
+  const bool reflected = o * side(wi) > 0;
+  if (kind == BsdfKind::diffuse) {
+    if (!reflected) return {};
+    *pdf = cosine * inv_pi;
+    return reflectance * (passed * inv_pi);
+  }
+  const float chance = reflect_chance(*this);
+  *pdf = (reflected ? chance : 1 - chance) * cosine * inv_pi;
+  return (reflected ? reflectance : transmittance) * (passed * inv_pi);
+}
+
+bool Bsdf::sample_bent(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
+  const float o = side(wo);
+  if (o == 0) return false;
+  if (is_diffuse()) {
+    if (kind == BsdfKind::black) return false;
+    const float chance = kind == BsdfKind::diffuse ? 1 : reflect_chance(*this);
+    const bool reflected = u1 < chance;
+    const float p = reflected ? chance : 1 - chance;
+    V3f local = square_to_cosine_hemisphere(u2);
+    const float density = p * local.z * inv_pi;
+    if ((o > 0) != reflected) local.z = -local.z;
+    const V3f wi = frame.to_world(local);
+    const float passed = terminator(wi);
+    if (!(passed > 0) || !(density > 0)) return false;
+    *out = {wi, (reflected ? reflectance : transmittance) * (passed / p), density, Lobe::diffuse, !reflected, 1};
+    return true;
+  }
+  Bsdf seen = *this;
+  seen.bent = false;
+  seen.frame = frame_seen_from(wo);
+  if (!seen.sample_general(wo, u1, u2, key, out)) return false;
+  if ((side(out->wi) * o > 0) == out->transmitted) out->wi = mirrored_at(out->wi, ng);
+  if (side(out->wi) == 0) out->wi = normalize(out->wi + ng * (out->transmitted == (o < 0) ? 1e-5f : -1e-5f));
+  if (!(out->pdf > 0)) return true;
+  float pdf = 0;
+  const RGB f = eval_pdf_folded(wo, out->wi, key, &pdf);
+  if (!(pdf > 0)) return false;
+  out->pdf = pdf;
+  if (kind != BsdfKind::subsurface) out->weight = f * (std::abs(dot(frame.n, out->wi)) / pdf);  // that one loses nothing
+  return true;
+}
+
 RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t key, float* pdf) const {
   *pdf = 0;
+  if (bent) return eval_pdf_bent(wo_world, wi_world, key, pdf);
   const V3f wo = frame.to_local(wo_world), wi = frame.to_local(wi_world);
   switch (kind) {
     case BsdfKind::diffuse_transmission: {
@@ -329,7 +451,7 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
 }
 
 float Bsdf::pdf_general(const V3f& wo_world, const V3f& wi_world) const {
-  if (kind == BsdfKind::coated) {
+  if (kind == BsdfKind::coated && !bent) {
     const V3f wo = frame.to_local(wo_world), wi = frame.to_local(wi_world);
     if (!(wo.z * wi.z > 0)) return 0;
     return Coat(*this).pdf(wo.z < 0 ? -wo : wo, wo.z < 0 ? -wi : wi);
@@ -344,6 +466,7 @@ bool Bsdf::sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, 
     *out = {-wo, RGB(1), 0, Lobe::passthrough, true, 1};
     return true;
   }
+  if (bent) return sample_bent(wo, u1, u2, key, out);
   if (!sample_local(*this, frame.to_local(wo), u1, u2, key, out)) return false;
   out->wi = frame.to_world(out->wi);
   return true;
@@ -400,11 +523,11 @@ RGB Bsdf::albedo(float* by_coat) const {
 void Bsdf::flatten() {
   if (is_diffuse() || (kind != BsdfKind::conductor && kind != BsdfKind::coated && kind != BsdfKind::subsurface)) return;
   const bool is_metal = kind == BsdfKind::conductor || (kind == BsdfKind::coated && base == BsdfKind::conductor);
-  const Frame of_surface = frame;
+  const Bsdf whole = *this;
   float by_coat = 0;
   const RGB sum = albedo(&by_coat);
   *this = make_diffuse(clamp(sum, 0, 1));
-  frame = of_surface;
+  keep_surface(whole);
   mirrored = is_metal ? 0 : by_coat;
 }
 
@@ -419,9 +542,9 @@ float Bsdf::roughen(float least_alpha) {
   const float before = reflected();
   constexpr float as_diffuse = 0.5f;
   if (least_alpha >= as_diffuse) {
-    const Frame of_surface = frame;
+    const Bsdf smooth = *this;
     *this = make_diffuse(is_coat() ? RGB(before) : albedo());
-    frame = of_surface;
+    keep_surface(smooth);
     return 1;
   }
   alpha_x = std::max(alpha_x, least_alpha);
@@ -433,11 +556,11 @@ void Bsdf::keep_coat(const V3f& wo) {
   const bool coated_diffuse = kind == BsdfKind::coated && base == BsdfKind::diffuse;
   const Bsdf layered = *this;
   *this = {};
-  frame = layered.frame;
+  keep_surface(layered);
   if (!coated_diffuse && layered.kind != BsdfKind::subsurface) return;
   *this = make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
-  frame = layered.frame;
-  if (coated_diffuse && dot(wo, frame.n) < 0) frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n;  // coats are on both sides
+  keep_surface(layered);
+  if (coated_diffuse && side(wo) < 0) frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n, ng = -ng;  // coats are on both sides
   reflects_only = true;
   mirrored = float(fresnel_diffuse(double(ior)));
 }

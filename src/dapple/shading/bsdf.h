@@ -61,8 +61,12 @@ struct CoatLayer {
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
 /// transport: a refraction scales by 1 / eta^2.
 ///
-/// Reflection and transmission are told apart by the shading frame's normal. wo below the shading normal but above the
-/// geometric one is for the integrator to handle. All kinds but dielectric are the same from both sides.
+/// Reflection and transmission are told apart by the geometric normal, where set_geometric_normal() has said that it differs from the shading
+/// frame's ("bent"; docs/design/024): nothing passes a surface that reflects. Then
+///   - diffuse kinds scatter by f terminator(wi), which does not depend on wo but for its side: dark where wi is below either normal;
+///   - of other kinds what would leave on the wrong side is mirrored at the surface, and a viewer below the shading normal sees the surface
+///     with a normal that is bent less.
+/// All kinds but dielectric are the same from both sides.
 ///
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
 struct Bsdf {
@@ -86,6 +90,8 @@ struct Bsdf {
   float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
                                ///< keep_coat(): the share of diffuse light that it would mirror if it were smooth
   float removed_coat = 0;      ///< mirrored, once remove_coat() has taken it from reflectance
+  bool bent = false;           ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};             ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -105,6 +111,21 @@ struct Bsdf {
   /// diffusion: times crossing().
   static Bsdf make_entering(const Bsdf& boundary);
   static Bsdf make_passthrough();
+
+  /// To be called when the frame is as it stays. Ng: unit, on either side; within a twelfth of a degree of the frame's normal it counts as equal.
+  void set_geometric_normal(const V3f& Ng) {
+    if (std::abs(dot(frame.n, Ng)) < 1 - 1e-6f) bend(Ng);
+  }
+  /// Above 0 for directions on the outer side of the surface.
+  float side(const V3f& w) const { return dot(bent ? ng : frame.n, w); }
+  /// The shading normal on the side of the surface where w is.
+  V3f normal_towards(const V3f& w) const { return side(w) < 0 ? -frame.n : frame.n; }
+  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = G + G^2 - G^3 with G = min(1, cos_g / (cos_s cos_t)), for the
+  /// cosines of wi with the geometric and the shading normal and that between these (Chiang et al. 2019, Taming the shadow terminator). 0 below
+  /// either normal, 1 where the normal is not bent.
+  float terminator(const V3f& wi) const { return bent ? terminator(wi, frame.n, ng) : 1; }
+  /// The same where both normals have turned, as on a surface that moves.
+  float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
 
   /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by reciprocity that which enters:
   /// Fresnel transmittance times the share that escapes from a half-space (Chandrasekhar's H in the approximation of Hapke 2002). For
@@ -154,6 +175,12 @@ struct Bsdf {
   void keep_coat(const V3f& wo);
 
  private:
+  void bend(const V3f& Ng);
+  void keep_surface(const Bsdf& of);
+  Frame frame_seen_from(const V3f& wo) const;
+  RGB eval_pdf_bent(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
+  RGB eval_pdf_folded(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
+  bool sample_bent(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
   RGB albedo(float* by_coat) const;
   RGB escape(float cosine) const;
   RGB eval_pdf_general(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
@@ -162,7 +189,7 @@ struct Bsdf {
 };
 
 inline RGB Bsdf::eval_pdf(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
-  if (kind != BsdfKind::diffuse) return eval_pdf_general(wo, wi, key, pdf);
+  if (kind != BsdfKind::diffuse || bent) return eval_pdf_general(wo, wi, key, pdf);
   const float cos_i = dot(frame.n, wi);
   if (!(cos_i * dot(frame.n, wo) > 0)) return *pdf = 0, RGB();
   *pdf = std::abs(cos_i) * inv_pi;
@@ -175,13 +202,13 @@ inline RGB Bsdf::eval(const V3f& wo, const V3f& wi, uint64_t key) const {
 }
 
 inline float Bsdf::pdf(const V3f& wo, const V3f& wi) const {
-  if (kind != BsdfKind::diffuse) return pdf_general(wo, wi);
+  if (kind != BsdfKind::diffuse || bent) return pdf_general(wo, wi);
   const float cos_i = dot(frame.n, wi);
   return cos_i * dot(frame.n, wo) > 0 ? std::abs(cos_i) * inv_pi : 0;
 }
 
 inline bool Bsdf::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
-  if (kind != BsdfKind::diffuse) return sample_general(wo, u1, u2, key, out);
+  if (kind != BsdfKind::diffuse || bent) return sample_general(wo, u1, u2, key, out);
   const float cos_o = dot(frame.n, wo);
   V3f local = square_to_cosine_hemisphere(u2);
   if (cos_o == 0 || local.z <= 0) return false;

@@ -130,15 +130,16 @@ float Coat::pdf(const V3f& wo, const V3f& wi) const {
   return is_delta() ? 0 : sum_pdf(mixture(wo), wo, wi);
 }
 
-RGB Coat::eval(const V3f& wo, const V3f& wi, uint64_t key) const {
+RGB Coat::eval(const V3f& wo, const V3f& wi, uint64_t key, float below) const {
   if (is_delta()) return {};
   float pdf;
   RGB f(coat_.eval(wo, wi, Transport::radiance, part_reflection, &pdf));
-  if (has_closed_form()) return max_depth_ > 0 ? f + closed_form(wo, wi) : f;
+  if (below == 0) return f;
+  if (has_closed_form()) return max_depth_ > 0 ? f + closed_form(wo, wi) * below : f;
   KeyedRng rng(hash(key, wi.x, wi.y, wi.z));
   RGB sum;
   for (int s = 0; s < sample_count_; ++s) sum += walk(wo, wi, rng);
-  return f + sum / static_cast<float>(sample_count_);
+  return f + sum / static_cast<float>(sample_count_) * below;
 }
 
 bool Coat::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {

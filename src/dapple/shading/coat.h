@@ -36,7 +36,8 @@ class Coat {
  public:
   explicit Coat(const Bsdf& bsdf);
 
-  RGB eval(const V3f& wo, const V3f& wi, uint64_t key) const;
+  /// `below`: what to multiply light from below the coat by.
+  RGB eval(const V3f& wo, const V3f& wi, uint64_t key, float below = 1) const;
   float pdf(const V3f& wo, const V3f& wi) const;
   /// False where nothing is scattered. Directions are local.
   bool sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
