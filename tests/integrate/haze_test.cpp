@@ -39,7 +39,7 @@ LookAt 0 0 10  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -3 3 -3 3 ]
 MakeNamedMedium "haze" "string type" "homogeneous" "rgb sigma_a" [ .4 .4 .4 ] "rgb sigma_s" [ 0 0 0 ]
 WorldBegin
-LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ]
+LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ]
 AttributeBegin
 MediumInterface "haze" ""
 Material "interface"
@@ -88,7 +88,7 @@ MakeNamedMedium "haze" "string type" "homogeneous" "rgb sigma_s" [ .06 .06 .06 ]
 MakeNamedMedium "smoke" "string type" "homogeneous" "rgb sigma_s" [ .1 .1 .1 ] "rgb sigma_a" [ .3 .3 .2 ]
 )" + place.camera + R"(
 WorldBegin
-LightSource "distant" "rgb L" [ 3 3 3 ] "point3 from" [ .3 1 .6 ]
+LightSource "distant" "rgb L" [ 3 3 3 ] "point3 from" [ .3 1 .6 ] "point3 to" [ 0 0 0 ]
 LightSource "infinite" "rgb L" [ .3 .34 .4 ]
 AttributeBegin
 MediumInterface "haze" ""
@@ -145,7 +145,7 @@ TEST(Haze, GridsAreOfTheWorldsUnits) {
   for (int i = 0; i < 64; ++i) ones += "1 ";
   for (const std::string transform : {"", "Scale 4 4 4", "Scale .5 3 8", "Rotate 30 1 2 3 Scale 2 2 -2"}) {
     for (const std::string& medium : {"\"string type\" \"uniformgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ] \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4 \"float density\" [ " + ones + "]",
-                                      std::string("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"integer nx\" 1 \"integer ny\" 1 \"integer nz\" 1"),
+                                      std::string("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ .5 .5 .5 .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 0 0 0 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1"),
                                       std::string("\"string type\" \"homogeneous\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ]")}) {
       const std::string text = film(4, 4) + "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.02 .02 -.02 .02 ]\nWorldBegin\n" + R"(
 LightSource "infinite" "rgb L" [ 1 1 1 ]
