@@ -186,7 +186,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
   }
   result.seconds = timer.seconds();
   result.cpu_seconds = process_cpu_seconds() - cpu_start;
-  if (film_.settings().cache_use && !given_up) integrator_.view_caches(most, film_);
+  if (film_.settings().cache_use && !given_up && !abandon.stopped()) integrator_.view_caches(most, film_);
   return result;
 }
 
