@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
-#include <cerrno>
-#include <csignal>
-#include <cstring>
 #include <filesystem>
 
 #include "commands.h"
@@ -16,6 +11,7 @@
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
 #include "dapple/shading/medium.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
 #include "progress_bar.h"
@@ -24,19 +20,6 @@
 namespace dapple::app {
 
 namespace {
-
-std::atomic<bool> interrupted{false};
-std::atomic<const char*> signal_note{nullptr};  // what the first signal is answered with
-
-extern "C" void on_signal(int) {
-  interrupted = true;
-  // A second signal, of either kind, ends the program at once.
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-  const int error = errno;
-  const char* const note = signal_note;
-  if (note && write(STDERR_FILENO, note, std::strlen(note)) < 0) errno = error;
-}
 
 std::string joined(const std::vector<std::string>& paths) {
   std::string text;
@@ -117,17 +100,6 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   return s;
 }
 
-void install_signal_handlers(bool quiet) {
-  // The progress bar of a terminal makes room.
-  static const std::string note = std::string(isatty(STDERR_FILENO) ? "\r\033[K" : "") +
-                                  "interrupted: finishing what is under way; once more stops at once\n";
-  if (!quiet) signal_note = note.c_str();
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
 // A limit of time or noise without a number of samples leaves the number open.
 bool has_open_samples(const RenderOptions& o) { return o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0); }
 
@@ -174,6 +146,7 @@ void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, O
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check_render_options(o);
+  Interrupts interrupts(o.quiet);
   OutputFiles outputs;
   for (const std::string& path : o.outputs) outputs.add_image("--output", path);
   outputs.add("--stats", o.stats);
@@ -201,10 +174,12 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
-  const render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
+  render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
+  const Timer set_up;
   const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
+  rules.seconds_before = set_up.seconds();
 
   scene::Film::Settings film_settings = built.scene->film;
   film_settings.features = !output.aovs.empty();
@@ -213,11 +188,11 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   film_settings.cache_use = request.log_caches;
   scene::Film film(film_settings);
 
-  install_signal_handlers(o.quiet);
+  interrupts.begin_rendering();
   render::RenderSession session(*integrator, film, rules);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
-  render::SessionResult result = session.run(interrupted);
+  render::SessionResult result = session.run(interrupts.flag(), interrupts.abandon());
   if (opacity) result.caches.push_back(opacity->state());
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
@@ -246,8 +221,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const std::string summary = joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
                               samples_text(result, film) + ", " + format_seconds(result.seconds) + " (" +
                               format_seconds(report.wall_seconds) + " with loading)";
-  if (is_partial) {
-    log_warning(summary + "; interrupted: the image is partial");
+  if (is_partial || interrupts.flag()) {
+    log_warning(summary + (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));
     return static_cast<int>(ExitCode::interrupted);
   }
   log_info(summary);

@@ -137,6 +137,7 @@ void check_render_options(const RenderOptions& o) {
     if (std::isnan(value)) throw UsageError(std::string(name) + " is not a number");  // ranges let it through
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   render::parse_aovs(o.aovs);
+  if (!o.compression.empty()) image::check_compression(o.compression);
 }
 
 void add_render_options(CLI::App& app, RenderOptions& o) {

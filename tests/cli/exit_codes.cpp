@@ -78,6 +78,24 @@ TEST(ExitCode, FullStandardOutputIs4) {
   check({"info", "/no/such/scene.pbrt"}, 3);  // nothing was printed
 }
 
+// Whatever the limit cuts is refused whole.
+TEST(ExitCode, LimitOfFileSizesIs4) {
+  for (const std::string name : {"a.exr", "a.png"}) {
+    ScratchFolder folder;
+    const std::string command = "ulimit -f 8; exec '" + std::string(DAPPLE_BINARY) + "' render '" + cornell + "' -q --float --pixel-samples 1 --integrator path --resolution 256x256 -o " + name;
+    const ProcessResult result = run_process({"/bin/bash", "-c", command}, 60, folder.path().string());
+    EXPECT_EQ(result.exit_code, 4) << result.output;
+    EXPECT_NE(result.output.find("cannot write \"" + name + "\": File too large"), std::string::npos) << result.output;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "something was left behind";
+  }
+}
+
+TEST(ExitCode, UnknownCompressionIs2BeforeAnyWork) {
+  const ProcessResult result = run_dapple({"render", "no-such-scene.pbrt", "-o", "unused.exr", "--compression", "zap"}, 60);
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_NE(result.output.find("unknown compression \"zap\", expected one of: none"), std::string::npos) << result.output;
+}
+
 TEST(ExitCode, ViewsWithoutAConfigurationAre2BeforeAnyWork) {
   ScratchFolder folder;
   const std::vector<std::string> render{"render", cornell, "-o", folder.file("a.png"), "--pixel-samples", "1000000"};

@@ -82,8 +82,46 @@ TEST(SecondSignal, OfTheOtherKindEndsTheProgramAtOnce) {
   EXPECT_EQ(process.wait(sanitized() ? 25 : 10).signal, SIGTERM);
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM),
-                         [](const auto& test) { return test.param == SIGINT ? "SIGINT" : "SIGTERM"; });
+// A block takes minutes. The bound is the promised second, and time for a loaded machine to write the image.
+TEST_P(Interrupt, StopsWithinABlock) {
+  ScratchFolder folder;
+  const std::string image = folder.file("a.exr");
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--integrator", "distribution",
+                   "--diffuse-rays", "65536", "--shadow-rays", "65536", "--resolution", "64x64"});
+  std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
+  const auto start = std::chrono::steady_clock::now();
+  process.send(GetParam());
+  const ProcessResult result = process.wait(60);
+  EXPECT_EQ(result.exit_code, 130) << result.output;
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), sanitized() ? 30 : 3);
+  EXPECT_TRUE(std::filesystem::exists(image));
+}
+
+// Before rendering begins: masks of a sky take long, and there is nothing to save.
+TEST_P(Interrupt, EndsLoadingAndSetUp) {
+  ScratchFolder folder;
+  const std::string image = folder.file("a.exr");
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--sun-shadows", "masks", "--mask-sky", "1024",
+                   "--mask-levels", "4096", "--resolution", "2048x2048"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(sanitized() ? 5000 : 300));
+  process.send(GetParam());
+  const ProcessResult result = process.wait(60);
+  EXPECT_EQ(result.exit_code, 130) << result.output;
+}
+
+TEST(Hangup, IsIgnoredWhereItWasFromTheStart) {
+  ScratchFolder folder;
+  const std::string image = folder.file("a.exr");
+  Process process({"/usr/bin/env", "--ignore-signal=HUP", DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image,
+                   "--resolution", "64x64", "--pixel-samples", "100000000", "--time-limit", sanitized() ? "20" : "3"});
+  std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 10 : 1));
+  process.send(SIGHUP);
+  const ProcessResult result = process.wait(90);
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM, SIGHUP),
+                         [](const auto& test) { return test.param == SIGINT ? "SIGINT" : test.param == SIGTERM ? "SIGTERM" : "SIGHUP"; });
 
 }  // namespace
 }  // namespace dapple::test

@@ -95,6 +95,46 @@ TEST(ReadImage, EveryFormatComesBackUpright) {
   }
 }
 
+// OpenEXR: the picture is the display window; the data window is what of it, and beyond it, the file holds.
+TEST(ReadImage, ExrIsItsDisplayWindow) {
+  struct Windows {
+    int x, y, w, h, full_x, full_y, full_w, full_h;
+  };
+  const TemporaryFolder folder;
+  const Windows cases[] = {{2, 1, 4, 3, 0, 0, 8, 6},        // a crop inside
+                           {-2, -1, 12, 8, 0, 0, 8, 6},     // overscan
+                           {-10, -5, 4, 3, -12, -6, 8, 6},  // negative origins
+                           {5, 4, 6, 5, 0, 0, 8, 6},        // partly outside
+                           {20, 20, 4, 3, 0, 0, 8, 6},      // outside
+                           {3, 4, 8, 6, 3, 4, 8, 6}};       // the same, moved
+  for (const Windows& c : cases) {
+    SCOPED_TRACE(std::to_string(c.x) + " " + std::to_string(c.full_x));
+    const std::string path = folder.file("w.exr");
+    OIIO::ImageSpec spec(c.w, c.h, 4, OIIO::TypeDesc::FLOAT);
+    spec.x = c.x, spec.y = c.y, spec.full_x = c.full_x, spec.full_y = c.full_y, spec.full_width = c.full_w, spec.full_height = c.full_h;
+    std::vector<float> data;
+    for (int y = c.y; y < c.y + c.h; ++y)
+      for (int x = c.x; x < c.x + c.w; ++x) data.insert(data.end(), {float(x), float(y), 1, 1});
+    const auto out = OIIO::ImageOutput::create(path);
+    ASSERT_TRUE(out && out->open(path, spec) && out->write_image(OIIO::TypeDesc::FLOAT, data.data()) && out->close());
+    const Image image = read_image(path, {});
+    const ImageInfo info = read_image_info(path, {});
+    ASSERT_EQ(image.width(), c.full_w);
+    ASSERT_EQ(image.height(), c.full_h);
+    EXPECT_EQ(info.width, c.full_w);
+    EXPECT_EQ(info.height, c.full_h);
+    for (int j = 0; j < c.full_h; ++j)
+      for (int i = 0; i < c.full_w; ++i) {
+        const int x = c.full_x + i, y = c.full_y + j;
+        const bool inside = x >= c.x && x < c.x + c.w && y >= c.y && y < c.y + c.h;
+        const float* const p = image.pixel(i, j);
+        EXPECT_EQ(p[0], inside ? float(x) : 0) << i << " " << j;
+        EXPECT_EQ(p[1], inside ? float(y) : 0) << i << " " << j;
+        EXPECT_EQ(p[3], inside ? 1 : 0) << i << " " << j;
+      }
+  }
+}
+
 TEST(ReadImage, TheContentTellsTheKindNotTheName) {
   const TemporaryFolder folder;
   write_ramp(folder.file("a.png"), 3, OIIO::TypeDesc::UINT8);

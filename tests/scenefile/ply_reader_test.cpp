@@ -163,6 +163,71 @@ TEST(PlyReader, ReplacesNormalsAndTextureCoordinatesThatAreNotFinite) {
   EXPECT_EQ(parse(ascii_quad).bad_normals, 0);
 }
 
+// Two quads side by side whose common edge has other coordinates in each, as MeshLab writes them.
+const std::string wedge_quads = R"(ply
+format ascii 1.0
+element vertex 6
+property float x
+property float y
+property float z
+element face 2
+property list uchar float texcoord
+property int texnumber
+property list uchar int vertex_indices
+end_header
+-1 0 0
+0 0 0
+0 1 0
+-1 1 0
+1 0 0
+1 1 0
+8 0 0 1 0 1 1 0 1 0 4 0 1 2 3
+8 .5 .5 1 .5 1 1 .5 1 0 4 1 4 5 2
+)";
+
+void expect_corners(const PlyMesh& m, const std::vector<int32_t>& indices, const std::vector<V2f>& uv) {
+  ASSERT_EQ(indices.size(), uv.size());
+  for (size_t i = 0; i < uv.size(); ++i) EXPECT_EQ(m.uv.at(size_t(indices[i])), uv[i]) << i;
+}
+
+TEST(PlyReader, SplitsVerticesWhereCornersDiffer) {
+  const PlyMesh m = parse(wedge_quads);
+  EXPECT_EQ(m.P.size(), 8u);  // the common edge twice
+  EXPECT_EQ(m.repeats, (std::vector<int32_t>{1, 2}));
+  EXPECT_EQ(m.P[6], V3f(0, 0, 0));
+  EXPECT_EQ(m.P[7], V3f(0, 1, 0));
+  expect_corners(m, m.quad_indices, {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {.5f, .5f}, {1, .5f}, {1, 1}, {.5f, 1}});
+  EXPECT_FALSE(m.many_textures);
+}
+
+TEST(PlyReader, CornersOfTrianglesAndPolygonsAndFacesWithout) {
+  std::string text = wedge_quads;
+  text.replace(text.find("8 0 0 1 0"), std::string::npos, "6 0 0 1 0 1 1 0 3 0 1 2\n10 0 0 .2 0 .4 1 .6 1 0 nan 1 5 0 1 4 5 3\n");
+  const PlyMesh m = parse(text);
+  EXPECT_EQ(m.bad_corner_uvs, 1);
+  EXPECT_TRUE(m.many_textures);
+  ASSERT_EQ(m.tri_indices.size(), 12u);
+  expect_corners(m, {m.tri_indices.begin(), m.tri_indices.begin() + 3}, {{0, 0}, {1, 0}, {1, 1}});
+  for (size_t i = 3; i < 12; ++i) {  // (x, y) of the pentagon's corners tells which it is
+    const V3f& p = m.P[size_t(m.tri_indices[i])];
+    const V2f expected = p == V3f(-1, 0, 0) || p == V3f(-1, 1, 0) ? V2f(0, 0) : p == V3f(0, 0, 0) ? V2f(.2f, 0) : p == V3f(1, 0, 0) ? V2f(.4f, 1) : V2f(.6f, 1);
+    EXPECT_EQ(m.uv[size_t(m.tri_indices[i])], expected) << i;
+  }
+  std::string without = wedge_quads;
+  without.replace(without.find("8 .5 .5 1 .5 1 1 .5 1"), 21, "0");
+  EXPECT_EQ(parse(without).P.size(), 6u);  // the second has no coordinates of its own: its vertices', which are 0
+}
+
+TEST(PlyReader, CornersThatMakeNoSense) {
+  const auto with = [](const std::string& list) {
+    std::string text = wedge_quads;
+    return text.replace(text.find("8 .5 .5 1 .5 1 1 .5 1"), 21, list);
+  };
+  EXPECT_NE(ply_error(with("7 0 0 0 0 0 0 0")).find("has 7 numbers; expected two a corner"), std::string::npos);
+  EXPECT_NE(ply_error(with("6 0 0 0 0 0 0")).find("face 1 has 4 corners and texture coordinates of 3"), std::string::npos);
+  EXPECT_FALSE(ply_error(with("200 0 0 0")).empty());
+}
+
 TEST(PlyReader, TellsOfDataAfterTheLastElement) {
   EXPECT_FALSE(parse(ascii_quad).has_more_data);
   EXPECT_FALSE(parse(ascii_quad + " \r\n\n").has_more_data);

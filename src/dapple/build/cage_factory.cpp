@@ -140,6 +140,13 @@ void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std
   add(ply.quad_indices, 4);
   cage->P = std::move(ply.P);
   cage->uv = std::move(ply.uv);
+  if (ply.repeats.empty()) return;
+  // Vertices that differ in texture coordinates alone are one vertex of the surface.
+  cage->uv_indices = cage->indices;
+  const size_t own = cage->P.size() - ply.repeats.size();
+  for (uint32_t& i : cage->indices)
+    if (i >= own) i = uint32_t(ply.repeats[i - own]);
+  cage->P.resize(own);
 }
 
 }  // namespace

@@ -186,7 +186,7 @@ std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const std::vecto
     place(mesh, e, to_target);
     return {std::make_shared<const Mesh>(std::move(mesh))};
   } catch (const std::invalid_argument& error) {
-    throw InputError(e.loc, error.what());
+    throw InputError(e.loc, std::string(error.what()) + "; Loop subdivision takes triangles: three of \"indices\" each");
   }
 }
 

@@ -45,6 +45,8 @@ scenefile::PlyMesh read_ply(const BuildContext& context, const ShapeEntity& e, c
   warnings.add_ignored_faces(ply.ignored_faces);
   if (ply.bad_normals > 0) warnings.add(counted(ply.bad_normals, "normal is", "normals are") + " not finite; taken as none");
   if (ply.bad_uvs > 0) warnings.add(counted(ply.bad_uvs, "vertex has", "vertices have") + " u, v that are not finite; taken as 0");
+  if (ply.bad_corner_uvs > 0) warnings.add(counted(ply.bad_corner_uvs, "corner has", "corners have") + " texture coordinates that are not finite; taken as 0");
+  if (ply.many_textures) warnings.add("its faces name more than one texture (texnumber); the shape's material is used for all");
   return ply;
 }
 

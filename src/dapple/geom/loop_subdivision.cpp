@@ -6,6 +6,8 @@
 
 #include <stdexcept>
 
+#include "dapple/geom/subdivision_errors.h"
+
 namespace dapple::geom {
 
 namespace {
@@ -33,9 +35,10 @@ Mesh subdivide_loop(std::span<const V3f> P, std::span<const uint32_t> triangles,
   Sdc::Options options;
   options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+  const SubdivisionErrors errors;
   const std::unique_ptr<Far::TopologyRefiner> refiner(
       Factory::Create(descriptor, Factory::Options(Sdc::SCHEME_LOOP, options)));
-  if (!refiner) throw std::invalid_argument("the mesh cannot be subdivided");
+  if (!refiner) errors.fail();
   if (levels > 0) {
     Far::TopologyRefiner::UniformOptions uniform(levels);
     uniform.fullTopologyInLastLevel = true;

@@ -2,12 +2,13 @@
 #include "dapple/geom/subdivision_surface.h"
 
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
-#include <opensubdiv/far/error.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 
 #include <mutex>
 #include <shared_mutex>
 #include <stdexcept>
+
+#include "dapple/geom/subdivision_errors.h"
 
 namespace dapple::geom {
 
@@ -22,19 +23,7 @@ using Cache = Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lo
 using Factory = Bfr::RefinerSurfaceFactory<Cache>;
 using Surface = Bfr::Surface<double>;
 
-// OpenSubdiv reports through functions of the whole program and would print.
-thread_local std::string last_error;
-void keep_error(Far::ErrorType, const char* message) {
-  last_error = message;
-}
-void ignore_warning(const char*) {}
-
 std::unique_ptr<Far::TopologyRefiner> make_refiner(const ControlCage& cage) {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    Far::SetErrorCallback(keep_error);
-    Far::SetWarningCallback(ignore_warning);
-  });
   const auto ints = [](const std::vector<uint32_t>& v) { return std::vector<int>(v.begin(), v.end()); };
   const std::vector<int> sizes = ints(cage.face_sizes), indices = ints(cage.indices), creases = ints(cage.crease_edges),
                          corners = ints(cage.corners), holes = ints(cage.holes),
@@ -66,10 +55,9 @@ std::unique_ptr<Far::TopologyRefiner> make_refiner(const ControlCage& cage) {
   options.SetFVarLinearInterpolation(Sdc::Options::FVAR_LINEAR_CORNERS_ONLY);
   using RefinerFactory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
   const auto scheme = cage.scheme == SurfaceScheme::loop ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
-  last_error.clear();
+  const SubdivisionErrors errors;
   std::unique_ptr<Far::TopologyRefiner> refiner(RefinerFactory::Create(d, RefinerFactory::Options(scheme, options)));
-  if (!refiner)
-    throw std::invalid_argument("the mesh cannot be subdivided" + (last_error.empty() ? "" : ": " + last_error));
+  if (!refiner) errors.fail();
   return refiner;
 }
 

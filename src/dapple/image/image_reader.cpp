@@ -62,6 +62,12 @@ struct OpenFile {
   std::unique_ptr<OIIO::ImageInput> input;
   std::string_view format;
   const OIIO::ImageSpec& spec() const { return input->spec(); }
+  /// The picture is OpenEXR's display window, of which the pixels in the file are a part, or more.
+  bool has_windows() const {
+    const OIIO::ImageSpec& s = input->spec();
+    return format == "openexr" &&
+           (s.x != s.full_x || s.y != s.full_y || s.width != s.full_width || s.height != s.full_height);
+  }
 };
 
 OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimits& limits) {
@@ -82,7 +88,22 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
     throw InputError(loc, "cannot read image \"" + path + "\": " + file.input->geterror());
   if (spec.deep || spec.depth > 1) throw InputError(loc, "image \"" + path + "\" is deep; expected a flat one");
   check_image_size(path, spec.width, spec.height, spec.nchannels, file_size, limits, loc);
+  if (file.has_windows()) check_image_size(path, spec.full_width, spec.full_height, spec.nchannels, file_size, limits, loc);
   return file;
+}
+
+/// What of the data lies in the display window; the rest of that is black, and transparent where there is an alpha.
+Image in_display_window(const Image& data, const OIIO::ImageSpec& spec) {
+  Image picture(spec.full_width, spec.full_height, data.channels(), data.channel_names());
+  const int64_t x0 = int64_t{spec.x} - spec.full_x, y0 = int64_t{spec.y} - spec.full_y;
+  const int64_t begin = std::max<int64_t>(x0, 0), end = std::min<int64_t>(x0 + spec.width, spec.full_width);
+  const size_t channels = static_cast<size_t>(data.channels());
+  for (int64_t y = std::max<int64_t>(y0, 0); begin < end && y < std::min<int64_t>(y0 + spec.height, spec.full_height); ++y) {
+    const float* const from = data.pixel(static_cast<int>(begin - x0), static_cast<int>(y - y0));
+    const size_t to = (static_cast<size_t>(y) * static_cast<size_t>(spec.full_width) + static_cast<size_t>(begin)) * channels;
+    std::copy_n(from, static_cast<size_t>(end - begin) * channels, picture.pixels().data() + to);
+  }
+  return picture;
 }
 
 Encoding automatic_encoding(const OpenFile& file) {
@@ -145,14 +166,14 @@ ImageInfo read_image_info(const std::string& path, const FileLoc& loc, const Ima
     const OIIO::ImageSpec spec = file.spec();
     ImageInfo info;
     info.format = file.format;
-    info.width = spec.width;
-    info.height = spec.height;
+    info.width = file.has_windows() ? spec.full_width : spec.width;
+    info.height = file.has_windows() ? spec.full_height : spec.height;
     info.channels = spec.nchannels;
     info.bits = 8 * static_cast<int>(spec.format.size());
     info.floating_point = spec.format.is_floating_point();
     info.encoding = automatic_encoding(file);
     info.channel_names = channel_names(file);
-    info.tiled_mipmap = spec.tile_width > 0 && file.input->seek_subimage(0, 1);
+    info.tiled_mipmap = spec.tile_width > 0 && !file.has_windows() && file.input->seek_subimage(0, 1);
     return info;
   });
 }
@@ -162,13 +183,14 @@ Image read_image(const std::string& path, const FileLoc& loc, Encoding encoding,
     const OpenFile file = open_image(path, loc, limits);
     if (encoding.kind == Encoding::Kind::automatic) encoding = automatic_encoding(file);
     const OIIO::ImageSpec spec = file.spec();
+    const bool windowed = file.has_windows();
     Image image(spec.width, spec.height, spec.nchannels, channel_names(file));
     const bool read = file.input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.pixels().data());
     // Some readers report success with what is missing left out; the complaint is there all the same.
     if (const std::string complaint = file.input->geterror(); !read || !complaint.empty())
       throw InputError(loc, "image \"" + path + "\" is damaged: " + complaint);
     decode(image, encoding, spec.format);
-    return image;
+    return windowed ? in_display_window(image, spec) : image;
   });
 }
 

@@ -149,12 +149,16 @@ std::string extension_of(const std::string& path) {
   return e;
 }
 
-void write_exr(const std::string& path, const OutputImage& image, const ExrOptions& options) {
-  check_picture(image);
+void check_compression(const std::string& name) {
   static const std::vector<std::string_view> compressions{"none",  "rle", "zip",  "zips", "piz",
                                                           "pxr24", "b44", "b44a", "dwaa", "dwab"};
-  if (std::find(compressions.begin(), compressions.end(), options.compression) == compressions.end())
-    throw UsageError("unknown compression \"" + options.compression + "\", " + one_of(compressions));
+  if (std::find(compressions.begin(), compressions.end(), name) == compressions.end())
+    throw UsageError("unknown compression \"" + name + "\", " + one_of(compressions));
+}
+
+void write_exr(const std::string& path, const OutputImage& image, const ExrOptions& options) {
+  check_picture(image);
+  check_compression(options.compression);
 
   const std::vector<LayerGroup> groups = group_layers(image, options.multi_part);
   std::vector<OIIO::ImageSpec> specs;

@@ -72,6 +72,8 @@ void write_image(const std::string& path, const OutputImage& image, const ExrOpt
 
 /// UsageError for an unknown display or view, naming the known ones, or for a view without a configuration; IoError for an unreadable one.
 void check_view(const DisplayView& view);
+/// UsageError for a name that is no compression of OpenEXR.
+void check_compression(const std::string& name);
 /// In lower case and without the dot; empty if the name has none.
 std::string extension_of(const std::string& path);
 

@@ -51,7 +51,7 @@ void sweep(const std::string& parent) {
 }  // namespace
 
 bool TemporaryFolder::try_make(const std::string& parent) {
-  path_ = parent + "/" + prefix + "XXXXXX";
+  path_ = parent + "/" + prefix + std::to_string(::getpid()) + "-XXXXXX";
   if (!::mkdtemp(path_.data()))
     throw IoError("cannot make a folder for temporary files in \"" + parent + "\": " + std::strerror(errno) +
                   "; set TMPDIR to a folder that can be written to");
@@ -67,6 +67,13 @@ TemporaryFolder::TemporaryFolder(const std::string& parent) {
   for (int attempt = 0; attempt < 10; ++attempt)
     if (try_make(where)) return;
   throw IoError("cannot lock a folder for temporary files in \"" + where + "\"");
+}
+
+void TemporaryFolder::remove_of_process() {
+  std::error_code ignored;
+  const std::string own = prefix + std::to_string(::getpid()) + "-";
+  for (const fs::directory_entry& entry : fs::directory_iterator(fs::temp_directory_path(ignored), ignored))
+    if (entry.path().filename().string().starts_with(own)) fs::remove_all(entry.path(), ignored);
 }
 
 TemporaryFolder::~TemporaryFolder() {

@@ -55,6 +55,7 @@ std::unique_ptr<Integrator::Workspace> AmbientOcclusion::make_workspace() const 
 
 void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<OcclusionWorkspace&>(workspace);
+  w.tracing.stop = work.stop;
   const bool wants_features = film.settings().features;
   const PixelSets sets(work.pixel_samples, settings_.seed);
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {

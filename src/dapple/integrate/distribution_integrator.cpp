@@ -91,6 +91,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
 
 void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<DistributionWorkspace&>(workspace);
+  w.shading.tracing.stop = work.stop;
   w.sets = PixelSets(work.pixel_samples, settings_.shading.seed);
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
     w.seen_known = false;

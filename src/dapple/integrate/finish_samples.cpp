@@ -129,6 +129,7 @@ void DistributionIntegrator::finish_samples(LightSums& L, DistributionWorkspace&
       if (source == Source::grid) w.features[i].grid = describe_grid(s, &w.shading.extents);
     }
   }
+  w.shading.tracing.stop.check();  // points that another thread gave up are published, too
   for (int i = 0; i < w.finished; ++i) {
     const CameraSample& s = *w.finishing[i];
     const int l = w.finishing_L[i];

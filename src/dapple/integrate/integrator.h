@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dapple/base/stop_token.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/scene/scene.h"
 
@@ -78,6 +79,7 @@ struct TileWork {
   Box2i pixels;  ///< [min, max)
   uint32_t first_sample = 0, sample_count = 1;
   uint32_t pixel_samples = PixelSets::most_samples;  ///< that the picture will have, at most, if that is known: pixels share sets of so many
+  StopToken stop{};  ///< render() and the next finish() may throw Stopped; the film holds nothing half done, and so do caches
 };
 
 /// Computes camera samples. One object serves all threads; what changes lives in a Workspace, one a thread at a time.

@@ -65,6 +65,7 @@ std::vector<CacheState> PathIntegrator::caches() const {
 
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
   auto& w = static_cast<PathWorkspace&>(workspace);
+  w.shadow_scratch.stop = work.stop;
   w.wants_features = film.settings().features;
   w.keep_groups(scene_.light_groups, film.settings().light_groups);
   const PixelSets sets(work.pixel_samples, settings_.seed);
@@ -96,6 +97,7 @@ void PathIntegrator::start_paths(PathWorkspace& w) const {
 
 void PathIntegrator::trace_paths(PathWorkspace& w) const {
   for (uint32_t step = 0; w.now->count > 0; ++step) {
+    w.shadow_scratch.stop.check();
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
     if (scene_.traced.has_colored_opacity())
       for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);

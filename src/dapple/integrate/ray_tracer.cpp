@@ -57,11 +57,13 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
 }
 
 void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  s.stop.check();
   if (materials_.shadows_pass()) return visible_through(rays, n, medium, visible, s);
   scene_.traced.transmitted(rays, n, visible);
 }
 
 int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+  s.stop.check();
   if (!masks_) {
     this->visible(rays, n, medium, visible, s);
     return 0;
@@ -118,6 +120,7 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
 
 void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
                         Scratch& s, Flights* flights) const {
+  s.stop.check();
   if (flights) {
     flights->count = 0;
     std::fill_n(flights->emitted, n, RGB());

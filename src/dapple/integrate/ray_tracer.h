@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/base/stop_token.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/media_batch.h"
 #include "dapple/shading/visibility.h"
@@ -21,6 +22,7 @@ class RayTracer {
     shading::MediumSample flight[capacity];
     RGB transmittance[capacity];
     bool opaque_stops = false;
+    StopToken stop;  ///< asked once a batch: tracing throws Stopped
 
     // Shadow rays that masks answer, and those that they do not.
     shading::ShadowRays masked;

@@ -89,6 +89,17 @@ class ProgressMeter {
   double done_ = 0, pass_ = 0, rest_ = 0, first_done_ = 0, first_seconds_ = 0;
 };
 
+// False if the work was given up.
+template <class Work>
+bool unless_stopped(const Work& work) {
+  try {
+    work();
+  } catch (const Stopped&) {
+    return false;
+  }
+  return true;
+}
+
 // Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not show.
 constexpr double darkest = 0.1;
 
@@ -112,11 +123,12 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) 
   return noisy;
 }
 
-SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
+SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken abandon) {
   const Timer timer;
   const double cpu_start = process_cpu_seconds();
   std::vector<Box2i> areas = blocks_of(film_.settings().crop);
   WorkspacePool pool(integrator_);
+  std::atomic<bool> given_up{false};
   SessionResult result;
   std::mutex progress_mutex;
   const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
@@ -129,17 +141,20 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
     parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
       auto workspace = pool.take();
-      for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-        integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most}, *workspace, film_);
+      const bool whole = unless_stopped([&] {
+        for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
+          integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most, abandon}, *workspace, film_);
+      });
+      if (!whole) given_up = true;
       pool.give(std::move(workspace));
       const double part = double(++areas_done) / double(areas.size());
       if (!callback_) return;
       const std::unique_lock lock(progress_mutex, std::try_to_lock);
       if (!lock) return;
-      callback_(meter.progress(part, timer.seconds(), rules.time_limit));
+      callback_(meter.progress(part, timer.seconds(), rules.time_limit - rules.seconds_before));
     });
-    integrator_.finish(pool.idle(), film_);
-    if (interrupt) break;
+    if (!given_up) given_up = !unless_stopped([&] { integrator_.finish(pool.idle(), film_); });
+    if (interrupt || given_up) break;
     samples += count;
     meter.end(timer.seconds());
     result.samples = std::min(samples, rules_.pixel_samples);
@@ -157,12 +172,12 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
       areas = noisy_blocks(areas);
       if (!areas.empty()) rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
     }
-    if (rules.time_limit > 0 && timer.seconds() >= rules.time_limit && samples < rules.pixel_samples) {
+    if (rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit && samples < rules.pixel_samples) {
       result.outcome = Outcome::time_limit;
       break;
     }
   }
-  if (interrupt) result.outcome = Outcome::interrupted;
+  if (interrupt || given_up) result.outcome = Outcome::interrupted;
   result.caches = integrator_.caches();
   for (const auto& w : pool.idle()) {
     result.rays += w->rays;
@@ -171,7 +186,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt) {
   }
   result.seconds = timer.seconds();
   result.cpu_seconds = process_cpu_seconds() - cpu_start;
-  if (film_.settings().cache_use) integrator_.view_caches(most, film_);
+  if (film_.settings().cache_use && !given_up && !abandon.stopped()) integrator_.view_caches(most, film_);
   return result;
 }
 

@@ -17,6 +17,7 @@ struct StopRules {
   uint32_t max_pixel_samples = 0;
   double pixel_noise = 0.07;  ///< standard error of a pixel, root mean square over its block, relative to the block's mean
   double time_limit = 0;    ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
+  double seconds_before = 0;  ///< s of set-up that count towards time_limit
   double noise_target = 0;  ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
 };
 
@@ -52,9 +53,10 @@ class RenderSession {
 
   /// Called now and then from a rendering thread, one call at a time.
   void on_progress(std::function<void(const Progress&)> callback) { callback_ = std::move(callback); }
-  /// Renders until a rule stops it, or until `interrupt` becomes true: then at once, and the film holds what is done, pixels with
-  /// different numbers of samples.
-  SessionResult run(const std::atomic<bool>& interrupt);
+  /// Renders until a rule stops it, or until `interrupt` becomes true: then blocks that are under way come to their next samples, and the film
+  /// holds what is done, pixels with different numbers of samples. When `abandon` says so, these blocks are given up in the middle of a sample,
+  /// within a batch of rays; it is to follow an interrupt.
+  SessionResult run(const std::atomic<bool>& interrupt, StopToken abandon = {});
 
   /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel (docs/design/016).
   static constexpr uint32_t most_at_once = 64;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "dapple/scenefile/file_source.h"
+#include "dapple/scenefile/ply_corners.h"
 #include "dapple/scenefile/ply_header.h"
 #include "dapple/scenefile/ply_streams.h"
 #include "dapple/scenefile/polygon.h"
@@ -35,6 +37,9 @@ struct VertexLayout {
   bool has_n() const { return n[0] >= 0 && n[1] >= 0 && n[2] >= 0; }
   bool has_uv() const { return uv[0] >= 0 && uv[1] >= 0; }
 };
+
+// Of a corner that has the texture coordinates of its vertex.
+const V2f vertex_uv(std::numeric_limits<float>::quiet_NaN());
 
 bool is_finite(const V2f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y);
@@ -203,6 +208,9 @@ class MeshReader {
                          (list.type == PlyType::int32 || list.type == PlyType::uint32);
       if (usual) return read_usual_faces(in, e.count);
     }
+    const int uvs = e.find("texcoord"), texture = e.find("texnumber");
+    has_corner_uvs_ = uvs >= 0 && e.properties[size_t(uvs)].is_list;
+    std::optional<double> first_texture;
     std::vector<int32_t> face;
     for (uint64_t i = 0; i < e.count; ++i) {
       int32_t index = 0;
@@ -212,11 +220,33 @@ class MeshReader {
           read_corners(in, p, &face);
         } else if (has_face_indices_ && int(k) == face_index) {
           index = read_index(in, p.type);
+        } else if (has_corner_uvs_ && int(k) == uvs) {
+          read_corner_uvs(in, p);
+        } else if (int(k) == texture && !p.is_list) {
+          const double number = in->read(p.type);
+          mesh_.many_textures |= first_texture.value_or(number) != number;
+          first_texture = number;
         } else {
           skip(in, p);
         }
       }
+      if (has_corner_uvs_ && !uv_.empty() && uv_.size() != face.size())
+        in->fail("face " + std::to_string(i) + " has " + std::to_string(face.size()) + " corners and texture coordinates of " +
+                 std::to_string(uv_.size()));
       add_face(face, index);
+    }
+  }
+
+  template <class Stream>
+  void read_corner_uvs(Stream* in, const PlyProperty& p) {
+    uv_.clear();
+    const uint64_t n = read_length(in, p.count_type);
+    if (n % 2 != 0) in->fail("a face's texcoord has " + std::to_string(n) + " numbers; expected two a corner");
+    for (uint64_t i = 0; i < n; i += 2) {
+      const float u = float(in->read(p.type)), v = float(in->read(p.type));
+      const bool good = is_finite(V2f(u, v));
+      uv_.push_back(good ? V2f(u + 0.0f, v + 0.0f) : V2f(0));  // -0 becomes 0
+      mesh_.bad_corner_uvs += !good;
     }
   }
 
@@ -268,18 +298,20 @@ class MeshReader {
   }
 
   void add_face(std::span<const int32_t> corners, int32_t face_index) {
-    const auto append = [&](std::vector<int32_t>* indices, std::vector<int32_t>* faces) {
+    const auto append = [&](std::vector<int32_t>* indices, std::vector<int32_t>* faces, std::vector<V2f>* uvs) {
       indices->insert(indices->end(), corners.begin(), corners.end());
+      if (has_corner_uvs_ && !uv_.empty()) uvs->insert(uvs->end(), uv_.begin(), uv_.end());
+      if (has_corner_uvs_ && uv_.empty()) uvs->insert(uvs->end(), corners.size(), vertex_uv);
       if (has_face_indices_) faces->push_back(face_index);
     };
     if (corners.size() < 3) {
       ++mesh_.ignored_faces;
     } else if (corners.size() == 3) {
-      append(&mesh_.tri_indices, &tri_faces_);
+      append(&mesh_.tri_indices, &tri_faces_, &tri_uvs_);
     } else if (corners.size() == 4) {
-      append(&mesh_.quad_indices, &quad_faces_);
+      append(&mesh_.quad_indices, &quad_faces_, &quad_uvs_);
     } else {
-      append(&polygon_corners_, &polygon_faces_);
+      append(&polygon_corners_, &polygon_faces_, &polygon_uvs_);
       polygon_ends_.push_back(polygon_corners_.size());
     }
   }
@@ -288,6 +320,7 @@ class MeshReader {
     if (!has_vertices_) place_.fail("it has no element \"vertex\"");
     if (!has_faces_) place_.fail("it has no element \"face\"");
     for (const auto* indices : {&mesh_.tri_indices, &mesh_.quad_indices, &polygon_corners_}) check_range(*indices);
+    if (has_corner_uvs_) split_vertices();
     Triangulator triangulator;
     size_t begin = 0;
     for (size_t i = 0; i < polygon_ends_.size(); ++i) {
@@ -301,6 +334,16 @@ class MeshReader {
     return std::move(mesh_);
   }
 
+  void split_vertices() {
+    for (auto [indices, uvs] : {std::pair{&mesh_.tri_indices, &tri_uvs_}, {&mesh_.quad_indices, &quad_uvs_}, {&polygon_corners_, &polygon_uvs_}})
+      for (size_t i = 0; i < uvs->size(); ++i)
+        if (std::isnan((*uvs)[i].x)) (*uvs)[i] = mesh_.uv.empty() ? V2f(0) : mesh_.uv[size_t((*indices)[i])];
+    CornerSplitter splitter(&mesh_);
+    if (!splitter.split(tri_uvs_, &mesh_.tri_indices) || !splitter.split(quad_uvs_, &mesh_.quad_indices) ||
+        !splitter.split(polygon_uvs_, &polygon_corners_))
+      place_.fail("more than " + std::to_string(max_vertices) + " vertices");
+  }
+
   void check_range(std::span<const int32_t> indices) const {
     const uint32_t n = uint32_t(mesh_.P.size());
     uint32_t largest = 0;
@@ -312,11 +355,12 @@ class MeshReader {
 
   const PlyPlace& place_;
   PlyMesh mesh_;
-  bool has_vertices_ = false, has_faces_ = false, has_face_indices_ = false;
+  bool has_vertices_ = false, has_faces_ = false, has_face_indices_ = false, has_corner_uvs_ = false;
   std::vector<int32_t> tri_faces_, quad_faces_;
   // Polygons wait until all vertices are known.
   std::vector<int32_t> polygon_corners_, polygon_faces_;
   std::vector<size_t> polygon_ends_;
+  std::vector<V2f> uv_, tri_uvs_, quad_uvs_, polygon_uvs_;  // of the face being read; of all corners of each kind
 };
 
 }  // namespace
