@@ -229,7 +229,8 @@ LightSource "infinite" "rgb L" [ .2 .3 .5 ])"));
 }
 
 // Two rooms, one lit 250 times as brightly, whose sides are meshes of n x n patches, and a wall without thickness across the middle of a row of them.
-std::string rooms_of_meshes(int n) {
+// `aslant`: how far the wall's ends lie off its middle, across the row.
+std::string rooms_of_meshes(int n, float aslant = 0) {
   std::string text = R"(Film "rgb" "integer xresolution" 64 "integer yresolution" 48
 LookAt -3.8 0 1.5  0 .2 1.2  0 0 1
 Camera "perspective" "float fov" 70
@@ -244,7 +245,7 @@ AttributeEnd
   for (const std::string& side : {test::wall({-4, -2, 0}, {4, -2, 0}, {-4, 2, 0}, {4, 2, 0}, n), test::wall({-4, -2, 3}, {-4, 2, 3}, {4, -2, 3}, {4, 2, 3}, n),
                                   test::wall({-4, -2, 0}, {-4, 2, 0}, {-4, -2, 3}, {-4, 2, 3}, n), test::wall({4, -2, 0}, {4, 2, 0}, {4, -2, 3}, {4, 2, 3}, n),
                                   test::wall({-4, -2, 0}, {4, -2, 0}, {-4, -2, 3}, {4, -2, 3}, n), test::wall({-4, 2, 0}, {4, 2, 0}, {-4, 2, 3}, {4, 2, 3}, n),
-                                  test::wall({.2f, -2, 0}, {.2f, 2, 0}, {.2f, -2, 3}, {.2f, 2, 3})})
+                                  test::wall({.2f - aslant, -2, 0}, {.2f + aslant, 2, 0}, {.2f - aslant, -2, 3}, {.2f + aslant, 2, 3})})
     text += side;
   return text;
 }
@@ -257,6 +258,18 @@ TEST(RadiosityCacheBreakers, WallAcrossSmallPatches) {
   auto s = settings(0);
   s.pixel_points = 3;
   expect_near(render_built(built, 16, s).mean(), expected, .03f, "small patches");
+}
+
+// A known limit (docs/guide/rendering.md): a wall without thickness that crosses meshes of small patches aslant. Each patch it cuts is one or few points of the
+// cache, which speak for both sides. Seen: + 30 % in indirect light; the bound says that it does not grow. Without the cache nothing leaks.
+TEST(RadiosityCacheBreakers, WallAslantAcrossSmallPatchesIsALimit) {
+  const auto built = build_text(rooms_of_meshes(16, .3f));
+  const float expected = render_built(built, 256, test::bounces(2, 8)).mean().g;
+  auto s = settings(2, {16, 4});
+  s.pixel_points = 3;
+  EXPECT_LT(render_built(built, 4, s).mean().g, 2 * expected);
+  s.radiosity_cache = false;
+  EXPECT_NEAR(render_built(built, 4, s).mean().g, expected, .03f * expected);
 }
 
 // Patches of which the wall leaves 20 cm: all hemispheres of such a patch stand on its other side. Seen: path tracing's mean - .2 %, + 230 % where

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/shading/medium.h"
@@ -40,7 +41,7 @@ bool has_veils(const scene::Scene& scene) {
 
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
-  const bool veiled = tracer.draws_opacity() && has_veils(scene);
+  const bool veiled = (tracer.draws_opacity() && has_veils(scene)) || tracer.draws_sheets();
   for (const auto& light : scene.lights) {
     one_ray_serves_.push_back(light->is_delta() && !veiled);
     sky_.push_back(light->is_infinite() && !light->is_delta());
@@ -239,6 +240,7 @@ void DirectLight::trace(ShadingWorkspace& w) const {
   const Timer timer;
   const int masked = tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
   w.stages.tracing_seconds += timer.seconds();
+  w.stages += std::exchange(w.tracing.stages, {});
   w.rays.mask += uint64_t(masked);
   w.rays.shadow += uint64_t(w.shadow_count - masked);
 }

@@ -92,6 +92,8 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   }, b.bsdf, w.prelighting, &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
   const bool mirror = coats_mirror(place);
   for (int k = 0; k < b.count; ++k) {
+    // Rays went straight through, or stopped, before: what stopped is scattered.
+    if (place.level > 0 && b.bsdf[k].kind == BsdfKind::thin_dielectric && materials_.is_sheet(b.geometry[k])) b.bsdf[k].reflects_only = true;
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat(b.wo[k]);
     if (mirror && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
@@ -147,8 +149,9 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
 void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
   if (scene_.has_media() && !r.flights) r.flights = std::make_unique<RayTracer::Flights>();
   const Timer timer;
-  tracer_.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get());
+  tracer_.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get(), r.sheets);
   w.stages.tracing_seconds += timer.seconds();
+  w.stages += std::exchange(w.tracing.stages, {});
   for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
   if (!tracer_.weakens()) return;
   for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
@@ -314,7 +317,9 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
       found.spread[c] = widened(r.spread[i], taken);
       found.width[c] = b.width[k] + found.spread[c] * r.distance[i];
       found.medium[c] = r.medium[i];
-      found.set_key(c, hash(b.key[k], r.rays.key[i]), r.sequence[i], r.number[i]);
+      const bool sheet = materials_.is_sheet(r.hits.geometry[i]);
+      const uint64_t key = sheet ? RayTracer::sheet_key(r.rays.key[i], r.sheets[i]) : hash(b.key[k], r.rays.key[i]);
+      found.set_key(c, key, r.sequence[i], r.number[i]);
       found.share[c] = std::max(1, int(float(r.share[i]) / taken));
       found.crowd[c] = found.effort[c] = 1;
       found.set_no_cell(c);

@@ -7,6 +7,7 @@
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/surface_facets.h"
 #include "dapple/scene/patch_table.h"
+#include "dapple/shading/sheet.h"
 
 namespace dapple::integrate {
 
@@ -70,12 +71,19 @@ std::vector<FacetStrip> strips_of(const geom::CurveSet& curves) {
   return out;
 }
 
-std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint32_t geometry) {
+// Of panes and the like, at right angles; 0 for others, and where it differs from place to place.
+float straight_through(const MaterialTable& materials, uint32_t geometry) {
+  const auto bsdf = materials.material(geometry).constant();
+  return bsdf && materials.is_sheet(geometry) ? shading::straight_transmittance(*bsdf, bsdf->frame.n) : 0;
+}
+
+std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint32_t geometry, float through) {
   const trace::Shape& shape = scene.traced.shape(geometry);
   const shading::FloatTexturePtr& alpha = scene.bindings[geometry].alpha;
   const std::optional<float> even = alpha ? alpha->constant() : std::optional<float>(1);
   RGB transmittance(even ? std::clamp(1 - *even, 0.0f, 1.0f) : 0.0f);
   if (const auto& opacity = scene.bindings[geometry].opacity; even && opacity) transmittance = RGB(1) - *opacity->constant();
+  transmittance = transmittance + (RGB(1) - transmittance) * through;
   std::shared_ptr<FacetClusters> clusters;
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) {
     clusters = std::make_shared<FacetClusters>(strips_of(**curves));
@@ -102,7 +110,7 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
   std::vector<std::shared_ptr<const FacetClusters>> clusters(traced.geometry_count());
   parallel_for(clusters.size(), [&](size_t g) {
     const bool casts = !materials.passes(uint32_t(g));
-    if (casts) clusters[g] = clusters_of(scene, uint32_t(g));
+    if (casts) clusters[g] = clusters_of(scene, uint32_t(g), straight_through(materials, uint32_t(g)));
   });
   auto out = std::make_unique<forest::FacetScene>();
   std::vector<uint32_t> index(clusters.size());

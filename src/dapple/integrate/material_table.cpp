@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/material_table.h"
 
+#include "dapple/shading/sheet.h"
+
 namespace dapple::integrate {
 
 MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(scene), caustics_(caustics) {
@@ -16,8 +18,13 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
     coat_.push_back(!mirrors ? 0 : c ? flat_constants_.back()->mirrored : shading::CommonCoat::mean);
     passes_.push_back(c && c->kind == shading::BsdfKind::passthrough);
   }
-  shadows_pass_ = scene.has_media();
-  for (uint32_t g = 0; g < scene.bindings.size(); ++g) shadows_pass_ |= passes(g);
+  rays_pass_ = scene.has_media();
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g) {
+    rays_pass_ |= passes(g);
+    sheet_.push_back(!passes(g) && shading::may_be_sheet(material(g)) && scene.bindings[g].first_light == trace::no_id);
+    any_sheet_ |= sheet_.back();
+    random_sheet_ |= sheet_.back() && is_random(g);
+  }
 }
 
 // What chooses at random between glass and others shows the others as diffuse rays see them.

@@ -21,8 +21,16 @@ class MaterialTable {
   bool needs_tangents(uint32_t geometry) const { return needs_tangents_[index(geometry)]; }
   /// The surface is not there: it only separates media.
   bool passes(uint32_t geometry) const { return passes_[index(geometry)]; }
-  /// Some surface of the scene is not there, or light is weakened on its way.
-  bool shadows_pass() const { return shadows_pass_; }
+  /// Some surface of the scene is not there, or light is weakened on its way: rays of all kinds are traced from surface to surface.
+  bool rays_pass() const { return rays_pass_; }
+  /// Light may go straight through it (shading/sheet.h), which lamps do not; how much is for prelighting to say.
+  bool is_sheet(uint32_t geometry) const { return any_sheet_ && sheet_[geometry]; }
+  bool any_sheet() const { return any_sheet_; }
+  /// Of some sheets a part is none, drawn at random.
+  bool any_random_sheet() const { return random_sheet_; }
+  bool lets_through(uint32_t geometry) const { return passes(geometry) || is_sheet(geometry); }
+  /// Shadow rays are traced from surface to surface.
+  bool shadows_pass() const { return rays_pass_ || any_sheet_; }
 
   /// Prelighting chooses at random.
   bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
@@ -71,7 +79,8 @@ class MaterialTable {
   std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
   std::vector<uint8_t> needs_tangents_, passes_, flat_, view_independent_;
   std::vector<float> coat_;
-  bool shadows_pass_ = false;
+  std::vector<uint8_t> sheet_;  // by geometry
+  bool rays_pass_ = false, any_sheet_ = false, random_sheet_ = false;
 };
 
 template <class SetPoint>

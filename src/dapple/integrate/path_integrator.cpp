@@ -2,6 +2,7 @@
 #include "dapple/integrate/path_integrator.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/path_workspace.h"
@@ -10,6 +11,7 @@
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/shading/medium.h"
+#include "dapple/shading/sheet.h"
 #include "dapple/shading/stages.h"
 
 namespace dapple::integrate {
@@ -111,11 +113,13 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
         pass_through(k, w);
         continue;
       }
+      if (pass_sheet(k, w)) continue;
       const int p = w.point_path[k];
       if (w.last[p] && gathers()) {
         gather_in_canopy(k, w);
         continue;
       }
+      if (w.last[p]) continue;
       light_surface(k, w);
       if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
         add_canopy_light(k, w);
@@ -141,7 +145,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
       continue;
     }
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
-    if (w.last[p] && light == no_id && !gathers() && !materials_.passes(w.hit.geometry[i])) continue;
+    if (w.last[p] && light == no_id && !gathers() && !materials_.lets_through(w.hit.geometry[i])) continue;
     const int k = w.point_count++;
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
@@ -231,7 +235,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
 void PathIntegrator::prelight(PathWorkspace& w) const {
   int kept = 0;
   for (int k = 0; k < w.point_count; ++k)
-    if (!w.last[w.point_path[k]] || gathers() || materials_.passes(w.point_geometry[k])) w.move_point(kept++, k);
+    if (!w.last[w.point_path[k]] || gathers() || materials_.lets_through(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
   materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
     const int p = w.point_path[k];
@@ -253,6 +257,21 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
   if (++w.passes[p] > max_passes) return;
   w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(w.wi[k], w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
+}
+
+// Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its last scattering: shadow rays
+// have gone the same way. False if it is scattered here.
+bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
+  if (!materials_.is_sheet(w.point_geometry[k])) return false;
+  const float through = shading::straight_transmittance(w.bsdf[k], -w.wi[k]);
+  if (through == 0) return false;
+  if (w.sample(dim_lobe, k) < 1 - through) {
+    w.bsdf[k].reflects_only = true;
+    return false;
+  }
+  pass_through(k, w);
+  ++w.rays.specular;
+  return true;
 }
 
 // Draws a light for path p and sends a shadow ray. evaluate(wi, &pdf) gives f |cos|; `surface` is null in media.
@@ -426,6 +445,7 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
   const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  w.stages += std::exchange(w.shadow_scratch.stages, {});
   w.rays.mask += uint64_t(masked);
   w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)

@@ -52,6 +52,7 @@ class PathIntegrator final : public Integrator {
   void prelight(PathWorkspace& w) const;
   void describe_first_surfaces(PathWorkspace& w) const;
   void pass_through(int point, PathWorkspace& w) const;
+  bool pass_sheet(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;

@@ -46,6 +46,7 @@ struct RaySet {
   bool cached[capacity];   ///< a cache has said what arrives along the ray
   int32_t medium[capacity];
   int share[capacity];     ///< PointBatch::share of what it meets
+  int sheets[capacity];    ///< surfaces that it went through (RayTracer::nearest)
   float pdf[capacity];
   shading::Lobe lobe[capacity];
   std::unique_ptr<RayTracer::Flights> flights;  ///< null: there are no media

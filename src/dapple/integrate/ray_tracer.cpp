@@ -2,23 +2,55 @@
 #include "dapple/integrate/ray_tracer.h"
 
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/shading/sheet.h"
 
 namespace dapple::integrate {
 
 namespace {
 constexpr int max_segments = 4096;  // ends a ray caught between surfaces that are not there
+
+bool draw_sheet(uint32_t ray_key, int segment, float through) {
+  return through == 1 || (through > 0 && to_unit_float(hash(RayTracer::sheet_key(ray_key, segment), 1)) < through);
+}
 }
 
 // s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque surfaces is left out.
 void RayTracer::transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const {
   const auto medium = [&](int i) {
-    const bool stopped = s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.passes(s.hits.geometry[i]);
+    const bool stopped = s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.lets_through(s.hits.geometry[i]);
     return media_ && !stopped ? s.medium[i] : scene::vacuum;
   };
   const auto add = [&](int i, shading::MediumRays* out) {
     out->add(s.segment(i), s.length(i), RGB(1), hash(rays.key[s.ray[i]], segment));
   };
   s.media.transmittance(scene_, n, medium, add, s.transmittance);
+}
+
+// s.through of the hits of a segment.
+void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const {
+  if (!s.sheets) s.sheets = std::make_unique<Scratch::Sheets>();
+  Scratch::Sheets& met = *s.sheets;
+  met.count = 0;
+  for (int i = 0; i < n; ++i) {
+    const uint32_t geometry = s.hits.geometry[i];
+    const bool hit = geometry != trace::no_id;
+    s.through[i] = !hit || materials_.passes(geometry) ? 1.0f : 0.0f;
+    if (!hit || !materials_.is_sheet(geometry)) continue;
+    const int k = met.count++;
+    met.lane[k] = i;
+    met.geometry[k] = geometry;
+    met.surface[k] = materials_.needs_tangents(geometry) ? scene_.traced.surface(s.hits, i, s.rays.time[i])
+                                                         : scene_.traced.surface_without_tangents(s.rays, s.hits, i);
+  }
+  if (met.count == 0) return;
+  const auto describe = [&](int k, shading::ShadingPoints* points, int lane) {
+    const int i = met.lane[k];
+    const float width = s.rays.width[i] + s.rays.spread[i] * s.hits.t[i];
+    scene::Scene::set_point(met.surface[k], s.rays.direction(i), width, s.rays.time[i], sheet_key(rays.key[s.ray[i]], segment), points, lane);
+  };
+  materials_.prelight(met.count, met.geometry, met.surface, describe, met.bsdf, met.prelighting, &s.stages);
+  for (int k = 0; k < met.count; ++k)
+    s.through[met.lane[k]] = shading::straight_transmittance(met.bsdf[k], -s.rays.direction(met.lane[k]));
 }
 
 // s.flight of the same segments.
@@ -102,15 +134,17 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     scene_.traced.intersect(s.rays, n, &s.hits);
     transmit(rays, n, segment, s);
+    if (materials_.any_sheet()) meet_sheets(rays, n, segment, s);
     int kept = 0;
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
       const bool hit = s.hits.geometry[i] != trace::no_id;
-      if (hit && !materials_.passes(s.hits.geometry[i])) {
+      if (hit && !materials_.lets_through(s.hits.geometry[i])) {
         visible[r] = RGB();
         continue;
       }
       visible[r] *= s.transmittance[i];
+      if (materials_.any_sheet()) visible[r] *= s.through[i];
       if (colored) visible[r] *= s.hits.weight(i);
       if (hit && !visible[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }
@@ -119,8 +153,10 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
 }
 
 void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
-                        Scratch& s, Flights* flights) const {
+                        Scratch& s, Flights* flights, int* sheets) const {
   s.stop.check();
+  const bool through_sheets = sheets && materials_.any_sheet();
+  if (sheets) std::fill_n(sheets, n, 0);
   if (flights) {
     flights->count = 0;
     std::fill_n(flights->emitted, n, RGB());
@@ -131,7 +167,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     distance[i] = hits->geometry[i] == trace::no_id ? infinity : hits->t[i];
     passed[i] = colored ? hits->weight(i) : RGB(1);
   }
-  if (!materials_.shadows_pass()) return;
+  if (!materials_.rays_pass() && !through_sheets) return;
   s.hits = *hits;
   s.opaque_stops = false;
   for (int i = 0; i < n; ++i) {
@@ -143,6 +179,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     if (segment > 0) scene_.traced.intersect(s.rays, n, &s.hits);
     flights ? fly(rays, n, segment, passed, s) : transmit(rays, n, segment, s);
+    if (through_sheets) meet_sheets(rays, n, segment, s);
     int kept = 0;
     for (int i = 0; i < n; ++i) {
       const int r = s.ray[i];
@@ -158,7 +195,9 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
       rays.ox[r] = s.rays.ox[i], rays.oy[r] = s.rays.oy[i], rays.oz[r] = s.rays.oz[i];
       medium[r] = s.medium[i];
       hits->copy_lane(r, s.hits, i);
-      if (hit && materials_.passes(s.hits.geometry[i])) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
+      if (!hit || !(through_sheets ? draw_sheet(rays.key[r], segment, s.through[i]) : materials_.passes(s.hits.geometry[i]))) continue;
+      if (sheets) ++sheets[r];
+      go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }
     n = kept;
   }

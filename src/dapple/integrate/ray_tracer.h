@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
+#include "dapple/base/hash.h"
 #include "dapple/base/stop_token.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/media_batch.h"
@@ -8,8 +11,8 @@
 
 namespace dapple::integrate {
 
-/// Traces rays as light goes: through surfaces that only separate media, and weakened by the media. Random numbers,
-/// where a medium needs them, come from the rays' keys.
+/// Traces rays as light goes: through surfaces that only separate media and through clear sheets, and weakened by these and by the media. Random
+/// numbers, where a medium or a sheet needs them, come from the rays' keys.
 class RayTracer {
  public:
   static constexpr int capacity = trace::RayBatch::capacity;
@@ -23,6 +26,18 @@ class RayTracer {
     RGB transmittance[capacity];
     bool opaque_stops = false;
     StopToken stop;  ///< asked once a batch: tracing throws Stopped
+
+    // Of hits on sheets: prelighting of those of one segment.
+    struct Sheets {
+      MaterialTable::Scratch prelighting;
+      int count = 0, lane[capacity];
+      uint32_t geometry[capacity];
+      geom::SurfacePoint surface[capacity];
+      shading::Bsdf bsdf[capacity];
+    };
+    std::unique_ptr<Sheets> sheets;  ///< null until a ray may meet one
+    float through[capacity];         ///< by lane: the share of the light that goes straight through what was hit
+    StageCounts stages;              ///< of shading sheets
 
     // Shadow rays that masks answer, and those that they do not.
     shading::ShadowRays masked;
@@ -52,7 +67,12 @@ class RayTracer {
   /// Shadow rays that meet a surface of some opacity are stopped or not, by draws; else they are weakened.
   bool draws_opacity() const { return materials_.shadows_pass(); }
   /// Some light is lost on its way: what nearest() says has passed is not all.
-  bool weakens() const { return materials_.shadows_pass() || scene_.traced.has_colored_opacity(); }
+  bool weakens() const { return materials_.rays_pass() || scene_.traced.has_colored_opacity(); }
+  /// Shadow rays pass some sheets, or not, by draws.
+  bool draws_sheets() const { return materials_.any_random_sheet(); }
+  /// The key of prelighting where this ray met a sheet, after so many surfaces that it went through: whoever shades the hit that nearest() gave
+  /// makes the same choices.
+  static uint64_t sheet_key(uint32_t ray_key, int passed) { return hash(ray_key, passed, 3); }
 
   /// Shadow rays: writes visible[i], the fraction of light that passes ray i, which starts in medium[i]; zero where
   /// something is in the way.
@@ -64,10 +84,13 @@ class RayTracer {
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
   /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance finite, and passed[i]
   /// is its weight (shading/medium.h).
+  /// With `sheets`, rays go straight through these or stop, by draws: a hit on a sheet is to be shaded by all that it scatters but what goes
+  /// straight on. sheets[i] becomes the number of surfaces that ray i went through.
   void nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
-               Scratch& scratch, Flights* flights = nullptr) const;
+               Scratch& scratch, Flights* flights = nullptr, int* sheets = nullptr) const;
 
  private:
+  void meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
   void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, Scratch& s) const;

@@ -143,6 +143,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     r.cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
     r.spread[i] = 0;
     r.share[i] = 1;
+    r.sheets[i] = 0;
     r.medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
   }
   if (sets > 0) look_up();

@@ -6,6 +6,7 @@
 #include "dapple/numeric/quadrature.h"
 #include "dapple/shading/coat.h"
 #include "dapple/shading/interfaces.h"
+#include "dapple/shading/sheet.h"
 
 namespace dapple::shading {
 namespace {
@@ -27,12 +28,6 @@ float reflect_chance(const Bsdf& b) {
   return r + t > 0 ? r / (r + t) : 0;
 }
 
-/// Share that a slab with reflectance F at each side reflects, all interreflections summed: 2 F / (1 + F).
-float slab_reflectance(float cos_theta, float ior) {
-  const float F = fresnel_dielectric(std::abs(cos_theta), ior);
-  return 2 * F / (1 + F);
-}
-
 bool sample_diffuse_transmission(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, BsdfSample* out) {
   const float chance = reflect_chance(b);
   V3f wi = square_to_cosine_hemisphere(u2);
@@ -46,7 +41,7 @@ bool sample_diffuse_transmission(const Bsdf& b, const V3f& wo, float u1, const V
 
 bool sample_thin_dielectric(const Bsdf& b, const V3f& wo, float u1, BsdfSample* out) {
   if (wo.z == 0) return false;
-  const bool reflected = u1 < slab_reflectance(wo.z, b.ior);
+  const bool reflected = b.reflects_only || u1 < slab_reflectance(wo.z, b.ior);
   *out = {reflected ? V3f(-wo.x, -wo.y, wo.z) : -wo, RGB(1), 0, Lobe::delta, !reflected, 1};
   return true;
 }

@@ -9,6 +9,7 @@ namespace dapple::shading {
 class DielectricMaterial final : public SurfaceMaterial {
  public:
   DielectricMaterial(float ior, RoughnessInput roughness, SurfaceDetail detail);
+  float ior() const { return ior_; }
 
  private:
   void scatter(const ShadingPoints& points, Bsdf* out) const override;

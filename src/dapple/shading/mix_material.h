@@ -23,6 +23,8 @@ class MixMaterial final : public Material {
   bool is_random() const override { return !is_diffuse(); }
   bool is_interface() const override { return first_->is_interface() && second_->is_interface(); }
   bool has_subsurface() const override { return first_->has_subsurface() || second_->has_subsurface(); }
+  const Material& first() const { return *first_; }
+  const Material& second() const { return *second_; }
 
  private:
   void blend(const ShadingPoints& points, Bsdf* first, const Bsdf* second) const;
