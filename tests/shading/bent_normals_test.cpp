@@ -60,7 +60,7 @@ float furnace(const Bsdf& bsdf, const V3f& wo, float* wrong) {
   return float(sum / samples);
 }
 
-// Expectation: at most 1; at least what is above both normals, (1 + cos t) / 2, less .11, which Chiang's shadowing takes at most (t = 37 degrees).
+// Expectation: at most 1; at least what is above both normals, (1 + cos t) / 2, less .09: the shadowing takes .087 at most (t = 45 degrees, by quadrature).
 // What is no diffuse kind loses nothing to the bend: as much comes back as where it is not bent, but for what the bent view changes.
 // Nothing is sent to the wrong side. 1.5 % for 20,000 samples of weights up to 2.
 TEST(BentNormals, WhiteFurnace) {
@@ -82,7 +82,7 @@ TEST(BentNormals, WhiteFurnace) {
           Bsdf even = kind.bsdf;
           const float seen = std::abs(std::cos(theta * degree));
           const float without = std::min(furnace(even, direction(std::acos(seen), 0), &unused), furnace(even, direction(std::acos(std::min(0.5f * seen, 0.1f)), 0), &unused));
-          EXPECT_GE(back, std::min(1.0f, std::max(without, 0.0f)) * ((1 + std::cos(t * degree)) / 2 - 0.11f) - tolerance) << what;
+          EXPECT_GE(back, std::min(1.0f, std::max(without, 0.0f)) * ((1 + std::cos(t * degree)) / 2 - 0.09f) - tolerance) << what;
         }
 }
 

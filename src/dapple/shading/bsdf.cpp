@@ -298,10 +298,10 @@ namespace {
 
 V3f mirrored_at(const V3f& w, const V3f& n) { return w - n * (2 * dot(w, n)); }
 
-/// S of Chiang et al. 2019, for the cosines of wi with either normal and that between these.
-float chiang(float geometric, float shading, float between) {
+/// S, for the cosines of wi with either normal and that between these.
+float shadowing(float geometric, float shading, float between) {
   const float ratio = std::min(1.0f, geometric / std::max(shading * between, 1e-9f));
-  return ratio * (1 + ratio * (1 - ratio));
+  return ratio * (2 - ratio);
 }
 
 }  // namespace
@@ -320,7 +320,7 @@ void Bsdf::keep_surface(const Bsdf& of) {
 float Bsdf::terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const {
   const float above = dot(wi, geometric), seen = dot(wi, shading);
   if (!(above * seen > 0)) return 0;
-  return chiang(std::abs(above), std::abs(seen), std::abs(dot(shading, geometric)));
+  return shadowing(std::abs(above), std::abs(seen), std::abs(dot(shading, geometric)));
 }
 
 // The shading frame, turned towards wo as far as that the cosine of wo is half of what it is for the geometric normal, at most .1: continuous

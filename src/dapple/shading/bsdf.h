@@ -120,9 +120,9 @@ struct Bsdf {
   float side(const V3f& w) const { return dot(bent ? ng : frame.n, w); }
   /// The shading normal on the side of the surface where w is.
   V3f normal_towards(const V3f& w) const { return side(w) < 0 ? -frame.n : frame.n; }
-  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = G + G^2 - G^3 with G = min(1, cos_g / (cos_s cos_t)), for the
-  /// cosines of wi with the geometric and the shading normal and that between these (Chiang et al. 2019, Taming the shadow terminator). 0 below
-  /// either normal, 1 where the normal is not bent.
+  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = 2 G - G^2 with G = min(1, cos_g / (cos_s cos_t)), for the cosines of
+  /// wi with the geometric and the shading normal and that between these: Chiang et al. 2019 (Taming the shadow terminator) with a parabola, which
+  /// loses at most .087 of an even sky, in place of their cubic, which loses .114. 0 below either normal, 1 where the normal is not bent.
   float terminator(const V3f& wi) const { return bent ? terminator(wi, frame.n, ng) : 1; }
   /// The same where both normals have turned, as on a surface that moves.
   float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
