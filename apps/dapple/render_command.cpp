@@ -111,7 +111,7 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
                 {"dapple/scene", o.scene},
                 {"dapple/sceneFingerprint", std::string(fingerprint)},
                 {"dapple/seed", std::to_string(o.seed.value_or(built.request.seed.value_or(0)))}};
-  const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
+  const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera, built.scene->origin);
   s.metadata.push_back({"worldToCamera", camera.world_to_camera});
   if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", *camera.world_to_ndc});
   return s;

@@ -94,7 +94,7 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
     const auto v = e.params.get_floats("plot");
     if (v.size() != 4 || !(v[1] > v[0]) || !(v[3] > v[2]))
       throw InputError(e.loc, "\"plot\" must be x0 x1 y0 y1 in metres, x0 below x1 and y0 below y1");
-    r->canopy_plot = Box2f(V2f(v[0], v[2]), V2f(v[1], v[3]));
+    r->canopy_plot = Imath::Box2d(Imath::V2d(v[0], v[2]), Imath::V2d(v[1], v[3]));
   }
   for (const std::string& name : e.params.get_strings("ground")) {
     const auto& known = context.description.named_materials;

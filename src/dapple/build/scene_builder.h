@@ -27,7 +27,7 @@ struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
   /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in on its other side.
-  std::optional<Box2f> period;
+  std::optional<Imath::Box2d> period;
 };
 
 /// A scene ready to render, with what its file asks for.

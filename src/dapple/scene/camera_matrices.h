@@ -15,6 +15,7 @@ struct CameraMatrices {
   std::optional<M44f> world_to_ndc;
 };
 
-CameraMatrices camera_matrices(const Camera& camera);
+/// With `origin` (Scene::origin) from the coordinates of the scene file, as well as floats can.
+CameraMatrices camera_matrices(const Camera& camera, const V3d& origin = V3d(0, 0, 0));
 
 }  // namespace dapple::scene
