@@ -96,7 +96,7 @@ json measured_json(const MeasureOptions& o, const CanopyScene& scene, const inte
   json j;
   j["scene"] = o.scene;
   j["area_m"] = scene.area_m();
-  j["ground_z_m"] = s.ground_z + scene.built->scene->origin.z;
+  j["ground_z_m"] = s.ground_z + scene.built->origin.z;
   j["has_ground"] = s.has_ground;
   double total = 0;
   for (size_t k = 0; k < s.kinds.size(); ++k) {

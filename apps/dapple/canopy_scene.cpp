@@ -44,7 +44,7 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   scene.built.emplace(build::build_scene(scene.description, options, diagnostics));
   const Box3f box = scene.built->scene->traced.bounds();
   if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");
-  const V3d& origin = scene.built->scene->origin;
+  const V3d& origin = scene.built->origin;
   const Imath::V2d corner(origin.x, origin.y);
   scene.area = area ? Box2f(V2f(area->min - corner), V2f(area->max - corner)) : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
   if (!(scene.area.max.x > scene.area.min.x) || !(scene.area.max.y > scene.area.min.y))

@@ -26,7 +26,7 @@ struct CanopyScene {
 
   /// In the coordinates of the file.
   std::array<double, 4> area_m() const {
-    const V3d& o = built->scene->origin;
+    const V3d& o = built->origin;
     return {area.min.x + o.x, area.max.x + o.x, area.min.y + o.y, area.max.y + o.y};
   }
 };

@@ -83,7 +83,7 @@ int show(const InfoOptions& o) {
   line("objects", std::to_string(description.objects.size()) + " definitions, " +
                       std::to_string(scene.traced.instance_count()) + " instances");
   char bounds[160];
-  const V3d& origin = scene.origin;
+  const V3d& origin = built.origin;
   const V3d least = V3d(box.min) + origin, most = V3d(box.max) + origin;
   const bool is_far = origin != V3d(0, 0, 0);
   std::snprintf(bounds, sizeof bounds, is_far ? "%.10g %.10g %.10g to %.10g %.10g %.10g" : "%g %g %g to %g %g %g", least.x, least.y, least.z, most.x, most.y,

@@ -110,7 +110,8 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
 
 std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
   integrate::CanopyTransport::Settings s;
-  s.plot = r.canopy_plot;
+  const Imath::V2d corner(r.origin.x, r.origin.y);
+  if (r.canopy_plot) s.plot = Box2f(V2f(r.canopy_plot->min - corner), V2f(r.canopy_plot->max - corner));
   s.slabs = r.canopy_slabs.value_or(s.slabs);
   s.ground_materials = r.canopy_ground;
   if (std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_infinite(); }))
@@ -170,11 +171,13 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.canopy_slabs, other.canopy_slabs);
   if (r.canopy_ground.empty()) r.canopy_ground = other.canopy_ground;
   if (r.place.empty()) r.place = other.place;
+  if (r.origin == V3d(0, 0, 0)) r.origin = other.origin;
   return r;
 }
 
 IntegratorRequest make_integrator_request(const BuildContext& context) {
   IntegratorRequest r;
+  r.origin = context.origins.scene;
   r.seed = scene_seed(context);
   report_options(context);
   read_sampler(context, &r);

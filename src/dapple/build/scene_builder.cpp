@@ -35,10 +35,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   built.scene = std::make_unique<scene::Scene>();
   scene::Scene& scene = *built.scene;
   const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going, find_origins(description, diagnostics)};
-  scene.origin = context.origins.scene;
+  built.origin = context.origins.scene;
 
   built.film = make_film(context, options.film);
-  built.film.film.origin = scene.origin;
   built.request = make_integrator_request(context);
   scene.film = built.film.film;
   scene.camera = make_camera(context, scene.film.resolution);
@@ -51,7 +50,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
 
   std::optional<Box2f> period;
   if (options.period) {
-    const V2d corner(scene.origin.x, scene.origin.y);
+    const V2d corner(built.origin.x, built.origin.y);
     period = Box2f(V2f(options.period->min - corner), V2f(options.period->max - corner));
     scene.traced.set_period(*period);
   }

@@ -33,6 +33,7 @@ struct BuildOptions {
 /// A scene ready to render, with what its file asks for.
 struct BuiltScene {
   std::unique_ptr<scene::Scene> scene;
+  V3d origin{0, 0, 0};  ///< what was taken off positions: those of the scene plus this are those of the file
   FilmRequest film;
   IntegratorRequest request;
   BuildTimes times;

@@ -188,10 +188,7 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   if (extent_.isEmpty()) throw std::invalid_argument("no surface of the scene transmits light diffusely, as leaves do");
   const Box3f bounds = scene.traced.bounds();
   const std::optional<Box2f>& cell = scene.traced.period();
-  const Imath::V2d corner(scene.origin.x, scene.origin.y);
-  std::optional<Box2f> given;
-  if (settings.plot) given = Box2f(V2f(settings.plot->min - corner), V2f(settings.plot->max - corner));
-  const Box2f plot = given ? *given : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
+  const Box2f plot = settings.plot ? *settings.plot : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
   const CanopySurvey survey = survey_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});

@@ -25,7 +25,7 @@ namespace dapple::integrate {
 class CanopyTransport {
  public:
   struct Settings {
-    std::optional<Imath::Box2d> plot;  ///< where leaves are counted, in the coordinates of the scene file; else the scene's period, or the extent of what transmits
+    std::optional<Box2f> plot;  ///< where leaves are counted; else the scene's period, or the extent of what transmits
                                 ///< less a border as wide as it is high
     int slabs = 20, inclinations = 9;
     int nodes = 8, modes = 4;               ///< of the solver

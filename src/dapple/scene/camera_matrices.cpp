@@ -21,9 +21,9 @@ M44d ndc_of_camera(const Camera::Settings& s) {
 
 }  // namespace
 
-CameraMatrices camera_matrices(const Camera& camera, const V3d& origin) {
+CameraMatrices camera_matrices(const Camera& camera) {
   const Camera::Settings& s = camera.settings();
-  const Transform to_camera = s.camera_to_world.at(double(s.time_open)).inverse() * Transform::translate(-origin);
+  const Transform to_camera = s.camera_to_world.at(double(s.time_open)).inverse();
   CameraMatrices m{M44f(to_camera.matrix().transposed()), std::nullopt};
   if (s.projection == Projection::perspective || s.projection == Projection::orthographic)
     m.world_to_ndc = M44f((Transform(ndc_of_camera(s)) * to_camera).matrix().transposed());

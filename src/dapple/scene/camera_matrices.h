@@ -15,7 +15,6 @@ struct CameraMatrices {
   std::optional<M44f> world_to_ndc;
 };
 
-/// With `origin` (Scene::origin) from the coordinates of the scene file, as well as floats can.
-CameraMatrices camera_matrices(const Camera& camera, const V3d& origin = V3d(0, 0, 0));
+CameraMatrices camera_matrices(const Camera& camera);
 
 }  // namespace dapple::scene

@@ -103,7 +103,7 @@ Features Film::features(int x, int y) const {
   for (int c = 0; c < 3; ++c) {
     f.albedo[c] = s.albedo[c] * inv;
     f.normal[c] = s.normal[c] * inv;
-    f.position[c] = float(double(s.position[c] * inv) + settings_.origin[c]);
+    f.position[c] = s.position[c] * inv;
   }
   f.depth = s.depth * inv;
   return f;

@@ -33,7 +33,7 @@ struct CacheUse {
 struct Features {
   RGB albedo;
   V3f normal{0, 0, 0};    ///< shading normal, world, towards the camera
-  V3f position{0, 0, 0};  ///< world, m; from Film::features() in the coordinates of the scene file
+  V3f position{0, 0, 0};  ///< world, m
   float depth = 0;        ///< along the camera's axis
   float alpha = 0;        ///< 1 where a surface was met
   GridFeatures grid;      ///< of the pixel's first sample
@@ -50,7 +50,6 @@ class Film {
     std::optional<RgbMatrix> white_balance;  ///< applied to radiance too
     float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
     bool features = false;  ///< keep AOVs
-    V3d origin{0, 0, 0};    ///< Scene::origin: added to the positions of features()
     int light_groups = 0;   ///< images beside the picture, one for each group of lights, whose sum it is
     bool cache_use = false;  ///< keep what the radiosity cache did
   };

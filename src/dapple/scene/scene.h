@@ -49,8 +49,6 @@ class Scene final : public trace::OpacityTest {
  public:
   Scene() { traced.set_opacity_test(this); }
 
-  /// Positions in the file's own coordinates less this are those of everything below.
-  V3d origin{0, 0, 0};
   trace::TracedScene traced;
   std::vector<GeometryBinding> bindings;  ///< by geometry
   std::vector<shading::MaterialPtr> materials;
