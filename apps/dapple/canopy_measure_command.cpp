@@ -95,8 +95,8 @@ json measured_json(const MeasureOptions& o, const CanopyScene& scene, const inte
   const forest::LeafSurvey& a = s.areas;
   json j;
   j["scene"] = o.scene;
-  j["area_m"] = {scene.area.min.x, scene.area.max.x, scene.area.min.y, scene.area.max.y};
-  j["ground_z_m"] = s.ground_z;
+  j["area_m"] = scene.area_m();
+  j["ground_z_m"] = s.ground_z + scene.built->origin.z;
   j["has_ground"] = s.has_ground;
   double total = 0;
   for (size_t k = 0; k < s.kinds.size(); ++k) {

@@ -63,7 +63,7 @@ nlohmann::json result_json(const ReflectOptions& o, const CanopyScene& s, double
                            const std::vector<integrate::PlotReflectance::Estimate>& estimates) {
   nlohmann::json j;
   j["scene"] = o.scene;
-  j["area_m"] = {s.area.min.x, s.area.max.x, s.area.min.y, s.area.max.y};
+  j["area_m"] = s.area_m();
   j["height_m"] = height;
   if (s.period) j["period_m"] = {s.period->min.x, s.period->max.x, s.period->min.y, s.period->max.y};
   if (sun) j["sun"] = {{"zenith_deg", sun->zenith_deg}, {"azimuth_deg", sun->azimuth_deg}};
@@ -102,7 +102,7 @@ int reflect(const ReflectOptions& o) {
   CanopyScene s = load_canopy_scene(o, diagnostics);
   outputs.check_inputs(s.built->named_files);
   scene::Scene& scene = *s.built->scene;
-  double height = scene.traced.bounds().max.z;
+  double height = scene.traced.bounds().max.z + s.built->origin.z;
   if (!o.height.empty()) {
     height = numbers_of("--height", o.height, 1, "metres")[0];
     check_range("--height", height, -1e6, 1e6, " m");
@@ -118,7 +118,7 @@ int reflect(const ReflectOptions& o) {
   std::unique_ptr<integrate::PlotReflectance> plot;
   try {
     plot = std::make_unique<integrate::PlotReflectance>(
-        scene, integrate::PlotReflectance::Settings{s.area, float(height), uint32_t(o.samples), o.replicates, o.seed});
+        scene, integrate::PlotReflectance::Settings{s.area, float(height - s.built->origin.z), uint32_t(o.samples), o.replicates, o.seed});
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected a sun (distant) and a sky (infinite), or --sun");
   }

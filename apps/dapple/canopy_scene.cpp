@@ -34,7 +34,8 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   set_thread_count(o.threads);
   CanopyScene scene;
   if (!o.period.empty()) scene.period = rectangle("--period", o.period);
-  if (!o.area.empty()) scene.area = rectangle("--area", o.area);
+  std::optional<Imath::Box2d> area = scene.period;
+  if (!o.area.empty()) area = rectangle("--area", o.area);
   scene.description = scenefile::read_pbrt(o.scene, diagnostics);
   if (scene.description.camera.type.empty()) scene.description.camera.type = "perspective";  // none is needed
   build::BuildOptions options;
@@ -43,8 +44,9 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   scene.built.emplace(build::build_scene(scene.description, options, diagnostics));
   const Box3f box = scene.built->scene->traced.bounds();
   if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");
-  if (!o.area.empty()) return scene;
-  scene.area = scene.period ? *scene.period : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
+  const V3d& origin = scene.built->origin;
+  const Imath::V2d corner(origin.x, origin.y);
+  scene.area = area ? Box2f(V2f(area->min - corner), V2f(area->max - corner)) : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
   if (!(scene.area.max.x > scene.area.min.x) || !(scene.area.max.y > scene.area.min.y))
     throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no extent along x or y; expected a plot, or --area");
   return scene;

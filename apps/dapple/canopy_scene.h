@@ -21,8 +21,14 @@ void add_scene_options(CLI::App& command, CanopySceneOptions* o);
 struct CanopyScene {
   scenefile::SceneDescription description;
   std::optional<build::BuiltScene> built;
-  std::optional<Box2f> period;
-  Box2f area;  ///< the plot
+  std::optional<Imath::Box2d> period;
+  Box2f area;  ///< the plot, less the scene's origin
+
+  /// In the coordinates of the file.
+  std::array<double, 4> area_m() const {
+    const V3d& o = built->origin;
+    return {area.min.x + o.x, area.max.x + o.x, area.min.y + o.y, area.max.y + o.y};
+  }
 };
 /// UsageError for options out of range, InputError for the scene.
 CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnostics);

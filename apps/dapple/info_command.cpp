@@ -83,8 +83,14 @@ int show(const InfoOptions& o) {
   line("objects", std::to_string(description.objects.size()) + " definitions, " +
                       std::to_string(scene.traced.instance_count()) + " instances");
   char bounds[160];
-  std::snprintf(bounds, sizeof bounds, "%g %g %g to %g %g %g", box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z);
+  const V3d& origin = built.origin;
+  const V3d least = V3d(box.min) + origin, most = V3d(box.max) + origin;
+  const bool is_far = origin != V3d(0, 0, 0);
+  std::snprintf(bounds, sizeof bounds, is_far ? "%.10g %.10g %.10g to %.10g %.10g %.10g" : "%g %g %g to %g %g %g", least.x, least.y, least.z, most.x, most.y,
+                most.z);
   line("bounds", box.isEmpty() ? "empty" : bounds);
+  std::snprintf(bounds, sizeof bounds, "%.10g %.10g %.10g", origin.x, origin.y, origin.z);
+  if (is_far) line("origin", bounds);
   line("materials", count_types(description.materials));
   line("textures", count_types(description.textures));
   line("lights", count_types(description.lights) + "; " + std::to_string(scene.lights.size() - description.lights.size()) +

@@ -67,11 +67,11 @@ void check_range(const std::string& option, double value, double low, double hig
     throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) + units);
 }
 
-Box2f rectangle(const std::string& option, const std::string& text) {
+Imath::Box2d rectangle(const std::string& option, const std::string& text) {
   const auto v = numbers_of(option, text, 4, "X0,X1,Y0,Y1 in metres");
-  for (const double x : v) check_range(option, x, -1e6, 1e6, " m");
-  if (!(float(v[1]) > float(v[0])) || !(float(v[3]) > float(v[2]))) refuse(option, text, "X0 below X1 and Y0 below Y1");
-  return {V2f(float(v[0]), float(v[2])), V2f(float(v[1]), float(v[3]))};
+  for (const double x : v) check_range(option, x, -1e9, 1e9, " m");
+  if (!(v[1] > v[0]) || !(v[3] > v[2])) refuse(option, text, "X0 below X1 and Y0 below Y1");
+  return {Imath::V2d(v[0], v[2]), Imath::V2d(v[1], v[3])};
 }
 
 V2i resolution(const std::string& option, const std::string& text) {

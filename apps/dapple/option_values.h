@@ -25,7 +25,7 @@ std::vector<double> numbers(std::string_view text, char mark, size_t count);
 std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected);
 void check_range(const std::string& option, double value, double low, double high, const std::string& units);
 /// "X0,X1,Y0,Y1", metres.
-Box2f rectangle(const std::string& option, const std::string& text);
+Imath::Box2d rectangle(const std::string& option, const std::string& text);
 /// "1024x576", both at least 1.
 V2i resolution(const std::string& option, const std::string& text);
 /// "X0,Y0,X1,Y1", pixels.

@@ -115,6 +115,9 @@ class PenumbraRun {
     view.plane = o_.mask_ground + o_.heights[0];
     view.ground = o_.mask_ground;
     view.samples = o_.mask_samples;
+    const V3d& origin = scene_->origin;
+    view.centre_x -= origin.x, view.centre_y -= origin.y;
+    view.plane -= origin.z, view.ground -= origin.z;
     if (o_.mask_along == "sun") view.direction = forest::sky_direction(sun.zenith_deg * degree, sun.azimuth_deg * degree);
     planes_ = {{mask_of_scene(*scene_->scene, view, o_.periodic), o_.heights[0]}};
   }

@@ -129,7 +129,7 @@ V2i mask_pixels(const PenumbraOptions& o) {
 
 std::pair<double, double> mask_centre(const PenumbraOptions& o) {
   const std::vector<double> v = numbers(o.mask_centre, ',', 2);
-  if (v.empty() || std::abs(v[0]) > 1e6 || std::abs(v[1]) > 1e6) out_of_range("--mask-centre", "\"" + o.mask_centre + "\"", "X,Y in metres, -1e6 to 1e6");
+  if (v.empty() || std::abs(v[0]) > 1e9 || std::abs(v[1]) > 1e9) out_of_range("--mask-centre", "\"" + o.mask_centre + "\"", "X,Y in metres, -1e9 to 1e9");
   return {v[0], v[1]};
 }
 

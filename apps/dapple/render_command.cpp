@@ -70,8 +70,16 @@ void check_cache_views(const std::string& option, const build::IntegratorRequest
     throw UsageError(option + " needs --integrator distribution and its radiosity cache");
 }
 
+/// A matrix for row vectors, from the coordinates of the scene file.
+M44f from_file(const M44f& m, const V3d& origin) {
+  M44d shift;
+  shift.setTranslation(-origin);
+  return M44f(shift * M44d(m));
+}
+
 render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
   render::OutputSettings s;
+  s.origin = built.origin;
   s.aovs = render::parse_aovs(o.aovs);
   if (s.aovs.empty() && built.film.gbuffer) s.aovs = render::aov_names();
   if (!o.show_cache.empty()) {
@@ -95,8 +103,8 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
                 {"dapple/sceneFingerprint", std::string(fingerprint)},
                 {"dapple/seed", std::to_string(o.seed.value_or(built.request.seed.value_or(0)))}};
   const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
-  s.metadata.push_back({"worldToCamera", camera.world_to_camera});
-  if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", *camera.world_to_ndc});
+  s.metadata.push_back({"worldToCamera", from_file(camera.world_to_camera, built.origin)});
+  if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", from_file(*camera.world_to_ndc, built.origin)});
   return s;
 }
 

@@ -53,7 +53,7 @@ std::string text_of(const Stand& stand) {
 
 build::BuiltScene built(const Stand& stand) {
   build::BuildOptions options;
-  options.period = Box2f(V2f(-half_width), V2f(half_width));
+  options.period = Imath::Box2d(Imath::V2d(-half_width), Imath::V2d(half_width));
   return test::build_text(text_of(stand), options);
 }
 

@@ -33,7 +33,7 @@ TEST(ParamSet, LooksUpValuesAndFallsBack) {
   EXPECT_EQ(set.get_float("radius", 1), 2);
   EXPECT_EQ(set.get_float("height", 7), 7);
   EXPECT_EQ(set.get_string("filename", ""), "a.ply");
-  EXPECT_EQ(set.get_point3("P", {1, 2, 3}), V3f(1, 2, 3));
+  EXPECT_EQ(set.get_point3("P", V3d(1, 2, 3)), V3d(1, 2, 3));
   EXPECT_TRUE(set.get_ints("indices").empty());
 }
 

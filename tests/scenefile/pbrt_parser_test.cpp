@@ -125,8 +125,8 @@ TEST(PbrtParser, EveryParameterType) {
   EXPECT_EQ(p.get_float("f", 0), 1.5f);
   EXPECT_EQ(p.get_point2("p2", {}), V2f(1, 2));
   EXPECT_EQ(p.find("v2")->type, ParamType::vector2);
-  EXPECT_EQ(p.get_point3("p3", {}), V3f(1, 2, 3));
-  EXPECT_EQ(p.get_point3("p", {}), V3f(1, 2, 3));
+  EXPECT_EQ(p.get_point3("p3", V3d(0)), V3d(1, 2, 3));
+  EXPECT_EQ(p.get_point3("p", V3d(0)), V3d(1, 2, 3));
   EXPECT_EQ(p.get_vector3("v3", {}), V3f(1, 2, 3));
   EXPECT_EQ(p.get_vector3("v", {}), V3f(4, 5, 6));
   EXPECT_EQ(p.get_normals("n").size(), 3u);

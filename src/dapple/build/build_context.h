@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dapple/base/error.h"
+#include "dapple/build/scene_origin.h"
 #include "dapple/scenefile/scene_description.h"
 
 namespace dapple::image {
@@ -20,6 +21,7 @@ struct BuildContext {
   image::TextureSystem& texture_system;
   /// Missing or broken images and meshes become visible stand-ins and a warning instead of an error.
   bool keep_going = false;
+  Origins origins{};
 };
 
 /// Throws InputError: the directive's type is none of `legal`.

@@ -86,7 +86,7 @@ void read_corners_and_holes(const ShapeEntity& e, ControlCage* cage) {
 
 void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
   cage->P = points3(e.params.get_points3("P"));
-  cage->P_end = points3(e.params.get_points3("P1"));
+  cage->P_end = points_at_close(e);
   cage->uv = points2(e.params.get_points2("uv"));
   const auto indices = e.params.get_ints("indices"), sizes = e.params.get_ints("faceverts");
   check_indices(e, "indices", indices, cage->P.size());
@@ -121,9 +121,10 @@ bool is_obj(std::string name) {
   return name.ends_with(".obj") || name.ends_with(".obj.gz");
 }
 
-void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& path, ControlCage* cage) {
+void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& path, ControlCage* cage, V3d* base) {
   if (is_obj(path)) {
     scenefile::ObjMesh obj = read_obj(context, e, path);
+    *base = obj.base;
     cage->P = std::move(obj.P);
     cage->uv = std::move(obj.uv);
     cage->face_sizes = std::move(obj.face_sizes);
@@ -138,6 +139,7 @@ void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std
   };
   add(ply.tri_indices, 3);
   add(ply.quad_indices, 4);
+  *base = ply.base;
   cage->P = std::move(ply.P);
   cage->uv = std::move(ply.uv);
   if (ply.repeats.empty()) return;
@@ -151,7 +153,7 @@ void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std
 
 }  // namespace
 
-ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e) {
+ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e, V3d* base) {
   ControlCage cage;
   cage.scheme = geom::SurfaceScheme::catmull_clark;
   const geom::BoundaryRule rules[] = {geom::BoundaryRule::edge_and_corner, geom::BoundaryRule::edge_only,
@@ -160,9 +162,10 @@ ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e
   const std::string filename = e.params.get_string("filename", "");
   if (filename.empty()) {
     read_own_mesh(e, &cage);
+    *base = e.params.base_of("P");
   } else {
     try {
-      read_mesh_file(context, e, context.description.resolve(filename), &cage);
+      read_mesh_file(context, e, context.description.resolve(filename), &cage, base);
     } catch (const InputError& error) {
       if (!context.keep_going) throw;
       context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");

@@ -7,8 +7,8 @@
 
 namespace dapple::build {
 
-/// The cage of a catmullclark directive, from its own numbers or its mesh file, in object space. Throws InputError.
-geom::ControlCage catmull_clark_cage(const BuildContext& context, const scenefile::ShapeEntity& entity);
+/// The cage of a catmullclark directive, from its own numbers or its mesh file, in object space less `base`. Throws InputError.
+geom::ControlCage catmull_clark_cage(const BuildContext& context, const scenefile::ShapeEntity& entity, V3d* base);
 /// Meshes over the same vertices (or one mesh) as polygons, welded.
 geom::ControlCage polygon_cage(std::vector<geom::Mesh> meshes);
 

@@ -146,7 +146,7 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
     if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the camera's transform cannot be inverted");
   if (c.start.swaps_handedness() != c.end.swaps_handedness())
     throw InputError(e.loc, "the camera's motion mirrors: on its way from the transform at the start to that at the end there is one that cannot be inverted");
-  s.camera_to_world = AnimatedTransform(c.start.inverse(), c.end.inverse());
+  s.camera_to_world = AnimatedTransform(context.origins.in_world(c.start.inverse()), context.origins.in_world(c.end.inverse()));
 
   s.shutter_open = e.params.get_float("shutteropen", 0);
   s.shutter_close = e.params.get_float("shutterclose", 1);

@@ -35,15 +35,18 @@ geom::DiskCloud listed(const ShapeEntity& e) {
 trace::DisksPtr make_disks(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
   const std::string filename = e.params.get_string("filename", "");
   geom::DiskCloud cloud;
+  V3d base;
   if (filename.empty()) {
     cloud = listed(e);
+    base = e.params.base_of("P");
   } else {
     scenefile::DiskTable table = scenefile::read_disks(context.description.resolve(filename), e.loc);
     for (size_t i = 0; i < table.radius.size(); ++i) cloud.disks.push_back({table.centre[i], table.radius[i]});
     cloud.normals = std::move(table.normal);
+    base = table.base;
   }
   if (cloud.disks.empty()) return nullptr;
-  if (!cloud.transform(to_target, e.reverse_orientation))
+  if (!cloud.transform(with_base(to_target, base), e.reverse_orientation))
     throw InputError(e.loc, "shape \"disks\" would become ellipses under this transform; expected rotations, translations and uniform scales");
   for (const auto& d : cloud.disks)
     if (!is_finite(d.centre) || !(d.radius > 0) || !(d.radius < infinity))

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -100,18 +101,22 @@ bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
 std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
   const auto& d = context_.description;
   std::vector<Job> jobs;
-  const auto add_job = [&](const ShapeEntity& e, uint32_t object) {
-    check_transform(e.transform, e.loc);
-    if (e.transform.is_animated() && object != no_id)
-      context_.diagnostics.unsupported(e.loc, "a moving shape inside an object definition", "a still one");
-    const bool own_object = e.transform.is_animated() && object == no_id;
-    if (own_object) note_reach(check_placement(e.transform, e.loc), e.loc);
-    jobs.push_back({&e, object, own_object, {}, 0, nullptr, {}});
-  };
-  for (const ShapeEntity& e : d.shapes) add_job(e, no_id);
+  for (const ShapeEntity& e : d.shapes) jobs.push_back(job_of(e, no_id, context_.origins.scene));
   for (size_t i = 0; i < d.objects.size(); ++i)
-    for (const ShapeEntity& e : d.objects[i].shapes) add_job(e, objects_[i]);
+    for (const ShapeEntity& e : d.objects[i].shapes) jobs.push_back(job_of(e, objects_[i], context_.origins.objects[i]));
   return jobs;
+}
+
+GeometryBuilder::Job GeometryBuilder::job_of(const ShapeEntity& e, uint32_t object, const V3d& origin) {
+  check_transform(e.transform, e.loc);
+  Job job{&e, object, e.transform.is_animated(), e.transform};
+  if (job.own_object && only_translates(e.transform)) job.local = origin_of(estimated_bounds(context_.description, e));
+  for (Transform* t : {&job.transform.start, &job.transform.end}) {
+    if (origin != V3d(0, 0, 0)) *t = Transform::translate(-origin) * *t;
+    *t = with_base(*t, job.local);
+  }
+  if (job.own_object) note_reach(check_placement(job.transform, e.loc), e.loc);
+  return job;
 }
 
 void GeometryBuilder::make_views() {
@@ -130,7 +135,7 @@ void GeometryBuilder::make_views() {
   for (size_t i = 0; i < d.objects.size(); ++i)
     wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(), may_be_diced);
   for (const auto& instance : d.instances)
-    if (wanted[size_t(instance.object)]) placements[size_t(instance.object)].push_back(instance.transform.expand().start);
+    if (wanted[size_t(instance.object)]) placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
   for (const auto& list : placements)
     object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));
 }
@@ -139,24 +144,39 @@ Dicing GeometryBuilder::dicing_of(const Job& job) const {
   Dicing dicing{&textures_, camera_view_, nullptr, shading_rate_, most_levels_};
   const auto& shader = scene_.materials[size_t(job.entity->material)];
   if (shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
-  if (job.own_object)
-    dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.entity->transform.start});
+  if (job.own_object && job.object == no_id)
+    dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.transform.start});
   else if (job.object != no_id)
     dicing.view = object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
   return dicing;
 }
 
 void GeometryBuilder::make_job(Job* job) const {
-  const Transform& at_open = job->entity->transform.start;
+  const Transform& at_open = job->transform.start;
   Dicing dicing = dicing_of(*job);
   dicing.plan = &job->plan;
-  job->shapes = make_shapes(context_, *job->entity, job->own_object ? Transform() : at_open, dicing);
+  job->shapes = make_shapes(context_, *job->entity, job->own_object ? with_base(Transform(), -job->local) : at_open, dicing);
+  check_size(*job);
   for (const trace::Shape& shape : job->shapes) job->fingerprint = hash(job->fingerprint, fingerprint_of(shape));
-  if (!job->own_object || job->entity->area_light < 0) return;
+  if (!job->own_object || job->object != no_id || job->entity->area_light < 0) return;
   Diagnostics said_already;
-  const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going};
+  const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going, context_.origins};
   dicing.plan = nullptr, dicing.view = nullptr;  // what is diced does not shine
-  job->emitters = make_shapes(quiet, *job->entity, at_open, dicing);
+  job->emitters = make_shapes(quiet, *job->entity, with_base(at_open, -job->local), dicing);
+}
+
+// Squares of coordinates beyond this, and what is computed from them, leave the range of floats, or their steps are wider than scenes.
+void GeometryBuilder::check_size(const Job& job) const {
+  constexpr float farthest = 1e10f;
+  for (const trace::Shape& shape : job.shapes) {
+    const Box3f box = trace::bounds_of(shape);
+    const V3f a = abs(box.min), b = abs(box.max);
+    const float most = std::max({a.x, a.y, a.z, b.x, b.y, b.z});
+    if (box.isEmpty() || most <= farthest) continue;
+    char text[160];
+    std::snprintf(text, sizeof text, "the shape reaches to %.3g from the scene's origin; beyond 1e10 light may not find it, or pass through it", double(most));
+    context_.diagnostics.warn(job.entity->loc, text, "shape beyond 1e10");
+  }
 }
 
 // All that is diced together keeps to a number of vertices that the picture is worth.
@@ -229,6 +249,12 @@ void GeometryBuilder::build() {
   for (Job& job : jobs) add(job);
   flush_curves();
 
+  place_instances();
+  seconds_ = timer.seconds();
+}
+
+void GeometryBuilder::place_instances() {
+  const auto& d = context_.description;
   const std::vector<bool> repeated = find_repeated_instances();
   for (size_t i = 0; i < d.instances.size(); ++i) {
     const auto& instance = d.instances[i];
@@ -236,12 +262,19 @@ void GeometryBuilder::build() {
       context_.diagnostics.warn(instance.loc, "an object is instanced again at the very same place; once is enough", "repeated instance");
       continue;
     }
-    const TransformPair transform = instance.transform.expand();
+    const TransformPair transform = context_.origins.of_instance(instance);
     check_transform(transform, instance.loc);
     note_reach(check_placement(transform, instance.loc), instance.loc);
-    place(objects_[size_t(instance.object)], transform, instance.loc);
+    const uint32_t object = objects_[size_t(instance.object)];
+    place(object, transform, instance.loc);
+    const auto movers = movers_.find(object);
+    if (movers == movers_.end()) continue;
+    for (const Mover& m : movers->second) {
+      const TransformPair both{transform.start * m.transform.start, transform.end * m.transform.end};
+      note_reach(check_placement(both, instance.loc), instance.loc);
+      place(m.object, both, instance.loc);
+    }
   }
-  seconds_ = timer.seconds();
 }
 
 // Which instances are copies of earlier ones in the same place. Every ray there would have to try them all.
@@ -283,11 +316,15 @@ void GeometryBuilder::add(Job& job) {
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
-    if (repetition_) {
-      context_.diagnostics.unsupported(e.loc, "a moving shape in a repeated scene", "one that is not repeated");
-      object_boxes_.resize(object + 1);
+    if (job.object != no_id) {
+      movers_[job.object].push_back({object, job.transform, e.loc});
+    } else {
+      if (repetition_) {
+        context_.diagnostics.unsupported(e.loc, "a moving shape in a repeated scene", "one that is not repeated");
+        object_boxes_.resize(object + 1);
+      }
+      scene_.traced.add_instance(object, AnimatedTransform(job.transform.start, job.transform.end));
     }
-    scene_.traced.add_instance(object, AnimatedTransform(e.transform.start, e.transform.end));
   }
   for (size_t i = 0; i < job.shapes.size(); ++i) {
     const trace::Shape& shape = job.shapes[i];
@@ -342,7 +379,7 @@ void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
   pending_ = {};
-  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}, 0, nullptr, {}}, curves.opacity, curves.object);
+  add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}}, curves.opacity, curves.object);
 }
 
 void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
@@ -366,7 +403,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
       context_.diagnostics.warn(e.loc, "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
                                 "area light of an interface");
     else if (emitter)
-      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha,
+      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)), alpha,
                  &binding);
     else if (object != no_id)
       context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");

@@ -39,11 +39,13 @@ class GeometryBuilder {
   struct Job {
     const scenefile::ShapeEntity* entity;
     uint32_t object;   ///< trace::no_id for the scene itself
-    bool own_object;   ///< moves by itself: becomes an object with one instance
-    std::vector<trace::Shape> shapes;
-    uint64_t fingerprint;
-    std::unique_ptr<DicePlan> plan;  ///< of a shape that is diced, until it is
-    std::vector<trace::Shape> emitters;  ///< of what moves and shines: the shapes in world space, at shutter open
+    bool own_object;   ///< moves by itself: becomes an object with one instance, or in a definition one for each of its instances
+    scenefile::TransformPair transform;  ///< less the origins; of an own object in the scene with `local` added
+    V3d local{0, 0, 0};                  ///< what is taken off an own object's points
+    std::vector<trace::Shape> shapes{};
+    uint64_t fingerprint = 0;
+    std::unique_ptr<DicePlan> plan{};  ///< of a shape that is diced, until it is
+    std::vector<trace::Shape> emitters{};  ///< of what moves and shines: the shapes in world space, at shutter open
   };
   /// As GeometryBinding has it.
   struct Opacity {
@@ -53,6 +55,9 @@ class GeometryBuilder {
   };
 
   std::vector<Job> collect_jobs();
+  Job job_of(const scenefile::ShapeEntity& entity, uint32_t object, const V3d& origin);
+  void check_size(const Job& job) const;
+  void place_instances();
   void make_views();
   void make_job(Job* job) const;
   void dice(std::vector<Job>* jobs);
@@ -78,6 +83,12 @@ class GeometryBuilder {
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;  ///< traced object of each definition
+  struct Mover {
+    uint32_t object;
+    scenefile::TransformPair transform;
+    FileLoc loc;
+  };
+  std::map<uint32_t, std::vector<Mover>> movers_;  ///< what moves in a definition, by its traced object
   float shading_rate_ = 1;
   int most_levels_ = 0;  ///< of Loop subdivision
   std::shared_ptr<const geom::DicingView> camera_view_;

@@ -94,7 +94,7 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
     const auto v = e.params.get_floats("plot");
     if (v.size() != 4 || !(v[1] > v[0]) || !(v[3] > v[2]))
       throw InputError(e.loc, "\"plot\" must be x0 x1 y0 y1 in metres, x0 below x1 and y0 below y1");
-    r->canopy_plot = Box2f(V2f(v[0], v[2]), V2f(v[1], v[3]));
+    r->canopy_plot = Imath::Box2d(Imath::V2d(v[0], v[2]), Imath::V2d(v[1], v[3]));
   }
   for (const std::string& name : e.params.get_strings("ground")) {
     const auto& known = context.description.named_materials;
@@ -110,7 +110,8 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
 
 std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
   integrate::CanopyTransport::Settings s;
-  s.plot = r.canopy_plot;
+  const Imath::V2d corner(r.origin.x, r.origin.y);
+  if (r.canopy_plot) s.plot = Box2f(V2f(r.canopy_plot->min - corner), V2f(r.canopy_plot->max - corner));
   s.slabs = r.canopy_slabs.value_or(s.slabs);
   s.ground_materials = r.canopy_ground;
   if (std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_infinite(); }))
@@ -170,11 +171,13 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.canopy_slabs, other.canopy_slabs);
   if (r.canopy_ground.empty()) r.canopy_ground = other.canopy_ground;
   if (r.place.empty()) r.place = other.place;
+  if (r.origin == V3d(0, 0, 0)) r.origin = other.origin;
   return r;
 }
 
 IntegratorRequest make_integrator_request(const BuildContext& context) {
   IntegratorRequest r;
+  r.origin = context.origins.scene;
   r.seed = scene_seed(context);
   report_options(context);
   read_sampler(context, &r);

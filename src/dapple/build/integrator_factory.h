@@ -37,7 +37,8 @@ struct IntegratorRequest {
   std::optional<bool> color_bleeding;  ///< ao
   // canopy: integrate::CanopyTransport::Settings
   std::optional<bool> canopy_gather;
-  std::optional<Box2f> canopy_plot;
+  std::optional<Imath::Box2d> canopy_plot;  ///< in the coordinates of the file
+  V3d origin{0, 0, 0};                      ///< of the scene
   std::optional<int> canopy_slabs;
   std::vector<int32_t> canopy_ground;  ///< materials; empty: not said
   std::string place;                   ///< of the scene's directive, for messages

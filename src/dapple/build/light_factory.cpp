@@ -69,21 +69,21 @@ RGB checked(const Entity& e, RGB emission) {
   throw InputError(e.loc, "the emission of this light overflows; expected a smaller scale or power");
 }
 
-Transform light_to_world(const LightEntity& e) {
+Transform light_to_world(const LightEntity& e, const BuildContext& context) {
   for (const Transform* t : {&e.transform.start, &e.transform.end})
     if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the transform of this light cannot be inverted");
-  return e.transform.start;
+  return context.origins.in_world(e.transform.start);
 }
 
-V3f place(const LightEntity& e, const Transform& t, const V3f& local) {
-  const V3f p = t.point(local);
+V3f place(const LightEntity& e, const Transform& t, const V3d& local) {
+  const V3f p = with_base(t, local).point(V3f(0, 0, 0));
   if (!is_finite(p)) throw InputError(e.loc, "the position of this light is not finite");
   return p;
 }
 
 /// Unit direction from `from` to `to` in the world.
-V3f direction(const LightEntity& e, const Transform& t, const V3f& from, const V3f& to) {
-  const V3f d = t.vector(to - from);
+V3f direction(const LightEntity& e, const Transform& t, const V3d& from, const V3d& to) {
+  const V3f d = t.vector(V3f(to - from));
   const float l = length(d);
   if (!(l > 0) || !std::isfinite(l))
     throw InputError(place_of(e, "to"),
@@ -142,7 +142,7 @@ std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::Pos
 }
 
 std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
-  const V3f from = e.params.get_point3("from", V3f(0, 0, 0));
+  const V3d from = e.params.get_point3("from", V3d(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
   return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t),
@@ -150,7 +150,7 @@ std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, cons
 }
 
 std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
-  const V3f from = e.params.get_point3("from", V3f(0, 0, 0)), to = e.params.get_point3("to", V3f(0, 0, 1));
+  const V3d from = e.params.get_point3("from", V3d(0, 0, 0)), to = e.params.get_point3("to", V3d(0, 0, 1));
   const float width = e.params.get_float("coneangle", 30), delta = e.params.get_float("conedeltaangle", 5);
   if (!(width > 0 && width <= 180))
     throw InputError(place_of(e, "coneangle"), "\"coneangle\" is out of range; expected degrees in (0, 180]");
@@ -170,13 +170,13 @@ std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const
   const V3f position = place(e, t, from), axis = direction(e, t, from, to);
   const float half = std::tan(std::min(end, radians(80)));
   return shaped(e, std::make_unique<shading::SpotLight>(position, axis, checked(e, I), end, start), texture,
-                shading::DirectionMap::plane(t, to - from, V2f(half, half)), context, textures);
+                shading::DirectionMap::plane(t, V3f(to - from), V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t, const BuildContext& context,
                                         const TextureLibrary& textures) {
   const RGB I = colour(e, "I", context) * scale_of(e);
-  place(e, t, V3f(0, 0, 0));
+  place(e, t, V3d(0, 0, 0));
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
     const RGB alike = checked(e, I * photometric(e, "power", 4 * pi));
@@ -194,7 +194,7 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
   const float fov = e.params.get_float("fov", 90);
   if (!(fov > 0 && fov < 180))
     throw InputError(place_of(e, "fov"), "\"fov\" is out of range; expected degrees in (0, 180)");
-  place(e, t, V3f(0, 0, 0));
+  place(e, t, V3d(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   if (texture && e.params.find("filename"))
     throw InputError(place_of(e, "filename"), "a projection light has both \"I\" and \"filename\"; expected one of them");
@@ -208,7 +208,7 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
 }
 
 std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
-  const V3f from = e.params.get_point3("from", V3f(0, 0, 0)), to = e.params.get_point3("to", V3f(0, 0, 1));
+  const V3d from = e.params.get_point3("from", V3d(0, 0, 0)), to = e.params.get_point3("to", V3d(0, 0, 1));
   const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", 1));
   return std::make_unique<shading::DistantLight>(direction(e, t, to, from), checked(e, L));
 }
@@ -234,8 +234,9 @@ std::unique_ptr<Light> through_portal(const LightEntity& e, const Transform& t, 
   const auto given = e.params.get_points3("portal");
   if (given.size() != 12)
     throw InputError(portal->loc, "a portal has " + std::to_string(given.size() / 3) + " points; expected the 4 corners of a rectangle");
+  const Transform placed = with_base(t, portal->base);
   V3f corners[4];
-  for (size_t i = 0; i < 4; ++i) corners[i] = t.point(V3f(given[3 * i], given[3 * i + 1], given[3 * i + 2]));
+  for (size_t i = 0; i < 4; ++i) corners[i] = placed.point(V3f(given[3 * i], given[3 * i + 1], given[3 * i + 2]));
   constexpr float tolerance = 1e-3f;  // pbrt's
   const V3f u = corners[1] - corners[0], v = corners[3] - corners[0];
   const float sides = length(u) * length(v), skew = dot(u, v);
@@ -319,7 +320,7 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
                                                       "distant", "infinite", "canopy",      "sky"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(types));
-  const Transform t = light_to_world(e);
+  const Transform t = light_to_world(e, context);
   std::unique_ptr<Light> light;
   switch (it - types.begin()) {
     case 0:
@@ -350,7 +351,7 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
     context.diagnostics.unsupported(e.loc, "a light all around that moves", "one that stays as it is at shutter open");
     return light;
   }
-  return std::make_unique<shading::MovingLight>(std::move(light), AnimatedTransform(e.transform.start, e.transform.end));
+  return std::make_unique<shading::MovingLight>(std::move(light), AnimatedTransform(t, context.origins.in_world(e.transform.end)));
 }
 
 std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,

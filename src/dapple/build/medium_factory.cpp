@@ -97,15 +97,15 @@ struct Place {
   Transform medium_to_world;
 
   Place(const MediumEntity& e, const BuildContext& context) {
-    const V3f a = e.params.get_point3("p0", V3f(0, 0, 0)), b = e.params.get_point3("p1", V3f(1, 1, 1));
-    box.extendBy(a);
-    box.extendBy(b);
+    const V3d a = e.params.get_point3("p0", V3d(0, 0, 0)), b = e.params.get_point3("p1", V3d(1, 1, 1)), base = e.params.base_of("p0");
+    box.extendBy(V3f(a - base));
+    box.extendBy(V3f(b - base));
     const V3f size = box.max - box.min;
     if (!(size.x > 0 && size.y > 0 && size.z > 0) || !is_finite(size))
       throw InputError(place_of(e, "p1"), "the box of this medium from \"p0\" to \"p1\" has no volume");
     if (e.transform.is_animated())
       context.diagnostics.unsupported(e.loc, "a moving medium", "a medium where it is at shutter open");
-    medium_to_world = e.transform.start;
+    medium_to_world = with_base(context.origins.in_world(e.transform.start), base);
     if (!medium_to_world.is_finite() || !medium_to_world.is_invertible())
       throw InputError(e.loc, "the transform of this medium cannot be inverted");
   }

@@ -16,6 +16,7 @@
 
 namespace dapple::build {
 
+using Imath::V2d;
 using scenefile::SceneDescription;
 
 namespace {
@@ -34,7 +35,8 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   built.texture_system = std::make_unique<image::TextureSystem>();
   built.scene = std::make_unique<scene::Scene>();
   scene::Scene& scene = *built.scene;
-  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going};
+  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going, find_origins(description, diagnostics)};
+  built.origin = context.origins.scene;
 
   built.film = make_film(context, options.film);
   built.request = make_integrator_request(context);
@@ -48,8 +50,13 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
-  if (options.period) scene.traced.set_period(*options.period);
-  GeometryBuilder geometry(context, textures, coverage, scene, options.period);
+  std::optional<Box2f> period;
+  if (options.period) {
+    const V2d corner(built.origin.x, built.origin.y);
+    period = Box2f(V2f(options.period->min - corner), V2f(options.period->max - corner));
+    scene.traced.set_period(*period);
+  }
+  GeometryBuilder geometry(context, textures, coverage, scene, period);
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();

@@ -27,12 +27,13 @@ struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
   /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in on its other side.
-  std::optional<Box2f> period;
+  std::optional<Imath::Box2d> period;
 };
 
 /// A scene ready to render, with what its file asks for.
 struct BuiltScene {
   std::unique_ptr<scene::Scene> scene;
+  V3d origin{0, 0, 0};  ///< what was taken off positions: those of the scene plus this are those of the file
   FilmRequest film;
   IntegratorRequest request;
   BuildTimes times;

@@ -105,7 +105,7 @@ Mesh dice_patches(Mesh&& patches) {
 Mesh triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
   Mesh mesh;
   mesh.P = points3(e.params.get_points3("P"));
-  mesh.P_end = points3(e.params.get_points3("P1"));
+  mesh.P_end = points_at_close(e);
   mesh.N = points3(e.params.get_normals("N"));
   mesh.uv = points2(e.params.get_points2("uv"));
   e.params.get_vectors3("S");
@@ -115,7 +115,7 @@ Mesh triangle_mesh(const ShapeEntity& e, const Transform& to_target) {
   check_count(e, "N", mesh.N.size(), mesh.P.size());
   check_count(e, "uv", mesh.uv.size(), mesh.P.size());
   check_count(e, "P1", mesh.P_end.size(), mesh.P.size());
-  place(mesh, e, to_target);
+  place(mesh, e, with_base(to_target, e.params.base_of("P")));
   return mesh;
 }
 
@@ -134,11 +134,11 @@ Mesh bilinear_mesh(const BuildContext& context, const ShapeEntity& e, const Tran
     context.diagnostics.unsupported(e.loc, "bilinearmesh \"emissionfilename\"", "uniform emission");
   // pbrt lists corners (0,0), (1,0), (0,1), (1,1).
   for (size_t i = 0; i < mesh.indices.size(); i += 4) std::swap(mesh.indices[i + 2], mesh.indices[i + 3]);
-  place(mesh, e, to_target);
+  place(mesh, e, with_base(to_target, e.params.base_of("P")));
   return mesh;
 }
 
-std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& object_to_target) {
   const std::string filename = e.params.get_string("filename", "");
   if (filename.empty()) throw InputError(e.loc, "plymesh needs \"string filename\"");
   for (const char* name : {"displacement.edgelength", "edgelength"}) e.params.find(name);
@@ -149,9 +149,10 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
     if (!context.keep_going) throw;
     context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
     Mesh cube = stand_in_cube();
-    place(cube, e, to_target);
+    place(cube, e, object_to_target);
     return {std::move(cube)};
   }
+  const Transform to_target = with_base(object_to_target, ply.base);
   std::vector<Mesh> meshes;
   const bool both = !ply.tri_indices.empty() && !ply.quad_indices.empty();
   if (!ply.quad_indices.empty()) {
@@ -216,7 +217,7 @@ std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const Sh
   const std::vector<uint32_t> indices = index_list(e, 3, P.size());
   e.params.get_string("scheme", "loop");
   const bool is_diced = e.params.get_bool("diced", false);
-  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, to_target, dicing.most_levels);
+  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, with_base(to_target, e.params.base_of("P")), dicing.most_levels);
   e.params.get_int("levels", 3);
   geom::ControlCage cage;
   cage.scheme = geom::SurfaceScheme::loop;
@@ -224,7 +225,7 @@ std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const Sh
   cage.P = std::move(P);
   cage.indices = indices;
   cage.face_sizes.assign(indices.size() / 3, 3);
-  return diced(context, e, std::move(cage), to_target, dicing);
+  return diced(context, e, std::move(cage), with_base(to_target, e.params.base_of("P")), dicing);
 }
 
 // Meshes over the same vertices as they are, or diced where they are displaced.
@@ -269,8 +270,12 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
   if (e.type == "bilinearmesh") return meshes(context, e, {bilinear_mesh(context, e, to_target)}, dicing);
   if (e.type == "sphere" || e.type == "disk" || e.type == "cylinder") return {quadric(e, to_target)};
   if (e.type == "loopsubdiv") return loop_subdivision(context, e, to_target, dicing);
-  if (e.type == "catmullclark") return diced(context, e, catmull_clark_cage(context, e), to_target, dicing);
-  if (e.type == "curve") return {make_curve(e, to_target)};
+  if (e.type == "catmullclark") {
+    V3d base(0, 0, 0);
+    geom::ControlCage cage = catmull_clark_cage(context, e, &base);
+    return diced(context, e, std::move(cage), with_base(to_target, base), dicing);
+  }
+  if (e.type == "curve") return {make_curve(e, with_base(to_target, e.params.base_of("P")))};
   if (e.type == "disks") {
     if (const trace::DisksPtr disks = make_disks(context, e, to_target)) return {disks};
     return {};

@@ -79,6 +79,15 @@ std::vector<V3f> points3(std::span<const float> numbers) {
   return v;
 }
 
+std::vector<V3f> points_at_close(const ShapeEntity& e) {
+  std::vector<V3f> points = points3(e.params.get_points3("P1"));
+  if (points.empty()) return points;
+  const V3d shift = e.params.base_of("P1") - e.params.base_of("P");
+  if (shift != V3d(0, 0, 0))
+    for (V3f& p : points) p = V3f(V3d(p) + shift);
+  return points;
+}
+
 std::vector<V2f> points2(std::span<const float> numbers) {
   std::vector<V2f> v(numbers.size() / 2);
   for (size_t i = 0; i < v.size(); ++i) v[i] = V2f(numbers[2 * i], numbers[2 * i + 1]);

@@ -25,6 +25,8 @@ scenefile::ObjMesh read_obj(const BuildContext& context, const scenefile::ShapeE
 std::string why_no_face(const scenefile::ShapeEntity& entity);
 
 std::vector<V3f> points3(std::span<const float> numbers);
+/// The points of "P1" less the base of "P".
+std::vector<V3f> points_at_close(const scenefile::ShapeEntity& entity);
 std::vector<V2f> points2(std::span<const float> numbers);
 
 /// What takes the place of a mesh file that cannot be read: a cube of side 1 around the origin.

@@ -18,7 +18,7 @@ TextureInputs::TextureInputs(const BuildContext& c, const TextureLibrary& l, con
       params(e.params),
       role(r),
       graph(l.graph()),
-      world_to_texture(e.transform.start.inverse()) {
+      world_to_texture(with_base(e.transform.start.inverse(), c.origins.scene)) {
   if (!e.transform.start.is_invertible()) fail("the transform of texture \"" + e.name + "\" has no inverse");
 }
 

@@ -29,7 +29,7 @@ ImageLayer layer(const Film& film, const std::string& name, std::vector<std::str
 void put(const RGB& c, float* out) { out[0] = c.r, out[1] = c.g, out[2] = c.b; }
 void put(const V3f& v, float* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 
-ImageLayer aov_layer(const Film& film, const std::string& name) {
+ImageLayer aov_layer(const Film& film, const std::string& name, const V3d& origin) {
   const auto full = SampleType::full_float;
   if (name == "albedo")
     return layer(film, name, {"albedo.R", "albedo.G", "albedo.B"}, {},
@@ -41,7 +41,10 @@ ImageLayer aov_layer(const Film& film, const std::string& name) {
     return layer(film, name, {"Z"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).depth; });
   if (name == "position")
     return layer(film, name, {"P.X", "P.Y", "P.Z"}, full,
-                 [&](int x, int y, float* out) { put(film.features(x, y).position, out); });
+                 [&](int x, int y, float* out) {
+                   const scene::Features f = film.features(x, y);
+                   put(f.alpha > 0 ? V3f(V3d(f.position) + origin) : f.position, out);
+                 });
   if (name == "variance")
     return layer(film, name, {"variance.R", "variance.G", "variance.B"}, full,
                  [&](int x, int y, float* out) { put(film.variance(x, y), out); });
@@ -117,7 +120,7 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) {
     put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_use(x, y)) : film.pixel(x, y), p);
   }));
-  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name));
+  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name, settings.origin));
   for (size_t g = 0; g < settings.light_groups.size(); ++g) {
     const std::string name = "light." + settings.light_groups[g];
     out.layers.push_back(layer(film, name, {name + ".R", name + ".G", name + ".B"}, {},

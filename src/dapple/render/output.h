@@ -25,6 +25,7 @@ struct OutputSettings {
   std::vector<std::string> aovs;
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
   std::optional<CacheView> cache_view;  ///< in place of the picture
+  V3d origin{0, 0, 0};  ///< added to positions, build::BuiltScene::origin
   image::ExrOptions exr;
   image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;

@@ -3,6 +3,7 @@
 
 #include <charconv>
 
+#include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/text.h"
 
@@ -28,6 +29,7 @@ std::string_view next_word(std::string_view* line) {
 
 DiskTable parse_disks(std::string_view data, std::string_view name, const FileLoc& loc) {
   DiskTable table;
+  std::vector<V3d> centres;
   for (uint32_t number = 1; !data.empty(); ++number) {
     const size_t end = std::min(data.find('\n'), data.size());
     std::string_view line = data.substr(0, end);
@@ -37,25 +39,26 @@ DiskTable parse_disks(std::string_view data, std::string_view name, const FileLo
       if (loc.file.empty()) throw InputError(FileLoc{name, number, 0}, message);
       throw InputError(loc, FileLoc{name, number, 0}.to_string() + ": " + message);
     };
-    float x[columns];
+    double x[columns];
     int n = 0;
     for (std::string_view word = next_word(&line); !word.empty(); word = next_word(&line), ++n) {
       if (n == columns) fail("more than 7 numbers; expected radius x y z nx ny nz");
       const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
       const auto [stop, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), x[n]);
-      if (problem != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(x[n]) || !(std::abs(x[n]) <= 1e9f))
+      if (problem != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(x[n]) || !(std::abs(x[n]) <= 1e9))
         fail(std::string(column_names[n]) + " is " + in_quotes(word) + ", expected a number from -1e9 to 1e9");
     }
     if (n == 0) continue;
     if (n < columns) fail(std::to_string(n) + " numbers; expected 7: radius x y z nx ny nz");
-    if (!(x[0] > 0)) fail("radius is " + std::to_string(x[0]) + ", expected a number above 0");
-    const V3f normal(x[4], x[5], x[6]);
+    if (!(float(x[0]) > 0)) fail("radius is " + std::to_string(x[0]) + ", expected a number above 0");
+    const V3f normal = {float(x[4]), float(x[5]), float(x[6])};
     const float l = length(normal);
     if (!(l > 1e-6f) || !(l < 1e6f)) fail("the normal's length is " + std::to_string(l) + ", expected 1e-6 to 1e6");
-    table.radius.push_back(x[0]);
-    table.centre.emplace_back(x[1], x[2], x[3]);
+    table.radius.push_back(float(x[0]));
+    centres.emplace_back(x[1], x[2], x[3]);
     table.normal.push_back(normal * (1 / l));
   }
+  table.base = take_off_base(centres, &table.centre);
   return table;
 }
 

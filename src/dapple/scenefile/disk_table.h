@@ -15,6 +15,7 @@ namespace dapple::scenefile {
 struct DiskTable {
   std::vector<float> radius;
   std::vector<V3f> centre, normal;
+  V3d base{0, 0, 0};  ///< to be added to each centre (far_points.h)
 };
 
 /// Reads such a file (plain or gzip); empty lines and what follows a # are skipped. InputError at `loc`, naming file,

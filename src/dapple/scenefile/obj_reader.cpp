@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/obj_reader.h"
+#include "dapple/scenefile/far_points.h"
 
 #include <charconv>
 #include <cstring>
@@ -27,7 +28,7 @@ class ObjParser {
       const std::string_view keyword = word();
       const bool v = keyword == "v", vt = keyword == "vt", f = keyword == "f";
       if (v)
-        mesh_.P.push_back({number(), number(), number()});
+        read_position();
       else if (vt)
         read_uv();
       else if (f)
@@ -36,6 +37,7 @@ class ObjParser {
       skip_line();
     }
     mesh_.doubt = !is_text ? "it holds NUL bytes" : !is_known ? "it has no v, vt or f line" : nullptr;
+    if (!exact_.empty()) mesh_.base = take_off_base(exact_, &mesh_.P);
     if (!has_uv_) {
       mesh_.uv.clear();
       mesh_.uv_indices.clear();
@@ -49,6 +51,8 @@ class ObjParser {
 
  private:
   static constexpr uint32_t no_uv = ~0u;
+
+  std::vector<V3d> exact_;  ///< positions, where the first is far from the origin
 
   [[noreturn]] void fail(const std::string& message) const {
     if (loc_.file.empty()) throw InputError(FileLoc{name_, line_, 0}, message);
@@ -102,6 +106,19 @@ class ObjParser {
     const std::string_view text = word();
     if (text.empty()) fail("the line ends too early; expected a number");
     return to_number(text);
+  }
+  void read_position() {
+    V3f p;
+    V3d exact;
+    for (int k = 0; k < 3; ++k) {
+      const std::string_view text = word();
+      if (text.empty()) fail("the line ends too early; expected a number");
+      p[k] = to_number(text);
+      exact[k] = double(p[k]);
+      if (std::abs(p[k]) >= float(nearest_far)) std::from_chars(text.data() + (text.front() == '+'), text.data() + text.size(), exact[k]);
+    }
+    if (mesh_.P.size() == exact_.size() && (!exact_.empty() || may_be_far({&p.x, 3}))) exact_.push_back(exact);
+    mesh_.P.push_back(p);
   }
   void read_uv() {
     const float u = number();

@@ -14,7 +14,8 @@ namespace dapple::scenefile {
 
 /// The polygons of an OBJ file. Indices are in range; numbers are finite; faces have 3 corners or more.
 struct ObjMesh {
-  std::vector<V3f> P;
+  std::vector<V3f> P;                ///< less `base`
+  V3d base{0, 0, 0};                 ///< far_points.h
   std::vector<V2f> uv;               ///< empty if no face has texture coordinates
   std::vector<uint32_t> face_sizes;  ///< corners of each face
   std::vector<uint32_t> indices;     ///< into P, by corner

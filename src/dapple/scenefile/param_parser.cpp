@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/text.h"
 
 namespace dapple::scenefile {
@@ -111,8 +112,13 @@ void ParamParser::read_values(Tokenizer* tokenizer, size_t most, Param* param) {
     param->integers = integers_;
   } else {
     numbers_.clear();
+    Tokenizer again = *tokenizer;
     tokenizer->read_numbers(&numbers_, most);
     param->numbers = numbers_;
+    if (param->type != ParamType::point3 || !may_be_far(numbers_) || numbers_.size() % 3 != 0) return;
+    std::vector<double> exact;
+    again.read_numbers(&exact, most);
+    param->base = take_off_base(exact, param->numbers);
   }
 }
 
@@ -155,7 +161,11 @@ Param ParamParser::parse_option(Tokenizer* tokenizer) {
   // Written like a parameter, "float seed", it says its type.
   if (name.text.find(' ') != std::string_view::npos) {
     p = declaration_of(name);
-    read_values(tokenizer, 1, &p);
+    const bool in_brackets = tokenizer->peek() == Kind::open;
+    if (in_brackets) tokenizer->next();
+    read_values(tokenizer, in_brackets ? SIZE_MAX : 1, &p);
+    if (in_brackets)
+      if (const Token close = tokenizer->next(); close.kind != Kind::close) wrong_value(close, p, "more values or \"]\"");
   } else {
     p.name = string_of(name);
     if (tokenizer->peek() == Kind::string) {

@@ -166,9 +166,14 @@ V3f ParamSet::get_vector3(std::string_view name, const V3f& fallback) const {
   return p ? V3f(p->numbers[0], p->numbers[1], p->numbers[2]) : fallback;
 }
 
-V3f ParamSet::get_point3(std::string_view name, const V3f& fallback) const {
+V3d ParamSet::get_point3(std::string_view name, const V3d& fallback) const {
   const Param* p = typed(name, ParamType::point3, 3);
-  return p ? V3f(p->numbers[0], p->numbers[1], p->numbers[2]) : fallback;
+  return p ? p->base + V3d(p->numbers[0], p->numbers[1], p->numbers[2]) : fallback;
+}
+
+V3d ParamSet::base_of(std::string_view name) const {
+  const Param* p = find(name);
+  return p ? p->base : V3d(0, 0, 0);
 }
 
 int ParamSet::get_choice(std::string_view name, const std::vector<std::string_view>& legal, int fallback) const {

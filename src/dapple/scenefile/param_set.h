@@ -44,6 +44,7 @@ struct Param {
   std::string name;
   FileLoc loc;
   std::vector<float> numbers;        ///< real, point*, vector*, normal, rgb, blackbody, spectrum
+  V3d base{0, 0, 0};                 ///< of point3: what is to be added to each point (far_points.h); 0 but far from the origin
   std::vector<int32_t> integers;     ///< integer; boolean as 0 and 1
   std::vector<std::string> strings;  ///< string, texture, named spectrum
   mutable bool used = false;         ///< set by look-ups
@@ -78,7 +79,7 @@ class ParamSet {
   std::string get_string(std::string_view name, const std::string& fallback) const;
   V2f get_point2(std::string_view name, const V2f& fallback) const;
   V3f get_vector3(std::string_view name, const V3f& fallback) const;  ///< vector3 or vector
-  V3f get_point3(std::string_view name, const V3f& fallback) const;   ///< point3 or point
+  V3d get_point3(std::string_view name, const V3d& fallback) const;   ///< point3 or point
   /// The string's place in `legal`; InputError with the list of legal names otherwise.
   int get_choice(std::string_view name, const std::vector<std::string_view>& legal, int fallback) const;
 
@@ -87,7 +88,8 @@ class ParamSet {
   std::span<const std::string> get_strings(std::string_view name) const;
   /// Flat coordinates; InputError unless the count is a multiple of the type's size.
   std::span<const float> get_points2(std::string_view name) const;  ///< 2 a point
-  std::span<const float> get_points3(std::string_view name) const;  ///< 3 a point
+  std::span<const float> get_points3(std::string_view name) const;  ///< 3 a point, which lies at base_of() plus these
+  V3d base_of(std::string_view name) const;                         ///< Param::base; 0 where there is no such parameter
   std::span<const float> get_normals(std::string_view name) const;
   std::span<const float> get_vectors3(std::string_view name) const;
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/ply_corners.h"
 #include "dapple/scenefile/ply_header.h"
@@ -111,19 +112,22 @@ class MeshReader {
     mesh_.P.reserve(e.count);
     if (layout.has_n()) mesh_.N.reserve(e.count);
     if (layout.has_uv()) mesh_.uv.reserve(e.count);
-    std::vector<float> row(e.properties.size());
+    std::vector<double> row(e.properties.size());
+    std::vector<V3d> exact;  // while the mesh is far from the origin
     for (uint64_t i = 0; i < e.count; ++i) {
       for (size_t k = 0; k < row.size(); ++k) {
         const PlyProperty& p = e.properties[k];
         if (p.is_list)
           skip(in, p);
         else
-          row[k] = float(in->read(p.type));
+          row[k] = in->read(p.type);
       }
-      const auto value = [&row](int k) { return row[size_t(k)]; };
+      const auto value = [&row](int k) { return float(row[size_t(k)]); };
       const V3f p(value(layout.p[0]), value(layout.p[1]), value(layout.p[2]));
       if (!is_finite(p)) in->fail("the position of vertex " + std::to_string(i) + " is not finite");
       mesh_.P.push_back(p);
+      if (i == exact.size() && (i > 0 || may_be_far({&p.x, 3})))
+        exact.emplace_back(row[size_t(layout.p[0])], row[size_t(layout.p[1])], row[size_t(layout.p[2])]);
       if (layout.has_n()) {
         const V3f n(value(layout.n[0]), value(layout.n[1]), value(layout.n[2]));
         const bool good = is_finite(n);
@@ -137,6 +141,7 @@ class MeshReader {
         mesh_.bad_uvs += !good;
       }
     }
+    if (!exact.empty()) mesh_.base = take_off_base(exact, &mesh_.P);
   }
 
   // The usual layout, read at the speed of memory: rows of one size in this machine's byte order, with x y z, nx ny nz
@@ -160,6 +165,7 @@ class MeshReader {
       in->fail("the position of vertex " + std::to_string(bad) + " is not finite");
     if (layout.has_n()) mesh_.bad_normals = zero_if_not_finite(copy_column(rows + n_offset, stride, e.count, &mesh_.N), &mesh_.N);
     if (layout.has_uv()) mesh_.bad_uvs = zero_if_not_finite(copy_column(rows + uv_offset, stride, e.count, &mesh_.uv), &mesh_.uv);
+    mesh_.base = take_off_base(&mesh_.P);
     in->advance_to(rows + stride * e.count);
     return true;
   }

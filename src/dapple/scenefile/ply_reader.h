@@ -14,7 +14,8 @@ namespace dapple::scenefile {
 
 /// A mesh of triangles and quads as read from a PLY file. Indices are in range; positions are finite.
 struct PlyMesh {
-  std::vector<V3f> P;
+  std::vector<V3f> P;                ///< less `base`
+  V3d base{0, 0, 0};                 ///< far_points.h
   std::vector<V3f> N;                ///< empty, or one a vertex; not normalised; 0 where the file's is not finite
   std::vector<V2f> uv;               ///< empty, or one a vertex; 0 where the file's is not finite
   std::vector<int32_t> tri_indices;  ///< 3 a triangle; those of larger polygons come last

@@ -2,6 +2,7 @@
 #include "dapple/scenefile/scene_description.h"
 
 #include "dapple/base/hash.h"
+#include "dapple/scenefile/far_points.h"
 
 namespace dapple::scenefile {
 
@@ -28,6 +29,11 @@ Transform transform_of(const std::array<float, 12>& rows) {
 
 CompactTransform::CompactTransform(const TransformPair& affine) : start_(rows_of(affine.start)) {
   if (affine.is_animated()) end_ = std::make_unique<const Rows>(rows_of(affine.end));
+  const auto is_far = [](const Transform& t) {
+    const M44d& m = t.matrix();
+    return std::max({std::abs(m[0][3]), std::abs(m[1][3]), std::abs(m[2][3])}) >= nearest_far;
+  };
+  if (is_far(affine.start) || is_far(affine.end)) far_ = std::make_unique<const TransformPair>(affine);
 }
 
 TransformPair CompactTransform::expand() const {

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/scene_origin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "dapple/base/parallel.h"
+#include "dapple/scenefile/first_points.h"
+
+namespace dapple::build {
+
+using Imath::Box3d;
+using scenefile::InstanceEntity;
+using scenefile::SceneDescription;
+using scenefile::ShapeEntity;
+using scenefile::TransformPair;
+
+namespace {
+
+constexpr double extents_off = 16, nearest_origin = 256;
+/// A float's last bit is 6e-8 of it; at this ratio steps are 1/160 of a shape's size.
+constexpr double least_ratio = 1e-5;
+
+Box3d moved(const Box3d& box, const M44d& m) {
+  Box3d out;
+  if (box.isEmpty()) return out;
+  for (int c = 0; c < 8; ++c) {
+    const V3d p(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z);
+    V3d q;
+    for (int i = 0; i < 3; ++i) q[i] = m[i][0] * p.x + m[i][1] * p.y + m[i][2] * p.z + m[i][3];
+    const double w = m[3][0] * p.x + m[3][1] * p.y + m[3][2] * p.z + m[3][3];
+    if (w != 0 && w != 1) q *= 1 / w;
+    if (std::isfinite(q.x + q.y + q.z)) out.extendBy(q);
+  }
+  return out;
+}
+
+Box3d moved(const Box3d& box, const TransformPair& t) {
+  Box3d out = moved(box, t.start.matrix());
+  if (t.is_animated()) out.extendBy(moved(box, t.end.matrix()));
+  return out;
+}
+
+double largest(const V3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// Warns where the median shape is small for where it lies.
+void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d& origin, const SceneDescription& d, Diagnostics& diagnostics) {
+  std::vector<double> ratios;
+  for (const Box3d& box : boxes)
+    if (const double size = largest(box.max - box.min); size > 0 && !box.isEmpty()) ratios.push_back(size / largest(box.center() - origin));
+  if (ratios.empty()) return;
+  const auto middle = ratios.begin() + std::ptrdiff_t(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  if (*middle >= least_ratio) return;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "the scene reaches from %.9g %.9g %.9g to %.9g %.9g %.9g, its origin is %.9g %.9g %.9g, and half of its shapes are smaller than %.2g "
+                "of their distance from there: steps of single precision show; expected an Option \"point3 origin\" near what matters",
+                all.min.x, all.min.y, all.min.z, all.max.x, all.max.y, all.max.z, origin.x, origin.y, origin.z, *middle);
+  diagnostics.warn({d.files.empty() ? "" : std::string_view(d.files.front()), 0, 0}, text);
+}
+
+/// Boxes of the definitions, in their own spaces; their origins go to `origins`.
+std::vector<Box3d> object_boxes(const SceneDescription& d, std::vector<V3d>* origins) {
+  std::vector<Box3d> boxes(d.objects.size());
+  parallel_for(d.objects.size(), [&](size_t i) {
+    for (const ShapeEntity& e : d.objects[i].shapes) boxes[i].extendBy(moved(estimated_bounds(d, e), e.transform));
+  });
+  for (const Box3d& box : boxes) origins->push_back(origin_of(box));
+  for (const InstanceEntity& i : d.instances)
+    if (V3d& origin = (*origins)[size_t(i.object)]; origin != V3d(0, 0, 0) && !only_translates(i.transform.exact())) origin = V3d(0, 0, 0);
+  for (size_t i = 0; i < boxes.size(); ++i)
+    for (const ShapeEntity& e : d.objects[i].shapes)
+      if (e.transform.is_animated()) (*origins)[i] = V3d(0, 0, 0);
+  return boxes;
+}
+
+}  // namespace
+
+TransformPair Origins::of_instance(const InstanceEntity& instance) const {
+  const V3d& own = objects[size_t(instance.object)];
+  if (scene == V3d(0, 0, 0) && own == V3d(0, 0, 0)) return instance.transform.expand();
+  const TransformPair t = instance.transform.exact();
+  return {with_base(in_world(t.start), own), with_base(in_world(t.end), own)};
+}
+
+Transform with_base(const Transform& m, const V3d& base) { return base == V3d(0, 0, 0) ? m : m * Transform::translate(base); }
+
+bool only_translates(const TransformPair& pair) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (pair.start.matrix()[i][j] != pair.end.matrix()[i][j]) return false;
+  return true;
+}
+
+V3d origin_of(const Box3d& bounds) {
+  if (bounds.isEmpty()) return V3d(0, 0, 0);
+  const V3d middle = bounds.center();
+  const double extent = largest(bounds.max - bounds.min);
+  if (!(largest(middle) >= std::max(extents_off * extent, nearest_origin))) return V3d(0, 0, 0);
+  const double grid = std::exp2(std::ceil(std::log2(std::max(4 * extent, 1.0))));
+  V3d origin;
+  for (int k = 0; k < 3; ++k) origin[k] = std::round(middle[k] / grid) * grid;
+  return origin;
+}
+
+Box3d estimated_bounds(const SceneDescription& d, const ShapeEntity& e) {
+  Box3d box;
+  const auto parameter = [&e](std::string_view name) -> const scenefile::Param* {
+    for (const scenefile::Param& p : e.params.all())
+      if (p.name == name) return &p;
+    return nullptr;
+  };
+  for (const char* name : {"P", "P1"}) {
+    const scenefile::Param* p = parameter(name);
+    if (!p || p->type != scenefile::ParamType::point3) continue;
+    for (size_t i = 0; i + 2 < p->numbers.size(); i += 3) box.extendBy(p->base + V3d(p->numbers[i], p->numbers[i + 1], p->numbers[i + 2]));
+  }
+  if (!box.isEmpty()) return box;
+  if (const scenefile::Param* p = parameter("filename"); p && p->strings.size() == 1) {
+    for (const V3d& point : scenefile::first_points(d.resolve(p->strings[0]))) box.extendBy(point);
+    return box;
+  }
+  const scenefile::Param* radius = parameter("radius");
+  const double r = radius && radius->numbers.size() == 1 ? double(radius->numbers[0]) : 1;
+  return Box3d(V3d(-r), V3d(r));
+}
+
+Origins find_origins(const SceneDescription& d, Diagnostics& diagnostics) {
+  Origins origins;
+  const std::vector<Box3d> objects = object_boxes(d, &origins.objects);
+  std::vector<Box3d> boxes(d.shapes.size());
+  parallel_for(d.shapes.size(), [&](size_t i) { boxes[i] = moved(estimated_bounds(d, d.shapes[i]), d.shapes[i].transform); });
+  const size_t first = boxes.size();
+  boxes.resize(first + d.instances.size());
+  parallel_ranges(d.instances.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Box3d& box = objects[size_t(d.instances[i].object)];
+      if (!box.isEmpty()) boxes[first + i] = moved(box, d.instances[i].transform.exact());
+    }
+  });
+  Box3d all;
+  for (const Box3d& box : boxes) all.extendBy(box);
+  origins.scene = d.options.find("origin") ? d.options.get_point3("origin", V3d(0, 0, 0)) : origin_of(all);
+  if (!all.isEmpty()) warn_of_steps(boxes, all, origins.scene, d, diagnostics);
+  return origins;
+}
+
+}  // namespace dapple::build
