@@ -146,26 +146,30 @@ TEST(GridMedium, IntegralsOverAProfile) {
       RGB(1, 0.5f, 1));
 }
 
-TEST(GridMedium, StretchedAndTurnedBoxesKeepTheirDepth) {
-  // pbrt-v4's coefficients are per length of the medium's space, so stretching changes no optical depth.
-  const Transform place =
-      Transform::translate({5, 6, 7}) * Transform::rotate(30, V3d(1, 2, 3)) * Transform::scale({4, 2, 3});
-  const GridMedium medium = slab(profile, RGB(0.5f), RGB(0.5f), RGB(0), place);
-  const V3f o = place.point(along.o), d = place.vector(along.d);
-  const Ray ray{.o = o, .d = normalize(d)};
-  const double t = std::exp(-depth_to(1)), half = std::exp(-depth_to(0.5));
-  expect_medium(
-      medium, ray, 100,
-      [&](int) {
-        return Expected{t, 0.5 * (1 - t), 0};
-      },
-      RGB(1));
-  expect_medium(
-      medium, ray, 1.5f * length(d),
-      [&](int) {
-        return Expected{half, 0.5 * (1 - half), 0};
-      },
-      RGB(1));
+TEST(GridMedium, CoefficientsArePerLengthOfTheWorld) {
+  // So a box that is stretched is deeper by as much as the way through it is longer, and its glow saturates
+  // accordingly.
+  for (const V3d& scale : {V3d(4, 4, 4), V3d(4, 2, 3), V3d(-4, 2, 3), V3d(0.25, 0.5, 0.25)}) {
+    const Transform place =
+        Transform::translate({5, 6, 7}) * Transform::rotate(30, V3d(1, 2, 3)) * Transform::scale(scale);
+    const GridMedium medium = slab(profile, RGB(0.5f), RGB(0.5f), RGB(0), place);
+    const V3f o = place.point(along.o), d = place.vector(along.d);
+    const Ray ray{.o = o, .d = normalize(d)};
+    const double longer = length(d) / length(along.d), t = std::exp(-depth_to(1) * longer),
+                 half = std::exp(-depth_to(0.5) * longer);
+    expect_medium(
+        medium, ray, 100,
+        [&](int) {
+          return Expected{t, 0.5 * (1 - t), 0};
+        },
+        RGB(1));
+    expect_medium(
+        medium, ray, 1.5f * length(d),
+        [&](int) {
+          return Expected{half, 0.5 * (1 - half), 0};
+        },
+        RGB(1));
+  }
 }
 
 /// Where flights scatter, against the integral of the density.
@@ -288,7 +292,8 @@ TEST(PatternMedium, BatchesAreTheirRays) {
   KeyedRng rng(8);
   while (rays->count < MediumRays::capacity) {
     const V3f d = square_to_sphere({rng.next(), rng.next()});
-    rays->add({.o = V3f(0.5f, 0.5f, 0.5f) - d * rng.next(), .d = d}, 4 * rng.next(), RGB(1, rng.next(), 2), rng.next_bits());
+    rays->add({.o = V3f(0.5f, 0.5f, 0.5f) - d * rng.next(), .d = d}, 4 * rng.next(), RGB(1, rng.next(), 2),
+              rng.next_bits());
   }
   auto samples = std::make_unique<MediumSample[]>(MediumRays::capacity);
   auto through = std::make_unique<RGB[]>(MediumRays::capacity);
@@ -311,7 +316,12 @@ TEST(PatternMedium, BatchesAreTheirRays) {
 TEST(PatternMedium, WhatBreaksItsBoundIsCutAndCounted) {
   const PatternMedium above = pattern_slab(ramp(2), 1, RGB(0), RGB(1));
   const double t = std::exp(-0.75);
-  expect_medium(above, along, 5, [&](int) { return Expected{t, 1 - t, 0}; }, RGB(1));
+  expect_medium(
+      above, along, 5,
+      [&](int) {
+        return Expected{t, 1 - t, 0};
+      },
+      RGB(1));
   const auto faults = above.faults(PatternMedium::density);
   EXPECT_GT(faults.above, 10000u);
   EXPECT_GT(faults.largest, 1.99f);
@@ -320,11 +330,18 @@ TEST(PatternMedium, WhatBreaksItsBoundIsCutAndCounted) {
 
   const PatternMedium below = pattern_slab(ramp(2, -1), 1, RGB(0), RGB(1));
   const double half = std::exp(-0.25);
-  expect_medium(below, along, 5, [&](int) { return Expected{half, 1 - half, 0}; }, RGB(1));
+  expect_medium(
+      below, along, 5,
+      [&](int) {
+        return Expected{half, 1 - half, 0};
+      },
+      RGB(1));
   EXPECT_GT(below.faults(PatternMedium::density).bad, 10000u);
 
   struct NotANumber final : FloatTexture {
-    void evaluate(const ShadingPoints& points, float* out) const override { std::fill_n(out, points.count, std::nanf("")); }
+    void evaluate(const ShadingPoints& points, float* out) const override {
+      std::fill_n(out, points.count, std::nanf(""));
+    }
   };
   const PatternMedium nan = pattern_slab(std::make_shared<NotANumber>(), 1, RGB(0), RGB(1));
   for (uint64_t key = 0; key < 100; ++key) EXPECT_EQ(nan.transmittance(along, 5, key), RGB(1));
@@ -336,12 +353,14 @@ TEST(PatternMedium, WhatBreaksItsBoundIsCutAndCounted) {
   EXPECT_EQ(far.exhausted(), 1u);
 }
 
-// A channel that is extinguished far less than another meets the other's collisions without end: red goes 1 m through 10^9 of them.
+// A channel that is extinguished far less than another meets the other's collisions without end: red goes 1 m through
+// 10^9 of them.
 TEST(Medium, GridsGiveUpRaysThatCollideTooOften) {
   GridMedium::Content content;
   content.sigma_s = RGB(1, 1e9f, 1);
   content.density = VoxelGrid<float>({1}, 1, 1, 1);
-  const auto medium = std::make_shared<const GridMedium>(std::move(content), Transform(), HenyeyGreenstein{}, "a.pbrt:7:1: medium \"m\"");
+  const auto medium = std::make_shared<const GridMedium>(std::move(content), Transform(), HenyeyGreenstein{},
+                                                         "a.pbrt:7:1: medium \"m\"");
   EXPECT_TRUE(medium_faults({medium}).empty());
   Ray ray{.o = V3f(-1, 0.5f, 0.5f), .d = V3f(1, 0, 0)};
   EXPECT_EQ(medium->transmittance(ray, 5, 3), RGB(0));

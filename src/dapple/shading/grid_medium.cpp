@@ -21,17 +21,15 @@ V3f per_axis(const V3f& a, const V3f& b) {
 }  // namespace
 
 /// The part of a ray in the box, as collisions with the majorant. Positions are in the unit cube; lengths are in the
-/// medium's space, from where the ray enters the box.
+/// world, from where the ray enters the box.
 class GridMedium::Walk {
  public:
   Walk(const GridMedium& medium, const Ray& ray, float t_max) : medium_(medium) {
     const Box3f& box = medium.content_.box;
     const V3f size = box.max - box.min;
-    const V3f d = medium.world_to_medium_.vector(ray.d);
-    stretch_ = length(d);
     o_ = per_axis(medium.world_to_medium_.point(ray.o) - box.min, size);
-    d_ = per_axis(d, size) * (1 / stretch_);
-    float end = t_max * stretch_;
+    d_ = per_axis(medium.world_to_medium_.vector(ray.d), size);
+    float end = t_max;
     for (int k = 0; k < 3; ++k) {
       const float inverse = 1 / d_[k];
       float near = -o_[k] * inverse, far = (1 - o_[k]) * inverse;
@@ -74,7 +72,7 @@ class GridMedium::Walk {
                               cell_[0]];
   }
   V3f position() const { return o_ + d_ * t_; }
-  float t() const { return (first_ + t_) / stretch_; }  ///< along the ray, in the world
+  float t() const { return first_ + t_; }  ///< along the ray
   bool exhausted() const { return exhausted_; }
 
  private:
@@ -105,8 +103,8 @@ class GridMedium::Walk {
 
   const GridMedium& medium_;
   V3f o_, d_;
-  float stretch_, first_ = 0;  // length of d in the medium's space; way to the box
-  float t_ = 0, end_ = 0;      // from there
+  float first_ = 0;        // way to the box
+  float t_ = 0, end_ = 0;  // from there
   std::array<int, 3> cell_{}, step_{}, limit_{};
   std::array<float, 3> crossing_{}, delta_{};
   int collisions_ = 0;

@@ -15,7 +15,8 @@ namespace dapple::shading {
 /// that hold for the cells of a coarse grid, through which rays walk by a 3-D DDA. At a collision, scattering or the
 /// null event is chosen in proportion to what the path's throughput would carry on (spectral tracking; Kutz et al.
 /// 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes"); absorption is a weight.
-/// Transmittance by ratio tracking (Novak et al. 2014). Lengths are measured in the medium's space, as in pbrt-v4.
+/// Transmittance by ratio tracking (Novak et al. 2014). Lengths are measured in the
+/// world, whatever the transform, as in homogeneous media and in pbrt-v4.
 class GridMedium final : public Medium {
  public:
   struct Content {
