@@ -357,7 +357,9 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
-    if (emitter)
+    if (scene_.materials[size_t(e.material)]->is_interface())
+      context_.diagnostics.unsupported(e.loc, "an area light on a shape of material \"interface\"", "a surface that does not shine");
+    else if (emitter)
       add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(e.transform.start, e.transform.end)), alpha,
                  &binding);
     else if (object != no_id)
