@@ -143,7 +143,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     r.cone[i] = std::max(probe.detail(distance) - b.width[k] / settings_.cache_width, 0.0f) / height;
     r.spread[i] = 0;
     r.share[i] = 1;
-    r.medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
+    r.medium[i] = surface_media_.by_ray() ? scene_.bindings[at.geometry].medium_at(behind, b.medium[k]) : surface_media_.declared(at.geometry, behind);
   }
   if (sets > 0) look_up();
 }
