@@ -370,11 +370,6 @@ GeometryBuilder::Opacity GeometryBuilder::opacity_of(const ShapeEntity& e) {
   return {both.alpha, nullptr};
 }
 
-bool GeometryBuilder::is_no_surface(int32_t material) const {
-  const auto constant = scene_.materials[size_t(material)]->constant();
-  return constant && constant->kind == shading::BsdfKind::passthrough;
-}
-
 void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
@@ -399,7 +394,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
-    if (is_no_surface(binding.material))
+    if (scene_.materials[size_t(e.material)]->is_interface())
       context_.diagnostics.warn(e.loc, "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
                                 "area light of an interface");
     else if (emitter)

@@ -74,7 +74,6 @@ class GeometryBuilder {
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   Opacity opacity_of(const scenefile::ShapeEntity& e);
   int32_t medium_index(const std::string& name) const;
-  bool is_no_surface(int32_t material) const;
 
   const BuildContext& context_;
   const TextureLibrary& textures_;

@@ -86,6 +86,7 @@ int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene:
   uint32_t slot = 0;
   bool near_light = false;
   for (int halvings = 0;; ++halvings) {
+    if (surface_media_.by_ray()) at->grid.medium = surface_media_.name(r.hits.geometry[i], r.medium[i]);
     slot = at->grid.slot();
     const int known = c.answer(at->grid, slot);
     if (known >= 0) return known;

@@ -139,7 +139,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   if (!(ray.distance > 0)) return false;
   const int s = w.shadow_count++;
   w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k], b.spread[k]);
-  w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium[k]);
+  w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium_of(k, from));
   w.shadow_normal[s] = from.Ng;
   w.shadow_point[s] = k;
   w.shadow_target[s] = target;

@@ -225,6 +225,7 @@ bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) 
   const bool diced = std::holds_alternative<trace::GridsPtr>(scene_.traced.shape(s.geometry));
   const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? diced_spacing : 1) / finer;
   if (!patches_.dice(patches_.patch_hit(w.hits, p, s.d, s.time, s.surface, &w.shading.extents), width, &s.point)) return false;
+  if (shader_.surface_media().by_ray()) s.point.grid.medium = shader_.surface_media().name(s.geometry, s.medium);
   if (patches_.motion().any() && !patches_.motion().moves(w.hits.instance[p], s.geometry))
     s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time, most_segments(settings_));
   return true;

@@ -65,9 +65,9 @@ HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const 
       irradiance_cache_(irradiance),
       settings_(settings),
       materials_(scene, settings.caustics),
-      media_(scene),
       tracer_(scene, materials_, true, settings.visibility),
       direct_(scene, tracer_, settings.shadow_rays),
+      surface_media_(scene),
       linker_(scene, materials_, patches),
       common_area_(common_area(scene)),
       widest_cell_(std::sqrt(largest_cell * common_area_)) {}
@@ -86,6 +86,7 @@ void HitShader::shade(const Place& place, ShadingWorkspace& w) const {
 
 void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
+  find_media(b, w);
   static_assert(MaterialTable::Scratch::most_points >= PointBatch::capacity);
   materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
     b.describe(k, points, lane);
@@ -98,6 +99,14 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat(b.wo[k]);
     if (mirror && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
   }
+}
+
+void HitShader::find_media(PointBatch& b, ShadingWorkspace& w) const {
+  if (!surface_media_.vary()) return;
+  if (!w.surface_media) w.surface_media = std::make_shared<SurfaceMedia::Scratch>();
+  const Timer timer;
+  surface_media_.find(b, *w.surface_media);
+  w.stages.tracing_seconds += timer.seconds();
 }
 
 void HitShader::link(ShadingWorkspace& w) const {
@@ -232,7 +241,7 @@ void HitShader::set_diffuse_ray(const PointBatch& b, const DiffuseFan& fan, RayS
   r.cone[i] = std::min(widest_cone, std::sqrt(fan.solid_angle / cosine));
   r.spread[i] = fan.spread;
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], fan.spread);
-  r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium[k]);
+  r.medium[i] = scene_.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium_of(k, from));
   r.share[i] = fan.share;
 }
 

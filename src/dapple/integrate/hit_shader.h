@@ -3,7 +3,7 @@
 
 #include "dapple/integrate/cache_answers.h"
 #include "dapple/integrate/direct_light.h"
-#include "dapple/scene/medium_map.h"
+#include "dapple/integrate/surface_media.h"
 
 namespace dapple::integrate {
 
@@ -63,6 +63,10 @@ class HitShader {
 
   /// Finds the links of the tiles that are w.linking.jobs.
   void link(ShadingWorkspace& w) const;
+
+  /// Says in which medium shading points lie whose surfaces do not. Part of prelight().
+  void find_media(PointBatch& b, ShadingWorkspace& w) const;
+  const SurfaceMedia& surface_media() const { return surface_media_; }
 
   // shade() in steps, for callers that keep what a step gives.
   void prelight(const Place& place, ShadingWorkspace& w) const;
@@ -199,9 +203,9 @@ class HitShader {
   RadiosityCache *const cache_, *const irradiance_cache_;
   const Settings settings_;
   const MaterialTable materials_;
-  const scene::MediumMap media_;
   const RayTracer tracer_;
   const DirectLight direct_;
+  const SurfaceMedia surface_media_;
   const TileLinker linker_;
   const float common_area_;  ///< m2; cells of the cache that are larger send more rays
   /// No cell of the cache is wider, m: a spot of sun in a room is a part of a few cells, and how large a part they find out by few rays.

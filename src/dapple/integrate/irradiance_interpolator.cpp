@@ -270,6 +270,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     nodes[k]->glints = 0;
   }
   b.count = count;
+  shader_.find_media(b, s);
   for (int first = 0; first < all;) {
     int sets = 0, next = first;
     for (; sets < PointBatch::most_ray_sets && next < all; ++sets) next = fill_set(of_step, nodes, next, all, b, b.ray_set(sets));

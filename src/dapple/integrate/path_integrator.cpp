@@ -393,6 +393,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+  // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in which the path came.
   w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
   ++(diffuse ? w.rays.diffuse : w.rays.specular);

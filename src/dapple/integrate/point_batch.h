@@ -139,6 +139,8 @@ struct PointBatch {
     if (!moves[k]) from.time = ray_time(k, i, seed);
     return from;
   }
+  /// In which rays leave point k from one of its origins, unless its surface says otherwise.
+  int32_t medium_of(int k, const RayOrigin& from) const { return from.medium == RayOrigin::of_point ? medium[k] : from.medium; }
   /// All rays of the point leave from the same place, at the same time.
   bool has_one_origin(int k) const { return origins[k] == 0 && !(duration[k] > 0); }
   /// Of light or diffuse ray number i, where the point has several.
@@ -246,6 +248,14 @@ struct NearLights {
   Known known_[known_count];
 };
 
+/// Rays of SurfaceMedia, under way.
+struct SurfaceMediaScratch {
+  trace::RayBatch rays;
+  trace::HitBatch hits;
+  int32_t* to[trace::RayBatch::capacity];  ///< where what ray i finds is written
+  int count = 0;
+};
+
 /// Scratch of a thread that does not outlive a step, and the batches of its recursion.
 struct ShadingWorkspace {
   static constexpr int capacity = RaySet::capacity;
@@ -257,6 +267,7 @@ struct ShadingWorkspace {
   MaterialTable::Scratch prelighting;
   RayTracer::Scratch tracing;
   TileLinker::Scratch linking;
+  std::shared_ptr<SurfaceMediaScratch> surface_media;  ///< null until it is needed
   shading::ShadingPoints points;  ///< for stages that shaders have of their own
   RayCounts rays;
   StageCounts stages;

@@ -18,6 +18,8 @@ struct RayOrigin {
   V3f turn;  ///< what the normal there differs by
   float error;
   float time;
+  static constexpr int32_t of_point = -3;
+  int32_t medium = of_point;  ///< in which rays leave there, where it need not be that of the shading point
 
   /// The normal there, where that of the shading point, bumps included, is n.
   V3f normal(const V3f& n) const { return turn == V3f(0, 0, 0) ? n : normalize(n + turn); }

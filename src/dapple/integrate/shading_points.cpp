@@ -86,7 +86,7 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
   b.origins[k] = 0;
   b.spread[k] = 0;
-  b.medium[k] = media_.at(id.geometry, b.surface[k], id.behind, b.time[k]);
+  b.medium[k] = surface_media_.declared(id.geometry, id.behind, id.medium);
   b.set_key(k, hash(settings_.seed, key, id.index(i, j)));
   b.share[k] = motion.segments(id.span);
   b.crowd[k] = b.effort[k] = 1;

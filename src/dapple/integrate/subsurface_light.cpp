@@ -144,7 +144,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     r.spread[i] = 0;
     r.share[i] = 1;
     r.sheets[i] = 0;
-    r.medium[i] = scene_.bindings[at.geometry].medium_at(behind, b.medium[k]);
+    r.medium[i] = surface_media_.by_ray() ? scene_.bindings[at.geometry].medium_at(behind, b.medium[k]) : surface_media_.declared(at.geometry, behind);
   }
   if (sets > 0) look_up();
 }

@@ -21,6 +21,7 @@ struct GridId {
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
   uint8_t span = 0;    ///< the time that it is shaded for (Motion)
+  uint16_t medium = 0; ///< in which rays arrive, where that is not the same for all of them: a number above 0. 0: it is
 
   static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
@@ -30,7 +31,7 @@ struct GridId {
   uint64_t hash() const;
   /// Quickly, for small tables.
   uint32_t slot() const {
-    const uint32_t levels = uint32_t(u_level) << 16 | uint32_t(v_level) << 8 | span << 1 | behind;
+    const uint32_t levels = uint32_t(u_level) << 16 | uint32_t(v_level) << 8 | span << 1 | behind | uint32_t(medium) << 24;
     const uint32_t h = patch * 0x9e3779b1u + tile_u * 0x85ebca77u + tile_v * 0xc2b2ae3du + (instance + geometry * 31) * 0x27d4eb2fu + levels * 0x165667b1u;
     return h >> 16 ^ h;
   }
