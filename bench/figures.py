@@ -2,8 +2,7 @@
 """The figures that no change may make worse: errors of each method on a small case, and instructions of five renders of other people's scenes.
 
 No clock is read: errors are exact, and instructions, counted by valgrind's callgrind while samples are rendered, are the same within .1 % from
-run to run. The values beside them are those of commit 5ae0395 (figures_baseline.json; --update writes that file anew: only where a later commit
-shall be what is compared with). Needs ../shared/scenes for the renders; figures without their scene are left out and named."""
+run to run. The values beside them are those of commit 5ae0395 (figures_baseline.json). DAPPLE_FIGURES, a part of a name, chooses some. Needs ../shared/scenes for the renders; figures without their scene are left out and named."""
 import ctypes.util
 import json
 import math

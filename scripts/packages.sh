@@ -16,7 +16,7 @@ build_packages=(
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)  # import dapple.canopy; left out where they are absent
 test_packages=(libgtest-dev librapidcheck-dev)
-bench_packages=(python3 python3-numpy python3-openimageio libbenchmark-dev)
+bench_packages=(python3 python3-numpy python3-openimageio libbenchmark-dev valgrind)
 fuzz_packages=(clang libclang-rt-14-dev)
 format_packages=(clang-format)
 peer_packages=(blender povray)  # other renderers that bench/ compares with
