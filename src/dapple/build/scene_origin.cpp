@@ -53,7 +53,7 @@ void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d&
   const auto middle = ratios.begin() + std::ptrdiff_t(ratios.size() / 2);
   std::nth_element(ratios.begin(), middle, ratios.end());
   if (*middle >= least_ratio) return;
-  char text[320];
+  char text[640];
   std::snprintf(text, sizeof text,
                 "the scene reaches from %.9g %.9g %.9g to %.9g %.9g %.9g, its origin is %.9g %.9g %.9g, and half of its shapes are smaller than %.2g "
                 "of their distance from there: steps of single precision show; expected an Option \"point3 origin\" near what matters",
