@@ -260,7 +260,7 @@ TEST(RadiosityCacheBreakers, WallAcrossSmallPatches) {
   expect_near(render_built(built, 16, s).mean(), expected, .03f, "small patches");
 }
 
-// A known limit (docs/guide/rendering.md): a wall without thickness that crosses meshes of small patches aslant. Each patch it cuts is one or few points of the
+// A known limit (docs/guide/quality.md): a wall without thickness that crosses meshes of small patches aslant. Each patch it cuts is one or few points of the
 // cache, which speak for both sides. Seen: + 30 % in indirect light; the bound says that it does not grow. Without the cache nothing leaks.
 TEST(RadiosityCacheBreakers, WallAslantAcrossSmallPatchesIsALimit) {
   const auto built = build_text(rooms_of_meshes(16, .3f));

@@ -7,7 +7,7 @@
 
 namespace dapple::render {
 
-/// Pictures of what the radiosity cache did (docs/guide/rendering.md has the legend).
+/// Pictures of what the radiosity cache did (docs/guide/troubleshooting.md has the legend).
 enum class CacheView { level, age, fills, reuse };
 inline constexpr std::string_view cache_view_names[] = {"level", "age", "fills", "reuse"};
 
