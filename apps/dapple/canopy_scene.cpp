@@ -34,7 +34,8 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   set_thread_count(o.threads);
   CanopyScene scene;
   if (!o.period.empty()) scene.period = rectangle("--period", o.period);
-  std::optional<Imath::Box2d> area = scene.period;
+  Imath::Box2d area;  // empty: all of the scene
+  if (scene.period) area = *scene.period;
   if (!o.area.empty()) area = rectangle("--area", o.area);
   scene.description = scenefile::read_pbrt(o.scene, diagnostics);
   if (scene.description.camera.type.empty()) scene.description.camera.type = "perspective";  // none is needed
@@ -46,7 +47,7 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");
   const V3d& origin = scene.built->origin;
   const Imath::V2d corner(origin.x, origin.y);
-  scene.area = area ? Box2f(V2f(area->min - corner), V2f(area->max - corner)) : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
+  scene.area = !area.isEmpty() ? Box2f(V2f(area.min - corner), V2f(area.max - corner)) : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
   if (!(scene.area.max.x > scene.area.min.x) || !(scene.area.max.y > scene.area.min.y))
     throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no extent along x or y; expected a plot, or --area");
   return scene;

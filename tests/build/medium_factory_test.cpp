@@ -74,8 +74,8 @@ TEST_F(MediumFactory, RgbGridAndItsPlace) {
   const RGB d = depth(
       R"(Translate 0 0 4 Scale 2 2 2 MakeNamedMedium "g" "string type" "rgbgrid" "integer nx" 1 "rgb sigma_s" [ 1 2 0 ] "rgb sigma_a" [ 0 0 0 ] "point3 p0" [ 0 0 0 ] "point3 p1" [ 1 1 1 ])",
       Ray{.o = V3f(-1, 1, 5), .d = V3f(1, 0, 0)}, 10);
-  EXPECT_NEAR(d.r, 0.75, 0.02);  // one value, falling to half at the faces
-  EXPECT_NEAR(d.g, 1.5, 0.03);
+  EXPECT_NEAR(d.r, 2 * 0.75, 0.04);  // one value, falling to half at the faces; the box is 2 wide in the world
+  EXPECT_NEAR(d.g, 2 * 1.5, 0.06);
   EXPECT_NEAR(d.b, 0, 1e-3);
 }
 

@@ -60,7 +60,7 @@ TEST(Options, AreNamedOnceWhereTheyAreNotSupported) {
   EXPECT_TRUE(r.names(3, "displacementedgescale"));
   EXPECT_TRUE(r.names(4, "msereferenceimage"));
   EXPECT_TRUE(r.names(5, "\"nonsense\" of Option is not used"));
-  EXPECT_TRUE(r.names(6, "\"sed\" of Option is not used; expected one of: seed"));
+  EXPECT_TRUE(r.names(6, "\"sed\" of Option is not used; expected one of: origin, seed"));
   EXPECT_EQ(r.messages.size(), 6u);
   EXPECT_TRUE(read(std::string("Option \"forcediffuse\" false\n") + camera).messages.empty());
 }

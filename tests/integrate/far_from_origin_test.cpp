@@ -39,6 +39,9 @@ AttributeBegin
 )" + move + R"(
 LightSource "point" "rgb I" [ 2 1 1 ] "point3 from" [ )" + point(points, 1, 1, 2) + R"( ]
 LightSource "spot" "rgb I" [ 1 2 1 ] "point3 from" [ )" + point(points, -1, 1, 2) + "] \"point3 to\" [ " + point(points, 0, 0, 0) + R"( ]
+AttributeEnd
+AttributeBegin
+Translate )" + point(by, 0, 0, 0) + R"(
 Texture "checks" "spectrum" "checkerboard" "string mapping" "planar" "vector3 v1" [ 1 0 0 ] "vector3 v2" [ 0 1 0 ] "rgb tex1" [ .8 .2 .2 ] "rgb tex2" [ .2 .2 .8 ]
 AttributeEnd
 ObjectBegin "leaf"
@@ -100,33 +103,6 @@ TEST(FarFromOrigin, DistributionIsTheSame) {
   s.shading.shadow_rays = {16};
   s.shading.diffuse_rays = {16};
   expect_the_same(s, "distribution");
-}
-
-scenefile::SceneDescription read(const std::string& text, Diagnostics& diagnostics) { return scenefile::parse_pbrt(text, "test.pbrt", ".", diagnostics); }
-
-// The origin is a coarse grid's: it stays where one object moves, is 0 for scenes that are as wide as a sixteenth of their distance, and is what the option says.
-TEST(FarFromOrigin, WhereTheOriginIs) {
-  const auto balls = [](double x, double extent) {
-    return "WorldBegin\nTranslate " + number(x) + " 0 0\nShape \"sphere\"\nTranslate " + number(extent) + " 0 0\nShape \"sphere\"\n";
-  };
-  Diagnostics none;
-  EXPECT_EQ(read(balls(5.4e6, 10), none).origin, read(balls(5.4e6 + 1, 11), none).origin);
-  EXPECT_NEAR(read(balls(5.4e6, 10), none).origin.x, 5.4e6, 64);
-  EXPECT_EQ(read(balls(150, 10), none).origin, V3d(0, 0, 0));
-  EXPECT_EQ(read("Option \"point3 origin\" [ 5400000.125 2 3 ]\n" + balls(5.4e6, 10), none).origin, V3d(5400000.125, 2, 3));
-  EXPECT_EQ(none.count(), 0u);
-  EXPECT_THROW(read("Option \"float origin\" 3\n" + balls(0, 1), none), InputError);
-}
-
-TEST(FarFromOrigin, TooMuchExtentIsSaid) {
-  Diagnostics said;
-  read("WorldBegin\nShape \"sphere\"\nTranslate 5e6 0 0\nShape \"sphere\" Shape \"sphere\"\n", said);
-  ASSERT_EQ(said.count(), 1u);
-  EXPECT_NE(said.messages()[0].find("single precision"), std::string::npos);
-  Diagnostics beyond;
-  read("WorldBegin\nShape \"sphere\"\nScale 1e11 1e11 1e11\nShape \"sphere\"\n", beyond);
-  ASSERT_GE(beyond.count(), 1u);
-  EXPECT_NE(beyond.messages()[0].find("1e10"), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces that name no medium, in media that others bound: which medium they stand in is decided from the scene.
+// Haze seen from several places; grids and homogeneous media under transforms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -145,7 +145,7 @@ TEST(Haze, GridsAreOfTheWorldsUnits) {
   for (int i = 0; i < 64; ++i) ones += "1 ";
   for (const std::string transform : {"", "Scale 4 4 4", "Scale .5 3 8", "Rotate 30 1 2 3 Scale 2 2 -2"}) {
     for (const std::string& medium : {"\"string type\" \"uniformgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ] \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4 \"float density\" [ " + ones + "]",
-                                      std::string("\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ .5 .5 .5 .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 0 0 0 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1"),
+                                      "\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ " + ones + ones + ones + "] \"float scale\" .5 \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4",
                                       std::string("\"string type\" \"homogeneous\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ]")}) {
       const std::string text = film(4, 4) + "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.02 .02 -.02 .02 ]\nWorldBegin\n" + R"(
 LightSource "infinite" "rgb L" [ 1 1 1 ]

@@ -107,7 +107,7 @@ TEST_P(PlyByteOrder, OddTypesUnknownPropertiesAndElementsAreRead) {
                   "element vertex 3\nproperty uchar red\nproperty double z\nproperty short x\nproperty float y\n"
                   "property list uchar ushort neighbours\nproperty float u\nproperty float v\n"
                   "element face 2\nproperty uchar flags\nproperty list ushort uchar vertex_index\nproperty list uchar "
-                  "float texcoord\n"
+                  "float weights\n"
                   "property uint face_indices\nelement edge 1\nproperty int a\n");
   for (int i = 0; i < 2; ++i) w.put<uint32_t>(2).put<double>(1).put<double>(2).put<int16_t>(5);
   for (int i = 0; i < 3; ++i) {
@@ -215,7 +215,7 @@ TEST(PlyReader, CornersOfTrianglesAndPolygonsAndFacesWithout) {
   }
   std::string without = wedge_quads;
   without.replace(without.find("8 .5 .5 1 .5 1 1 .5 1"), 21, "0");
-  EXPECT_EQ(parse(without).P.size(), 6u);  // the second has no coordinates of its own: its vertices', which are 0
+  EXPECT_EQ(parse(without).P.size(), 8u);  // the second has no coordinates of its own: its vertices', which are 0, not the first's
 }
 
 TEST(PlyReader, CornersThatMakeNoSense) {
