@@ -143,9 +143,11 @@ Shape "sphere" "float radius" .1
 TEST(Haze, GridsAreOfTheWorldsUnits) {
   std::string ones;
   for (int i = 0; i < 64; ++i) ones += "1 ";
+  std::string none;
+  for (int i = 0; i < 64; ++i) none += "0 ";
   for (const std::string transform : {"", "Scale 4 4 4", "Scale .5 3 8", "Rotate 30 1 2 3 Scale 2 2 -2"}) {
     for (const std::string& medium : {"\"string type\" \"uniformgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ] \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4 \"float density\" [ " + ones + "]",
-                                      "\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ " + ones + ones + ones + "] \"float scale\" .5 \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4",
+                                      "\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ " + ones + ones + ones + "] \"rgb sigma_s\" [ " + none + none + none + "] \"float scale\" .5 \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4",
                                       std::string("\"string type\" \"homogeneous\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ]")}) {
       const std::string text = film(4, 4) + "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.02 .02 -.02 .02 ]\nWorldBegin\n" + R"(
 LightSource "infinite" "rgb L" [ 1 1 1 ]

@@ -108,7 +108,7 @@ TEST(InterfaceLamps, DoNotShine) {
   for (const std::string material : {"interface", "none", ""}) {
     Diagnostics diagnostics;
     const std::string lamp = "Shape \"sphere\" \"float radius\" .2\n";
-    const auto description = scenefile::parse_pbrt("WorldBegin\nMaterial \"" + material +
+    const auto description = scenefile::parse_pbrt("Camera \"perspective\"\nWorldBegin\nMaterial \"" + material +
                                                        "\"\nAreaLightSource \"diffuse\" \"rgb L\" [ 5 5 5 ]\n" + lamp +
                                                        "Translate 1 0 0\n" + lamp,
                                                    "test.pbrt", ".", diagnostics);
@@ -116,7 +116,7 @@ TEST(InterfaceLamps, DoNotShine) {
     EXPECT_TRUE(built.scene->lights.empty()) << material;
     int said = 0;
     for (const std::string& m : diagnostics.messages())
-      said += m.find("test.pbrt:4:") != std::string::npos && m.find("nothing shines") != std::string::npos;
+      said += m.find("test.pbrt:5:") != std::string::npos && m.find("nothing shines") != std::string::npos;
     EXPECT_EQ(said, 1) << material;
   }
 }

@@ -358,6 +358,7 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
     for (int c = 0; c < w.corners; ++c)
       if (w.weight[n][c] > 0) sum += w.node[w.node_of[w.quad_of[n] * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) * (w.weight[n][c] / all);
   }
+  sum *= b.bsdf[k].mean_terminator();
   if (settings_.light_groups == 0) return b.indirect.set(k, {sum}), 0;
   RGB parts[scene::LightGroups::max_count];
   const size_t groups = size_t(settings_.light_groups);

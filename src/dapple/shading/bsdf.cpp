@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/bsdf.h"
 
+#include <array>
 #include <utility>
 
 #include "dapple/numeric/quadrature.h"
@@ -305,6 +306,33 @@ float shadowing(float geometric, float shading, float between) {
 }
 
 }  // namespace
+
+float Bsdf::mean_terminator() const {
+  if (!bent) return 1;
+  constexpr int steps = 32;  // of the angle between the normals, to 90 degrees
+  static const std::array<float, steps + 1> means = [] {
+    std::array<float, steps + 1> out;
+    constexpr int across = 32, around = 128;
+    for (int i = 0; i <= steps; ++i) {
+      const float t = float(i) * (pi / 2) / steps, between = std::cos(t);
+      double sum = 0;
+      int above = 0;
+      for (int a = 0; a < across; ++a)
+        for (int b = 0; b < around; ++b) {  // equal shares of cosine-weighted solid angle about the shading normal
+          const float r = std::sqrt((float(a) + 0.5f) / across), z = std::sqrt(1 - r * r);
+          const float geometric = std::sin(t) * r * std::cos((float(b) + 0.5f) * (2 * pi / around)) + between * z;
+          if (!(geometric > 0)) continue;
+          sum += double(shadowing(geometric, z, between));
+          ++above;
+        }
+      out[size_t(i)] = float(sum / above);
+    }
+    return out;
+  }();
+  const float x = std::acos(std::clamp(dot(frame.n, ng), 0.0f, 1.0f)) * (steps / (pi / 2));
+  const int i = std::min(int(x), steps - 1);
+  return lerp(x - float(i), means[size_t(i)], means[size_t(i) + 1]);
+}
 
 void Bsdf::bend(const V3f& Ng) {
   bent = true;

@@ -124,7 +124,9 @@ struct Bsdf {
   /// wi with the geometric and the shading normal and that between these: Chiang et al. 2019 (Taming the shadow terminator) with a parabola, which
   /// loses at most .087 of an even sky, in place of their cubic, which loses .114. 0 below either normal, 1 where the normal is not bent.
   float terminator(const V3f& wi) const { return bent ? terminator(wi, frame.n, ng) : 1; }
-  /// The same where both normals have turned, as on a surface that moves.
+  /// What an even sky keeps of the terminator: the mean of S over the directions above both normals, weighted by the cosine with the shading normal.
+  float mean_terminator() const;
+  /// The same as terminator() where both normals have turned, as on a surface that moves.
   float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
 
   /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by reciprocity that which enters:
