@@ -113,7 +113,7 @@ TEST(Hangup, IsIgnoredWhereItWasFromTheStart) {
   ScratchFolder folder;
   const std::string image = folder.file("a.exr");
   Process process({"/usr/bin/env", "--ignore-signal=HUP", DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image,
-                   "--resolution", "64x64", "--pixel-samples", "100000000", "--time-limit", sanitized() ? "20" : "3"});
+                   "--resolution", "64x64", "--pixel-samples", "1000000", "--time-limit", sanitized() ? "20" : "3"});
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 10 : 1));
   process.send(SIGHUP);
   const ProcessResult result = process.wait(90);
