@@ -251,7 +251,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadRun{"Period", "reflect", {"--period", "0,1,2"}, "", 2, "--period: \"0,1,2\"; expected X0,X1,Y0,Y1"},
         BadRun{"EmptyPeriod", "reflect", {"--period", "1,1,0,2"}, "", 2, "expected X0 below X1"},
-        BadRun{"HugeArea", "measure", {"--area", "0,1e10,0,1"}, "", 2, "--area is 10000000000, expected a number from -1000000000 to 1000000000 m"},
+        BadRun{"HugeArea", "measure", {"--area", "0,1e10,0,1"}, "", 2, "--area is 1e+10, expected a number from -1000000000 to 1000000000 m"},
         BadRun{"HexadecimalArea", "measure", {"--area", "0,0x10,0,1"}, "", 2, "--area: \"0,0x10,0,1\"; expected X0,X1,Y0,Y1 in metres"},
         BadRun{"AreaOfNaN", "measure", {"--area", "0,nan,0,1"}, "", 2, "--area: \"0,nan,0,1\""},
         BadRun{"ViewBelow", "reflect", {"--view", "95,0"}, "", 2, "--view zenith is 95, expected a number from 0 to 89.9 degrees"},
