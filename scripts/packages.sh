@@ -8,6 +8,7 @@ build_packages=(
   libosd-dev          # subdivision surfaces
   libembree-dev       # ray tracing
   libtbb-dev          # threads
+  libdnnl-dev         # convolutions of the denoiser
   libeigen3-dev       # dense solvers
   libspdlog-dev       # messages
   nlohmann-json3-dev  # statistics
