@@ -431,7 +431,13 @@ bool Bsdf::sample_bent(const V3f& wo, float u1, const V2f& u2, uint64_t key, Bsd
   Bsdf seen = *this;
   seen.bent = false;
   seen.frame = frame_seen_from(wo);
-  if (!seen.sample_general(wo, u1, u2, key, out)) return false;
+  if (kind == BsdfKind::coated) {  // its value, which takes a random walk, is found once, below
+    const float turn = dot(seen.frame.n, wo) < 0 ? -1.0f : 1.0f;
+    if (!Coat(seen).sample_direction(seen.frame.to_local(wo) * turn, u1, u2, out)) return false;
+    out->wi = seen.frame.to_world(out->wi * turn);
+  } else if (!seen.sample_general(wo, u1, u2, key, out)) {
+    return false;
+  }
   if ((side(out->wi) * o > 0) == out->transmitted) out->wi = mirrored_at(out->wi, ng);
   if (side(out->wi) == 0) out->wi = normalize(out->wi + ng * (out->transmitted == (o < 0) ? 1e-5f : -1e-5f));
   if (!(out->pdf > 0)) return true;

@@ -142,7 +142,7 @@ RGB Coat::eval(const V3f& wo, const V3f& wi, uint64_t key, float below) const {
   return f + sum / static_cast<float>(sample_count_) * below;
 }
 
-bool Coat::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
+bool Coat::sample_direction(const V3f& wo, float u1, const V2f& u2, BsdfSample* out) const {
   const Mixture m = mixture(wo);
   *out = {};
   if (u1 < m.coat) {
@@ -161,8 +161,12 @@ bool Coat::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSamp
   }
   if (out->wi.z <= 0) return false;
   out->pdf = sum_pdf(m, wo, out->wi);
-  if (!(out->pdf > 0)) return false;
-  out->weight = eval(wo, out->wi, key) * (out->wi.z / out->pdf);
+  return out->pdf > 0;
+}
+
+bool Coat::sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
+  if (!sample_direction(wo, u1, u2, out)) return false;
+  if (out->pdf > 0) out->weight = eval(wo, out->wi, key) * (out->wi.z / out->pdf);
   return true;
 }
 

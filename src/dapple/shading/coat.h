@@ -41,6 +41,8 @@ class Coat {
   float pdf(const V3f& wo, const V3f& wi) const;
   /// False where nothing is scattered. Directions are local.
   bool sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
+  /// The same without the weight, but of delta lobes.
+  bool sample_direction(const V3f& wo, float u1, const V2f& u2, BsdfSample* out) const;
 
   bool is_delta() const { return both_smooth_ && !scatters_; }
 
