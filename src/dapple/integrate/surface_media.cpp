@@ -28,7 +28,36 @@ bool needs_find(const PointBatch& b, int k) {
 SurfaceMedia::SurfaceMedia(const scene::Scene& scene) : scene_(scene), far_away_(scene.camera_medium) {
   if (!scene.has_media()) return;
   for (const scene::GeometryBinding& b : scene.bindings) vary_ |= b.changes_medium;
-  if (vary_) survey();
+  if (!vary_) return;
+  survey();
+  find_bounds();
+}
+
+void SurfaceMedia::find_bounds() {
+  if (scene_.traced.period()) return;
+  Box3f box;
+  size_t found = 0;
+  for (const uint32_t g : scene_.traced.geometries_in(no_id)) {
+    if (!scene_.bindings[g].changes_medium) continue;
+    box.extendBy(trace::bounds_of(scene_.traced.shape(g)));
+    ++found;
+  }
+  const auto separates = [](const scene::GeometryBinding& b) { return b.changes_medium; };
+  if (box.isEmpty() || found < size_t(std::count_if(scene_.bindings.begin(), scene_.bindings.end(), separates))) return;
+  const V3f slack = (box.max - box.min) * 1e-3f + (abs(box.min) + abs(box.max)) * 1e-6f;
+  bounds_ = Box3f(box.min - slack, box.max + slack);
+}
+
+bool SurfaceMedia::may_meet(const V3f& o, const V3f& d) const {
+  if (!bounds_) return true;
+  float from = 0, to = infinity;
+  for (int k = 0; k < 3; ++k) {
+    const float inverse = 1 / d[k];  // infinite where the ray runs along the slab: from outside both ends are on one side
+    float near = (bounds_->min[k] - o[k]) * inverse, far = (bounds_->max[k] - o[k]) * inverse;
+    if (near > far) std::swap(near, far);
+    from = std::max(from, near), to = std::min(to, far);
+  }
+  return !(from > to);
 }
 
 // The medium in which ray i arrives at what it hit, and the one beyond; `unknown` where that surface separates none.
@@ -85,6 +114,10 @@ void SurfaceMedia::survey() {
 
 void SurfaceMedia::add(const RayOrigin& from, const V3f& side, int32_t* to, Scratch& s) const {
   const V3f d = normalize(side + tilt);
+  if (!may_meet(from.P, d)) {
+    *to = far_away_;
+    return;
+  }
   s.rays.set(s.count, offset_origin(from, d), d, infinity, from.time, survey_seed);
   s.to[s.count++] = to;
   if (s.count == trace::RayBatch::capacity) flush(s);

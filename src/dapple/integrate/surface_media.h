@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
 #include "dapple/integrate/point_batch.h"
 
 namespace dapple::integrate {
@@ -44,6 +46,8 @@ class SurfaceMedia {
 
   int32_t arrival_medium(const Scratch& s, int i, int32_t* beyond) const;
   void survey();
+  void find_bounds();
+  bool may_meet(const V3f& o, const V3f& d) const;
   int contradictions(const V3f& o, const V3f& d, int32_t* medium, Scratch& s) const;
   void add(const RayOrigin& from, const V3f& side, int32_t* to, Scratch& s) const;
   void flush(Scratch& s) const;
@@ -51,6 +55,7 @@ class SurfaceMedia {
   const scene::Scene& scene_;
   bool vary_ = false, by_ray_ = false;
   int32_t far_away_;
+  std::optional<Box3f> bounds_;  ///< of all that separates media, where that is at rest and stands once: rays that miss it need not be traced
 };
 
 }  // namespace dapple::integrate
