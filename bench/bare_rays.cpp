@@ -16,8 +16,8 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
-#include "dapple/integrate/distribution_integrator.h"
-#include "dapple/integrate/path_integrator.h"
+#include "dapple/distribution/distribution_integrator.h"
+#include "dapple/path/path_integrator.h"
 #include "dapple/render/render_session.h"
 
 namespace {
@@ -144,19 +144,19 @@ class Bench {
   Recorder recorder_;
 };
 
-MakeIntegrator path(const scene::Scene& scene, int bounces) {
-  integrate::PathIntegrator::Settings s;
+MakeIntegrator make_path(const scene::Scene& scene, int bounces) {
+  path::PathIntegrator::Settings s;
   s.diffuse_bounces = bounces;
-  return [&scene, s] { return std::make_unique<integrate::PathIntegrator>(scene, s); };
+  return [&scene, s] { return std::make_unique<path::PathIntegrator>(scene, s); };
 }
 
-MakeIntegrator distribution(const scene::Scene& scene, int bounces, const std::vector<int>& shadow_rays, const std::vector<int>& diffuse_rays, int samples, bool cache) {
-  integrate::DistributionIntegrator::Settings s;
+MakeIntegrator make_distribution(const scene::Scene& scene, int bounces, const std::vector<int>& shadow_rays, const std::vector<int>& diffuse_rays, int samples, bool cache) {
+  distribution::DistributionIntegrator::Settings s;
   s.shading.bounces = bounces;
   s.shading.shadow_rays = integrate::RayList(shadow_rays), s.shading.diffuse_rays = integrate::RayList(diffuse_rays);
   s.pixel_samples = samples;
   s.radiosity_cache = cache;
-  return [&scene, s] { return std::make_unique<integrate::DistributionIntegrator>(scene, s); };
+  return [&scene, s] { return std::make_unique<distribution::DistributionIntegrator>(scene, s); };
 }
 
 }  // namespace
@@ -186,7 +186,7 @@ int main(int argc, char** argv) {
     options.film.resolution = V2i(size, size);
     const build::BuiltScene built = build::load_scene(file, options, diagnostics);
     Bench bench(built, static_cast<uint32_t>(samples),
-                integrator == "path" ? path(*built.scene, bounces) : distribution(*built.scene, bounces, shadow_rays, diffuse_rays, samples, !no_cache));
+                integrator == "path" ? make_path(*built.scene, bounces) : make_distribution(*built.scene, bounces, shadow_rays, diffuse_rays, samples, !no_cache));
     set_thread_count(1);
     bench.record();
 

@@ -14,8 +14,8 @@
 #include "dapple/build/scene_builder.h"
 #include "dapple/forest/sun_mask.h"
 #include "dapple/integrate/camera_batch.h"
-#include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/vegetation/mask_scene.h"
 
 namespace {
 
@@ -130,7 +130,7 @@ int run(const Options& o) {
   build_options.film.resolution = V2i(o.width, o.height);
   const build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
   const scene::Scene& scene = *built.scene;
-  const auto beams = integrate::narrow_beams(scene);
+  const auto beams = vegetation::narrow_beams(scene);
   if (beams.empty()) throw std::runtime_error("the scene has no sun");
   const float tangent = std::tan(beams[0].radius > 0 ? beams[0].radius : radians(0.2665f));
   const forest::SunSamples samples(o.samples, o.sets);
@@ -145,7 +145,7 @@ int run(const Options& o) {
     set_thread_count(o.threads);
     const Times masks = timed([&] {
       const Timer timer;
-      const auto facets = integrate::make_mask_scene(scene, size_t(4) << 30);
+      const auto facets = vegetation::make_mask_scene(scene, size_t(4) << 30);
       result["facet_seconds"].push_back(timer.seconds());
       forest::TileStore store(size_t(o.megabytes) << 20);
       const forest::SlabMap map(*facets, beams[0].to_light, double(tangent), resolution, store, 0);

@@ -6,11 +6,11 @@
 #include "canopy_scene.h"
 #include "commands.h"
 #include "dapple/base/log.h"
-#include "dapple/integrate/canopy_survey.h"
 #include "dapple/integrate/scene_light.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
+#include "dapple/vegetation/canopy_survey.h"
 #include "output_files.h"
 
 namespace dapple::app {
@@ -46,7 +46,7 @@ std::vector<int32_t> ground_materials(const scenefile::SceneDescription& d, cons
   return found;
 }
 
-json layer_of(const integrate::CanopySurvey& s, int slab, int k, double clumping) {
+json layer_of(const vegetation::CanopySurvey& s, int slab, int k, double clumping) {
   const forest::LeafSurvey& a = s.areas;
   std::vector<double> edges, fractions;
   for (int i = 0; i <= a.frame().inclinations; ++i) edges.push_back(90.0 * i / a.frame().inclinations);
@@ -91,7 +91,7 @@ void add_light(const scene::Scene& scene, json* j) {
   }
 }
 
-json measured_json(const MeasureOptions& o, const CanopyScene& scene, const integrate::CanopySurvey& s, const integrate::Clumping& clumping) {
+json measured_json(const MeasureOptions& o, const CanopyScene& scene, const vegetation::CanopySurvey& s, const vegetation::Clumping& clumping) {
   const forest::LeafSurvey& a = s.areas;
   json j;
   j["scene"] = o.scene;
@@ -130,9 +130,9 @@ int measure(const MeasureOptions& o) {
   outputs.check_inputs(s.built->named_files);
   scene::Scene& scene = *s.built->scene;
   if (!o.sun.empty()) scene::light_by_sun_only(&scene, angles_of("--sun", o.sun).direction(), RGB(1));
-  std::optional<integrate::CanopySurvey> survey;
+  std::optional<vegetation::CanopySurvey> survey;
   try {
-    survey = integrate::survey_canopy(scene, integrate::optics_of_geometries(scene),
+    survey = vegetation::survey_canopy(scene, vegetation::optics_of_geometries(scene),
                                       {s.area, o.slabs, o.inclinations, ground_materials(s.description, o.ground)});
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected leaves over the plot");
@@ -140,7 +140,7 @@ int measure(const MeasureOptions& o) {
   if (survey->left_out > 0) diagnostics.unsupported(FileLoc{o.scene, 0, 0}, "the area of curves", "nothing");
   if (!survey->has_ground)
     diagnostics.warn(FileLoc{o.scene, 0, 0}, "no ground was found: it is black; --ground says which material it has");
-  const integrate::Clumping clumping = integrate::measure_clumping(scene, *survey, uint32_t(o.gap_rays));
+  const vegetation::Clumping clumping = vegetation::measure_clumping(scene, *survey, uint32_t(o.gap_rays));
   const double omega = o.no_clumping ? 1 : std::clamp(clumping.index, 1e-3, 1.0);
 
   json j;

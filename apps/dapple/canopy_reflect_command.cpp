@@ -6,7 +6,7 @@
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
-#include "dapple/integrate/plot_reflectance.h"
+#include "dapple/path/plot_reflectance.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
@@ -59,8 +59,8 @@ std::vector<SkyAngles> views_of(const ReflectOptions& o, const std::optional<Sky
 }
 
 nlohmann::json result_json(const ReflectOptions& o, const CanopyScene& s, double height, const std::optional<SkyAngles>& sun,
-                           const std::vector<SkyAngles>& views, const integrate::PlotReflectance& plot,
-                           const std::vector<integrate::PlotReflectance::Estimate>& estimates) {
+                           const std::vector<SkyAngles>& views, const path::PlotReflectance& plot,
+                           const std::vector<path::PlotReflectance::Estimate>& estimates) {
   nlohmann::json j;
   j["scene"] = o.scene;
   j["area_m"] = s.area_m();
@@ -115,10 +115,10 @@ int reflect(const ReflectOptions& o) {
   std::vector<V3f> directions;
   for (const SkyAngles& v : views) directions.push_back(v.direction());
 
-  std::unique_ptr<integrate::PlotReflectance> plot;
+  std::unique_ptr<path::PlotReflectance> plot;
   try {
-    plot = std::make_unique<integrate::PlotReflectance>(
-        scene, integrate::PlotReflectance::Settings{s.area, float(height - s.built->origin.z), uint32_t(o.samples), o.replicates, o.seed});
+    plot = std::make_unique<path::PlotReflectance>(
+        scene, path::PlotReflectance::Settings{s.area, float(height - s.built->origin.z), uint32_t(o.samples), o.replicates, o.seed});
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected a sun (distant) and a sky (infinite), or --sun");
   }

@@ -11,8 +11,8 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/image/image_writer.h"
-#include "dapple/integrate/scene_mask.h"
 #include "dapple/render/report.h"
+#include "dapple/vegetation/scene_mask.h"
 #include "option_values.h"
 #include "output_files.h"
 #include "penumbra_options.h"
@@ -106,7 +106,7 @@ class PenumbraRun {
   }
 
   void look_along(const SunPlace& sun) {
-    integrate::SceneMaskView view;
+    vegetation::SceneMaskView view;
     std::tie(view.centre_x, view.centre_y) = mask_centre(o_);
     const V2i size = mask_pixels(o_);
     view.width = size.x;

@@ -185,7 +185,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const Timer set_up;
-  const std::unique_ptr<const integrate::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
+  const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
   rules.seconds_before = set_up.seconds();
 

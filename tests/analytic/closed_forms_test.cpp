@@ -2,7 +2,7 @@
 // Whole renders whose result is known in closed form; the derivation stands above each test.
 #include <gtest/gtest.h>
 
-#include "dapple/integrate/ambient_occlusion.h"
+#include "dapple/path/ambient_occlusion.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -129,7 +129,7 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
 )" + shape + "\n";
     EXPECT_EQ(render_text(scene, 64, bounces(2)).mean(), RGB()) << shape;
-    integrate::DistributionIntegrator::Settings distribution;
+    distribution::DistributionIntegrator::Settings distribution;
     EXPECT_EQ(render_text(scene, 16, distribution).mean(), RGB()) << shape;
   }
 }
@@ -195,16 +195,16 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   const RGB expected(0.5f * 0.6f, 0.75f * 0.8f, 0.95f);
   for (const std::string& scene : {sky, lit_by_sky, sun, sky + interface, lit_by_sky + interface, sun + interface}) {
     expect_near(render_text(scene, 1024, bounces(0)).mean(), expected, .01f, "path");
-    integrate::DistributionIntegrator::Settings distribution;
+    distribution::DistributionIntegrator::Settings distribution;
     distribution.shading.bounces = 0;
     distribution.shading.shadow_rays = integrate::RayList{256};
     expect_near(render_text(scene, 1024, distribution).mean(), expected, .01f, "distribution of " + scene);
   }
   const auto built = test::build_text(lit_by_sky);
   for (const bool bleeding : {false, true}) {
-    integrate::AmbientOcclusion::Settings occlusion;
+    path::AmbientOcclusion::Settings occlusion;
     occlusion.color_bleeding = bleeding;
-    expect_near(test::render_built(built, 64, integrate::AmbientOcclusion(*built.scene, occlusion)).mean(), expected, .01f, "ambient occlusion");
+    expect_near(test::render_built(built, 64, path::AmbientOcclusion(*built.scene, occlusion)).mean(), expected, .01f, "ambient occlusion");
   }
 }
 

@@ -73,7 +73,7 @@ TEST(Curves, WhiteOnesVanishUnderAnEvenSky) {
 TEST(Curves, ShowTheirTextures) {
   const std::string checks = R"(Texture "checks" "spectrum" "checkerboard" "float uscale" 16 "float vscale" 4 "rgb tex1" [ 0 0 0 ] "rgb tex2" [ 1 1 1 ]
 Material "diffuse" "texture reflectance" "checks")";
-  integrate::DistributionIntegrator::Settings distribution;
+  distribution::DistributionIntegrator::Settings distribution;
   distribution.shading.bounces = 0;
   for (const std::string& curve : curves) {
     const auto built = test::build_text(scene(checks, curve));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "dapple/integrate/ambient_occlusion.h"
+#include "dapple/path/ambient_occlusion.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -9,7 +9,7 @@ namespace {
 
 // Between wide parallel planes a height h = 1 apart a ray of cosine c meets the other after h / c. With reach D those of c < h / D are
 // open: a share of (h / D)^2, cosine-weighted.
-RGB between_planes(const integrate::AmbientOcclusion::Settings& settings) {
+RGB between_planes(const path::AmbientOcclusion::Settings& settings) {
   const auto built = test::build_text(R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
 LookAt 0 0 .5  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -1 1 -1 1 ]
@@ -19,7 +19,7 @@ Shape "bilinearmesh" "point3 P" [ -99 -99 0  99 -99 0  -99 99 0  99 99 0 ]
 Material "diffuse" "rgb reflectance" [ .6 .4 .2 ]
 Shape "bilinearmesh" "point3 P" [ -99 -99 1  99 -99 1  -99 99 1  99 99 1 ]
 )");
-  return test::render_built(built, 16, integrate::AmbientOcclusion(*built.scene, settings)).mean();
+  return test::render_built(built, 16, path::AmbientOcclusion(*built.scene, settings)).mean();
 }
 
 TEST(AmbientOcclusion, BetweenPlanesIsTheSquareOfHeightOverReach) {

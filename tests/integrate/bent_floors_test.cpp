@@ -11,8 +11,8 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
-using integrate::PathIntegrator;
+using distribution::DistributionIntegrator;
+using path::PathIntegrator;
 
 DistributionIntegrator::Settings cached(int bounces) {
   DistributionIntegrator::Settings s;

@@ -4,16 +4,16 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
-#include "dapple/integrate/cache_log.h"
+#include "dapple/gi/cache_log.h"
 #include "tests/support/cache_rooms.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
 namespace {
 
-using integrate::CacheLog;
+using gi::CacheLog;
 using integrate::CacheState;
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using integrate::RayList;
 using test::build_text;
 using test::room;

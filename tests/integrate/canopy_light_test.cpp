@@ -112,9 +112,9 @@ class CanopyLights : public testing::TestWithParam<Case> {
 TEST_P(CanopyLights, GiveTheIrradianceOfThePenumbra) {
   const std::vector<double> reference = expected(GetParam());
   const build::BuiltScene built = test::build_text(scene_text(light("canopy")));
-  integrate::PathIntegrator::Settings path = test::bounces(0);
+  path::PathIntegrator::Settings path = test::bounces(0);
   expect_alike(irradiance(test::render_built(built, 256, path).film), reference, 0.005, 0.025, "path");
-  integrate::DistributionIntegrator::Settings distribution;
+  distribution::DistributionIntegrator::Settings distribution;
   distribution.shading.bounces = 0;
   distribution.shading.shadow_rays = integrate::RayList({64});
   distribution.shading_rate = 1.0f / 64;  // leaves are two pixels wide and their edges sharp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integrator "canopy" against path tracing of the same leaves.
-#include "dapple/integrate/canopy_transport.h"
+#include "dapple/vegetation/canopy_transport.h"
 
 #include <gtest/gtest.h>
 
@@ -57,9 +57,9 @@ build::BuiltScene built(const Stand& stand) {
   return test::build_text(text_of(stand), options);
 }
 
-integrate::PathIntegrator::Settings canopy_settings(const build::BuiltScene& scene, bool gather, int bounces = 0) {
-  integrate::PathIntegrator::Settings s = test::bounces(bounces);
-  s.canopy = std::make_shared<const integrate::CanopyTransport>(*scene.scene, integrate::CanopyTransport::Settings());
+path::PathIntegrator::Settings canopy_settings(const build::BuiltScene& scene, bool gather, int bounces = 0) {
+  path::PathIntegrator::Settings s = test::bounces(bounces);
+  s.canopy = std::make_shared<const vegetation::CanopyTransport>(*scene.scene, vegetation::CanopyTransport::Settings());
   s.canopy_gather = gather;
   return s;
 }
@@ -109,7 +109,7 @@ TEST(CanopyTransport, LeavesAtRandomUnderAClearSky) {
 // tabulated, and 12 % gathered.
 TEST(CanopyTransport, Clumps) {
   const auto omega = [](const build::BuiltScene& scene) {
-    const auto c = integrate::CanopyTransport(*scene.scene, {}).clumping();
+    const auto c = vegetation::CanopyTransport(*scene.scene, {}).clumping();
     double sum = 0;
     for (size_t s = 6; s < 14; ++s) sum += (c.above[s] + c.below[s]) / 16;
     return sum;
@@ -182,7 +182,7 @@ TEST(CanopyTransport, AzimuthsOfSunsAreTheWorlds) {
   stand.lights = R"(LightSource "distant" "rgb L" [ 3 3 3 ] "point3 from" [ -1 0 .6 ] "point3 to" [ 0 0 0 ]
 )";
   const build::BuiltScene scene = built(stand);
-  const integrate::CanopyTransport canopy(*scene.scene, {});
+  const vegetation::CanopyTransport canopy(*scene.scene, {});
   const uint32_t leaves = 1;
   // Light from -x lights leaves that face -x, once scattered above all by what it hits on the +x side of them:
   // backscatter.

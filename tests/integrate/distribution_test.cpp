@@ -10,7 +10,7 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using integrate::RayList;
 using shading::Stage;
 using test::build_text;

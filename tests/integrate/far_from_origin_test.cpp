@@ -10,8 +10,8 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
-using integrate::PathIntegrator;
+using distribution::DistributionIntegrator;
+using path::PathIntegrator;
 
 std::string number(double v) {
   char text[40];

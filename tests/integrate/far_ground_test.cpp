@@ -5,13 +5,13 @@
 #include <fmt/format.h>
 
 #include "dapple/base/hash.h"
-#include "dapple/integrate/ground_survey.h"
+#include "dapple/vegetation/ground_survey.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using test::build_text;
 using test::render_built;
 using test::same_bits;
@@ -43,7 +43,7 @@ DistributionIntegrator::Settings direct_light(int shadow_rays) {
 }
 
 std::shared_ptr<const forest::GroundVisibility> far_ground(const scene::Scene& s, float nearest, float pixel = 0.02f) {
-  return std::make_shared<forest::GroundVisibility>(integrate::survey_ground(s, {nearest, pixel}), nullptr);
+  return std::make_shared<forest::GroundVisibility>(vegetation::survey_ground(s, {nearest, pixel}), nullptr);
 }
 
 struct Case {
@@ -139,7 +139,7 @@ TEST(FarGround, LeavesLowSunsToRays) {
 // Rationale: the path tracer asks the same. Expectation: means within 1 %.
 TEST(FarGround, ServesThePathTracer) {
   const auto built = build_text(scene(level, 0.5f, clear_sky));
-  integrate::PathIntegrator::Settings settings;
+  path::PathIntegrator::Settings settings;
   settings.diffuse_bounces = 0;
   const auto rays = render_built(built, 64, settings);
   settings.far_ground = far_ground(*built.scene, 1);
@@ -152,17 +152,17 @@ TEST(FarGround, ServesThePathTracer) {
 // Expectation: no pixels or no light; open ground is fully lit; at a cut, what is within reach of what was not looked at is left out.
 TEST(FarGround, TakesWhatThereIs) {
   const std::string head = "LookAt 0 0 9  0 0 0  0 1 0 Camera \"perspective\" WorldBegin ";
-  EXPECT_TRUE(integrate::survey_ground(*build_text(head + sun).scene, {1, 0}).height.values.empty());
+  EXPECT_TRUE(vegetation::survey_ground(*build_text(head + sun).scene, {1, 0}).height.values.empty());
   const auto dark = build_text(scene(level, 0, R"(LightSource "point" "point3 from" [ 0 0 2 ])"));
-  const auto light = integrate::survey_ground(*dark.scene, {1, 0.1f});
+  const auto light = vegetation::survey_ground(*dark.scene, {1, 0.1f});
   EXPECT_TRUE(light.empty());
   const auto open = build_text(head + sun + "Shape \"bilinearmesh\" \"point3 P\" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]");
-  EXPECT_TRUE(integrate::survey_ground(*open.scene, {1, 0}).height.values.empty());
+  EXPECT_TRUE(vegetation::survey_ground(*open.scene, {1, 0}).height.values.empty());
 
-  const auto fine = integrate::survey_ground(*build_text(scene(level, 0, sun)).scene, {1, 1e-30f});
+  const auto fine = vegetation::survey_ground(*build_text(scene(level, 0, sun)).scene, {1, 1e-30f});
   EXPECT_FALSE(forest::GroundVisibility(fine, nullptr).answers({0, 0, 0}, {0, 0, 1}, {0, 0, 1}));
 
-  const auto wide = integrate::survey_ground(*build_text(scene(level, 0, sky)).scene, {1, 0.003f});
+  const auto wide = vegetation::survey_ground(*build_text(scene(level, 0, sky)).scene, {1, 0.003f});
   EXPECT_EQ(wide.height.width, 4096);
   EXPECT_TRUE(std::isnan(wide.height.row(0, 2048)[0]));
   EXPECT_FALSE(forest::GroundVisibility(wide, nullptr).answers({wide.area.min.x + 0.01f, 0, 0}, {0, 0, 1}, {0, 0, 1}));

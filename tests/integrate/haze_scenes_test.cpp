@@ -9,8 +9,8 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
-using integrate::PathIntegrator;
+using distribution::DistributionIntegrator;
+using path::PathIntegrator;
 using test::build_text;
 using test::render_built;
 

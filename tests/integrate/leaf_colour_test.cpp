@@ -40,7 +40,7 @@ Shape "bilinearmesh" "point3 P" [ -1 -1 0 1 -1 0 -1 1 0 1 1 0 ]
 template <class Settings>
 RGB colour_of_what_is_there(int tiles, const std::string& textures, const std::string& cut = "\"texture alpha\" \"a\"") {
   Settings settings;
-  if constexpr (std::is_same_v<Settings, integrate::PathIntegrator::Settings>)
+  if constexpr (std::is_same_v<Settings, path::PathIntegrator::Settings>)
     settings.diffuse_bounces = 0;
   else
     settings.shading.bounces = 0;
@@ -59,8 +59,8 @@ RGB right_colour() {
   return {float(sum[0] / sum[3]), float(sum[1] / sum[3]), float(sum[2] / sum[3])};
 }
 
-using integrate::DistributionIntegrator;
-using integrate::PathIntegrator;
+using distribution::DistributionIntegrator;
+using path::PathIntegrator;
 
 // Expectation: the same colour from far and near; 1 % is for samples at the leaf's edge (64 a pixel, 1024 pixels).
 TEST(LeafColour, IsTheSameAtEveryDistance) {

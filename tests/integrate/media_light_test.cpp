@@ -8,7 +8,7 @@
 namespace dapple::test {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 
 const std::string view = R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32
 PixelFilter "box" "float xradius" .5 "float yradius" .5

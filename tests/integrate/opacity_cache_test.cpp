@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The opacity cache: its values, its names, its memory, and what it does to whole renders.
-#include "dapple/integrate/opacity_cache.h"
+#include "dapple/gi/opacity_cache.h"
 
 #include <gtest/gtest.h>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/image/image_writer.h"
-#include "dapple/integrate/ambient_occlusion.h"
+#include "dapple/path/ambient_occlusion.h"
 #include "dapple/shading/opacity_texture.h"
 #include "tests/support/process.h"
 #include "tests/support/render_text.h"
@@ -15,7 +15,7 @@
 namespace dapple {
 namespace {
 
-using integrate::OpacityCache;
+using gi::OpacityCache;
 using test::build_text;
 using test::render_built;
 using test::same_bits;
@@ -363,12 +363,12 @@ class WholeRender : public testing::TestWithParam<Render> {
  protected:
   test::RenderedText render(const build::BuiltScene& built) const {
     if (GetParam().integrator == std::string("ao")) {
-      integrate::AmbientOcclusion::Settings s;
+      path::AmbientOcclusion::Settings s;
       s.rays = 4;
-      return render_built(built, 16, integrate::AmbientOcclusion(*built.scene, s));
+      return render_built(built, 16, path::AmbientOcclusion(*built.scene, s));
     }
     if (GetParam().integrator == std::string("path")) return render_built(built, 16, test::bounces(2));
-    integrate::DistributionIntegrator::Settings s;
+    distribution::DistributionIntegrator::Settings s;
     s.shading.bounces = 1;
     s.shading.shadow_rays = integrate::RayList{4};
     s.shading.diffuse_rays = integrate::RayList{8};

@@ -9,7 +9,7 @@
 namespace dapple::test {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 
 // A lamp over a floor, in a box of the medium "fog" that takes up the whole room.
 std::string room(const std::string& fog, const std::string& reflectance = ".5") {

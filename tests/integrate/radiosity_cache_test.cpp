@@ -11,7 +11,7 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using integrate::RayList;
 using test::build_text;
 using test::expect_near;
@@ -142,22 +142,22 @@ TEST(RadiosityCache, SmallOneDoesNotCollapse) {
 TEST(RadiosityCache, EntriesAreFilledPointByPoint) {
   using Found = gi::TileCache::Found;
   constexpr int groups = 2;
-  integrate::RadiosityCache cache(1 << 20, groups);
-  integrate::RadiosityCache::Counts counts;
+  gi::RadiosityCache cache(1 << 20, groups);
+  gi::RadiosityCache::Counts counts;
   counts.by_depth.resize(2);
   std::list<std::vector<uint32_t>> memory;
   const auto entry = [&](uint32_t needed) {
-    integrate::RadiosityCache::Entry e;
+    gi::RadiosityCache::Entry e;
     e.groups = groups;
-    e.words = memory.emplace_back(integrate::RadiosityCache::words(integrate::RadiosityCache::max_points, groups)).data();
+    e.words = memory.emplace_back(gi::RadiosityCache::words(gi::RadiosityCache::max_points, groups)).data();
     e.grid.u_level = e.grid.v_level = 5;
-    e.key = integrate::RadiosityCache::key(e.grid.hash(), 1);
+    e.key = gi::RadiosityCache::key(e.grid.hash(), 1);
     e.needed = needed;
     cache.find(e, &counts);
     return e;
   };
   // A value v of which group 0 gave a quarter.
-  const auto set = [](integrate::RadiosityCache::Entry& e, int point, float v) {
+  const auto set = [](gi::RadiosityCache::Entry& e, int point, float v) {
     const RGB parts[groups] = {RGB(v / 4), RGB(v * 3 / 4)};
     e.set(point, {RGB(v), parts});
   };

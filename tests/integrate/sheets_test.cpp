@@ -9,7 +9,7 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using test::build_text;
 using test::expect_near;
 using test::render_built;

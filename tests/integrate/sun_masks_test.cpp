@@ -8,14 +8,14 @@
 #include "dapple/base/parallel.h"
 #include "dapple/forest/sun_mask.h"
 #include "dapple/integrate/camera_batch.h"
-#include "dapple/integrate/mask_scene.h"
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/vegetation/mask_scene.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using test::build_text;
 using test::render_built;
 using test::same_bits;
@@ -26,8 +26,8 @@ std::shared_ptr<const forest::MaskVisibility> masks_of(const scene::Scene& scene
   s.sun = {levels, pixel, 64};
   s.sky = {levels, 4 * pixel, 64};
   s.sky_directions = sky;
-  return std::make_shared<forest::MaskVisibility>(integrate::make_mask_scene(scene, size_t(1) << 30),
-                                                  integrate::narrow_beams(scene), s);
+  return std::make_shared<forest::MaskVisibility>(vegetation::make_mask_scene(scene, size_t(1) << 30),
+                                                  vegetation::narrow_beams(scene), s);
 }
 
 DistributionIntegrator::Settings direct_light(int shadow_rays) {
@@ -180,9 +180,9 @@ TEST(Masks, LieWithinASlabOfTracedRays) {
   const scene::Scene& scene = *built.scene;
   const float tangent = std::tan(radians(0.2665f));
   const forest::SunSamples samples(32, 16);
-  const auto facets = integrate::make_mask_scene(scene, size_t(1) << 30);
+  const auto facets = vegetation::make_mask_scene(scene, size_t(1) << 30);
   forest::TileStore store(size_t(256) << 20);
-  const forest::SlabMap map(*facets, integrate::narrow_beams(scene).at(0).to_light, double(tangent), {256, 0.02f, 128},
+  const forest::SlabMap map(*facets, vegetation::narrow_beams(scene).at(0).to_light, double(tangent), {256, 0.02f, 128},
                             store, 0);
   const forest::MaskFrame& frame = map.frame();
 

@@ -25,7 +25,7 @@ void render(const char* path) {
   dapple::build::BuildOptions options;
   options.film.resolution = dapple::V2i(32, 32);
   const auto built = dapple::build::load_scene(path, options, diagnostics);
-  const dapple::integrate::PathIntegrator integrator(*built.scene, {.diffuse_bounces = 1});
+  const dapple::path::PathIntegrator integrator(*built.scene, {.diffuse_bounces = 1});
   dapple::scene::Film film(built.scene->film);
   dapple::render::RenderSession session(integrator, film, {.pixel_samples = 16});
   const std::atomic<bool> interrupted{false};

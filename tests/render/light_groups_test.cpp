@@ -12,7 +12,7 @@
 namespace dapple {
 namespace {
 
-using integrate::DistributionIntegrator;
+using distribution::DistributionIntegrator;
 using integrate::RayList;
 using test::build_text;
 
@@ -63,7 +63,7 @@ test::RenderedText render(const build::BuiltScene& built, const integrate::Integ
 }
 
 test::RenderedText render(const build::BuiltScene& built, int samples, bool groups, float max_component = infinity) {
-  return render(built, integrate::PathIntegrator(*built.scene, test::bounces(3, 8)), samples, groups, max_component);
+  return render(built, path::PathIntegrator(*built.scene, test::bounces(3, 8)), samples, groups, max_component);
 }
 
 test::RenderedText render(const build::BuiltScene& built, int samples, DistributionIntegrator::Settings s, bool groups) {
@@ -195,7 +195,7 @@ AttributeEnd
 
 TEST(DistributionLightGroups, AgreeWithThePathTracersInMeansAndBlocks) {
   const auto built = build_text(two_lamps);
-  const auto expected = render(built, integrate::PathIntegrator(*built.scene, test::bounces(2)), 1024, true);
+  const auto expected = render(built, path::PathIntegrator(*built.scene, test::bounces(2)), 1024, true);
   for (const bool interpolation : {false, true}) {
     auto s = distribution(true, interpolation);
     s.shading.shadow_rays = RayList{16, 4};

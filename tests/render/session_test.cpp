@@ -67,7 +67,7 @@ TEST(Session, CropShowsTheSamePixels) {
 
 TEST(Session, TimeLimitStopsAtWholePassesOfTheSameImage) {
   const auto built = build_text(box);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(2));
+  const path::PathIntegrator integrator(*built.scene, bounces(2));
   scene::Film film(built.scene->film);
   render::StopRules rules;
   rules.pixel_samples = 1 << 20;
@@ -84,7 +84,7 @@ TEST(Session, TimeLimitStopsAtWholePassesOfTheSameImage) {
 
 TEST(Session, NoiseTargetIsReached) {
   const auto built = build_text(box);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
   scene::Film film(built.scene->film);
   render::StopRules rules;
   rules.pixel_samples = 1 << 16;
@@ -98,7 +98,7 @@ TEST(Session, NoiseTargetIsReached) {
 
 TEST(Session, InterruptKeepsWhatIsDone) {
   const auto built = build_text(box);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(2));
+  const path::PathIntegrator integrator(*built.scene, bounces(2));
   scene::Film film(built.scene->film);
   render::StopRules rules;
   rules.pixel_samples = 1 << 20;
@@ -143,7 +143,7 @@ double rmse(const scene::Film& a, const scene::Film& b) {
 
 TEST(NoisyBlocks, GetMoreSamples) {
   const auto built = build_text(horizon);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
   const auto more = render_built(built, adaptive, integrator);
   EXPECT_EQ(more.result.samples, 8u);
   EXPECT_GT(more.result.max_samples, 8u);
@@ -166,7 +166,7 @@ TEST(NoisyBlocks, GetMoreSamples) {
 
 TEST(NoisyBlocks, AreTheSameWithAnyNumberOfThreads) {
   const auto built = build_text(horizon);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
   set_thread_count(1);
   const auto one = render_built(built, adaptive, integrator);
   set_thread_count(3);
@@ -177,7 +177,7 @@ TEST(NoisyBlocks, AreTheSameWithAnyNumberOfThreads) {
 
 TEST(NoisyBlocks, HaveTheirLimits) {
   const auto built = build_text(horizon);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
   render::StopRules rules = adaptive;
   rules.pixel_noise = 1e-6;  // the sky has no noise
   rules.max_pixel_samples = 20;
@@ -202,7 +202,7 @@ TEST(NoisyBlocks, HaveTheirLimits) {
 
 TEST(NoisyBlocks, AreAPartOfProgress) {
   const auto built = build_text(horizon);
-  const integrate::PathIntegrator integrator(*built.scene, bounces(1));
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
   scene::Film film(built.scene->film);
   render::RenderSession session(integrator, film, adaptive);
   double fraction = 0;
@@ -265,7 +265,7 @@ TEST(Session, FeaturesAreFinite) {
                                 "Translate 0 0 5 Material \"conductor\" \"rgb eta\" [ 1e-45 2 3 ] \"rgb k\" [ 1e10 2 3 ]\n" + triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]"};
   for (const std::string& world : worlds) {
     const auto built = build_text(head + world);
-    integrate::DistributionIntegrator::Settings distribution;
+    distribution::DistributionIntegrator::Settings distribution;
     for (const auto& r : {render_built(built, 1, bounces(0)), render_built(built, 1, distribution)}) {
       int hits = 0;
       for (int y = 0; y < 8; ++y)

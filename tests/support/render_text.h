@@ -8,8 +8,8 @@
 #include <string>
 
 #include "dapple/build/scene_builder.h"
-#include "dapple/integrate/distribution_integrator.h"
-#include "dapple/integrate/path_integrator.h"
+#include "dapple/distribution/distribution_integrator.h"
+#include "dapple/path/path_integrator.h"
 #include "dapple/render/render_session.h"
 
 namespace dapple::test {
@@ -50,21 +50,21 @@ inline RenderedText render_built(const build::BuiltScene& built, int samples, co
   return render_built(built, {.pixel_samples = uint32_t(samples)}, integrator);
 }
 
-inline RenderedText render_built(const build::BuiltScene& built, int samples, const integrate::PathIntegrator::Settings& settings) {
-  return render_built(built, samples, integrate::PathIntegrator(*built.scene, settings));
+inline RenderedText render_built(const build::BuiltScene& built, int samples, const path::PathIntegrator::Settings& settings) {
+  return render_built(built, samples, path::PathIntegrator(*built.scene, settings));
 }
 
 inline RenderedText render_built(const build::BuiltScene& built, int samples,
-                                 integrate::DistributionIntegrator::Settings settings) {
+                                 distribution::DistributionIntegrator::Settings settings) {
   settings.pixel_samples = samples;
-  return render_built(built, samples, integrate::DistributionIntegrator(*built.scene, settings));
+  return render_built(built, samples, distribution::DistributionIntegrator(*built.scene, settings));
 }
 
-inline RenderedText render_text(const std::string& text, int samples, const integrate::DistributionIntegrator::Settings& settings) {
+inline RenderedText render_text(const std::string& text, int samples, const distribution::DistributionIntegrator::Settings& settings) {
   return render_built(build_text(text), samples, settings);
 }
 
-inline RenderedText render_text(const std::string& text, int samples, const integrate::PathIntegrator::Settings& settings) {
+inline RenderedText render_text(const std::string& text, int samples, const path::PathIntegrator::Settings& settings) {
   return render_built(build_text(text), samples, settings);
 }
 
@@ -87,8 +87,8 @@ inline void expect_near(const RGB& value, float expected, float relative, const 
 }
 
 /// Path settings with so many bounces that what is cut off is below `left` for reflectance a.
-inline integrate::PathIntegrator::Settings bounces(int diffuse, int specular = 64) {
-  integrate::PathIntegrator::Settings s;
+inline path::PathIntegrator::Settings bounces(int diffuse, int specular = 64) {
+  path::PathIntegrator::Settings s;
   s.diffuse_bounces = diffuse;
   s.specular_depth = specular;
   return s;

@@ -6,9 +6,9 @@
 #include "dapple/base/log.h"
 #include "dapple/build/camera_factory.h"
 #include "dapple/build/option_factory.h"
-#include "dapple/integrate/ambient_occlusion.h"
-#include "dapple/integrate/distribution_integrator.h"
-#include "dapple/integrate/path_integrator.h"
+#include "dapple/distribution/distribution_integrator.h"
+#include "dapple/path/ambient_occlusion.h"
+#include "dapple/path/path_integrator.h"
 
 namespace dapple::build {
 
@@ -108,8 +108,8 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
   }
 }
 
-std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
-  integrate::CanopyTransport::Settings s;
+std::shared_ptr<const vegetation::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
+  vegetation::CanopyTransport::Settings s;
   const Imath::V2d corner(r.origin.x, r.origin.y);
   if (r.canopy_plot) s.plot = Box2f(V2f(r.canopy_plot->min - corner), V2f(r.canopy_plot->max - corner));
   s.slabs = r.canopy_slabs.value_or(s.slabs);
@@ -119,7 +119,7 @@ std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene
         "canopy: leaves scatter the light of sun and sky; that of lights in the scene is followed for the bounces "
         "asked for only");
   try {
-    return std::make_shared<const integrate::CanopyTransport>(scene, s);
+    return std::make_shared<const vegetation::CanopyTransport>(scene, s);
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{r.place, 0, 0}, "integrator \"canopy\": " + std::string(problem.what()) + "; expected leaves");
   }
@@ -129,7 +129,7 @@ std::shared_ptr<const integrate::CanopyTransport> make_canopy(const scene::Scene
 size_t cache_bytes(const IntegratorRequest& r) { return size_t(double(*r.cache_mb) * (1 << 20)); }
 
 bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) {
-  return *r.opacity_cache && integrate::OpacityCache::has_use(scene);
+  return *r.opacity_cache && gi::OpacityCache::has_use(scene);
 }
 
 size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
@@ -288,9 +288,9 @@ IntegratorRequest preset_request(const std::string& name) {
   return r;
 }
 
-std::unique_ptr<integrate::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& asked) {
+std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& asked) {
   const IntegratorRequest r = asked.over(preset_request(asked.preset));
-  return wants_opacity_cache(scene, r) ? std::make_unique<integrate::OpacityCache>(scene, opacity_bytes(scene, r)) : nullptr;
+  return wants_opacity_cache(scene, r) ? std::make_unique<gi::OpacityCache>(scene, opacity_bytes(scene, r)) : nullptr;
 }
 
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked, int pixel_samples,
@@ -298,7 +298,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   const IntegratorRequest preset = preset_request(asked.preset);
   const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
   if (asked.type == "path" || asked.type == "canopy") {
-    integrate::PathIntegrator::Settings s;
+    path::PathIntegrator::Settings s;
     s.seed = seed;
     s.specular_depth = asked.specular_depth.value_or(s.specular_depth);
     if (asked.type == "canopy") {
@@ -314,22 +314,22 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
-    return std::make_unique<integrate::PathIntegrator>(scene, s);
+    return std::make_unique<path::PathIntegrator>(scene, s);
   }
   const IntegratorRequest r = asked.over(preset);
   if (r.type == "ao") {
-    integrate::AmbientOcclusion::Settings s;
+    path::AmbientOcclusion::Settings s;
     s.seed = seed;
     s.rays = (r.diffuse_rays->at(0) + samples - 1) / samples;
     s.max_distance = r.max_distance.value_or(infinity);
     s.color_bleeding = *r.color_bleeding;
-    return std::make_unique<integrate::AmbientOcclusion>(scene, s);
+    return std::make_unique<path::AmbientOcclusion>(scene, s);
   }
   for (const auto& [name, depth] : {std::pair{"bounces", r.bounces.value_or(0)}, {"specular depth", *r.specular_depth}})
     if (depth > max_depth_followed)
       throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) + " scatterings of a kind; " +
                        name + " " + std::to_string(depth) + " is for the path integrator");
-  integrate::DistributionIntegrator::Settings s;
+  distribution::DistributionIntegrator::Settings s;
   s.shading.seed = seed;
   s.shading.specular_depth = *r.specular_depth;
   // Unlimited bounces, as many scenes ask for by a large maxdepth, would be a tree of that depth.
@@ -353,7 +353,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
-  return std::make_unique<integrate::DistributionIntegrator>(scene, s);
+  return std::make_unique<distribution::DistributionIntegrator>(scene, s);
 }
 
 }  // namespace dapple::build

@@ -9,8 +9,8 @@
 
 #include "dapple/build/build_context.h"
 #include "dapple/build/mask_factory.h"
+#include "dapple/gi/opacity_cache.h"
 #include "dapple/integrate/integrator.h"
-#include "dapple/integrate/opacity_cache.h"
 #include "dapple/integrate/ray_list.h"
 
 namespace dapple::build {
@@ -35,7 +35,7 @@ struct IntegratorRequest {
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
-  // canopy: integrate::CanopyTransport::Settings
+  // canopy: vegetation::CanopyTransport::Settings
   std::optional<bool> canopy_gather;
   std::optional<Imath::Box2d> canopy_plot;  ///< in the coordinates of the file
   V3d origin{0, 0, 0};                      ///< of the scene
@@ -64,7 +64,7 @@ IntegratorRequest preset_request(const std::string& name);
 
 /// The cache of opacity that the scene's rays will use from now on, a share of the request's memory; null if nothing is cut out, or if the
 /// request says so. The scene must outlive it.
-std::unique_ptr<integrate::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& request);
+std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& request);
 
 /// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it. `pixel_samples`: that
 /// will be taken, 0 if that is open. InputError for a canopy that the scene has not.

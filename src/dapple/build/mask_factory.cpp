@@ -7,8 +7,8 @@
 
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
-#include "dapple/integrate/ground_survey.h"
-#include "dapple/integrate/mask_scene.h"
+#include "dapple/vegetation/ground_survey.h"
+#include "dapple/vegetation/mask_scene.h"
 
 namespace dapple::build {
 
@@ -66,7 +66,7 @@ std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& sce
     log_warning("shadow masks know nothing of media: shadow rays are traced");
     return nullptr;
   }
-  const std::vector<shading::NarrowBeam> beams = integrate::narrow_beams(scene);
+  const std::vector<shading::NarrowBeam> beams = vegetation::narrow_beams(scene);
   forest::MaskVisibility::Settings s;
   s.sky_directions = request.sky_directions.value_or(0);
   if (beams.empty() && s.sky_directions == 0) {
@@ -79,7 +79,7 @@ std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& sce
   s.sky.pitch = s.sun.pitch * 4;
   s.max_bytes = size_t(double(request.mb.value_or(default_mb)) * (1 << 20));
   try {
-    return std::make_shared<forest::MaskVisibility>(integrate::make_mask_scene(scene, facet_bytes), beams, s);
+    return std::make_shared<forest::MaskVisibility>(vegetation::make_mask_scene(scene, facet_bytes), beams, s);
   } catch (const std::invalid_argument& problem) {
     throw InputError({"shadow masks", 0, 0}, std::string(problem.what()) + " (--mask-pixel, --mask-levels)");
   }
@@ -94,7 +94,7 @@ std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Sce
     return nullptr;
   }
   const Timer timer;
-  forest::GroundLight light = integrate::survey_ground(scene, {nearest, request.ground_pixel.value_or(0)});
+  forest::GroundLight light = vegetation::survey_ground(scene, {nearest, request.ground_pixel.value_or(0)});
   const auto& heights = light.height.values;
   if (std::all_of(heights.begin(), heights.end(), [](float h) { return std::isnan(h); }) || light.empty()) {
     log_warning("penumbras on far ground have no effect: no ground with anything above it (z up), or neither sun nor sky");

@@ -5,16 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "dapple/integrate/cache_log.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/light_sums.h"
-#include "dapple/integrate/material_table.h"
-#include "dapple/integrate/radiosity_cache.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/integrate/ray_tracer.h"
-#include "dapple/integrate/subsurface_probes.h"
 #include "dapple/numeric/sobol.h"
-#include "dapple/shading/light_sampler.h"
+#include "dapple/shading/bsdf.h"
 
 namespace dapple::integrate {
 
@@ -157,179 +153,6 @@ struct PointBatch {
   const int groups_;
   trace::HitBatch places_[capacity / trace::HitBatch::capacity];
   std::unique_ptr<RaySet> sets_[most_ray_sets];
-};
-
-/// Look-ups of a batch's diffuse rays in the radiosity cache.
-struct CacheBatch {
-  static constexpr int capacity = RaySet::capacity * PointBatch::most_ray_sets;
-
-  explicit CacheBatch(int groups);
-
-  int count = 0;  ///< rays that end in the cache
-  uint8_t set[capacity];  ///< of the ray
-  int ray[capacity];      ///< in its set
-  scene::GridPoint point[capacity];
-  uint8_t nearest[capacity];  ///< of its tile's points
-  float leaving[capacity];  ///< towards the ray, of what its point sends on average
-  int entry_of[capacity];
-
-  int entry_count = 0;
-  RadiosityCache::Entry entry[capacity];
-  TileLinks links[capacity];  ///< of entries that are being filled
-
-  // Where the points under way belong.
-  int target_entry[PointBatch::capacity], target_point[PointBatch::capacity];
-
-  /// Points of an entry that this thread has to compute.
-  uint32_t to_fill(int e) const { return entry[e].found == gi::TileCache::Found::pending ? 0 : entry[e].missing(); }
-  /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
-  int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
-  /// What is known of the tile that a hit was diced into, by its slot(): the entry that serves all such hits, or one of these.
-  static constexpr int unknown = -1, near_light = -2;
-  int answer(const scene::GridId& tile, uint32_t slot) const {
-    const Answer& a = answers[slot % answer_count];
-    return a.entry != unknown && a.tile == tile ? a.entry : unknown;
-  }
-  void set_answer(const scene::GridId& tile, uint32_t slot, int of_tile) { answers[slot % answer_count] = {tile, of_tile}; }
-  /// For at most so many look-ups.
-  void clear(int most) {
-    count = entry_count = 0;
-    slots_in_use = std::bit_ceil(4 * uint32_t(most));
-    std::fill_n(slots, slots_in_use, uint16_t(0));
-    for (Answer& a : answers) a.entry = unknown;
-  }
-
- private:
-  static constexpr int answer_count = 1024;
-  struct Answer {
-    scene::GridId tile;
-    int entry;
-  } answers[answer_count];
-  uint32_t slots_in_use = 0;
-  uint16_t slots[4 * capacity];  ///< a hash table of entries + 1; 0: empty
-  std::unique_ptr<uint32_t[]> words;  ///< of the entries
-};
-
-inline CacheBatch::CacheBatch(int groups) {
-  const int each = RadiosityCache::words(RadiosityCache::max_points, groups);
-  words = std::make_unique_for_overwrite<uint32_t[]>(size_t(each) * capacity);  // pages that no batch needs are never touched
-  for (int e = 0; e < capacity; ++e) entry[e].words = words.get() + e * each, entry[e].groups = groups;
-}
-
-inline int CacheBatch::add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth) {
-  for (uint64_t slot = of_key;; ++slot) {
-    uint16_t& found = slots[slot & (slots_in_use - 1)];
-    if (found > 0 && entry[found - 1].key != of_key) continue;
-    if (found == 0) {
-      found = uint16_t(++entry_count);
-      RadiosityCache::Entry& e = entry[found - 1];
-      e.grid = grid;
-      e.key = of_key;
-      e.diffuse_depth = diffuse_depth;
-      e.needed = 0;
-      e.found = gi::TileCache::Found::refused;
-      e.outcome = RadiosityCache::Entry::Outcome::hit;
-    }
-    return found - 1;
-  }
-}
-
-/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes
-/// nothing.
-struct NearLights {
-  struct Known {
-    scene::GridId tile{.geometry = trace::no_id};
-    bool near = false;
-  };
-  Known& of(const scene::GridId& tile) { return known_[tile.slot() % known_count]; }
-
- private:
-  static constexpr int known_count = 4096;
-  Known known_[known_count];
-};
-
-/// Rays of SurfaceMedia, under way.
-struct SurfaceMediaScratch {
-  trace::RayBatch rays;
-  trace::HitBatch hits;
-  int32_t* to[trace::RayBatch::capacity];  ///< where what ray i finds is written
-  int count = 0;
-};
-
-/// Scratch of a thread that does not outlive a step, and the batches of its recursion.
-struct ShadingWorkspace {
-  static constexpr int capacity = RaySet::capacity;
-
-  explicit ShadingWorkspace(int light_groups = 0) : groups(light_groups) {}
-
-  const int groups;  ///< of lights, whose parts are kept apart
-
-  MaterialTable::Scratch prelighting;
-  RayTracer::Scratch tracing;
-  TileLinker::Scratch linking;
-  std::shared_ptr<SurfaceMediaScratch> surface_media;  ///< null until it is needed
-  shading::ShadingPoints points;  ///< for stages that shaders have of their own
-  RayCounts rays;
-  StageCounts stages;
-  RadiosityCache::Counts caches, irradiance_caches;
-  double fill_seconds = 0;  ///< of all fills so far
-  NearLights near_lights;
-  scene::PatchTable::Extents extents;
-  CacheLog* cache_log = nullptr;  ///< of the entries that visible surfaces read; null: none is kept
-
-  // Rays about to be drawn, and their random numbers.
-  int job_count = 0;
-  int job_point[capacity];
-  int job_light[capacity];     ///< -1: to be chosen
-  float job_weight[capacity];  ///< 1 / number of rays of this kind
-  alignas(64) uint32_t seed[capacity], index[capacity];
-  alignas(64) float u0[capacity], u1[capacity], u2[capacity];
-  int counts[PointBatch::capacity];  ///< rays a point
-
-  // What was drawn for shadow rays.
-  shading::LightSampler::Selection chosen[capacity];  ///< by job
-  int drawn_count = 0;
-  shading::LightSample drawn[capacity];
-  const shading::LightSample* drawn_for[capacity];  ///< by job; null: nothing
-
-  // Shadow rays.
-  int shadow_count = 0;
-  trace::RayBatch shadow;
-  int shadow_point[capacity];
-  uint8_t shadow_target[capacity];
-  RGB shadow_light[capacity], visible[capacity];
-  int shadow_source[capacity];  ///< light
-  float shadow_glint[capacity];  ///< PointBatch::glint, unoccluded
-  int32_t shadow_medium[capacity];
-  V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
-
-  RGB passed[capacity];
-
-  /// Three random numbers for each of the first n seeds and indices: a pair, and one by itself.
-  void draw_samples(int n) {
-    sample_2d(seed, index, 0, n, u0, u1);
-    sample_1d(seed, index, 1, n, u2);
-  }
-
-  PointBatch& level(int depth) {
-    while (int(levels.size()) <= depth) levels.push_back(std::make_unique<PointBatch>(groups));
-    return *levels[size_t(depth)];
-  }
-  CacheBatch& cache_level(int depth) {
-    while (int(cache_levels.size()) <= depth) cache_levels.push_back(std::make_unique<CacheBatch>(groups));
-    return *cache_levels[size_t(depth)];
-  }
-  SubsurfaceBatch& subsurface_level(int depth) {
-    while (int(subsurface_levels.size()) <= depth) subsurface_levels.push_back(nullptr);
-    auto& level = subsurface_levels[size_t(depth)];
-    if (!level) level = std::make_unique<SubsurfaceBatch>();
-    return *level;
-  }
-
- private:
-  std::vector<std::unique_ptr<PointBatch>> levels;
-  std::vector<std::unique_ptr<CacheBatch>> cache_levels;
-  std::vector<std::unique_ptr<SubsurfaceBatch>> subsurface_levels;
 };
 
 }  // namespace dapple::integrate

@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/path/path_integrator.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "dapple/integrate/describe.h"
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/numeric/sobol.h"
+#include "dapple/numeric/warp.h"
+#include "dapple/path/path_workspace.h"
+#include "dapple/shading/medium.h"
+#include "dapple/shading/sheet.h"
+#include "dapple/shading/stages.h"
+#include "dapple/vegetation/mask_scene.h"
+
+namespace dapple::path {
+
+using integrate::CacheState;
+using integrate::CameraBatch;
+using integrate::Integrator;
+using integrate::ShadowRay;
+using integrate::TileWork;
+using integrate::describe;
+using integrate::offset_origin;
+using vegetation::CanopyTransport;
+using vegetation::mask_cache;
+using scene::Features;
+using scene::Film;
+using shading::Bsdf;
+using shading::BsdfKind;
+using shading::BsdfSample;
+using shading::Lobe;
+using trace::no_id;
+
+namespace {
+
+// Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
+enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
+static_assert(step_dimensions == PathWorkspace::dimensions);
+
+// Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
+constexpr int max_passes = 4096;
+
+// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
+constexpr float diffuse_spread = 0.05f;
+
+// Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse ray brings.
+constexpr float lit_share = 0.25f;
+// Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
+constexpr float delta_cosine = 0.98f;
+
+const shading::Visibility* visibility_of(const PathIntegrator::Settings& s) {
+  if (s.far_ground) return s.far_ground.get();
+  return s.masks.get();
+}
+
+}  // namespace
+
+PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, visibility_of(settings)) {
+  hit_lights_ =
+      gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
+}
+
+std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
+  auto w = std::make_unique<PathWorkspace>();
+  w->caches.resize(caches().size());
+  return w;
+}
+
+std::vector<CacheState> PathIntegrator::caches() const {
+  if (!settings_.masks) return {};
+  return {mask_cache(*settings_.masks)};
+}
+
+void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
+  auto& w = static_cast<PathWorkspace&>(workspace);
+  w.shadow_scratch.stop = work.stop;
+  w.wants_features = film.settings().features;
+  w.keep_groups(scene_.light_groups, film.settings().light_groups);
+  const PixelSets sets(work.pixel_samples, settings_.seed);
+  for (uint32_t i = 0; i < work.sample_count; ++i)
+    CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
+      w.camera.generate(scene_, box, work.first_sample + i, sets);
+      start_paths(w);
+      trace_paths(w);
+      for (int p = 0; p < w.path_count; ++p)
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p));
+    });
+}
+
+void PathIntegrator::start_paths(PathWorkspace& w) const {
+  w.path_count = w.camera.count;
+  for (int p = 0; p < w.path_count; ++p) {
+    const scene::CameraRay& r = w.camera.ray[p];
+    w.start_path(p);
+    w.cone_width[p] = r.cone_width * settings_.texture_footprint;
+    w.cone_spread[p] = r.cone_spread * settings_.texture_footprint;
+    w.time[p] = r.ray.time;
+    w.medium[p] = scene_.camera_medium;
+    w.receiver[p] = {r.ray.o, V3f(0, 0, 0), r.ray.time};
+    w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
+  }
+  w.swap_rays();
+  w.rays.camera += uint64_t(w.path_count);
+}
+
+void PathIntegrator::trace_paths(PathWorkspace& w) const {
+  for (uint32_t step = 0; w.now->count > 0; ++step) {
+    w.shadow_scratch.stop.check();
+    scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
+    if (scene_.traced.has_colored_opacity())
+      for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
+    collect_hits(w);
+    prelight(w);
+    w.append_flights();
+    w.draw_samples(CameraBatch::dimensions + step * step_dimensions);
+    w.shadow_count = 0;
+    for (int k = 0; k < w.surface_count; ++k) {
+      if (w.bsdf[k].kind == BsdfKind::passthrough) {
+        pass_through(k, w);
+        continue;
+      }
+      if (pass_sheet(k, w)) continue;
+      const int p = w.point_path[k];
+      if (w.last[p] && gathers()) {
+        gather_in_canopy(k, w);
+        continue;
+      }
+      if (w.last[p]) continue;
+      light_surface(k, w);
+      if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
+        add_canopy_light(k, w);
+      scatter(k, w);
+    }
+    for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
+    w.swap_rays();
+    trace_shadows(w);
+  }
+  w.now->count = 0;
+}
+
+// Adds what rays meet that shines, and gathers the surfaces to be shaded.
+void PathIntegrator::collect_hits(PathWorkspace& w) const {
+  w.point_count = w.flight_count = 0;
+  if (scene_.has_media()) fly(w);
+  for (int i = 0; i < w.now->count; ++i) {
+    const int p = w.now->path[i];
+    const V3f d = w.now->batch.direction(i);
+    if (w.walk[p].inside() ? !walk(i, w) : w.medium[p] != scene::vacuum && !arrive(i, w)) continue;
+    if (w.hit.geometry[i] == no_id) {
+      add_environment(p, w.now->batch.origin(i), d, w);
+      continue;
+    }
+    const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
+    if (w.last[p] && light == no_id && !gathers() && !materials_.lets_through(w.hit.geometry[i])) continue;
+    const int k = w.point_count++;
+    w.point_path[k] = p;
+    w.point_geometry[k] = w.hit.geometry[i];
+    w.wi[k] = d;
+    w.surface[k] = light != no_id || materials_.needs_tangents(w.hit.geometry[i])
+                       ? scene_.traced.surface(w.hit, i, w.time[p])
+                       : scene_.traced.surface_without_tangents(w.now->batch, w.hit, i);
+    w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
+    if (light != no_id) add_emission(p, light, w.surface[k], d, w);
+  }
+}
+
+// Draws how far the rays go through their media.
+void PathIntegrator::fly(PathWorkspace& w) const {
+  const trace::RayBatch& rays = w.now->batch;
+  const auto add = [&](int i, shading::MediumRays* out) {
+    const int p = w.now->path[i];
+    const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
+    out->add(ray, w.hit.geometry[i] == no_id ? infinity : w.hit.t[i], w.beta[p], w.vertex_key(p, 0));
+  };
+  const auto medium = [&w](int i) {
+    const int p = w.now->path[i];
+    return w.walk[p].inside() ? scene::vacuum : w.medium[p];
+  };
+  w.shadow_scratch.media.sample(scene_, w.now->count, medium, add, w.flown);
+}
+
+// Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
+bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
+  const int p = w.now->path[i];
+  const trace::RayBatch& rays = w.now->batch;
+  const shading::MediumSample& s = w.flown[i];
+  w.add_light(p, no_id, w.beta[p] * s.emitted);
+  w.beta[p] *= s.weight;
+  if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
+  if (!s.scattered) return true;
+  if (!w.last[p]) w.flight[w.flight_count++] = {p, rays.origin(i) + rays.direction(i) * s.t, rays.direction(i)};
+  return false;
+}
+
+// The same inside a subsurface body. Where the path scatters, it goes on in the following step.
+bool PathIntegrator::walk(int i, PathWorkspace& w) const {
+  const int p = w.now->path[i];
+  if (w.hit.geometry[i] == no_id) {  // the body has no other side
+    w.walk[p].start();
+    return true;
+  }
+  const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
+  V3f P, d;
+  const auto flight = w.walk[p].fly(ray, w.hit.t[i], w.eta_scale[p], w.vertex_key(p, 2), &w.beta[p], &P, &d);
+  if (flight != SubsurfaceWalk::Flight::scattered) return flight == SubsurfaceWalk::Flight::arrived;
+  w.bsdf_pdf[p] = 0;
+  w.push_ray(p, P, d, w.next_key(p));
+  ++w.rays.subsurface;
+  return false;
+}
+
+void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWorkspace& w) const {
+  for (const uint32_t index : scene_.infinite_lights) {
+    const shading::Light& light = *scene_.lights[index];
+    const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
+    if (Le.is_black()) continue;
+    float weight = 1;
+    if (w.bsdf_pdf[p] > 0) {
+      const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
+                        light.pdf(w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
+      weight = power_heuristic(w.bsdf_pdf[p], pdf);
+    }
+    w.add_light(p, index, w.beta[p] * Le * weight);
+  }
+}
+
+void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoint& s, const V3f& d,
+                                  PathWorkspace& w) const {
+  const shading::Light& light = *scene_.lights[index];
+  const RGB Le = light.emitted(s.P, s.Ng, V2f(s.u, s.v), -d);
+  if (Le.is_black()) return;
+  float weight = 1;
+  if (w.bsdf_pdf[p] > 0) {
+    const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
+                      light.pdf(w.receiver[p], d, s.P, s.Ng);
+    weight = power_heuristic(w.bsdf_pdf[p], pdf);
+  }
+  w.add_light(p, index, w.beta[p] * Le * weight);
+}
+
+void PathIntegrator::prelight(PathWorkspace& w) const {
+  int kept = 0;
+  for (int k = 0; k < w.point_count; ++k)
+    if (!w.last[w.point_path[k]] || gathers() || materials_.lets_through(w.point_geometry[k])) w.move_point(kept++, k);
+  w.point_count = w.surface_count = kept;
+  materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
+    const int p = w.point_path[k];
+    scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
+  }, w.bsdf, w.prelighting, &w.stages);
+  if (w.wants_features) describe_first_surfaces(w);
+}
+
+void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
+  for (int k = 0; k < w.point_count; ++k) {
+    const int p = w.point_path[k];
+    if (w.bsdf[k].kind == BsdfKind::passthrough || w.features[p].alpha > 0) continue;
+    w.features[p] = describe(scene_, w.surface[k], w.bsdf[k], -w.wi[k]);
+  }
+}
+
+void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  if (++w.passes[p] > max_passes) return;
+  w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(w.wi[k], w.surface[k].Ng, w.medium[p]);
+  w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
+}
+
+// Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its last scattering: shadow rays
+// have gone the same way. False if it is scattered here.
+bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
+  if (!materials_.is_sheet(w.point_geometry[k])) return false;
+  const float through = shading::straight_transmittance(w.bsdf[k], -w.wi[k]);
+  if (through == 0) return false;
+  if (w.sample(dim_lobe, k) < 1 - through) {
+    w.bsdf[k].reflects_only = true;
+    return false;
+  }
+  pass_through(k, w);
+  ++w.rays.specular;
+  return true;
+}
+
+// Draws a light for path p and sends a shadow ray. evaluate(wi, &pdf) gives f |cos|; `surface` is null in media.
+template <class Evaluate>
+void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+                             const Evaluate& evaluate, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
+  if (selection.light < 0) return;
+  shading::LightSample light;
+  if (!scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light)) return;
+  float scatter_pdf = 0;
+  const RGB f = evaluate(light.wi, &scatter_pdf);
+  if (f.is_black()) return;
+  const float light_pdf = light.pdf * selection.probability;
+  const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
+  const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
+  if (contribution.is_black()) return;
+  const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
+  int32_t medium = w.medium[p];
+  if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
+  const ShadowRay ray(receiver.p, light, origin);
+  const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
+  if (ray.distance > 0) w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
+}
+
+void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  if (!scene_.light_sampler || bsdf.is_delta()) return;
+  // What shines inside a body is found by walking: light is weakened on the way, which shadow rays do not know.
+  if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
+  const V3f wo = -w.wi[k];
+  const uint64_t key = w.vertex_key(w.point_path[k], 1);
+  connect(k, receiver_at(k, true, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
+    const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+    if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
+    return f * std::abs(dot(wi, bsdf.frame.n));
+  }, w);
+}
+
+// Light that the canopy's leaves scattered, at a diffuse surface; what has other lobes besides counts by its albedo.
+void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  if (bsdf.is_delta()) return;
+  const int p = w.point_path[k];
+  const CanopyTransport::Sides E =
+      settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
+  w.add_light(p, no_id, w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
+                                                       : bsdf.albedo() * E.front * inv_pi));
+}
+
+// Where a path ends: the canopy's light, and at some of these points that of one light.
+void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  add_canopy_light(k, w);
+  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= lit_share) return;
+  const V3f wo = -w.wi[k];
+  const uint64_t key = w.vertex_key(w.point_path[k], 1);
+  connect(
+      k, receiver_at(k, false, w), &w.surface[k],
+      [&](const V3f& wi, float* pdf) {
+        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+        *pdf = 0;  // no ray goes on that could meet the light
+        return f * (std::abs(dot(wi, bsdf.frame.n)) / lit_share);
+      },
+      w);
+}
+
+void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const shading::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
+  const V3f wo = -w.wi[k];
+  const shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
+  if (scene_.light_sampler)
+    connect(k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
+  V3f wi;
+  const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
+  if (!end_or_go_on(k, Lobe::glossy, w)) return;
+  w.bsdf_pdf[p] = pdf;
+  w.receiver[p] = receiver;
+  w.push_ray(p, receiver.p, wi, w.next_key(p));
+  ++w.rays.specular;
+}
+
+shading::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared};
+}
+
+// Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.
+bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const bool diffuse = lobe == Lobe::diffuse;
+  ++w.scatterings[p];
+  const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
+  w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
+              w.scatterings[p] >= settings_.max_scatterings;
+  if (w.last[p]) return hit_lights_;
+  if (w.scatterings[p] < settings_.roulette_depth) return true;
+  const float survive = std::min(1.0f, (w.beta[p] * w.eta_scale[p]).max());
+  if (w.sample(dim_roulette, k) >= survive) return false;
+  w.beta[p] *= 1 / survive;
+  return true;
+}
+
+void PathIntegrator::scatter(int k, PathWorkspace& w) const {
+  const Bsdf& bsdf = w.bsdf[k];
+  const int p = w.point_path[k];
+  BsdfSample sample;
+  const uint64_t key = w.vertex_key(p, 3);
+  if (!bsdf.sample(-w.wi[k], w.sample(dim_lobe, k), w.sample2(dim_direction, k), key, &sample)) return;
+  w.beta[p] *= sample.weight;
+  if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);
+  if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
+  if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
+  if (!end_or_go_on(k, sample.lobe, w)) return;
+  w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
+  w.receiver[p] = receiver_at(k, true, w);
+  const bool diffuse = sample.lobe == Lobe::diffuse;
+  if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+  // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in which the path came.
+  w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
+  w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
+  ++(diffuse ? w.rays.diffuse : w.rays.specular);
+}
+
+// Into a subsurface body, out of it, or back from its boundary on either side. The way through counts as one diffuse scattering; where
+// nothing scattered it, as a specular one.
+void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const geom::SurfacePoint& s = w.surface[k];
+  SubsurfaceWalk& walk = w.walk[p];
+  const bool was_inside = walk.inside(), inwards = dot(sample.wi, s.Ng) < 0;
+  const bool diffused = was_inside && walk.scattered();
+  const bool smooth = w.bsdf[k].is_delta();
+  walk.cross(w.bsdf[k], inwards);
+  if (inwards) {
+    if (walk.is_clear() && !end_or_go_on(k, sample.lobe, w)) return;
+    w.bsdf_pdf[p] = 0;
+    ++w.rays.subsurface;
+  } else {
+    if (diffused && smooth) find_delta_light(k, sample.wi, w);
+    if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
+    w.bsdf_pdf[p] = sample.pdf;
+    w.receiver[p] = receiver_at(k, true, w);
+    if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+    ++(diffused ? w.rays.diffuse : w.rays.specular);
+  }
+  w.push_ray(p, offset_origin(s, sample.wi), sample.wi, w.next_key(p));
+}
+
+// Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few degrees, so such a light is
+// taken to be as wide as that.
+void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
+  if (!scene_.light_sampler) return;
+  const int p = w.point_path[k];
+  const shading::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
+  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
+  shading::LightSample light;
+  if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
+      !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) || dot(wi, light.wi) < delta_cosine)
+    return;
+  const RGB L = w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - delta_cosine)));
+  if (L.is_black() || !L.is_finite()) return;
+  const V3f origin = offset_origin(w.surface[k], light.wi);
+  const ShadowRay ray(receiver.p, light, origin);
+  const V3f& Ng = w.surface[k].Ng;
+  if (ray.distance > 0 && dot(light.wi, Ng) > 0)
+    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, L, w.medium[p]);
+}
+
+void PathIntegrator::trace_shadows(PathWorkspace& w) const {
+  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  w.stages += std::exchange(w.shadow_scratch.stages, {});
+  w.rays.mask += uint64_t(masked);
+  w.rays.shadow += uint64_t(w.shadow_count - masked);
+  for (int i = 0; i < w.shadow_count; ++i)
+    if (!w.shadow_light[i].is_black()) w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i]);
+}
+
+}  // namespace dapple::path

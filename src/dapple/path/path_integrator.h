@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/forest/ground_visibility.h"
+#include "dapple/forest/mask_visibility.h"
+#include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/ray_tracer.h"
+#include "dapple/vegetation/canopy_transport.h"
+
+namespace dapple::path {
+
+struct PathWorkspace;
+
+/// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all cached and
+/// approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each step traces
+/// all their rays, then shades all their hits, then traces all their shadow rays.
+class PathIntegrator final : public integrate::Integrator {
+ public:
+  struct Settings {
+    int diffuse_bounces = 4;      ///< diffuse scatterings of indirect light (shading/lobes.h); 0 = direct light only
+    int specular_depth = 16;      ///< glossy and delta scatterings
+    int max_scatterings = 1 << 20;  ///< of any kind: pbrt's maxdepth - 1 where the scene asks for it
+    int roulette_depth = 3;       ///< scatterings before Russian roulette may end a path
+    uint64_t seed = 0;
+    float texture_footprint = 1;  ///< scale of texture footprints, 1 = a pixel
+    /// Answers for light of more than `diffuse_bounces`: at the last of these scatterings, or, if it gathers, at what
+    /// the ray hits that looks for lights after it. Null: there is none.
+    std::shared_ptr<const vegetation::CanopyTransport> canopy;
+    bool canopy_gather = true;
+    std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
+    std::shared_ptr<const forest::GroundVisibility> far_ground;  ///< asked before `masks`, for which it answers too; null: none
+  };
+
+  PathIntegrator(const scene::Scene& scene, const Settings& settings);
+
+  std::unique_ptr<Workspace> make_workspace() const override;
+  void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  std::vector<integrate::CacheState> caches() const override;
+  /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
+  void trace_camera_rays(PathWorkspace& w) const {
+    start_paths(w);
+    trace_paths(w);
+  }
+
+ private:
+  void start_paths(PathWorkspace& w) const;
+  void trace_paths(PathWorkspace& w) const;
+  void collect_hits(PathWorkspace& w) const;
+  void add_environment(int path, const V3f& o, const V3f& d, PathWorkspace& w) const;
+  void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
+  void prelight(PathWorkspace& w) const;
+  void describe_first_surfaces(PathWorkspace& w) const;
+  void pass_through(int point, PathWorkspace& w) const;
+  bool pass_sheet(int point, PathWorkspace& w) const;
+  void fly(PathWorkspace& w) const;
+  bool arrive(int ray, PathWorkspace& w) const;
+  bool walk(int ray, PathWorkspace& w) const;
+  template <class Evaluate>
+  void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+               const Evaluate& evaluate, PathWorkspace& w) const;
+  void light_surface(int point, PathWorkspace& w) const;
+  bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
+  void add_canopy_light(int point, PathWorkspace& w) const;
+  void gather_in_canopy(int point, PathWorkspace& w) const;
+  void scatter_in_medium(int point, PathWorkspace& w) const;
+  bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
+  void scatter(int point, PathWorkspace& w) const;
+  void cross_boundary(int point, const shading::BsdfSample& sample, PathWorkspace& w) const;
+  void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
+  void trace_shadows(PathWorkspace& w) const;
+  /// `shared`: the path's next ray looks for lights, too.
+  shading::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w) const;
+
+  const scene::Scene& scene_;
+  const Settings settings_;
+  const integrate::MaterialTable materials_;
+  const integrate::RayTracer rays_;
+  bool hit_lights_ = false;  ///< some light can be met by a ray
+};
+
+}  // namespace dapple::path

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/integrator.h"
+#include "dapple/integrate/material_table.h"
+#include "dapple/integrate/ray_tracer.h"
+#include "dapple/numeric/sobol.h"
+#include "dapple/path/subsurface_walk.h"
+
+namespace dapple::path {
+
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.4 MB; nothing is allocated while paths are traced.
+struct PathWorkspace final : integrate::Integrator::Workspace {
+  static constexpr int capacity = trace::RayBatch::capacity;
+
+  // Paths, by number in the block.
+  int path_count = 0;
+  bool wants_features = false;  ///< the film keeps AOVs
+  integrate::CameraBatch camera;
+  RGB beta[capacity], L[capacity];
+  float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
+  shading::LightReceiver receiver[capacity];  ///< where the last scattering happened
+  float eta_scale[capacity], time[capacity], cone_width[capacity], cone_spread[capacity];
+  int32_t medium[capacity];
+  SubsurfaceWalk walk[capacity];  ///< while it is inside, medium[] is the one outside
+  int32_t passes[capacity];       ///< through surfaces that are not there
+  int32_t scatterings[capacity], diffuse_depth[capacity], specular_depth[capacity];
+  uint32_t ray_number[capacity];
+  uint8_t last[capacity];  ///< the path only looks for lights any more
+  scene::Features features[capacity];
+
+  // The parts of L by groups of lights, where the film keeps them.
+  int group_count = 0;
+  const scene::LightGroups* groups = nullptr;
+  std::vector<RGB> group_L;  ///< by path and group
+
+  // Rays under way, and those of the following step.
+  struct Rays {
+    int count = 0;
+    trace::RayBatch batch;
+    int path[capacity];
+  } ray_buffers[2];
+  Rays* now = &ray_buffers[0];
+  Rays* next = &ray_buffers[1];
+  trace::HitBatch hit;
+
+  // Flights through media, by ray, and scatterings there, in this step.
+  shading::MediumSample flown[capacity];
+  struct Flight {
+    int path;
+    V3f P, d;
+  };
+  int flight_count = 0;
+  Flight flight[capacity];
+
+  // Points to be shaded in this step: surface_count surfaces, then scatterings in media.
+  int point_count = 0, surface_count = 0;
+  int point_path[capacity];
+  uint32_t point_geometry[capacity];
+  V3f wi[capacity];  ///< direction of propagation of the ray that arrived
+  geom::SurfacePoint surface[capacity];
+  shading::Bsdf bsdf[capacity];
+  integrate::MaterialTable::Scratch prelighting;
+
+  // Shadow rays.
+  int shadow_count = 0;
+  trace::RayBatch shadow;
+  RGB shadow_L[capacity];
+  int shadow_path[capacity];
+  uint32_t shadow_source[capacity];  ///< light
+  int32_t shadow_medium[capacity];
+  V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
+  RGB shadow_light[capacity];  ///< fraction that arrives
+  integrate::RayTracer::Scratch shadow_scratch;
+
+  // Random numbers of a step, by dimension and point.
+  static constexpr int pairs = 2, dimensions = 5;  ///< the first `pairs` dimensions are pairs
+  alignas(64) float step_x[dimensions][capacity], step_y[pairs][capacity];
+  alignas(64) uint32_t point_seed[capacity], point_index[capacity];
+
+  void keep_groups(const scene::LightGroups& of_scene, int count) {
+    groups = &of_scene;
+    group_count = count;
+    group_L.resize(size_t(count) * capacity);
+  }
+  /// Adds what path p brings of a light; trace::no_id: of none, media say.
+  void add_light(int p, uint32_t light, const RGB& brought) {
+    L[p] += brought;
+    if (group_count > 0) group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
+  }
+  std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
+
+  void start_path(int p) {
+    beta[p] = RGB(1);
+    L[p] = RGB();
+    std::fill_n(group_L.begin() + p * group_count, group_count, RGB());
+    bsdf_pdf[p] = 0;
+    eta_scale[p] = 1;
+    scatterings[p] = diffuse_depth[p] = specular_depth[p] = 0;
+    ray_number[p] = 0;
+    passes[p] = 0;
+    walk[p].start();
+    last[p] = 0;
+    if (wants_features) features[p] = {};
+  }
+  /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
+  uint32_t next_key(int p) { return trace::ray_key(camera.seed[p], camera.index[p] * 64 + ++ray_number[p]); }
+  /// A key for stochastic evaluations at the path's current vertex; likewise.
+  uint64_t vertex_key(int p, uint64_t purpose) const {
+    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
+  }
+  void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
+    next->batch.set(next->count, o, d, infinity, time[p], key, cone_width[p], cone_spread[p]);
+    next->path[next->count++] = p;
+  }
+  void swap_rays() {
+    std::swap(now, next);
+    next->count = 0;
+  }
+  void push_shadow(int p, uint32_t light, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+    shadow_source[shadow_count] = light;
+    shadow_medium[shadow_count] = in_medium;
+    shadow_normal[shadow_count] = Ng;
+    shadow.set(shadow_count, o, d, distance, time[p], next_key(p), cone_width[p], cone_spread[p]);
+    shadow_L[shadow_count] = contribution;
+    shadow_path[shadow_count++] = p;
+  }
+  void move_point(int to, int from) {
+    if (to == from) return;
+    point_path[to] = point_path[from];
+    point_geometry[to] = point_geometry[from];
+    wi[to] = wi[from];
+    surface[to] = surface[from];
+  }
+  void append_flights() {
+    for (int i = 0; i < flight_count; ++i, ++point_count) {
+      point_path[point_count] = flight[i].path;
+      wi[point_count] = flight[i].d;
+      surface[point_count].P = flight[i].P;
+    }
+  }
+  /// Draws this step's random numbers for all points.
+  void draw_samples(uint32_t first_dimension) {
+    for (int k = 0; k < point_count; ++k) {
+      point_seed[k] = camera.seed[point_path[k]];
+      point_index[k] = camera.index[point_path[k]];
+    }
+    for (uint32_t d = 0; d < pairs; ++d)
+      sample_2d(point_seed, point_index, first_dimension + d, point_count, step_x[d], step_y[d]);
+    for (uint32_t d = pairs; d < dimensions; ++d)
+      sample_1d(point_seed, point_index, first_dimension + d, point_count, step_x[d]);
+  }
+  float sample(uint32_t dimension, int k) const { return step_x[dimension][k]; }
+  V2f sample2(uint32_t dimension, int k) const { return {step_x[dimension][k], step_y[dimension][k]}; }
+};
+
+}  // namespace dapple::path
