@@ -2,7 +2,7 @@
 // What a small program outside Dapple does with its libraries: reads a scene, counts what is in it, and renders it.
 #include <dapple/base/error.h>
 #include <dapple/build/scene_builder.h>
-#include <dapple/integrate/path_integrator.h>
+#include <dapple/path/path_integrator.h>
 #include <dapple/render/render_session.h>
 #include <dapple/scenefile/scene_description.h>
 
