@@ -8,6 +8,8 @@
 namespace dapple::build {
 namespace {
 
+using Messages = std::vector<std::string>;
+
 struct Built {
   BuiltScene built;
   std::vector<std::string> messages;
@@ -136,6 +138,58 @@ TEST(LoopShapes, DeepLevelsAreHeldToANumberOfTrianglesInAll) {
   EXPECT_EQ(faces(b), 2u * 65536u + 16u);
   EXPECT_EQ(b.messages.size(), 1u);
   EXPECT_TRUE(b.says("test.pbrt:6:1"));
+}
+
+// Positions and normals of a surface do not depend on who cut its polygons.
+TEST(LoopShapes, PolygonsAreCutIntoTriangles) {
+  const auto mesh_of = [](const Built& b) { return std::get<trace::MeshPtr>(b.built.scene->traced.shape(0)); };
+  const std::string cube_points = "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
+  const std::string quads = "\"integer indices\" [0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7] ";
+  const std::string cut =
+      "\"integer indices\" [0 3 2 0 2 1  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7] ";
+  // A C seen from above: a fan from its first corner would lie outside.
+  const std::string c_shape = "Shape \"loopsubdiv\" \"integer levels\" 0 \"point3 P\" [2 1 0  2 2 0  0 2 0  0 0 0  2 0 0  1 .5 0  1 1.5 0] ";
+  const Built by_sizes = build_scene_text(cube_points + quads + "\"integer faceverts\" [4 4 4 4 4 4]"), by_hand = build_scene_text(cube_points + cut);
+  EXPECT_EQ(by_sizes.messages, Messages());
+  EXPECT_EQ(mesh_of(by_sizes)->P, mesh_of(by_hand)->P);
+  EXPECT_EQ(mesh_of(by_sizes)->indices, mesh_of(by_hand)->indices);
+  const Built diced = build_scene_text(cube_points + quads + "\"integer faceverts\" [4 4 4 4 4 4] \"bool diced\" true");
+  EXPECT_EQ(diced.messages, Messages());
+  EXPECT_EQ(diced.grids(0).grids.size(), build_scene_text(cube_points + cut + "\"bool diced\" true").grids(0).grids.size());
+
+  const Built c = build_scene_text(c_shape + "\"integer indices\" [0 1 2 3 4 5 6] \"integer faceverts\" [7]");
+  ASSERT_EQ(mesh_of(c)->indices.size(), 15u);
+  for (size_t t = 0; t < 15; t += 3) {
+    const auto p = [&](size_t k) { return mesh_of(c)->P[mesh_of(c)->indices[t + k]]; };
+    EXPECT_GT(cross(p(1) - p(0), p(2) - p(0)).z, 0) << t;
+  }
+}
+
+TEST(LoopShapes, SayThatTheyTakeTriangles) {
+  const std::string cube_points = "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
+  expect_error(cube_points + "\"integer indices\" [0 3 2 1]", "\"indices\" has 4 numbers; expected a multiple of 3, or \"faceverts\"");
+  expect_error(cube_points + "\"integer indices\" [0 3 2 1] \"integer faceverts\" [3]", "\"faceverts\" adds up to 3 corners");
+  const Built quads = build_scene_text(cube_points + "\"integer indices\" [0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7]");
+  ASSERT_EQ(quads.messages.size(), 1u);
+  EXPECT_TRUE(quads.says("use \"catmullclark\""));
+  const Built pairs = build_scene_text(cube_points + "\"integer indices\" [0 1  0 3 2] \"integer faceverts\" [2 3]");
+  ASSERT_EQ(pairs.messages.size(), 1u);
+  EXPECT_TRUE(pairs.says("1 face left out: expected 3 corners or more"));
+}
+
+// OpenSubdiv would print on its own, and refuses a vertex of 65536 faces.
+TEST(LoopShapes, WhatCannotBeSubdividedIsSaidOnce) {
+  constexpr int n = 66000;
+  std::string points = "0 0 0", corners;
+  for (int i = 0; i < n; ++i) {
+    points += " " + std::to_string(std::cos(2 * pi * float(i) / n)) + " " + std::to_string(std::sin(2 * pi * float(i) / n)) + " 0";
+    corners += " 0 " + std::to_string(1 + i) + " " + std::to_string(1 + (i + 1) % n);
+  }
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  expect_error("Shape \"loopsubdiv\" \"integer levels\" 1 \"point3 P\" [" + points + "] \"integer indices\" [" + corners + "]",
+               "the mesh cannot be subdivided: vertex with valence 66000 > 65535 max");
+  EXPECT_EQ(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
 }
 
 TEST(DicedShapes, CreasesCornersHolesAndBoundariesAreRead) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/cage_factory.h"
 
+#include <algorithm>
 #include <cctype>
+#include <iterator>
 
 #include "dapple/build/shape_params.h"
+#include "dapple/scenefile/polygon.h"
 
 namespace dapple::build {
 
@@ -88,7 +91,7 @@ void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
   cage->P = points3(e.params.get_points3("P"));
   cage->P_end = points_at_close(e);
   cage->uv = points2(e.params.get_points2("uv"));
-  const auto indices = e.params.get_ints("indices"), sizes = e.params.get_ints("faceverts");
+  const auto indices = e.params.get_ints("indices");
   check_indices(e, "indices", indices, cage->P.size());
   check_count(e, "P1", cage->P_end.size(), cage->P.size());
   cage->indices = unsigned_list(indices);
@@ -102,18 +105,7 @@ void read_own_mesh(const ShapeEntity& e, ControlCage* cage) {
                                   std::to_string(indices.size()) + " \"indices\"");
     cage->uv_indices = unsigned_list(uv_indices);
   }
-  size_t sum = 0;
-  for (const int32_t n : sizes) {
-    if (n < 0) throw InputError(e.loc, "\"faceverts\" has " + std::to_string(n) + "; it must be 3 or more");
-    sum += size_t(n);
-  }
-  if (sizes.empty() && indices.size() % 4 != 0)
-    throw InputError(
-        e.loc, "\"indices\" has " + counted(indices.size(), "number") + "; expected a multiple of 4, or \"faceverts\"");
-  if (!sizes.empty() && sum != indices.size())
-    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " +
-                                std::to_string(indices.size()));
-  cage->face_sizes = sizes.empty() ? std::vector<uint32_t>(indices.size() / 4, 4) : unsigned_list(sizes);
+  cage->face_sizes = face_sizes(e, indices.size(), 4);
 }
 
 bool is_obj(std::string name) {
@@ -151,7 +143,51 @@ void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std
   cage->P.resize(own);
 }
 
+// Edges of faces of n corners that no neighbour has the other way round.
+size_t lone_edges(std::span<const int32_t> corners, size_t n) {
+  using Edge = std::pair<int32_t, int32_t>;
+  std::vector<Edge> edges, opposite;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Edge e(corners[i], corners[i % n == n - 1 ? i + 1 - n : i + 1]);
+    edges.push_back(e);
+    opposite.emplace_back(e.second, e.first);
+  }
+  std::sort(edges.begin(), edges.end());
+  std::sort(opposite.begin(), opposite.end());
+  std::vector<Edge> lone;
+  std::set_difference(edges.begin(), edges.end(), opposite.begin(), opposite.end(), std::back_inserter(lone));
+  return lone.size();
+}
+
 }  // namespace
+
+ControlCage loop_cage(const BuildContext& context, const ShapeEntity& e) {
+  ControlCage cage;
+  cage.scheme = geom::SurfaceScheme::loop;
+  cage.boundary = geom::BoundaryRule::edge_only;
+  cage.P = points3(e.params.get_points3("P"));
+  const auto corners = e.params.get_ints("indices");
+  check_indices(e, "indices", corners, cage.P.size());
+  const bool has_sizes = e.params.find("faceverts") != nullptr;
+  scenefile::Triangulator triangulator;
+  std::vector<int32_t> triangles;
+  size_t first = 0, small = 0;
+  for (const uint32_t n : face_sizes(e, corners.size(), 3)) {
+    if (n >= 3)
+      triangulator.add(corners.subspan(first, n), cage.P, &triangles);
+    else
+      ++small;
+    first += n;
+  }
+  if (small > 0) context.diagnostics.warn(e.loc, "shape \"loopsubdiv\": " + counted(small, "face") + " left out: expected 3 corners or more");
+  // Lists of quads whose number is a multiple of three pass as triangles.
+  if (!has_sizes && corners.size() % 4 == 0 && 2 * lone_edges(corners, 4) < lone_edges(corners, 3))
+    context.diagnostics.warn(e.loc, "shape \"loopsubdiv\": \"indices\" are taken as triangles, but fit together as quads; if they are, say so by "
+                                    "\"faceverts\", or use \"catmullclark\"");
+  cage.indices = unsigned_list(triangles);
+  cage.face_sizes.assign(triangles.size() / 3, 3);
+  return cage;
+}
 
 ControlCage catmull_clark_cage(const BuildContext& context, const ShapeEntity& e, V3d* base) {
   ControlCage cage;

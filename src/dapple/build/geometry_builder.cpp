@@ -208,8 +208,10 @@ int GeometryBuilder::find_most_levels() const {
       if (e.type != "loopsubdiv" || e.params.get_bool("diced", false) || e.params.find("displacement") ||
           scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
         continue;
-      const scenefile::Param* indices = e.params.find("indices");
-      if (indices) meshes.push_back({&e, double(indices->integers.size()) / 3});
+      const scenefile::Param *indices = e.params.find("indices"), *sizes = e.params.find("faceverts");
+      if (!indices) continue;
+      const double corners = double(indices->integers.size());
+      meshes.push_back({&e, sizes ? std::max(0.0, corners - 2 * double(sizes->integers.size())) : corners / 3});
     }
   };
   collect(d.shapes);

@@ -177,17 +177,16 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
   return meshes;
 }
 
-std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const std::vector<V3f>& P, const std::vector<uint32_t>& indices,
-                                          const Transform& to_target, int most_levels) {
+std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const geom::ControlCage& cage, const Transform& to_target, int most_levels) {
   int levels = e.params.get_int("levels", 3);
   if (levels < 0) throw InputError(e.loc, "\"levels\" is negative");
   levels = std::min(levels, most_levels);
   try {
-    Mesh mesh = geom::subdivide_loop(P, indices, levels);
+    Mesh mesh = geom::subdivide_loop(cage.P, cage.indices, levels);
     place(mesh, e, to_target);
     return {std::make_shared<const Mesh>(std::move(mesh))};
   } catch (const std::invalid_argument& error) {
-    throw InputError(e.loc, std::string(error.what()) + "; Loop subdivision takes triangles: three of \"indices\" each");
+    throw InputError(e.loc, error.what());
   }
 }
 
@@ -213,19 +212,13 @@ std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& 
 }
 
 std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
-  std::vector<V3f> P = points3(e.params.get_points3("P"));
-  const std::vector<uint32_t> indices = index_list(e, 3, P.size());
+  geom::ControlCage cage = loop_cage(context, e);
   e.params.get_string("scheme", "loop");
+  const Transform placed = with_base(to_target, e.params.base_of("P"));
   const bool is_diced = e.params.get_bool("diced", false);
-  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, P, indices, with_base(to_target, e.params.base_of("P")), dicing.most_levels);
+  if (!is_diced && !is_displaced(e, dicing)) return subdivided_loop(e, cage, placed, dicing.most_levels);
   e.params.get_int("levels", 3);
-  geom::ControlCage cage;
-  cage.scheme = geom::SurfaceScheme::loop;
-  cage.boundary = geom::BoundaryRule::edge_only;
-  cage.P = std::move(P);
-  cage.indices = indices;
-  cage.face_sizes.assign(indices.size() / 3, 3);
-  return diced(context, e, std::move(cage), with_base(to_target, e.params.base_of("P")), dicing);
+  return diced(context, e, std::move(cage), placed, dicing);
 }
 
 // Meshes over the same vertices as they are, or diced where they are displaced.

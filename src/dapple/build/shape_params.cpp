@@ -18,6 +18,21 @@ void check_count(const ShapeEntity& e, const char* name, size_t count, size_t ve
                                 std::to_string(vertices) + " vertices");
 }
 
+std::vector<uint32_t> face_sizes(const ShapeEntity& e, size_t corners, uint32_t usual) {
+  const auto sizes = e.params.get_ints("faceverts");
+  size_t sum = 0;
+  for (const int32_t n : sizes) {
+    if (n < 0) throw InputError(e.loc, "\"faceverts\" has " + std::to_string(n) + "; it must be 3 or more");
+    sum += size_t(n);
+  }
+  if (sizes.empty() && corners % usual != 0)
+    throw InputError(e.loc, "\"indices\" has " + std::to_string(corners) + (corners == 1 ? " number" : " numbers") + "; expected a multiple of " +
+                                std::to_string(usual) + ", or \"faceverts\"");
+  if (!sizes.empty() && sum != corners)
+    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " + std::to_string(corners));
+  return sizes.empty() ? std::vector<uint32_t>(corners / usual, usual) : std::vector<uint32_t>(sizes.begin(), sizes.end());
+}
+
 namespace {
 
 std::string counted(int64_t n, const std::string& one, const std::string& more) { return std::to_string(n) + " " + (n == 1 ? one : more); }

@@ -16,6 +16,8 @@ void check_indices(const scenefile::ShapeEntity& entity, const char* name, std::
                    size_t vertices);
 /// A list by vertex has none or as many values as there are vertices.
 void check_count(const scenefile::ShapeEntity& entity, const char* name, size_t count, size_t vertices);
+/// The corners of each face by "faceverts", which add up to `corners`; without it all have `usual`.
+std::vector<uint32_t> face_sizes(const scenefile::ShapeEntity& entity, size_t corners, uint32_t usual);
 
 /// Read with warnings of what in the file is left out; one of each kind a file.
 scenefile::PlyMesh read_ply(const BuildContext& context, const scenefile::ShapeEntity& entity, const std::string& path);

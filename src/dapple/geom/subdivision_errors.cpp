@@ -29,7 +29,9 @@ SubdivisionErrors::SubdivisionErrors() {
 }
 
 void SubdivisionErrors::fail() const {
-  while (!last_error.empty() && last_error.back() == '\n') last_error.pop_back();
+  // "Failure in TopologyRefinerFactory<>::Create() -- vertex with valence 70000 > 65535 max.\n" names no function of ours.
+  if (const size_t where = last_error.find(" -- "); where != std::string::npos) last_error.erase(0, where + 4);
+  while (!last_error.empty() && (last_error.back() == '\n' || last_error.back() == '.')) last_error.pop_back();
   throw std::invalid_argument("the mesh cannot be subdivided" + (last_error.empty() ? "" : ": " + last_error));
 }
 
