@@ -5,6 +5,14 @@ namespace dapple::build {
 
 using scenefile::ShapeEntity;
 
+namespace {
+
+std::string counted(int64_t n, const std::string& one, const std::string& more) {
+  return std::to_string(n) + " " + (n == 1 ? one : more);
+}
+
+}  // namespace
+
 void check_indices(const ShapeEntity& e, const char* name, std::span<const int32_t> indices, size_t vertices) {
   for (const int32_t i : indices)
     if (i < 0 || size_t(i) >= vertices)
@@ -26,16 +34,14 @@ std::vector<uint32_t> face_sizes(const ShapeEntity& e, size_t corners, uint32_t 
     sum += size_t(n);
   }
   if (sizes.empty() && corners % usual != 0)
-    throw InputError(e.loc, "\"indices\" has " + std::to_string(corners) + (corners == 1 ? " number" : " numbers") + "; expected a multiple of " +
-                                std::to_string(usual) + ", or \"faceverts\"");
+    throw InputError(e.loc, "\"indices\" has " + counted(int64_t(corners), "number", "numbers") +
+                                "; expected a multiple of " + std::to_string(usual) + ", or \"faceverts\"");
   if (!sizes.empty() && sum != corners)
     throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " + std::to_string(corners));
   return sizes.empty() ? std::vector<uint32_t>(corners / usual, usual) : std::vector<uint32_t>(sizes.begin(), sizes.end());
 }
 
 namespace {
-
-std::string counted(int64_t n, const std::string& one, const std::string& more) { return std::to_string(n) + " " + (n == 1 ? one : more); }
 
 class FileWarnings {
  public:

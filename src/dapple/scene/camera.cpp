@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scene/camera.h"
 
-#include "dapple/image/environment.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/image/environment.h"
 
 namespace dapple::scene {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/obj_reader.h"
+#include "dapple/scenefile/far_points.h"
 
 #include <charconv>
 #include <cstring>
