@@ -19,7 +19,8 @@ void HitShader::survey(const Place& place, const CacheLog& log, CacheAnswers* an
     answers[k] = {};
     if (!b.bsdf[k].is_diffuse() || b.bsdf[k].albedo().is_black()) continue;
     const int rays = diffuse_rays(place, b, k);
-    add_diffuse_jobs(b, k, std::min(rays, CacheAnswers::max_rays), rays, w, [&] { survey_rays(place, log, answers, w); });
+    add_diffuse_jobs(b, k, std::min(rays, CacheAnswers::max_rays), rays, w,
+                     [&] { survey_rays(place, log, answers, w); });
   }
   if (w.job_count > 0) survey_rays(place, log, answers, w);
 }

@@ -8,11 +8,11 @@ namespace dapple::distribution {
 
 using gi::CacheBatch;
 using gi::RadiosityCache;
+using gi::TileCache;
 using gi::TileLinks;
 using integrate::PointBatch;
 using integrate::RaySet;
 using integrate::resolution_count;
-using gi::TileCache;
 using trace::no_id;
 
 namespace {
@@ -22,7 +22,8 @@ constexpr float near_lights = 1;
 constexpr int most_halvings = 12;
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
-// Points that a thread claims at a time: of what several threads want, each computes a part, where one would compute all and the others wait.
+// Points that a thread claims at a time: of what several threads want, each computes a part, where one would compute
+// all and the others wait.
 constexpr int most_claimed = 256;
 constexpr int looked_ahead = 8;  // entries whose memory is on its way
 
@@ -48,8 +49,8 @@ class ClaimGuard {
 
 }  // namespace
 
-// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that it throws there by
-// chance, and thousands of rays read what they found.
+// Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that
+// it throws there by chance, and thousands of rays read what they found.
 bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
   if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
   NearLights::Known& known = w.near_lights.of(tile);
@@ -65,9 +66,10 @@ bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) 
   return known.near;
 }
 
-// Dices what a ray hit by the width of what the ray stands for: hit, width, c.point[c.count]. False where no tile serves it.
-bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth, scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at,
-                         ShadingWorkspace& w) const {
+// Dices what a ray hit by the width of what the ray stands for: hit, width, c.point[c.count]. False where no tile
+// serves it.
+bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth, scene::PatchTable::PatchHit* hit,
+                         float* width, scene::GridPoint* at, ShadingWorkspace& w) const {
   const uint32_t geometry = r.hits.geometry[i];
   if (geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) return false;
   // The points of curves face the camera: that is no side for other rays.
@@ -75,9 +77,11 @@ bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float grow
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
   if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
-    *hit = patches_->patch_hit(r.hits, i, d, time, scene_.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
+    *hit =
+        patches_->patch_hit(r.hits, i, d, time, scene_.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
   const auto dice = [&](float cache_width) {
-    *width = std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width, widest_cell_);
+    *width = std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width,
+                      widest_cell_);
     return patches_->dice(*hit, *width, at);
   };
   if (!patches_->has_groups(geometry)) return dice(settings_.cache_width);
@@ -86,9 +90,10 @@ bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float grow
 }
 
 // The entry of a tile: `at`, or where that is near a light a finer one.
-int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit, float width, scene::GridPoint* at, CacheBatch& c,
-                        ShadingWorkspace& w) const {
-  // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot either.
+int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit, float width,
+                        scene::GridPoint* at, CacheBatch& c, ShadingWorkspace& w) const {
+  // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot
+  // either.
   uint32_t slot = 0;
   bool near_light = false;
   for (int halvings = 0;; ++halvings) {
@@ -102,13 +107,15 @@ int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene:
     patches_->refine(hit, width *= 0.5f, at);
   }
   const scene::Motion& motion = patches_->motion();
-  const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], r.hits.geometry[i]), in_group = at->grid.cluster_level > 0;
+  const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], r.hits.geometry[i]),
+             in_group = at->grid.cluster_level > 0;
   if (among_movers) {
     const V3f P = r.rays.origin(i) + r.rays.direction(i) * r.hits.t[i];
     at->grid.span = motion.span_near(P, width, r.rays.time[i], settings_.diffuse_rays.at(list_depth(below)) / 2);
   }
   if (in_group) patches_->turn_group(hit.Ng, at->patch, &at->grid);
-  const int entry = c.add_entry(RadiosityCache::key(at->grid.hash(), below.depth.diffuse), at->grid, below.depth.diffuse);
+  const int entry =
+      c.add_entry(RadiosityCache::key(at->grid.hash(), below.depth.diffuse), at->grid, below.depth.diffuse);
   if (!near_light && !among_movers && !in_group) c.set_answer(at->grid, slot, entry);
   return entry;
 }
@@ -134,22 +141,25 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       const uint32_t geometry = r.hits.geometry[i];
       c.leaving[c.count] = 1;
       if (mirror && materials_.has_coat(geometry))
-        c.leaving[c.count] = shading::through_coat(materials_.coat(geometry), dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
+        c.leaving[c.count] = shading::through_coat(
+            materials_.coat(geometry),
+            dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
   }
 }
 
-void HitShader::add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+void HitShader::add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
+                              ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
   locate_radiosity(place, below, growth, wanted, sets, w);
   RadiosityCache& cache = *cache_for(below.arrival);
   RadiosityCache::Counts& counts = counts_for(below.arrival, w);
   ClaimGuard guard(cache, c);
-  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves: no ring; those of irradiance are filled
-  // for what is seen alone. What others have filled meanwhile may lack points still.
+  // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves: no ring; those of
+  // irradiance are filled for what is seen alone. What others have filled meanwhile may lack points still.
   bool all_known = false;
   for (int round = 0; !all_known; ++round) {
     int first = 0, claimed = 0;

@@ -23,19 +23,22 @@ using integrate::MaterialTable;
 using integrate::PointBatch;
 using integrate::RayTracer;
 using integrate::Resolution;
-using integrate::TileWork;
 using integrate::resolution_count;
 using integrate::resolution_names;
-using vegetation::mask_cache;
+using integrate::TileWork;
 using scene::GridId;
 using trace::no_id;
+using vegetation::mask_cache;
 
 namespace {
-// Points of diced surfaces, which are displaced or curved, stand closer by this: points that bumps hide share in what is seen between them.
+// Points of diced surfaces, which are displaced or curved, stand closer by this: points that bumps hide share in what
+// is seen between them.
 constexpr float diced_spacing = 0.8f;
 
 // Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
-int most_segments(const DistributionIntegrator::Settings& s) { return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0)); }
+int most_segments(const DistributionIntegrator::Settings& s) {
+  return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0));
+}
 
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
@@ -68,7 +71,8 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       grids_(settings.grid_bytes, groups_),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (!use_.hemispheres) return;
-  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy, use_.hemisphere_bytes, groups_};
+  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy,
+                                           use_.hemisphere_bytes, groups_};
   interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
 }
 
@@ -143,7 +147,8 @@ void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
     for (CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += std::exchange(c, {});
   if (!radiosity_) return;
   for (CacheCounts& c : w.shading.caches.by_resolution) *to++ += std::exchange(c, {});
-  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d) *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
+  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d)
+    *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
 }
 
 // Which shading points one sample of each pixel sees.
@@ -155,13 +160,16 @@ void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample
 
 // Else a pixel's samples see no more than may be shaded.
 bool DistributionIntegrator::chooses_points() const {
-  return settings_.pixel_points > 0 && settings_.pixel_points <= std::min(settings_.pixel_samples, int(PixelPoints::first_samples));
+  return settings_.pixel_points > 0 &&
+         settings_.pixel_points <= std::min(settings_.pixel_samples, int(PixelPoints::first_samples));
 }
 
-// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the scene and the first
-// samples, which each pass traces once more: that costs less than to keep it.
+// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the
+// scene and the first samples, which each pass traces once more: that costs less than to keep it.
 void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  const auto is_small = [&w](int p) { return w.sample[p].source == Source::grid && PixelPoints::is_small(w.sample[p].point.grid); };
+  const auto is_small = [&w](int p) {
+    return w.sample[p].source == Source::grid && PixelPoints::is_small(w.sample[p].point.grid);
+  };
   bool any = false;
   for (int p = 0; p < w.camera.count; ++p) any |= is_small(p);
   if (!any) return;
@@ -173,7 +181,8 @@ void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, D
       locate_samples(block, s, w);
       w.rays.camera += uint64_t(w.camera.count);
       for (int p = 0; p < w.camera.count; ++p)
-        if (is_small(p)) w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.sample[p].point);
+        if (is_small(p))
+          w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.sample[p].point);
     }
     w.seen.close();
     w.seen_known = true;
@@ -192,8 +201,8 @@ void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
   const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
   for (int p = 0; p < c.count; ++p) {
     const Ray& r = c.ray[p].ray;
-    w.camera_rays.set(p, r.o, r.d, infinity, r.time, trace::ray_key(c.seed[p], c.index[p]),
-                      c.ray[p].cone_width * share, c.ray[p].cone_spread * share);
+    w.camera_rays.set(p, r.o, r.d, infinity, r.time, trace::ray_key(c.seed[p], c.index[p]), c.ray[p].cone_width * share,
+                      c.ray[p].cone_spread * share);
     w.medium[p] = scene_.camera_medium;
     w.L.clear(p);
   }
@@ -225,8 +234,10 @@ void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
     s.width = r.cone_width + r.cone_spread * w.distance[p];
     s.passed = w.passed[p];
     s.medium = w.medium[p];
-    const bool tangents = needs_tangents_where_seen(s.geometry) || scene_.emitter_index(s.geometry, w.hits.primitive[p]) != no_id;
-    s.surface = tangents ? scene_.traced.surface(w.hits, p, s.time) : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
+    const bool tangents =
+        needs_tangents_where_seen(s.geometry) || scene_.emitter_index(s.geometry, w.hits.primitive[p]) != no_id;
+    s.surface = tangents ? scene_.traced.surface(w.hits, p, s.time)
+                         : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
     shader_.direct().add_emission(w.hits, p, s.surface, s.d, w.L, p);
     w.L.scale(p, w.passed[p]);
     // A random choice would be made once for a shading point, however many samples see it.
@@ -240,10 +251,12 @@ bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) 
   CameraSample& s = w.sample[p];
   const bool diced = std::holds_alternative<trace::GridsPtr>(scene_.traced.shape(s.geometry));
   const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? diced_spacing : 1) / finer;
-  if (!patches_.dice(patches_.patch_hit(w.hits, p, s.d, s.time, s.surface, &w.shading.extents), width, &s.point)) return false;
+  if (!patches_.dice(patches_.patch_hit(w.hits, p, s.d, s.time, s.surface, &w.shading.extents), width, &s.point))
+    return false;
   if (shader_.surface_media().by_ray()) s.point.grid.medium = shader_.surface_media().name(s.geometry, s.medium);
   if (patches_.motion().any() && !patches_.motion().moves(w.hits.instance[p], s.geometry))
-    s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time, most_segments(settings_));
+    s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time,
+                                                    most_segments(settings_));
   return true;
 }
 
@@ -273,8 +286,8 @@ void DistributionIntegrator::view_caches(uint32_t pixel_samples, scene::Film& fi
   });
 }
 
-void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds, DistributionWorkspace& w,
-                                        scene::Film& film) const {
+void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds,
+                                        DistributionWorkspace& w, scene::Film& film) const {
   w.held.clear();
   std::fill_n(w.found, DistributionWorkspace::found_count, 0u);
   locate_samples(pixels, 0, w);

@@ -11,31 +11,35 @@ namespace dapple::distribution {
 struct CameraSample;
 struct DistributionWorkspace;
 
-/// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with a ray-traced
-/// hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for `shading_rate` pixels, each
-/// once a frame however many camera samples see it; where something moves, once in each motion segment (scene::Motion). Of small patches
-/// a few are chosen for each pixel (PixelPoints). What depends sharply on the view (mirrors, glass, layered and glossy materials) is added
-/// per camera sample, with prelighting interpolated from the lattice.
+/// Distribution ray tracing on shading grids: the REYES decoupling of shading from visibility (Cook et al. 1987), with
+/// a ray-traced hider. Surfaces that camera rays hit are shaded at the points of a lattice of about one point for
+/// `shading_rate` pixels, each once a frame however many camera samples see it; where something moves, once in each
+/// motion segment (scene::Motion). Of small patches a few are chosen for each pixel (PixelPoints). What depends sharply
+/// on the view (mirrors, glass, layered and glossy materials) is added per camera sample, with prelighting interpolated
+/// from the lattice.
 class DistributionIntegrator final : public integrate::Integrator {
  public:
   struct Settings {
     HitShader::Settings shading;
-    float shading_rate = 1;        ///< area of a micropolygon in pixels
-    int pixel_samples = 16;        ///< that a pixel gets
-    int max_pixel_samples = 0;     ///< the same where it is noisy, if that is more: so many share what mirrors, gloss and media show there
-    /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further material and side;
-    /// 0: all.
+    float shading_rate = 1;  ///< area of a micropolygon in pixels
+    int pixel_samples = 16;  ///< that a pixel gets
+    int max_pixel_samples =
+        0;  ///< the same where it is noisy, if that is more: so many share what mirrors, gloss and media show there
+    /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further
+    /// material and side; 0: all.
     int pixel_points = 3;
     size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
     bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
     bool subsurface_cache = true;            ///< the light that enters subsurface bodies is cached too
     size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
-    bool irradiance_interpolation = false;   ///< of diffuse rays of visible points; their number is that of a hemisphere then
-    float irradiance_accuracy = 0.4f;        ///< IrradianceInterpolator::Settings::accuracy
-    bool light_groups = false;               ///< what groups of lights give is kept apart, for films that ask for it
-    bool log_caches = false;                 ///< for view_caches(): at most 70 MB a thread
+    bool irradiance_interpolation =
+        false;                         ///< of diffuse rays of visible points; their number is that of a hemisphere then
+    float irradiance_accuracy = 0.4f;  ///< IrradianceInterpolator::Settings::accuracy
+    bool light_groups = false;         ///< what groups of lights give is kept apart, for films that ask for it
+    bool log_caches = false;           ///< for view_caches(): at most 70 MB a thread
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
-    std::shared_ptr<const forest::GroundVisibility> far_ground;  ///< asked before `masks`, for which it answers too; null: none
+    std::shared_ptr<const forest::GroundVisibility>
+        far_ground;  ///< asked before `masks`, for which it answers too; null: none
   };
 
   DistributionIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -63,7 +67,8 @@ class DistributionIntegrator final : public integrate::Integrator {
   void find_grids(int n, DistributionWorkspace& w) const;
   void shade_claimed(int left, DistributionWorkspace& w) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
-  void add_points(ShadingGrid& grid, ShadingGrid::Parts points, integrate::PointBatch& b, DistributionWorkspace& w) const;
+  void add_points(ShadingGrid& grid, ShadingGrid::Parts points, integrate::PointBatch& b,
+                  DistributionWorkspace& w) const;
   scene::GridId patches_seen(const scene::GridId& grid, DistributionWorkspace& w) const;
   struct Shares {
     int rays = 1, diffuse = 1;  ///< PointBatch::share and crowd
@@ -76,7 +81,8 @@ class DistributionIntegrator final : public integrate::Integrator {
     const gi::TileLinks& links;
   };
   SeenGrid seen_grid(const ShadingGrid& grid, DistributionWorkspace& w) const;
-  void set_grid_point(const SeenGrid& grid, int i, int j, integrate::PointBatch& b, int k, DistributionWorkspace& w) const;
+  void set_grid_point(const SeenGrid& grid, int i, int j, integrate::PointBatch& b, int k,
+                      DistributionWorkspace& w) const;
   int finest_step(const scene::PatchTable::Cell& cell, const V3f& P) const;
   Shares shared_work(const scene::GridId& grid, DistributionWorkspace& w) const;
   int points_in_pixel(const scene::GridId& grid, DistributionWorkspace& w) const;
@@ -88,7 +94,8 @@ class DistributionIntegrator final : public integrate::Integrator {
   void set_point(const CameraSample& s, integrate::PointBatch& b, int k) const;
   scene::GridFeatures describe_grid(const CameraSample& s, scene::PatchTable::Extents* extents) const;
   void collect_counts(DistributionWorkspace& w) const;
-  void view_block(const Box2i& pixels, const gi::CacheLog& log, double seconds, DistributionWorkspace& w, scene::Film& film) const;
+  void view_block(const Box2i& pixels, const gi::CacheLog& log, double seconds, DistributionWorkspace& w,
+                  scene::Film& film) const;
 
   int sharing_samples() const { return std::max(settings_.pixel_samples, settings_.max_pixel_samples); }
   bool chooses_points() const;

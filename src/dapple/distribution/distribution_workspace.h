@@ -40,8 +40,8 @@ struct CameraSample {
   bool is_ready() const { return source == Source::nothing || (source == Source::grid && grid->has(wanted)); }
 };
 
-/// Points of grids that this thread has to shade, unless another thread that wants them sooner takes them. Whatever happens, other threads
-/// must not wait for them for ever.
+/// Points of grids that this thread has to shade, unless another thread that wants them sooner takes them. Whatever
+/// happens, other threads must not wait for them for ever.
 class ClaimedPoints {
  public:
   struct Claim {
@@ -95,8 +95,8 @@ class ClaimedPoints {
   int count_ = 0;
 };
 
-/// Camera samples that wait for shading points, or to be shaded in a batch with others. A pixel's samples leave in the order in which they
-/// came, whatever the threads do: the film adds them up in that order.
+/// Camera samples that wait for shading points, or to be shaded in a batch with others. A pixel's samples leave in the
+/// order in which they came, whatever the threads do: the film adds them up in that order.
 struct WaitingSamples {
   static constexpr size_t most = 32 * integrate::CameraBatch::capacity;
 
@@ -110,7 +110,9 @@ struct WaitingSamples {
   std::vector<Waiting> samples;
   int hits = 0;  ///< of them: Source::hit
 
-  bool has_of(const V2i& pixel) const { return blocked_[slot(pixel)]; }  ///< or of some other pixel: then a sample waits that need not
+  bool has_of(const V2i& pixel) const {
+    return blocked_[slot(pixel)];
+  }  ///< or of some other pixel: then a sample waits that need not
   void block(const V2i& pixel) { blocked_[slot(pixel)] = true; }
   void unblock_all() { std::fill_n(blocked_, slot_count, false); }
 

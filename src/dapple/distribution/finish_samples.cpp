@@ -5,10 +5,10 @@
 
 namespace dapple::distribution {
 
+using integrate::describe;
 using integrate::LightSums;
 using integrate::MaterialTable;
 using integrate::PointBatch;
-using integrate::describe;
 using scene::GridId;
 using shading::Bsdf;
 
@@ -25,7 +25,8 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
     w.waiting.block(s.pixel);
     w.waiting.hits += s.source == Source::hit;
     const auto parts = w.L.parts(p);
-    w.waiting.samples.push_back({s, s.source == Source::grid ? w.held[s.held] : nullptr, w.L[p], {parts.begin(), parts.end()}});
+    w.waiting.samples.push_back(
+        {s, s.source == Source::grid ? w.held[s.held] : nullptr, w.L[p], {parts.begin(), parts.end()}});
   }
   finish_samples(w.L, w, film);
   if (w.waiting.samples.size() > WaitingSamples::most) {
@@ -36,12 +37,14 @@ void DistributionIntegrator::finish_ready(DistributionWorkspace& w, scene::Film&
   }
 }
 
-// All of them. Points that other threads have claimed and not begun are shaded here: those threads may have run out of pixels.
+// All of them. Points that other threads have claimed and not begun are shaded here: those threads may have run out of
+// pixels.
 void DistributionIntegrator::finish_waiting(DistributionWorkspace& w, scene::Film& film) const {
   shade_claimed(0, w);
   for (const auto& waiting : w.waiting.samples) {
     if (waiting.sample.source != Source::grid) continue;
-    if (const ShadingGrid::Parts mine = waiting.grid->take(waiting.grid->unready(waiting.sample.wanted))) w.claimed.add(waiting.grid, mine, true);
+    if (const ShadingGrid::Parts mine = waiting.grid->take(waiting.grid->unready(waiting.sample.wanted)))
+      w.claimed.add(waiting.grid, mine, true);
   }
   shade_claimed(0, w);
   for (const auto& waiting : w.waiting.samples)
@@ -78,7 +81,8 @@ void add_diffuse(const CameraSample& s, int k, LightSums& sums) {
   const ShadingGrid& grid = *s.grid;
   sums.clear(k);
   for (int c = 0; c < 4; ++c)
-    if (s.near.weight[c] > 0) sums.add(k, RGB(s.near.weight[c]), {grid.diffuse[size_t(s.near.index[c])], grid.parts(s.near.index[c])});
+    if (s.near.weight[c] > 0)
+      sums.add(k, RGB(s.near.weight[c]), {grid.diffuse[size_t(s.near.index[c])], grid.parts(s.near.index[c])});
 }
 
 void interpolate_bsdf(const CameraSample& s, Bsdf* bsdf) {
@@ -92,7 +96,8 @@ void interpolate_bsdf(const CameraSample& s, Bsdf* bsdf) {
 }
 }  // namespace
 
-// Gives w.finishing its light, what depends on the view a camera sample at a time, and adds it to the film. L: what they have so far.
+// Gives w.finishing its light, what depends on the view a camera sample at a time, and adds it to the film. L: what
+// they have so far.
 void DistributionIntegrator::finish_samples(LightSums& L, DistributionWorkspace& w, scene::Film& film) const {
   const bool wants_features = film.settings().features;
   const size_t groups = size_t(std::min(film.settings().light_groups, groups_));
@@ -156,7 +161,8 @@ void DistributionIntegrator::set_point(const CameraSample& s, PointBatch& b, int
   b.set_no_cell(k);
 }
 
-scene::GridFeatures DistributionIntegrator::describe_grid(const CameraSample& s, scene::PatchTable::Extents* extents) const {
+scene::GridFeatures DistributionIntegrator::describe_grid(const CameraSample& s,
+                                                          scene::PatchTable::Extents* extents) const {
   const GridId& id = s.point.grid;
   scene::GridFeatures f;
   f.patch = id.patch;

@@ -13,7 +13,8 @@ constexpr size_t overhead = 3 * sizeof(GridStore::GridPtr) + 32;
 }  // namespace
 
 size_t ShadingGrid::bytes() const {
-  return sizeof(ShadingGrid) + overhead + size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
+  return sizeof(ShadingGrid) + overhead +
+         size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
 }
 
 void GridStore::Shard::insert(const GridPtr& grid) {
@@ -55,7 +56,8 @@ GridStore::Claim GridStore::claim(const scene::GridId& id, bool with_bsdf) {
 
 // Those that are being shaded are not dropped.
 void GridStore::make_room(Shard& shard) {
-  for (size_t looked_at = 2 * shard.queue.size(); shard.bytes > max_bytes_ / shard_count && looked_at > 0; --looked_at) {
+  for (size_t looked_at = 2 * shard.queue.size(); shard.bytes > max_bytes_ / shard_count && looked_at > 0;
+       --looked_at) {
     GridPtr oldest = std::move(shard.queue.front());
     shard.queue.pop_front();
     if (oldest->recent || oldest->ready != oldest->claimed) {
@@ -70,6 +72,8 @@ void GridStore::make_room(Shard& shard) {
   }
 }
 
-CacheState GridStore::state() const { return {"grids", {}, evictions_, bytes_, peak_bytes_, max_bytes_}; }
+CacheState GridStore::state() const {
+  return {"grids", {}, evictions_, bytes_, peak_bytes_, max_bytes_};
+}
 
 }  // namespace dapple::distribution

@@ -30,21 +30,22 @@ struct ShadingGrid {
 
   const scene::GridId id;
   const uint64_t hash;
-  std::shared_ptr<ShadingGrid> next;  ///< in its bucket of the store; under the lock of its shard
-  int groups;  ///< of lights
-  std::unique_ptr<RGB[]> diffuse;  ///< radiance by diffuse lobes: of all points, then its parts, point by point
+  std::shared_ptr<ShadingGrid> next;      ///< in its bucket of the store; under the lock of its shard
+  int groups;                             ///< of lights
+  std::unique_ptr<RGB[]> diffuse;         ///< radiance by diffuse lobes: of all points, then its parts, point by point
   std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
   gi::TileLinks links;
   std::atomic<Parts> claimed{0}, taken{0}, ready{0};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard
 
-  /// Claims what nobody has claimed of these points: the caller must see to it that they are shaded, at the end of the pass at the latest.
+  /// Claims what nobody has claimed of these points: the caller must see to it that they are shaded, at the end of the
+  /// pass at the latest.
   Parts claim(Parts points) {
     points &= ~claimed.load(std::memory_order_relaxed);  // most samples find all claimed, and need not write
     return points ? points & ~claimed.fetch_or(points, std::memory_order_relaxed) : 0;
   }
-  /// Takes what nobody has taken of claimed points, whoever claimed them: the caller must shade them at once, without waiting for other
-  /// grids, and then publish() them.
+  /// Takes what nobody has taken of claimed points, whoever claimed them: the caller must shade them at once, without
+  /// waiting for other grids, and then publish() them.
   Parts take(Parts points) { return points & ~taken.fetch_or(points, std::memory_order_relaxed); }
   void publish(Parts mine) {
     ready.fetch_or(mine, std::memory_order_release);
@@ -52,18 +53,20 @@ struct ShadingGrid {
   }
   Parts unready(Parts wanted) const { return wanted & ~ready.load(std::memory_order_acquire); }
   bool has(Parts wanted) const { return unready(wanted) == 0; }
-  /// Returns when these parts, taken by other threads (links: claimed), are ready. Those may wait for entries of the radiosity cache in the
-  /// meantime, but not for grids: they wait for those when they have published their own.
+  /// Returns when these parts, taken by other threads (links: claimed), are ready. Those may wait for entries of the
+  /// radiosity cache in the meantime, but not for grids: they wait for those when they have published their own.
   void wait(Parts wanted) const {
-    for (Parts now; ((now = ready.load(std::memory_order_acquire)) & wanted) != wanted;) ready.wait(now, std::memory_order_acquire);
+    for (Parts now; ((now = ready.load(std::memory_order_acquire)) & wanted) != wanted;)
+      ready.wait(now, std::memory_order_acquire);
   }
 
   RGB* parts(int point) const { return diffuse.get() + id.count() + point * groups; }
   size_t bytes() const;
 };
 
-/// Grids by name, shared by all threads, in a number of bytes; beyond it those that were not claimed of late are dropped, first in first
-/// out. What a grid holds is a pure function of its name, so it does not matter which thread shades it, or how often.
+/// Grids by name, shared by all threads, in a number of bytes; beyond it those that were not claimed of late are
+/// dropped, first in first out. What a grid holds is a pure function of its name, so it does not matter which thread
+/// shades it, or how often.
 class GridStore {
  public:
   using GridPtr = std::shared_ptr<ShadingGrid>;
@@ -84,8 +87,9 @@ class GridStore {
   static constexpr size_t shard_count = 64;
   struct Shard {
     std::mutex mutex;
-    std::vector<GridPtr> buckets = std::vector<GridPtr>(16);  ///< a power of two of them, by hashes: no more grids than these
-    std::deque<GridPtr> queue;  ///< of all its grids
+    std::vector<GridPtr> buckets =
+        std::vector<GridPtr>(16);  ///< a power of two of them, by hashes: no more grids than these
+    std::deque<GridPtr> queue;     ///< of all its grids
     size_t bytes = 0;
 
     GridPtr& bucket(uint64_t hash) { return buckets[hash & (buckets.size() - 1)]; }

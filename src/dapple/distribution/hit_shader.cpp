@@ -13,11 +13,11 @@ using gi::RadiosityCache;
 using integrate::Depth;
 using integrate::LightSums;
 using integrate::MaterialTable;
+using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RayOrigin;
 using integrate::RaySet;
 using integrate::RayTracer;
-using integrate::offset_origin;
 using light::SurfaceMedia;
 using shading::Bsdf;
 using shading::BsdfKind;
@@ -28,16 +28,19 @@ using trace::RayBatch;
 
 namespace {
 
-// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a corner or between the legs
-// of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of cells with few rays, as those of leaves, noise hides
-// how coarse they are.
+// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a
+// corner or between the legs of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of
+// cells with few rays, as those of leaves, noise hides how coarse they are.
 constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
 constexpr float largest_cell = 32;  // common ones
-constexpr float least_coats = 0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
+constexpr float least_coats =
+    0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
 constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
 
 // PointBatch::share of what one of `rays` from such a point meets.
-int shared_by(int share, int rays) { return int(std::min(int64_t(share) * rays, most_shares)); }
+int shared_by(int share, int rays) {
+  return int(std::min(int64_t(share) * rays, most_shares));
+}
 
 // By cells of their square of random numbers, in Z order: neighbours go in similar directions.
 constexpr int cells_each_way = 8, cell_count = cells_each_way * cells_each_way;
@@ -56,7 +59,9 @@ void order_by_direction(const ShadingWorkspace& w, int first, int end, int* orde
   for (int j = first; j < end; ++j) order[start[cell[j]]++] = j;
 }
 
-bool scatters(const Bsdf& b) { return !(b.reflectance.is_black() && b.transmittance.is_black()); }
+bool scatters(const Bsdf& b) {
+  return !(b.reflectance.is_black() && b.transmittance.is_black());
+}
 
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
@@ -67,8 +72,8 @@ void open_boundary(Bsdf* b) {
 
 }  // namespace
 
-HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches, RadiosityCache* cache,
-                     RadiosityCache* irradiance)
+HitShader::HitShader(const scene::Scene& scene, const Settings& settings, const scene::PatchTable* patches,
+                     RadiosityCache* cache, RadiosityCache* irradiance)
     : scene_(scene),
       patches_(patches),
       cache_(cache),
@@ -98,13 +103,15 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   find_media(b, w);
   static_assert(MaterialTable::Scratch::most_points >= PointBatch::capacity);
-  materials_.prelight(b.count, b.geometry, b.surface, [&b](int k, shading::ShadingPoints* points, int lane) {
-    b.describe(k, points, lane);
-  }, b.bsdf, w.prelighting, &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
+  materials_.prelight(
+      b.count, b.geometry, b.surface,
+      [&b](int k, shading::ShadingPoints* points, int lane) { b.describe(k, points, lane); }, b.bsdf, w.prelighting,
+      &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
   const bool mirror = coats_mirror(place);
   for (int k = 0; k < b.count; ++k) {
     // Rays went straight through, or stopped, before: what stopped is scattered.
-    if (place.level > 0 && b.bsdf[k].kind == BsdfKind::thin_dielectric && materials_.is_sheet(b.geometry[k])) b.bsdf[k].reflects_only = true;
+    if (place.level > 0 && b.bsdf[k].kind == BsdfKind::thin_dielectric && materials_.is_sheet(b.geometry[k]))
+      b.bsdf[k].reflects_only = true;
     if (place.arrival == Arrival::probe) open_boundary(&b.bsdf[k]);
     if (place.arrival == Arrival::coat) b.bsdf[k].keep_coat(b.wo[k]);
     if (mirror && materials_.has_coat(b.geometry[k])) b.bsdf[k].remove_coat();
@@ -164,7 +171,8 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   run_diffuselighting(scene_, b, w);
 }
 
-// Nearest hits of a set of rays, what media on the way glow, and where rays ended in these; weights lose what is lost on the way.
+// Nearest hits of a set of rays, what media on the way glow, and where rays ended in these; weights lose what is lost
+// on the way.
 void HitShader::trace_rays(RaySet& r, ShadingWorkspace& w) const {
   if (scene_.has_media() && !r.flights) r.flights = std::make_unique<RayTracer::Flights>();
   const Timer timer;
@@ -216,7 +224,8 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
       if (cosine <= 0) continue;
       const V3f local(x[j], y[j], seen_from_behind != behind ? -cosine : cosine);
       if (!one_origin) from = b.origin_of(k, int(w.index[j]), w.seed[j]);
-      const V3f d = from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
+      const V3f d =
+          from.turn == V3f(0, 0, 0) ? bsdf.frame.to_world(local) : Frame(from.normal(bsdf.frame.n)).to_world(local);
       float passed = 1;
       if (bsdf.bent) {
         const V3f normal = from.normal(bsdf.frame.n);
@@ -233,16 +242,16 @@ void HitShader::draw_diffuse_rays(const Place& place, RaySet& r, ShadingWorkspac
   w.job_count = 0;
 }
 
-// Each ray brings as much light as the others: what it finds is no more blurred at glancing angles. Without the cache it is the lists that say
-// how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
+// Each ray brings as much light as the others: what it finds is no more blurred at glancing angles. Without the cache
+// it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
 HitShader::DiffuseFan HitShader::diffuse_fan(const PointBatch& b, int k, int rays) const {
   const float solid_angle = pi / float(rays);
   return {k, solid_angle, std::max(b.spread[k], std::min(widest_spread, std::sqrt(solid_angle))),
           cache_ ? shared_by(b.diffuse_share(k), rays) : b.share[k]};
 }
 
-void HitShader::set_diffuse_ray(const PointBatch& b, const DiffuseFan& fan, RaySet& r, int i, const RayOrigin& from, const V3f& d, float cosine,
-                                uint32_t key) const {
+void HitShader::set_diffuse_ray(const PointBatch& b, const DiffuseFan& fan, RaySet& r, int i, const RayOrigin& from,
+                                const V3f& d, float cosine, uint32_t key) const {
   const int k = fan.point;
   r.point[i] = k;
   r.sequence[i] = hash(b.key[k], key);
@@ -276,21 +285,26 @@ HitShader::Place HitShader::behind_diffuse(const Place& place) {
   return {place.level + 1, {place.depth.diffuse + 1, place.depth.specular}, Arrival::diffuse};
 }
 
-void HitShader::gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets, ShadingWorkspace& w) const {
+void HitShader::gather_hits(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
+                            ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   for (int set = 0; set < sets; ++set) {
     RaySet& r = b.ray_set(set);
     std::fill_n(r.cached, r.count, false);
     std::fill_n(r.glint, r.count, 0.0f);
   }
-  if (cache_for(below.arrival)) add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
-  shade_hits(place, below, sets, [&](const RaySet& r, int i) { return !r.cached[i] && wanted(r, i) ? 1.0f : 0.0f; }, w);
+  if (cache_for(below.arrival))
+    add_radiosity(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
+  shade_hits(
+      place, below, sets, [&](const RaySet& r, int i) { return !r.cached[i] && wanted(r, i) ? 1.0f : 0.0f; }, w);
   if (coats_mirror(below) && materials_.any_coat())
-    shade_hits(place, {below.level, below.depth, Arrival::coat}, sets,
-               [&](const RaySet& r, int i) {
-                 if (!wanted(r, i) || !materials_.has_coat(r.hits.geometry[i])) return 0.0f;
-                 return direct_.glints() ? 1 : coat_weight(b, r, i);  // all are lit, of which `onward` go on
-               }, w);
+    shade_hits(
+        place, {below.level, below.depth, Arrival::coat}, sets,
+        [&](const RaySet& r, int i) {
+          if (!wanted(r, i) || !materials_.has_coat(r.hits.geometry[i])) return 0.0f;
+          return direct_.glints() ? 1 : coat_weight(b, r, i);  // all are lit, of which `onward` go on
+        },
+        w);
   if (!scene_.has_media()) return;
   for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
 }
@@ -304,7 +318,8 @@ float HitShader::coat_weight(const PointBatch& b, const RaySet& r, int i) const 
 
 // In batches of all sets.
 template <class Weight>
-void HitShader::shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const {
+void HitShader::shade_hits(const Place& place, const Place& below, int sets, const Weight& weight,
+                           ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   PointBatch& found = w.level(below.level);
   float weights[PointBatch::capacity];
@@ -329,8 +344,9 @@ void HitShader::shade_hits(const Place& place, const Place& below, int sets, con
       weights[c] = taken;
       found.parent[c] = set * RaySet::capacity + i;
       found.geometry[c] = r.hits.geometry[i];
-      found.surface[c] = materials_.needs_tangents(r.hits.geometry[i]) ? scene_.traced.surface(r.hits, i, r.rays.time[i])
-                                                                       : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
+      found.surface[c] = materials_.needs_tangents(r.hits.geometry[i])
+                             ? scene_.traced.surface(r.hits, i, r.rays.time[i])
+                             : scene_.traced.surface_without_tangents(r.rays, r.hits, i);
       found.wo[c] = -r.rays.direction(i);
       found.set_one_time(c, r.rays.time[i]);
       found.spread[c] = widened(r.spread[i], taken);
@@ -363,7 +379,8 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced
   std::copy_n(w.counts, b.count, counts);
   bool lit[PointBatch::capacity];
-  for (int k = 0; k < b.count; ++k) lit[k] = counts[k] > 0 && (!b.bsdf[k].is_delta() || b.bsdf[k].is_coat()) && b.bsdf[k].kind != BsdfKind::passthrough;
+  for (int k = 0; k < b.count; ++k)
+    lit[k] = counts[k] > 0 && (!b.bsdf[k].is_delta() || b.bsdf[k].is_coat()) && b.bsdf[k].kind != BsdfKind::passthrough;
   direct_.light(b, list_depth(place), lit, w);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k)
@@ -403,7 +420,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];
     r.lobe[i] = s.lobe;
-    r.cone[i] = std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
+    r.cone[i] =
+        std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
     r.share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
     r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : widened(b.spread[k], onward);
     r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
@@ -414,7 +432,9 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
   direct_.add_lights_hit(b, r, list_depth(place));
   const Depth d = place.depth;
   if (d.specular < settings_.specular_depth) {
-    const Place below{place.level + 1, {d.diffuse, d.specular + 1}, place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
+    const Place below{place.level + 1,
+                      {d.diffuse, d.specular + 1},
+                      place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
     gather_hits(place, below, 0, is_specular_ray, 1, w);
   }
   if (d.diffuse < settings_.bounces) gather_hits(place, behind_diffuse(place), growth(place), is_diffuse_ray, 1, w);
@@ -425,7 +445,8 @@ void HitShader::draw_specular_rays(const Place& place, ShadingWorkspace& w) cons
 
 void HitShader::finish(PointBatch& b, Arrival arrival, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
-    if (b.bsdf[k].kind == BsdfKind::subsurface || b.bsdf[k].removed_coat > 0) b.diffuse.scale(k, b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n)));
+    if (b.bsdf[k].kind == BsdfKind::subsurface || b.bsdf[k].removed_coat > 0)
+      b.diffuse.scale(k, b.bsdf[k].crossing(dot(b.wo[k], b.bsdf[k].frame.n)));
     b.Ci.set(k, b.diffuse, b.specular, std::plus<>());
   }
   if (arrival == Arrival::view) run_view_stages(scene_, b, w);

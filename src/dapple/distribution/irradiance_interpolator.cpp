@@ -7,12 +7,12 @@
 
 namespace dapple::distribution {
 
+using gi::TileCache;
 using integrate::CacheState;
 using integrate::PointBatch;
 using integrate::RayOrigin;
 using integrate::RaySet;
 using integrate::share_out;
-using gi::TileCache;
 using scene::GridId;
 using trace::RayBatch;
 using Node = IrradianceInterpolator::Workspace::Node;
@@ -22,14 +22,15 @@ namespace {
 constexpr float least_cosine = 0.8f;  // of a turn of the normal that records reach
 // What hemispheres may differ by, of their mean, at accuracy 1.
 constexpr float tolerance = 0.25f;
-// In distances to the nearest thing seen, how far hemispheres on the finest lattice reach, two points apart: beside an edge they would never be near
-// enough, and each point there would send all rays of its own.
+// In distances to the nearest thing seen, how far hemispheres on the finest lattice reach, two points apart: beside an
+// edge they would never be near enough, and each point there would send all rays of its own.
 constexpr float finest_reach = 4;
-// Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where hemispheres are sparse there is
-// nothing near that would need finer cells.
+// Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where
+// hemispheres are sparse there is nothing near that would need finer cells.
 constexpr float ray_width = 0.25f;
 constexpr int no_lattice = IrradianceInterpolator::max_step;  // steps finer, where none would serve
-// At accuracy 1, the share of glints in what arrives that may be interpolated: hemispheres whose rays find spots by chance agree where all missed them.
+// At accuracy 1, the share of glints in what arrives that may be interpolated: hemispheres whose rays find spots by
+// chance agree where all missed them.
 constexpr float most_glints = 0.05f;
 
 // What is kept of a node, before its parts by groups of lights.
@@ -38,15 +39,19 @@ struct Kept {
   V3f P, n;
   float glints;
 };
-constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t), part_words = sizeof(gi::IrradianceRecord) / sizeof(uint32_t);
-static_assert(sizeof(Kept) == kept_words * sizeof(uint32_t) && sizeof(gi::IrradianceRecord) == part_words * sizeof(uint32_t));
+constexpr int kept_words = sizeof(Kept) / sizeof(uint32_t),
+              part_words = sizeof(gi::IrradianceRecord) / sizeof(uint32_t);
+static_assert(sizeof(Kept) == kept_words * sizeof(uint32_t) &&
+              sizeof(gi::IrradianceRecord) == part_words * sizeof(uint32_t));
 
-// Of a point's hemispheres. What moves may turn by 90 degrees meanwhile: over a longer time its light is far from linear.
+// Of a point's hemispheres. What moves may turn by 90 degrees meanwhile: over a longer time its light is far from
+// linear.
 uint8_t hemisphere_span(const scene::Motion& motion, const GridId& id) {
   return motion.moves(id.instance, id.geometry) ? scene::Motion::around(scene::Motion::around(id.span)) : 0;
 }
 
-// Rays in proportion to the root of how many points a hemisphere stands for: what noise the wide ones have shows as blotches.
+// Rays in proportion to the root of how many points a hemisphere stands for: what noise the wide ones have shows as
+// blotches.
 std::vector<gi::HemisphereStrata> strata_of_steps(int rays) {
   constexpr int first_wide = 3, most_rays = 1024;
   std::vector<gi::HemisphereStrata> strata;
@@ -57,12 +62,18 @@ std::vector<gi::HemisphereStrata> strata_of_steps(int rays) {
   return strata;
 }
 
-bool is_mine(const Node& n) { return n.found == TileCache::Found::mine; }
+bool is_mine(const Node& n) {
+  return n.found == TileCache::Found::mine;
+}
 
 }  // namespace
 
-IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings)
-    : shader_(shader), patches_(patches), settings_(settings), strata_(strata_of_steps(settings.rays)),
+IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches,
+                                               const Settings& settings)
+    : shader_(shader),
+      patches_(patches),
+      settings_(settings),
+      strata_(strata_of_steps(settings.rays)),
       cache_(settings.bytes, kept_words + settings.light_groups * part_words) {}
 
 IrradianceInterpolator::Workspace::Workspace(const IrradianceInterpolator& of) {
@@ -80,7 +91,8 @@ void IrradianceInterpolator::unpack(int n, Workspace& w) const {
   Kept kept;
   std::memcpy(static_cast<void*>(&kept), w.words.data(), sizeof kept);
   w.node[n].record = kept.record, w.node[n].P = kept.P, w.node[n].n = kept.n, w.node[n].glints = kept.glints;
-  if (groups > 0) std::memcpy(static_cast<void*>(&w.parts[size_t(n) * groups]), &w.words[kept_words], groups * sizeof w.parts[0]);
+  if (groups > 0)
+    std::memcpy(static_cast<void*>(&w.parts[size_t(n) * groups]), &w.words[kept_words], groups * sizeof w.parts[0]);
 }
 
 void IrradianceInterpolator::pack(int n, Workspace& w) const {
@@ -101,7 +113,8 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
   for (int k = 0; k < b.count; ++k) {
     b.indirect_known[k] = false;
     const shading::Bsdf& bsdf = b.bsdf[k];
-    if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() && patches_.has_lattice(w.point[k].grid)) {
+    if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() &&
+        patches_.has_lattice(w.point[k].grid)) {
       waiting[waiting_count++] = k, next_step[k] = max_step;
       set_receiver(b, k, w);
     }
@@ -121,9 +134,11 @@ void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspac
       const int finer = blend(n, k, w, b);
       b.indirect_known[k] = finer == 0;
       if (finer == no_lattice) b.crowd[k] = std::max(b.crowd[k] / unserved_share, 1);
-      next_step[k] = step > w.point[k].finest_step && finer != no_lattice ? std::max(w.point[k].finest_step, step - finer) : 0;
+      next_step[k] =
+          step > w.point[k].finest_step && finer != no_lattice ? std::max(w.point[k].finest_step, step - finer) : 0;
     }
-    waiting_count = int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
+    waiting_count =
+        int(std::remove_if(waiting, waiting + waiting_count, [&b](int k) { return b.indirect_known[k]; }) - waiting);
   }
 }
 
@@ -150,13 +165,15 @@ bool IrradianceInterpolator::choose_nodes(const Point& p, int n, Workspace& w) c
   id.span = hemisphere_span(patches_.motion(), id);
   id.u_level = uint8_t(std::max(0, id.u_level - step)), id.v_level = uint8_t(std::max(0, id.v_level - step));
   const int columns = 1 << id.u_level, rows = 1 << id.v_level;
-  const float x = std::clamp(s * float(columns) - 0.5f, 0.0f, float(columns - 1)), y = std::clamp(t * float(rows) - 0.5f, 0.0f, float(rows - 1));
+  const float x = std::clamp(s * float(columns) - 0.5f, 0.0f, float(columns - 1)),
+              y = std::clamp(t * float(rows) - 0.5f, 0.0f, float(rows - 1));
   const int i0 = int(x), j0 = int(y);
   const float fx = x - float(i0), fy = y - float(j0);
   id.tile_u = id.tile_v = 0;
   const int q = quad(id, i0, j0, w);
   w.quad_of[n] = q;
-  const uint32_t rays = uint32_t(strata_[size_t(step)].count());  // of the name: tiles of several rates ask for the same place at several steps
+  const uint32_t rays = uint32_t(
+      strata_[size_t(step)].count());  // of the name: tiles of several rates ask for the same place at several steps
   bool any = false;
   for (int c = 0; c < w.corners; ++c) {
     float& weight = w.weight[n][c];
@@ -206,7 +223,8 @@ void IrradianceInterpolator::list_nodes(Workspace& w) {
   w.counts.lookups += uint64_t(w.node_count), w.counts.hits += uint64_t(w.node_count);
 }
 
-// Looks nodes up, and computes what is missing. As many are claimed as are computed together: of what several threads want, each computes a part.
+// Looks nodes up, and computes what is missing. As many are claimed as are computed together: of what several threads
+// want, each computes a part.
 void IrradianceInterpolator::find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {
   // Whatever happens, other threads must not wait for ever.
   struct Guard {
@@ -245,7 +263,8 @@ bool IrradianceInterpolator::find_node(int n, Workspace& w) const {
   return node.found == TileCache::Found::ready || node.found == TileCache::Found::pending;
 }
 
-void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
+void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w,
+                                     ShadingWorkspace& s) const {
   if (count == 0) return;
   const Timer timer;
   shoot(place, nodes, count, w, s);
@@ -260,7 +279,8 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const*
 }
 
 // Computes up to as many hemispheres as there is room for.
-void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const {
+void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w,
+                                   ShadingWorkspace& s) const {
   const HitShader::Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
   const gi::HemisphereStrata& of_step = strata_[size_t(w.step)];
@@ -278,7 +298,8 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
   shader_.find_media(b, s);
   for (int first = 0; first < all;) {
     int sets = 0, next = first;
-    for (; sets < PointBatch::most_ray_sets && next < all; ++sets) next = fill_set(of_step, nodes, next, all, b, b.ray_set(sets));
+    for (; sets < PointBatch::most_ray_sets && next < all; ++sets)
+      next = fill_set(of_step, nodes, next, all, b, b.ray_set(sets));
     shader_.gather(here, sets, s);
     for (int set = 0; set < sets; ++set) first = collect(b.ray_set(set), strata, nodes, first, b, w);
   }
@@ -288,12 +309,15 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     const float* time = b.duration[k] > 0 ? &w.time[at] : nullptr;
     nodes[k]->record = gi::integrate_hemisphere(of_step, &w.L[at], &w.distance[at], time);
     for (size_t g = 0; g < groups; ++g)
-      w.parts[node * groups + g] = gi::integrate_hemisphere(of_step, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
+      w.parts[node * groups + g] =
+          gi::integrate_hemisphere(of_step, &w.part_L[g * w.L.size() + at], &w.distance[at], time);
   }
 }
 
-// Rays through the strata of all hemispheres from number `next` on, in whole packets; returns the first that found no room.
-int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* const* nodes, int next, int all, const PointBatch& b, RaySet& r) const {
+// Rays through the strata of all hemispheres from number `next` on, in whole packets; returns the first that found no
+// room.
+int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* const* nodes, int next, int all,
+                                     const PointBatch& b, RaySet& r) const {
   const int strata = of_step.count();
   HitShader::DiffuseFan fan{-1, 0, 0, 0};
   for (r.count = 0; next < all; ++next) {
@@ -304,7 +328,8 @@ int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* 
     const V3f local = of_step.direction(stratum, to_unit_float(random), to_unit_float(random << 24));
     const RayOrigin from = b.origin_of(k, stratum, uint32_t(b.key[k]));
     V3f d = Frame(from.normal(nodes[k]->n)).to_world(local);
-    // What would leave through the surface is mirrored there, as interpolated normals may have it: as much light arrives as at an even one.
+    // What would leave through the surface is mirrored there, as interpolated normals may have it: as much light
+    // arrives as at an even one.
     const float height = dot(d, from.Ng);
     if (height * dot(nodes[k]->n, from.Ng) < 0) d -= from.Ng * (2 * height);
     if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
@@ -315,7 +340,8 @@ int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* 
 }
 
 // What such rays found, of which the first is number `first`; returns the number after the last.
-int IrradianceInterpolator::collect(const RaySet& r, int strata, Node* const* nodes, int first, const PointBatch& b, Workspace& w) const {
+int IrradianceInterpolator::collect(const RaySet& r, int strata, Node* const* nodes, int first, const PointBatch& b,
+                                    Workspace& w) const {
   for (int i = 0; i < r.count; ++i) {
     const int k = (first + i) / strata;
     const size_t to = size_t(first + i);
@@ -328,8 +354,9 @@ int IrradianceInterpolator::collect(const RaySet& r, int strata, Node* const* no
   return first + r.count;
 }
 
-// Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps finer they should be.
-// Whether they serve a still point does not depend on the time: what is refined is refined for all its segments.
+// Sets b.indirect[k] to what the nodes say of point k: 0, or if they are too far away, or do not agree, how many steps
+// finer they should be. Whether they serve a still point does not depend on the time: what is refined is refined for
+// all its segments.
 int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& b) const {
   RGB value[Workspace::corners], sum;
   V3f way[Workspace::corners], turned[Workspace::corners];
@@ -348,7 +375,8 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
     glints += weight * node.glints;
     all += weight;
   }
-  const float limit = w.step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy : std::max(settings_.accuracy, finest_reach);
+  const float limit = w.step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy
+                                                                           : std::max(settings_.accuracy, finest_reach);
   if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
   if (glints > most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;
@@ -361,7 +389,9 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
   if (later != 0) {
     sum = RGB();
     for (int c = 0; c < w.corners; ++c)
-      if (w.weight[n][c] > 0) sum += w.node[w.node_of[w.quad_of[n] * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) * (w.weight[n][c] / all);
+      if (w.weight[n][c] > 0)
+        sum += w.node[w.node_of[w.quad_of[n] * w.corners + c]].record.at(way[c].x, way[c].y, turned[c], later) *
+               (w.weight[n][c] / all);
   }
   sum *= b.bsdf[k].mean_terminator();
   if (settings_.light_groups == 0) return b.indirect.set(k, {sum}), 0;
@@ -370,7 +400,8 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;
     const gi::IrradianceRecord* of_node = &w.parts[size_t(w.node_of[w.quad_of[n] * w.corners + c]) * groups];
-    for (size_t g = 0; g < groups; ++g) parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c], later) * w.weight[n][c];
+    for (size_t g = 0; g < groups; ++g)
+      parts[g] += of_node[g].at(way[c].x, way[c].y, turned[c], later) * w.weight[n][c];
   }
   share_out(sum, {parts, groups});  // none was below zero, nor was the sum
   b.indirect.set(k, {sum, parts});

@@ -6,26 +6,29 @@
 
 namespace dapple::distribution {
 
-/// Indirect irradiance of visible shading points from few hemispheres (irradiance interpolation: Ward and Heckbert 1992, Tabellion and
-/// Lamorlette 2004). Hemispheres stand on the shading points of the patch at coarser dicing rates, and are refined where
-/// they do not agree or where something is near: so which there are is a function of the patch and its rate alone, not of the order
-/// of rendering. Each is kept in a cache under its name.
+/// Indirect irradiance of visible shading points from few hemispheres (irradiance interpolation: Ward and Heckbert
+/// 1992, Tabellion and Lamorlette 2004). Hemispheres stand on the shading points of the patch at coarser dicing rates,
+/// and are refined where they do not agree or where something is near: so which there are is a function of the patch
+/// and its rate alone, not of the order of rendering. Each is kept in a cache under its name.
 ///
-/// Hemispheres of still surfaces stand for the whole time that the shutter is open, those of what moves for four times as long as its points, and
-/// move along.
+/// Hemispheres of still surfaces stand for the whole time that the shutter is open, those of what moves for four times
+/// as long as its points, and move along.
 ///
-/// Points are interpolated that reflect diffusely and transmit nothing, on patches with a lattice. Their own normals, bumps included, count.
+/// Points are interpolated that reflect diffusely and transmit nothing, on patches with a lattice. Their own normals,
+/// bumps included, count.
 class IrradianceInterpolator {
  public:
   struct Settings {
-    int rays = 256;         ///< of the finest hemispheres; wider ones have up to 8 times as many
-    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted mean), but for those that stand
-    /// two points apart; a quarter of it is what they may differ by there, of their mean. Smaller is better and slower.
+    int rays = 256;  ///< of the finest hemispheres; wider ones have up to 8 times as many
+    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted
+    /// mean), but for those that stand two points apart; a quarter of it is what they may differ by there, of their
+    /// mean. Smaller is better and slower.
     float accuracy = 0.4f;
     size_t bytes = size_t(16) << 20;  ///< of the cache
     int light_groups = 0;
   };
-  /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all, where glints are why.
+  /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all,
+  /// where glints are why.
   static constexpr int unserved_share = 4;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
@@ -80,7 +83,8 @@ class IrradianceInterpolator {
     std::vector<float> distance, time;
   };
 
-  /// Interpolates b.indirect at those points of the batch at place.level where it can be: b.indirect_known. Reads w.point.
+  /// Interpolates b.indirect at those points of the batch at place.level where it can be: b.indirect_known. Reads
+  /// w.point.
   void interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
 
   integrate::CacheState state() const;
@@ -92,10 +96,14 @@ class IrradianceInterpolator {
   static void list_nodes(Workspace& w);
   void find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
   bool find_node(int n, Workspace& w) const;
-  void compute(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
-  int fill_set(const gi::HemisphereStrata& of_step, Workspace::Node* const* nodes, int next, int all, const integrate::PointBatch& b, integrate::RaySet& r) const;
-  int collect(const integrate::RaySet& r, int strata, Workspace::Node* const* nodes, int first, const integrate::PointBatch& b, Workspace& w) const;
+  void compute(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w,
+               ShadingWorkspace& s) const;
+  void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w,
+             ShadingWorkspace& s) const;
+  int fill_set(const gi::HemisphereStrata& of_step, Workspace::Node* const* nodes, int next, int all,
+               const integrate::PointBatch& b, integrate::RaySet& r) const;
+  int collect(const integrate::RaySet& r, int strata, Workspace::Node* const* nodes, int first,
+              const integrate::PointBatch& b, Workspace& w) const;
   int blend(int n, int k, const Workspace& w, integrate::PointBatch& b) const;
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;

@@ -12,7 +12,8 @@ namespace {
 constexpr uint32_t for_flights = 0x666c79, for_phase = 0x706873;  // of random numbers
 }  // namespace
 
-void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share, PointBatch& b, int k) {
+void HitShader::set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
+                           PointBatch& b, int k) {
   const int r = flights.ray[f];
   b.parent[k] = r;
   b.surface[k] = {};

@@ -10,8 +10,8 @@
 
 namespace dapple::distribution {
 
-/// The small patches, leaves say, that the pixels of a block shade, of all that their first samples see. One that a pixel chose, of the
-/// same material and side, stands for any other that the pixel sees (docs/design/016).
+/// The small patches, leaves say, that the pixels of a block shade, of all that their first samples see. One that a
+/// pixel chose, of the same material and side, stands for any other that the pixel sees (docs/design/016).
 class PixelPoints {
  public:
   /// Samples of a pixel whose patches may be chosen.
@@ -20,12 +20,13 @@ class PixelPoints {
   static bool is_small(const scene::GridId& grid) { return grid.u_level + grid.v_level <= 4; }
 
   void clear();
-  /// Chooses what a sample saw of a small patch, where fewer than `enough` have been chosen, or none of its material and side.
+  /// Chooses what a sample saw of a small patch, where fewer than `enough` have been chosen, or none of its material
+  /// and side.
   void consider(const scene::Scene& scene, int pixel, int enough, const scene::GridPoint& point);
   /// To be called when all has been considered.
   void close() { std::sort(in_block_.begin(), in_block_.end()); }
-  /// Replaces what a sample saw by what stands for it: where its pixel chose `enough`, and no pixel of the block chose the patch that it
-  /// saw, or this has several points. `key`: of the choice.
+  /// Replaces what a sample saw by what stands for it: where its pixel chose `enough`, and no pixel of the block chose
+  /// the patch that it saw, or this has several points. `key`: of the choice.
   void lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point) const;
 
  private:

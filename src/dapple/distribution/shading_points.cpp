@@ -13,10 +13,11 @@ using integrate::RayOrigin;
 
 namespace {
 
-// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors cancel: so many do the
-// work of one between them.
+// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors
+// cancel: so many do the work of one between them.
 constexpr int scattered_share = 4;
-// A cell larger than a common one stands for much of the scene, and is read by so many more rays. There can be few of these.
+// A cell larger than a common one stands for much of the scene, and is read by so many more rays. There can be few of
+// these.
 constexpr float common_cells = 1024, most_effort = 64;
 constexpr int many_origins_effort = 4;
 
@@ -38,8 +39,8 @@ float HitShader::common_area(const scene::Scene& scene) {
   return area > 0 ? std::exp2(std::floor(std::log2(area))) : infinity;
 }
 
-void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
-                                  scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
+void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell,
+                                  uint64_t key, scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   set_middle(id, i, j, cell, key, memory, b, k);
   if (!b.moves[k]) return;
   b.origins[k] = PointBatch::few_origins;
@@ -51,8 +52,8 @@ void HitShader::set_shading_point(const scene::GridId& id, int i, int j, const s
     b.origin[k * PointBatch::most_origins + o] = {at[o].P, at[o].Ng, at[o].Ns - b.surface[k].Ns, at[o].error, times[o]};
 }
 
-void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                         scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
+void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
+                         const TileLinks& links, scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   set_middle(id, i, j, cell, key, memory, b, k);
   if (id.cluster_level > 0 && links.is_scattered())
     b.share[k] *= scattered_share;
@@ -62,12 +63,13 @@ void HitShader::set_cell(const scene::GridId& id, int i, int j, const scene::Pat
   spread_origins(id, i, j, links, true, memory, b, k);
 }
 
-void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key, const TileLinks& links,
-                              scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
+void HitShader::set_seen_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
+                              const TileLinks& links, scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   // A cell that something divides is read between this point and others on its side.
   if (links.is_divided(i, j)) return set_shading_point(id, i, j, cell, key, memory, b, k);
   set_middle(id, i, j, cell, key, memory, b, k);
-  b.origins[k] = settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
+  b.origins[k] =
+      settings_.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins : PointBatch::most_origins;
   spread_origins(id, i, j, links, false, memory, b, k);
   if (b.moves[k]) patches_->shading_point(id, i, j, scene_.camera.position(), &b.place(k), PointBatch::lane(k));
 }
@@ -100,8 +102,8 @@ void HitShader::set_middle(const scene::GridId& id, int i, int j, const scene::P
 void HitShader::spread_origins(const scene::GridId& id, int i, int j, const TileLinks& links, bool of_mean,
                                scene::PatchTable::Extents* memory, PointBatch& b, int k) const {
   const geom::SurfacePoint middle = b.surface[k];
-  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells, those that are as
-  // regular as cells would be seen in one phase alone.
+  // Patterns are seen at one of the origins, at another in each of four neighbouring cells: at the middles of cells,
+  // those that are as regular as cells would be seen in one phase alone.
   int seen_from = -1;
   if (of_mean && materials_.varies(id.geometry) && id.cluster_level == 0)
     seen_from = ((i & 1) | (j & 1) << 1) ^ int(hash(id.hash(), for_patterns, i / 2, j / 2) % PointBatch::few_origins);

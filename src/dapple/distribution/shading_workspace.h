@@ -13,8 +13,8 @@
 
 namespace dapple::distribution {
 
-/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so forgetting changes
-/// nothing.
+/// What a thread found out lately about tiles: whether a source of light is near. A pure function of the tile, so
+/// forgetting changes nothing.
 struct NearLights {
   struct Known {
     scene::GridId tile{.geometry = trace::no_id};
@@ -36,7 +36,7 @@ struct ShadingWorkspace : light::LightWorkspace {
   integrate::MaterialTable::Scratch prelighting;
   gi::TileLinker::Scratch linking;
   std::unique_ptr<light::SurfaceMedia::Scratch> surface_media;  ///< null until it is needed
-  shading::ShadingPoints points;  ///< for stages that shaders have of their own
+  shading::ShadingPoints points;                                ///< for stages that shaders have of their own
   gi::RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
   NearLights near_lights;

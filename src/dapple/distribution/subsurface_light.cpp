@@ -6,10 +6,10 @@
 
 namespace dapple::distribution {
 
+using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RaySet;
 using integrate::RayTracer;
-using integrate::offset_origin;
 using shading::Bsdf;
 using shading::BsdfKind;
 using trace::no_id;
@@ -54,7 +54,8 @@ void HitShader::send_probes(const Place& place, ShadingWorkspace& w) const {
     if (probe.is_black()) continue;
     const auto chord = probe.chord(s.number[j], V2f(w.u0[j], w.u1[j]), w.u2[j]);
     s.key[j] = trace::ray_key(w.seed[j], w.index[j]);
-    s.rays.set(n, b.surface[k].P + chord.offset, chord.d, chord.length, b.ray_time(k, s.number[j], w.seed[j]), s.key[j]);
+    s.rays.set(n, b.surface[k].P + chord.offset, chord.d, chord.length, b.ray_time(k, s.number[j], w.seed[j]),
+               s.key[j]);
     s.job[n++] = j;
   }
   const Timer timer;
@@ -78,8 +79,8 @@ void HitShader::trace_probes(int n, const PointBatch& b, SubsurfaceBatch& s, Sha
       const bool same = scene_.bindings[s.hits.geometry[i]].material == scene_.bindings[b.geometry[k]].material;
       const trace::HitBatch& h = s.hits;
       if (same)
-        s.found.push_back(
-            {j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], s.rays.time[i], h.geometry[i], h.primitive[i], h.instance[i], p.P, p.Ng});
+        s.found.push_back({j, h.u[i], h.v[i], h.nx[i], h.ny[i], h.nz[i], s.rays.time[i], h.geometry[i], h.primitive[i],
+                           h.instance[i], p.P, p.Ng});
       const V3f d = s.rays.direction(i);
       const float left = s.rays.t_max[i] - s.hits.t[i];
       if (!(left > 0)) continue;
@@ -134,8 +135,7 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     const float distance = length(offset);
     // As a ray that comes upon the place from outside, so that look-ups see the side that light enters by.
     const float height = probe.detail(0);
-    r.rays.set(i, at.P + outside * height, -outside, 2 * height, at.time,
-               s.key[at.job] + 0x85ebca6bu * (crossing + 1));
+    r.rays.set(i, at.P + outside * height, -outside, 2 * height, at.time, s.key[at.job] + 0x85ebca6bu * (crossing + 1));
     r.hits.t[i] = height, r.hits.u[i] = at.u, r.hits.v[i] = at.v;
     r.hits.nx[i] = at.nx, r.hits.ny[i] = at.ny, r.hits.nz[i] = at.nz;
     r.hits.geometry[i] = at.geometry, r.hits.primitive[i] = at.primitive, r.hits.instance[i] = at.instance;
@@ -148,7 +148,8 @@ void HitShader::gather_probes(const Place& place, ShadingWorkspace& w) const {
     r.spread[i] = 0;
     r.share[i] = 1;
     r.sheets[i] = 0;
-    r.medium[i] = surface_media_.by_ray() ? scene_.bindings[at.geometry].medium_at(behind, b.medium[k]) : surface_media_.declared(at.geometry, behind);
+    r.medium[i] = surface_media_.by_ray() ? scene_.bindings[at.geometry].medium_at(behind, b.medium[k])
+                                          : surface_media_.declared(at.geometry, behind);
   }
   if (sets > 0) look_up();
 }

@@ -10,15 +10,15 @@
 namespace dapple::distribution {
 
 using gi::TileLinker;
-using integrate::PointBatch;
 using integrate::offset_origin;
+using integrate::PointBatch;
 using scene::GridId;
 using shading::Bsdf;
 
 namespace {
 constexpr float most_refined = 4;  // times a shading point may be shorter than its pixel asks for
-// A point is n times as fine as its pixel asks for if n of its lengths are less than this much of what that is: rates are powers of two, so that
-// points are .7 to 1.4 times as long.
+// A point is n times as fine as its pixel asks for if n of its lengths are less than this much of what that is: rates
+// are powers of two, so that points are .7 to 1.4 times as long.
 constexpr float finer_than = 1.2f;
 
 // Whatever happens, other threads must not wait for ever.
@@ -60,7 +60,8 @@ void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
       continue;
     }
     GridId own;
-    own.instance = id.instance, own.geometry = id.geometry, own.patch = s.point.patch, own.behind = id.behind, own.span = id.span;
+    own.instance = id.instance, own.geometry = id.geometry, own.patch = s.point.patch, own.behind = id.behind,
+    own.span = id.span;
     s.point = {.grid = own, .patch = own.patch};
     w.order[alone++] = w.order[i];
   }
@@ -68,8 +69,10 @@ void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
   for (int i = 0; i < alone; ++i) {
     CameraSample& s = w.sample[w.order[i]];
     if (restrict_points(s)) continue;
-    // What stands on a wall may part rooms. Leaves cross each other by the thousand, as twigs do that are finer than pixels.
-    const bool is_wall = !shader_.materials().material(s.geometry).is_translucent() && patches_.cell(s.point.grid, &w.shading.extents).width() > s.width;
+    // What stands on a wall may part rooms. Leaves cross each other by the thousand, as twigs do that are finer than
+    // pixels.
+    const bool is_wall = !shader_.materials().material(s.geometry).is_translucent() &&
+                         patches_.cell(s.point.grid, &w.shading.extents).width() > s.width;
     if (!is_wall)
       s.near = patches_.neighbours(s.point);
     else
@@ -93,7 +96,8 @@ void DistributionIntegrator::find_points(DistributionWorkspace& w) const {
   }
   for (int p = 0; p < w.camera.count; ++p) {
     CameraSample& s = w.sample[p];
-    if (s.source == Source::hit && shader_.materials().needs_tangents(s.geometry) && !needs_tangents_where_seen(s.geometry))
+    if (s.source == Source::hit && shader_.materials().needs_tangents(s.geometry) &&
+        !needs_tangents_where_seen(s.geometry))
       s.surface = scene_.traced.surface(w.hits, p, s.time);
     if (s.source != Source::grid) continue;
     s.wanted = points_wanted(*s.grid, s.near, s.refined);
@@ -152,7 +156,8 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
     for (size_t taken = 0; w.claimed.count() > left;) {
       b.count = 0;
       const auto claims = w.claimed.claims();
-      for (taken = 0; taken < claims.size() && b.count + std::popcount(claims[taken].points) <= PointBatch::capacity; ++taken)
+      for (taken = 0; taken < claims.size() && b.count + std::popcount(claims[taken].points) <= PointBatch::capacity;
+           ++taken)
         add_points(*claims[taken].grid, w.claimed.take(taken), b, w);
       if (b.count > 0) shade_batch(w);
       w.claimed.publish(taken);
@@ -164,7 +169,8 @@ void DistributionIntegrator::shade_claimed(int left, DistributionWorkspace& w) c
   w.caches[0].fill_seconds += timer.seconds();
 }
 
-// Shades what all threads have claimed, in batches that are full but not so large that some threads would have nothing to do.
+// Shades what all threads have claimed, in batches that are full but not so large that some threads would have nothing
+// to do.
 void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const {
   constexpr int at_a_time = 128;
   std::deque<ClaimedPoints> jobs;
@@ -182,7 +188,8 @@ void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<W
   });
 }
 
-void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b, DistributionWorkspace& w) const {
+void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts points, PointBatch& b,
+                                        DistributionWorkspace& w) const {
   const SeenGrid seen = seen_grid(grid, w);
   const GridId& id = seen.id;
   for (int j = 0; j < id.height(); ++j)
@@ -191,16 +198,19 @@ void DistributionIntegrator::add_points(ShadingGrid& grid, ShadingGrid::Parts po
       const int k = b.count++;
       set_grid_point(seen, i, j, b, k, w);
       w.target[k] = {&grid, id.index(i, j)};
-      if (interpolator_) w.interpolation->point[k] = {id, i, j, finest_step(seen.cell, b.surface[k].P), grid.links.parts_tile()};
+      if (interpolator_)
+        w.interpolation->point[k] = {id, i, j, finest_step(seen.cell, b.surface[k].P), grid.links.parts_tile()};
     }
 }
 
-DistributionIntegrator::SeenGrid DistributionIntegrator::seen_grid(const ShadingGrid& grid, DistributionWorkspace& w) const {
+DistributionIntegrator::SeenGrid DistributionIntegrator::seen_grid(const ShadingGrid& grid,
+                                                                   DistributionWorkspace& w) const {
   const GridId id = patches_seen(grid.id, w);
   return {id, patches_.cell(id, &w.shading.extents), shared_work(id, w), grid.links};
 }
 
-void DistributionIntegrator::set_grid_point(const SeenGrid& grid, int i, int j, PointBatch& b, int k, DistributionWorkspace& w) const {
+void DistributionIntegrator::set_grid_point(const SeenGrid& grid, int i, int j, PointBatch& b, int k,
+                                            DistributionWorkspace& w) const {
   const GridId& id = grid.id;
   if (shader_.direct().throws_edges() && patches_.has_lattice(id) && id.count() > 1)
     shader_.set_seen_cell(id, i, j, grid.cell, id.hash(), grid.links, &w.shading.extents, b, k);
@@ -218,8 +228,8 @@ int DistributionIntegrator::finest_step(const scene::PatchTable::Cell& cell, con
   return step;
 }
 
-// A group with a patch to stand for it that the camera sees, on the side that was hit: those behind others are darker. A function of the
-// name, and of where the camera is.
+// A group with a patch to stand for it that the camera sees, on the side that was hit: those behind others are darker.
+// A function of the name, and of where the camera is.
 GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWorkspace& w) const {
   GridId id = grid;
   if (id.cluster_level == 0) return id;
@@ -239,24 +249,26 @@ GridId DistributionIntegrator::patches_seen(const GridId& grid, DistributionWork
   return id;
 }
 
-// What points of small patches share of the work of one; the last few rays are each point's own. Where hemispheres serve many points, diffuse
-// rays are so many as those of one hemisphere, which a leaf cannot share.
+// What points of small patches share of the work of one; the last few rays are each point's own. Where hemispheres
+// serve many points, diffuse rays are so many as those of one hemisphere, which a leaf cannot share.
 DistributionIntegrator::Shares DistributionIntegrator::shared_work(const GridId& grid, DistributionWorkspace& w) const {
   constexpr int least_rays = 4, points_of_hemisphere = 16;
   const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1),
             most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1);
-  if (!PixelPoints::is_small(grid)) return {1, interpolator_ ? std::min(IrradianceInterpolator::unserved_share, most_diffuse) : 1};
+  if (!PixelPoints::is_small(grid))
+    return {1, interpolator_ ? std::min(IrradianceInterpolator::unserved_share, most_diffuse) : 1};
   const int alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
   const int crowd = most > 1 || most_diffuse > alone ? points_in_pixel(grid, w) : 1;
   const int rays = std::min(crowd, most), diffuse = std::min(crowd * alone, most_diffuse);
   return {rays, std::max(diffuse / rays, 1)};
 }
 
-// A pixel that sees many small patches shows the mean of some. So many as rays through the footprint of a pixel around this one meet: a
-// function of the name, as in patches_seen().
+// A pixel that sees many small patches shows the mean of some. So many as rays through the footprint of a pixel around
+// this one meet: a function of the name, as in patches_seen().
 int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWorkspace& w) const {
   constexpr int most = int(PixelPoints::first_samples);
-  const int rays = std::min({settings_.pixel_points > 0 ? settings_.pixel_points : most, settings_.pixel_samples, most});
+  const int rays =
+      std::min({settings_.pixel_points > 0 ? settings_.pixel_points : most, settings_.pixel_samples, most});
   const float time = patches_.time(grid);
   patches_.shading_point(grid, grid.width() / 2, grid.height() / 2, scene_.camera.position(), &w.seen_hits, 0);
   const V3f P = scene_.traced.surface(w.seen_hits, 0, time, false).P, to_eye = scene_.camera.to_eye(P);
@@ -264,7 +276,8 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
   if (!(distance > 0) || !(width > 0)) return 1;
   const Frame frame(to_eye * (1 / distance));
   const uint32_t seed = uint32_t(grid.hash());
-  const float reach = std::min(distance, length(scene_.traced.bounds().size()));  // an eye that is far away would cost digits
+  const float reach =
+      std::min(distance, length(scene_.traced.bounds().size()));  // an eye that is far away would cost digits
   for (int i = 0; i < rays; ++i) {
     const V2f at = sample_2d(seed, uint32_t(i), 0);
     const V3f aside = (frame.s * (at.x - 0.5f) + frame.t * (at.y - 0.5f)) * width, way = normalize(to_eye - aside);
@@ -279,7 +292,8 @@ int DistributionIntegrator::points_in_pixel(const GridId& grid, DistributionWork
     const auto hit = patches_.patch_hit(w.seen_hits, i, w.seen_ray.direction(i), time, s, &w.shading.extents);
     scene::GridPoint point;
     if (!patches_.dice(hit, width * std::sqrt(settings_.shading_rate), &point)) continue;
-    if (PixelPoints::is_small(point.grid) && std::find(seen, seen + count, point.grid) == seen + count) seen[count++] = point.grid;
+    if (PixelPoints::is_small(point.grid) && std::find(seen, seen + count, point.grid) == seen + count)
+      seen[count++] = point.grid;
   }
   return std::max(count, 1);
 }

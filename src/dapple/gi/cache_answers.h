@@ -15,8 +15,8 @@ struct CacheAnswers {
 
   int rays = 0;
   int by_resolution[integrate::resolution_count] = {};  ///< that ended in entries
-  int shaded = 0;                            ///< whose hits were shaded by themselves
-  int known = 0;                             ///< whose entries are in the log
+  int shaded = 0;                                       ///< whose hits were shaded by themselves
+  int known = 0;                                        ///< whose entries are in the log
   double fills = 0, fills_a_lookup = 0, filled_at = 0;  ///< of those
 
   void add(integrate::Resolution resolution, const CacheLog::Use* use) {

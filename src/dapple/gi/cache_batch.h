@@ -16,12 +16,12 @@ struct CacheBatch {
 
   explicit CacheBatch(int groups);
 
-  int count = 0;  ///< rays that end in the cache
+  int count = 0;          ///< rays that end in the cache
   uint8_t set[capacity];  ///< of the ray
   int ray[capacity];      ///< in its set
   scene::GridPoint point[capacity];
   uint8_t nearest[capacity];  ///< of its tile's points
-  float leaving[capacity];  ///< towards the ray, of what its point sends on average
+  float leaving[capacity];    ///< towards the ray, of what its point sends on average
   int entry_of[capacity];
 
   int entry_count = 0;
@@ -35,13 +35,16 @@ struct CacheBatch {
   uint32_t to_fill(int e) const { return entry[e].found == TileCache::Found::pending ? 0 : entry[e].missing(); }
   /// The entry of this key, the same for equal keys. It becomes that of a look-up at this depth if it is new.
   int add_entry(uint64_t of_key, const scene::GridId& grid, int diffuse_depth);
-  /// What is known of the tile that a hit was diced into, by its slot(): the entry that serves all such hits, or one of these.
+  /// What is known of the tile that a hit was diced into, by its slot(): the entry that serves all such hits, or one of
+  /// these.
   static constexpr int unknown = -1, near_light = -2;
   int answer(const scene::GridId& tile, uint32_t slot) const {
     const Answer& a = answers[slot % answer_count];
     return a.entry != unknown && a.tile == tile ? a.entry : unknown;
   }
-  void set_answer(const scene::GridId& tile, uint32_t slot, int of_tile) { answers[slot % answer_count] = {tile, of_tile}; }
+  void set_answer(const scene::GridId& tile, uint32_t slot, int of_tile) {
+    answers[slot % answer_count] = {tile, of_tile};
+  }
   /// For at most so many look-ups.
   void clear(int most) {
     count = entry_count = 0;
@@ -57,13 +60,14 @@ struct CacheBatch {
     int entry;
   } answers[answer_count];
   uint32_t slots_in_use = 0;
-  uint16_t slots[4 * capacity];  ///< a hash table of entries + 1; 0: empty
+  uint16_t slots[4 * capacity];       ///< a hash table of entries + 1; 0: empty
   std::unique_ptr<uint32_t[]> words;  ///< of the entries
 };
 
 inline CacheBatch::CacheBatch(int groups) {
   const int each = RadiosityCache::words(RadiosityCache::max_points, groups);
-  words = std::make_unique_for_overwrite<uint32_t[]>(size_t(each) * capacity);  // pages that no batch needs are never touched
+  words = std::make_unique_for_overwrite<uint32_t[]>(size_t(each) *
+                                                     capacity);  // pages that no batch needs are never touched
   for (int e = 0; e < capacity; ++e) entry[e].words = words.get() + e * each, entry[e].groups = groups;
 }
 

@@ -11,9 +11,9 @@
 
 namespace dapple::gi {
 
-/// What became of entries of the radiosity cache, those that were replaced included: for pictures of what the cache did. One a thread at a
-/// time; merged in the end. Of more entries than `max_entries` those with the smaller keys are kept: keys are hashes, so that is a fair
-/// sample of them.
+/// What became of entries of the radiosity cache, those that were replaced included: for pictures of what the cache
+/// did. One a thread at a time; merged in the end. Of more entries than `max_entries` those with the smaller keys are
+/// kept: keys are hashes, so that is a fair sample of them.
 class CacheLog {
  public:
   struct Use {

@@ -8,7 +8,8 @@ namespace dapple::gi {
 
 namespace {
 
-// What light from a ring loses of its irradiance when the receiver is turned by this, whichever way, over 1 - its cosine.
+// What light from a ring loses of its irradiance when the receiver is turned by this, whichever way, over 1 - its
+// cosine.
 constexpr float turn = radians(30);
 float loss_by_turning(float x0, float x1) {
   constexpr int steps = 16, ways = 64;
@@ -16,13 +17,14 @@ float loss_by_turning(float x0, float x1) {
   for (int i = 0; i < steps; ++i) {
     const float sine2 = lerp((float(i) + 0.5f) / steps, x0, x1), cosine = safe_sqrt(1 - sine2), sine = std::sqrt(sine2);
     for (int j = 0; j < ways; ++j)
-      kept += std::max(0.0f, cosine * std::cos(turn) + sine * std::sin(turn) * std::cos(2 * pi * float(j) / ways)) / cosine;
+      kept +=
+          std::max(0.0f, cosine * std::cos(turn) + sine * std::sin(turn) * std::cos(2 * pi * float(j) / ways)) / cosine;
   }
   return (1 - kept / (steps * ways)) / (1 - std::cos(turn));
 }
 
-// Mean slope of L over time: a fit with a mean of its own to each few strata that lie side by side, so that what differs with direction does not
-// count. `time` is stratified in each.
+// Mean slope of L over time: a fit with a mean of its own to each few strata that lie side by side, so that what
+// differs with direction does not count. `time` is stratified in each.
 RGB slope_over_time(int count, const RGB* L, const float* time) {
   constexpr int side_by_side = 4;
   RGB sum;
@@ -41,14 +43,17 @@ RGB slope_over_time(int count, const RGB* L, const float* time) {
 }  // namespace
 
 HemisphereStrata::HemisphereStrata(int rays)
-    : rings_(std::max(1, int(std::lround(std::sqrt(float(rays) / pi))))), sectors_(std::max(1, int(std::lround(float(rays) / float(rings_))))) {
+    : rings_(std::max(1, int(std::lround(std::sqrt(float(rays) / pi))))),
+      sectors_(std::max(1, int(std::lround(float(rays) / float(rings_))))) {
   const auto integral_of_tangent = [](float sine) { return std::asin(sine) - sine * safe_sqrt(1 - sine * sine); };
   for (int j = 0; j < rings_; ++j) {
     const float low = std::sqrt(float(j) / float(rings_)), high = std::sqrt(float(j + 1) / float(rings_));
     ring_.push_back({low, high, (integral_of_tangent(high) - integral_of_tangent(low)) * float(rings_),
                      loss_by_turning(sqr(low), sqr(high))});
   }
-  const auto at = [&](float k) { return V2f(std::cos(2 * pi * k / float(sectors_)), std::sin(2 * pi * k / float(sectors_))); };
+  const auto at = [&](float k) {
+    return V2f(std::cos(2 * pi * k / float(sectors_)), std::sin(2 * pi * k / float(sectors_)));
+  };
   for (int k = 0; k < sectors_; ++k) sector_.push_back({at(float(k) + 0.5f), at(float(k))});
 }
 
@@ -59,7 +64,8 @@ V3f HemisphereStrata::direction(int i, float x, float y) const {
 }
 
 RGB IrradianceRecord::at(float ds, float dt, const V3f& n, float time) const {
-  const RGB e = E + by_place[0] * ds + by_place[1] * dt + by_normal[0] * n.x + by_normal[1] * n.y + by_normal[2] * (n.z - 1) + by_time * time;
+  const RGB e = E + by_place[0] * ds + by_place[1] * dt + by_normal[0] * n.x + by_normal[1] * n.y +
+                by_normal[2] * (n.z - 1) + by_time * time;
   return {std::max(e.r, 0.0f), std::max(e.g, 0.0f), std::max(e.b, 0.0f)};
 }
 

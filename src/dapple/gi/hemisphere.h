@@ -37,23 +37,27 @@ class HemisphereStrata {
   std::vector<Sector> sector_;
 };
 
-/// Irradiance at a place and how it changes around there, in a frame whose pole is the normal: with the place along the two tangents (1/m;
-/// Ward and Heckbert, "Irradiance gradients", 1992), and with the normal, in which it is linear. That holds for each light that a turned
-/// receiver still sees, and for a uniform hemisphere to first order: the part along the pole is fitted to turns by 30 degrees. With time it is
-/// taken as linear too (Gautron, Bouatouch, Pattanaik, "Temporal radiance caching", 2007).
+/// Irradiance at a place and how it changes around there, in a frame whose pole is the normal: with the place along the
+/// two tangents (1/m; Ward and Heckbert, "Irradiance gradients", 1992), and with the normal, in which it is linear.
+/// That holds for each light that a turned receiver still sees, and for a uniform hemisphere to first order: the part
+/// along the pole is fitted to turns by 30 degrees. With time it is taken as linear too (Gautron, Bouatouch, Pattanaik,
+/// "Temporal radiance caching", 2007).
 struct IrradianceRecord {
   RGB E;
   RGB by_place[2], by_normal[3];
   RGB by_time;  ///< over the time that its rays are spread over
-  /// To the nearest surface, but for what is almost in the tangent plane, or less, where E changes by all of itself; may be infinite.
+  /// To the nearest surface, but for what is almost in the tangent plane, or less, where E changes by all of itself;
+  /// may be infinite.
   float distance = 0;
 
-  /// At a place offset by (ds, dt), with a normal n, in the record's frame, so long after its middle as a share of its time. Never negative.
+  /// At a place offset by (ds, dt), with a normal n, in the record's frame, so long after its middle as a share of its
+  /// time. Never negative.
   RGB at(float ds, float dt, const V3f& n, float time = 0) const;
 };
 
-/// From radiance L[i] that arrived through stratum i, the distance r[i] it came from (infinite for a miss), and when, as at() takes it; null: nothing
-/// depends on it.
-IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB* L, const float* r, const float* time = nullptr);
+/// From radiance L[i] that arrived through stratum i, the distance r[i] it came from (infinite for a miss), and when,
+/// as at() takes it; null: nothing depends on it.
+IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB* L, const float* r,
+                                      const float* time = nullptr);
 
 }  // namespace dapple::gi

@@ -23,18 +23,26 @@ namespace {
 
 constexpr int tile_bytes = OpacityCache::tile * OpacityCache::tile;
 static_assert(tile_bytes == 4 * OpacityCache::colored_tile * OpacityCache::colored_tile);
-constexpr float cell_width = 1;             // of a ray's footprint
-constexpr uint8_t times_before_tile = 4;    // a tile costs some twenty single cells
-constexpr float widest_plane = 0x1p14f;     // |u| and |v| up to here fit the names of tiles
+constexpr float cell_width = 1;           // of a ray's footprint
+constexpr uint8_t times_before_tile = 4;  // a tile costs some twenty single cells
+constexpr float widest_plane = 0x1p14f;   // |u| and |v| up to here fit the names of tiles
 constexpr float time = scene::PatchTable::dicing_time;
 
-uint8_t to_byte(float alpha) { return alpha > 0 ? uint8_t(std::lround(std::min(alpha, 1.0f) * 255)) : uint8_t(0); }
+uint8_t to_byte(float alpha) {
+  return alpha > 0 ? uint8_t(std::lround(std::min(alpha, 1.0f) * 255)) : uint8_t(0);
+}
 
-float within_one(float alpha) { return std::clamp(alpha, 0.0f, 1.0f); }
-RGB within_one(const RGB& alpha) { return clamp(alpha, 0, 1); }
+float within_one(float alpha) {
+  return std::clamp(alpha, 0.0f, 1.0f);
+}
+RGB within_one(const RGB& alpha) {
+  return clamp(alpha, 0, 1);
+}
 
 // Cell number c of a tile.
-void store(float alpha, int c, uint8_t* tile) { tile[c] = to_byte(alpha); }
+void store(float alpha, int c, uint8_t* tile) {
+  tile[c] = to_byte(alpha);
+}
 void store(const RGB& alpha, int c, uint8_t* tile) {
   for (int i = 0; i < 3; ++i) tile[4 * c + i] = to_byte(alpha[i]);
   tile[4 * c + 3] = 0;
@@ -63,7 +71,8 @@ uint32_t index_in(std::vector<T>* list, const T& item) {
 }  // namespace
 
 bool OpacityCache::has_use(const scene::Scene& scene) {
-  return std::any_of(scene.bindings.begin(), scene.bindings.end(), [](const auto& b) { return b.alpha && !b.alpha->constant(); });
+  return std::any_of(scene.bindings.begin(), scene.bindings.end(),
+                     [](const auto& b) { return b.alpha && !b.alpha->constant(); });
 }
 
 OpacityCache::OpacityCache(scene::Scene& scene, size_t bytes) : scene_(scene) {
@@ -75,7 +84,9 @@ OpacityCache::OpacityCache(scene::Scene& scene, size_t bytes) : scene_(scene) {
   scene.traced.set_opacity_test(this);
 }
 
-OpacityCache::~OpacityCache() { scene_.traced.set_opacity_test(&scene_); }
+OpacityCache::~OpacityCache() {
+  scene_.traced.set_opacity_test(&scene_);
+}
 
 OpacityCache::Source OpacityCache::make_source(uint32_t geometry) {
   Source s;
@@ -142,11 +153,15 @@ float OpacityCache::exact(const Hit& hit) const {
 float OpacityCache::seen_opacity(const Hit& hit, Counts* counts) const {
   const Source& s = sources_[hit.geometry];
   switch (s.kind) {
-    case Kind::constant: return s.opacity.r;
-    case Kind::picture: return seen_in_picture(s, hit, counts);
-    case Kind::exact: return exact(hit);
+    case Kind::constant:
+      return s.opacity.r;
+    case Kind::picture:
+      return seen_in_picture(s, hit, counts);
+    case Kind::exact:
+      return exact(hit);
     case Kind::plane:
-    case Kind::primitive: break;
+    case Kind::primitive:
+      break;
   }
   const auto c = cell_of(s, hit);
   return c ? float(cell(*c, counts)) / 255 : exact(hit);
@@ -173,12 +188,14 @@ float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* cou
   if (whole) ++counts->lookups, ++counts->hits;
   const auto texel = [&](int x, int y) {
     if (x < 0 || y < 0) return uint8_t(0);
-    return whole ? p.texels[size_t(y) * size_t(p.lattice.width) + size_t(x)] : uint8_t(cell({{&s, hit.geometry, hit.primitive, 0}, x, y}, counts));
+    return whole ? p.texels[size_t(y) * size_t(p.lattice.width) + size_t(x)]
+                 : uint8_t(cell({{&s, hit.geometry, hit.primitive, 0}, x, y}, counts));
   };
   uint8_t value[4];
   for (int k = 0; k < at.count; ++k) value[k] = texel(at.x[k], at.y[k]);
   // Where all agree, which is nearly everywhere, rounding must leave the ends of the range alone.
-  if (at.count == 1 || (value[0] == value[1] && value[0] == value[2] && value[0] == value[3])) return float(value[0]) / 255;
+  if (at.count == 1 || (value[0] == value[1] && value[0] == value[2] && value[0] == value[3]))
+    return float(value[0]) / 255;
   float alpha = 0;
   for (int k = 0; k < 4; ++k) alpha += at.weight[k] * float(value[k]);
   return alpha / 255;
@@ -215,7 +232,8 @@ std::optional<OpacityCache::Cell> OpacityCache::cell_on_primitive(const Source& 
   const int level = level_of(hit.area > 0 ? hit.area : area_of(hit), hit.width);
   if (level > max_level) return std::nullopt;
   const int cells = 1 << level;
-  const float v = std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(hit.geometry)) ? 0.5f + 0.5f * hit.v : hit.v;
+  const float v =
+      std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(hit.geometry)) ? 0.5f + 0.5f * hit.v : hit.v;
   const int x = std::clamp(int(hit.u * float(cells)), 0, cells - 1);
   const int y = std::clamp(int(v * float(cells)), 0, s.triangles ? cells - 1 - x : cells - 1);
   return Cell{{&s, hit.geometry, hit.primitive, level}, x, y};
@@ -299,10 +317,12 @@ void OpacityCache::compute(const Lattice& l, int x0, int y0, int across, uint8_t
   if (l.source->kind == Kind::picture) return compute_texels(pictures_[l.source->number], x0, y0, across, out);
   const bool plane = l.source->kind == Kind::plane;
   if (l.source->colored) {
-    plane ? compute_plane(*colored_textures_[l.source->number], l.level, x0, y0, across, out) : compute_primitive<RGB>(l, x0, y0, across, out);
+    plane ? compute_plane(*colored_textures_[l.source->number], l.level, x0, y0, across, out)
+          : compute_primitive<RGB>(l, x0, y0, across, out);
     return;
   }
-  plane ? compute_plane(*textures_[l.source->number], l.level, x0, y0, across, out) : compute_primitive<float>(l, x0, y0, across, out);
+  plane ? compute_plane(*textures_[l.source->number], l.level, x0, y0, across, out)
+        : compute_primitive<float>(l, x0, y0, across, out);
 }
 
 void OpacityCache::compute_texels(const Picture& p, int x0, int y0, int across, uint8_t* out) const {
@@ -322,7 +342,8 @@ void OpacityCache::compute_texels(const Picture& p, int x0, int y0, int across, 
 }
 
 template <class T>
-void OpacityCache::compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across, uint8_t* out) const {
+void OpacityCache::compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across,
+                                 uint8_t* out) const {
   const int side = points_across(level), per_cell = side * side;
   const float size = 1 / float(1 << level);
   ShadingPoints points;

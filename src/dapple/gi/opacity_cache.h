@@ -12,19 +12,21 @@
 
 namespace dapple::gi {
 
-/// The opacity of cut-out surfaces for rays of all kinds: the opacity stage's results in a multiresolution cache, so that rays through
-/// leaves run no shaders.
+/// The opacity of cut-out surfaces for rays of all kinds: the opacity stage's results in a multiresolution cache, so
+/// that rays through leaves run no shaders.
 ///
-/// - A picture over u and v (UvImage), alike for all channels, is decoded to 8 bits a texel and interpolated, exactly as far as its numbers have 8 bits.
+/// - A picture over u and v (UvImage), alike for all channels, is decoded to 8 bits a texel and interpolated, exactly
+/// as far as its numbers have 8 bits.
 /// - A pattern of u and v alone is cached in their plane, once for all surfaces that bear it.
-/// - Other patterns, and the opacity stages of shaders, are cached on each primitive, at the middle of the shutter interval.
+/// - Other patterns, and the opacity stages of shaders, are cached on each primitive, at the middle of the shutter
+/// interval.
 /// - What reads the time, and what reads the place on a mesh that deforms, is not cached.
 ///
-/// The plane, or the primitive, is cut into 2^level by 2^level cells, the level being the coarsest whose cells are no wider than the ray's
-/// footprint. A cell's value, 8 bits a channel, is a pure function of texture, primitive, level and cell; entries are tiles of 8 x 8 cells,
-/// of 4 x 4 where opacity differs by channel.
-/// Rays that ask for finer cells than those of `max_level`, or say no footprint, get the exact value. What is cached is alpha, never the
-/// decision whether a ray passes: that stays a hash of the ray's key. Instances share.
+/// The plane, or the primitive, is cut into 2^level by 2^level cells, the level being the coarsest whose cells are no
+/// wider than the ray's footprint. A cell's value, 8 bits a channel, is a pure function of texture, primitive, level
+/// and cell; entries are tiles of 8 x 8 cells, of 4 x 4 where opacity differs by channel. Rays that ask for finer cells
+/// than those of `max_level`, or say no footprint, get the exact value. What is cached is alpha, never the decision
+/// whether a ray passes: that stays a hash of the ray's key. Instances share.
 class OpacityCache final : public trace::OpacityTest {
  public:
   static constexpr int tile = 8, colored_tile = 4;  ///< cells along an edge of a tile
@@ -34,7 +36,8 @@ class OpacityCache final : public trace::OpacityTest {
   /// True if something in the scene is cut out by more than a number.
   static bool has_use(const scene::Scene& scene);
 
-  /// Answers for the scene from now on, as long as it lives. `bytes`: of all memory; 0 works. The scene must outlive it.
+  /// Answers for the scene from now on, as long as it lives. `bytes`: of all memory; 0 works. The scene must outlive
+  /// it.
   OpacityCache(scene::Scene& scene, size_t bytes);
   ~OpacityCache() override;
   OpacityCache(const OpacityCache&) = delete;
@@ -45,8 +48,8 @@ class OpacityCache final : public trace::OpacityTest {
     scene_.opacity(geometry, n, primitive, u, v, time, alpha);
   }
   float seen_opacity(const Hit& hit, Counts* counts) const override;
-  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
-                       RGB* alpha) const override {
+  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                       const float* time, RGB* alpha) const override {
     scene_.colored_opacity(geometry, n, primitive, u, v, time, alpha);
   }
   RGB seen_colored_opacity(const Hit& hit, Counts* counts) const override;
@@ -55,10 +58,11 @@ class OpacityCache final : public trace::OpacityTest {
   /// "opacity", with its counts.
   integrate::CacheState state() const;
 
-  /// Coarsest level whose cells are no wider than `width`, where a parallelogram of `area` is cut into cells; above max_level: none.
+  /// Coarsest level whose cells are no wider than `width`, where a parallelogram of `area` is cut into cells; above
+  /// max_level: none.
   static int level_of(float area, float width);
-  /// Points that a cell's value is the mean of, along an edge of the cell, in the plane of u and v: at least 64 along the unit square's,
-  /// since all leaves would have the same error.
+  /// Points that a cell's value is the mean of, along an edge of the cell, in the plane of u and v: at least 64 along
+  /// the unit square's, since all leaves would have the same error.
   static int points_across(int level) { return level < 6 ? 1 << (6 - level) : 1; }
   /// The point of a primitive that a cell stands for: jittered, since errors of many leaves must not add up.
   static V2f point_in_cell(uint32_t geometry, uint32_t primitive, bool triangle, int level, int x, int y);

@@ -8,9 +8,9 @@
 
 namespace dapple::gi {
 
-/// A number >= 0 in 16 bits: 6 bits of exponent, 10 of mantissa. From 2^-31 (below: zero) to 2^33 (above: that); relative error at most
-/// 2^-11. NaN and negative numbers are zero. Half floats, with 5 bits of exponent, end at 65504: light in a sunlit scene, in its units, may be
-/// more.
+/// A number >= 0 in 16 bits: 6 bits of exponent, 10 of mantissa. From 2^-31 (below: zero) to 2^33 (above: that);
+/// relative error at most 2^-11. NaN and negative numbers are zero. Half floats, with 5 bits of exponent, end at 65504:
+/// light in a sunlit scene, in its units, may be more.
 constexpr uint16_t pack(float value) {
   constexpr uint32_t smallest = 96u << 10;  // 2^-31, above the 13 bits of mantissa that are dropped
   if (!(value >= 0x1p-31f)) return 0;

@@ -41,7 +41,8 @@ constexpr TileCache::Lives lives(int diffuse_depth) {
 }
 }  // namespace
 
-RadiosityCache::RadiosityCache(size_t bytes, int groups) : cache_(bytes, words(max_points, groups), words(1 << coarse_level, groups)) {}
+RadiosityCache::RadiosityCache(size_t bytes, int groups)
+    : cache_(bytes, words(max_points, groups), words(1 << coarse_level, groups)) {}
 
 Resolution RadiosityCache::resolution(const scene::GridId& grid) {
   const int level = grid.u_level + grid.v_level;
@@ -50,7 +51,8 @@ Resolution RadiosityCache::resolution(const scene::GridId& grid) {
 
 void RadiosityCache::find(Entry& e, Counts* counts) {
   const Resolution r = resolution(e.grid);
-  const TileCache::Kind kind{uint16_t(e.diffuse_depth * resolution_count + int(r)), lives(e.diffuse_depth), r == Resolution::coarse};
+  const TileCache::Kind kind{uint16_t(e.diffuse_depth * resolution_count + int(r)), lives(e.diffuse_depth),
+                             r == Resolution::coarse};
   do {
     e.found = cache_.find(e.key, e.words, &e.slot, kind);
     if (e.found == Found::ready && e.missing() == 0) return;

@@ -9,13 +9,14 @@
 
 namespace dapple::gi {
 
-/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, Christensen et al. 2012). Coarse: the
-/// whole patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more.
-/// A share of the memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out.
+/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, Christensen et
+/// al. 2012). Coarse: the whole patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most
+/// 64 points. Fine: tiles of a patch of more. A share of the memory is for coarse tiles alone, so that the others, of
+/// which there are many, cannot drive them out.
 ///
-/// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together (TileLinks).
-/// Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a channel (gi/packed_radiance.h), and
-/// where they are kept, the parts of it by groups of lights.
+/// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together
+/// (TileLinks). Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a
+/// channel (gi/packed_radiance.h), and where they are kept, the parts of it by groups of lights.
 class RadiosityCache {
  public:
   static constexpr int max_points = scene::GridId::tile * scene::GridId::tile;
@@ -25,10 +26,14 @@ class RadiosityCache {
     scene::GridId grid;
     uint64_t key = 0;
     int diffuse_depth = 1;  ///< bounces between the camera and it
-    uint32_t needed = 0;  ///< bit set of the points that the look-up wants
+    uint32_t needed = 0;    ///< bit set of the points that the look-up wants
     TileCache::Found found = TileCache::Found::refused;
     TileCache::Slot slot;
-    enum class Outcome : uint8_t { hit, extended, filled } outcome = Outcome::hit;  ///< what the look-up came to, for the statistics
+    enum class Outcome : uint8_t {
+      hit,
+      extended,
+      filled
+    } outcome = Outcome::hit;   ///< what the look-up came to, for the statistics
     uint32_t* words = nullptr;  ///< room for those of max_points
     int groups = 0;
 
@@ -68,8 +73,8 @@ class RadiosityCache {
     }
   };
 
-  /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the caller is to add
-  /// what is missing. Found::refused: the same, for itself alone.
+  /// Fills entry.found, and entry.words with what is known. Found::ready: that is all that is needed. Found::mine: the
+  /// caller is to add what is missing. Found::refused: the same, for itself alone.
   void find(Entry& entry, Counts* counts);
   /// For a find() soon.
   void prefetch(const Entry& entry) const { cache_.prefetch(entry.key); }

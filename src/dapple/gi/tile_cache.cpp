@@ -34,7 +34,10 @@ constexpr size_t sparse = 8;
 }  // namespace
 
 TileCache::TileCache(size_t bytes, int words, int small_words)
-    : words_(words), small_words_(small_words), large_ways_(small_words > 0 ? ways - small_ways : ways), set_count_(bytes / set_bytes()) {
+    : words_(words),
+      small_words_(small_words),
+      large_ways_(small_words > 0 ? ways - small_ways : ways),
+      set_count_(bytes / set_bytes()) {
   if (set_count_ > ~uint32_t(0)) set_count_ = ~uint32_t(0);
   if (set_count_ == 0) return;
   constexpr size_t line = alignof(Header);
@@ -104,7 +107,8 @@ void TileCache::split_one(Growth g) {
     t.awaited = uint16_t(t.awaited | computing << way);
     t.key[way].store(key, std::memory_order_relaxed);
   }
-  // Nobody has looked into the other set before this. Readers that still look here find whole entries, or a version that has changed.
+  // Nobody has looked into the other set before this. Readers that still look here find whole entries, or a version
+  // that has changed.
   growth_.store(next, std::memory_order_release);
   for (uint32_t way = 0; way < ways; ++way) {
     if (!moves[way]) continue;
@@ -137,7 +141,8 @@ bool TileCache::peek(uint64_t key, int word, uint32_t* out) const {
     const uint32_t version = h.version[way].load(std::memory_order_acquire);
     if (version & 1) return false;
     *out = payload(set, way)[word].load(std::memory_order_acquire);
-    if (h.version[way].load(std::memory_order_acquire) != version || h.key[way].load(std::memory_order_relaxed) != key) return false;
+    if (h.version[way].load(std::memory_order_acquire) != version || h.key[way].load(std::memory_order_relaxed) != key)
+      return false;
     h.revive(way, Lives().most);
     return true;
   }
@@ -208,13 +213,14 @@ bool TileCache::claim(uint32_t set, uint64_t key, Slot* slot, const Kind& kind) 
   return true;
 }
 
-// A way that is empty, of its own size if there is one, the nearest to where the key is looked for first; or the first one without lives
-// that the hand comes by: others lose one as it passes. `ways`: all are being filled. Under the lock.
+// A way that is empty, of its own size if there is one, the nearest to where the key is looked for first; or the first
+// one without lives that the hand comes by: others lose one as it passes. `ways`: all are being filled. Under the lock.
 uint32_t TileCache::choose_victim(Header& h, uint64_t key, bool small) const {
   uint32_t larger = ways;
   for (uint32_t i = 0; i < ways; ++i) {
     const uint32_t way = way_of(key, i);
-    if (h.key[way].load(std::memory_order_relaxed) != 0 || (h.version[way].load(std::memory_order_acquire) & 1)) continue;
+    if (h.key[way].load(std::memory_order_relaxed) != 0 || (h.version[way].load(std::memory_order_acquire) & 1))
+      continue;
     if (small == is_small(way)) return way;
     if (small && larger == ways) larger = way;
   }
@@ -252,7 +258,8 @@ void TileCache::abandon(const Slot& slot) {
   });
 }
 
-// Ends the computing of an entry: where it was claimed, or in the set it belongs to by now, where the same way waits for it.
+// Ends the computing of an entry: where it was claimed, or in the set it belongs to by now, where the same way waits
+// for it.
 template <class Do>
 void TileCache::finish(const Slot& slot, Do what) {
   for (uint32_t set = slot.set;; set = set_of(slot.key)) {

@@ -9,21 +9,22 @@
 
 namespace dapple::gi {
 
-/// A cache of entries of one or two sizes, in fixed memory, for many threads. Entries are pure functions of their keys, so replacing
-/// one changes no image.
+/// A cache of entries of one or two sizes, in fixed memory, for many threads. Entries are pure functions of their keys,
+/// so replacing one changes no image.
 ///
-/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which dear entries may
-/// have several (Lives). Where there are two sizes, 6 of them are small; small entries that find no room there take that of large ones,
-/// as far as these are used less. Looking up takes no lock: each entry has a version, odd while it is being filled, and a reader that finds
-/// the version changed reads again. Claiming an entry, and publishing it, take the lock of its set. Nobody holds a lock, or a pointer into the
-/// cache, while an entry is being computed.
+/// Memory is an array of sets of 16 entries; a key belongs to one set, where replacement is by second chance, of which
+/// dear entries may have several (Lives). Where there are two sizes, 6 of them are small; small entries that find no
+/// room there take that of large ones, as far as these are used less. Looking up takes no lock: each entry has a
+/// version, odd while it is being filled, and a reader that finds the version changed reads again. Claiming an entry,
+/// and publishing it, take the lock of its set. Nobody holds a lock, or a pointer into the cache, while an entry is
+/// being computed.
 ///
-/// Large memories are taken into use as entries come, by linear hashing (Litwin 1980): pages of the system's memory are touched where there
-/// is something to keep, not one for each entry.
+/// Large memories are taken into use as entries come, by linear hashing (Litwin 1980): pages of the system's memory are
+/// touched where there is something to keep, not one for each entry.
 class TileCache {
  public:
-  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in an entry;
-  /// `small_words`: in small entries; 0: there are none. Throws MemoryError.
+  /// `bytes`: of everything, keys and versions included; below one set: nothing is ever kept. `words`: of 32 bits, in
+  /// an entry; `small_words`: in small entries; 0: there are none. Throws MemoryError.
   TileCache(size_t bytes, int words, int small_words = 0);
 
   enum class Found : uint8_t {
@@ -32,8 +33,8 @@ class TileCache {
     pending,  ///< another thread computes it: wait()
     refused   ///< there is no room: the caller computes it for itself
   };
-  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was looked up. What an
-  /// entry costs to compute again, in coarse steps.
+  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was
+  /// looked up. What an entry costs to compute again, in coarse steps.
   struct Lives {
     uint8_t first = 0, most = 1;
   };
@@ -74,13 +75,14 @@ class TileCache {
  private:
   static constexpr uint32_t ways = 16, small_ways = 6;
   struct alignas(64) Header {
-    std::atomic<uint64_t> key[ways];      ///< 0 = empty
+    std::atomic<uint64_t> key[ways];  ///< 0 = empty
     std::atomic<uint32_t> version[ways];
-    uint16_t tag[ways];                   ///< under the lock
-    std::atomic<uint8_t> lives[ways];     ///< that are left
+    uint16_t tag[ways];                ///< under the lock
+    std::atomic<uint8_t> lives[ways];  ///< that are left
     std::atomic<uint32_t> lock;
     uint32_t hand;
-    uint16_t awaited;  ///< bits of ways that wait for what is being computed for an earlier set of theirs; under the lock
+    uint16_t
+        awaited;  ///< bits of ways that wait for what is being computed for an earlier set of theirs; under the lock
 
     void revive(uint32_t way, uint8_t most) {
       if (lives[way].load(std::memory_order_relaxed) < most) lives[way].store(most, std::memory_order_relaxed);
@@ -91,8 +93,8 @@ class TileCache {
   size_t set_words() const { return large_ways_ * size_t(words_) + (ways - large_ways_) * size_t(small_words_); }
   size_t set_bytes() const { return sizeof(Header) + set_words() * sizeof(uint32_t); }
 
-  /// The sets in use: multiples of 2^level, and of those of 2^(level - 1) the ones below split * 2^level. A key belongs to the last of them
-  /// that is not after its home.
+  /// The sets in use: multiples of 2^level, and of those of 2^(level - 1) the ones below split * 2^level. A key belongs
+  /// to the last of them that is not after its home.
   struct Growth {
     uint32_t level, split;
   };
@@ -114,7 +116,8 @@ class TileCache {
   uint32_t choose_victim(Header& h, uint64_t key, bool small) const;
   bool read(uint32_t set, uint32_t way, uint64_t key, uint32_t version, uint32_t* out) const;
   std::atomic<uint32_t>* payload(uint32_t set, uint32_t way) const {
-    const size_t in_set = is_small(way) ? large_ways_ * size_t(words_) + (way - large_ways_) * size_t(small_words_) : way * size_t(words_);
+    const size_t in_set = is_small(way) ? large_ways_ * size_t(words_) + (way - large_ways_) * size_t(small_words_)
+                                        : way * size_t(words_);
     return &payloads_[set * set_words() + in_set];
   }
 
@@ -130,7 +133,7 @@ class TileCache {
   std::atomic<uint32_t>* payloads_ = nullptr;
   std::atomic<uint64_t> growth_{0};
   std::atomic_flag growing_;
-  std::atomic<size_t> used_{0};        ///< bytes; changed by claims, and by abandon() after an exception
+  std::atomic<size_t> used_{0};  ///< bytes; changed by claims, and by abandon() after an exception
   std::atomic<uint64_t> evictions_{0};
 };
 

@@ -19,8 +19,8 @@ struct Offset {
   float height, aside;
 };
 constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.25f, 0}};
-// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its plane: the sine of the
-// angle.
+// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its
+// plane: the sine of the angle.
 constexpr float like_normals = 0.7f, near_plane = 0.3f;
 
 }  // namespace
@@ -42,7 +42,8 @@ bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* 
     all_linked &= linked;
     sum += near->weight[c];
   }
-  if (all_linked) return true;  // to the last bit what it is where nobody has found yet what parts other points of the tile
+  if (all_linked)
+    return true;  // to the last bit what it is where nobody has found yet what parts other points of the tile
   if (!(sum > 0)) return false;
   for (float& w : near->weight) w /= sum;
   return true;
@@ -82,13 +83,17 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
   };
   const uint32_t wanted = lines(job.wanted) & ~lines(job.known);
   for (int j = 0; j < h; ++j)
-    if (wanted & TileLinks::row(j)) add(job, {margin, float(j) + 0.5f}, {float(w) - margin, float(j) + 0.5f}, size, {0, TileLinks::row(j)}, s, rays);
+    if (wanted & TileLinks::row(j))
+      add(job, {margin, float(j) + 0.5f}, {float(w) - margin, float(j) + 0.5f}, size, {0, TileLinks::row(j)}, s, rays);
   for (int i = 0; i < w; ++i)
-    if (wanted & TileLinks::column(i)) add(job, {float(i) + 0.5f, margin}, {float(i) + 0.5f, float(h) - margin}, size, {0, TileLinks::column(i)}, s, rays);
+    if (wanted & TileLinks::column(i))
+      add(job, {float(i) + 0.5f, margin}, {float(i) + 0.5f, float(h) - margin}, size, {0, TileLinks::column(i)}, s,
+          rays);
 }
 
-// From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of its cell; those from the
-// other side of the point, or they would miss a wall that stands just in it, as in the middle of a floor.
+// From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of
+// its cell; those from the other side of the point, or they would miss a wall that stands just in it, as in the middle
+// of a floor.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
   const float size = patches_->cell(job.grid, &s.extents).width(), corner = 0.5f - margin, beyond = margin;
@@ -106,7 +111,8 @@ void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
       if (in_row && is_new_pair(i, j, i + 1, j)) add(job, p, p + V2f(1, 0), size, {0, 1u << bit}, s, rays);
       if (in_column && is_new_pair(i, j, i, j + 1)) add(job, p, p + V2f(0, 1), size, {0, 1u << (bit + 16)}, s, rays);
       if (!(in_row || in_column) || !is_wanted(i, j)) continue;
-      for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) add(job, p - d * beyond, p + d * corner, size, {1u << bit, 0}, s, rays);
+      for (const V2f& d : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)})
+        add(job, p - d * beyond, p + d * corner, size, {1u << bit, 0}, s, rays);
     }
 }
 
@@ -144,8 +150,8 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
   }
 }
 
-void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_size, const TileLinks& if_blocked, Scratch& s,
-                     uint64_t* rays) const {
+void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_size, const TileLinks& if_blocked,
+                     Scratch& s, uint64_t* rays) const {
   Way& way = new_way(job, cell_size, if_blocked, s, rays);
   way.error = 0;
   for (const bool end : {false, true}) {
@@ -155,10 +161,12 @@ void TileLinker::add(const Job& job, const V2f& from, const V2f& to, float cell_
     way.N[end] = p.Ng * (job.grid.behind ? -1.0f : 1.0f);
     way.error = std::max(way.error, p.error);
   }
-  way.key = uint32_t(hash(job.grid.hash(), std::bit_cast<uint32_t>(from.x), std::bit_cast<uint32_t>(from.y), if_blocked.cut));
+  way.key =
+      uint32_t(hash(job.grid.hash(), std::bit_cast<uint32_t>(from.x), std::bit_cast<uint32_t>(from.y), if_blocked.cut));
 }
 
-TileLinker::Way& TileLinker::new_way(const Job& job, float cell_size, const TileLinks& if_blocked, Scratch& s, uint64_t* rays) const {
+TileLinker::Way& TileLinker::new_way(const Job& job, float cell_size, const TileLinks& if_blocked, Scratch& s,
+                                     uint64_t* rays) const {
   if (s.count == Scratch::capacity) trace(s, rays);
   Way& way = s.ways[s.count++];
   way.links = job.links;
@@ -200,7 +208,8 @@ void TileLinker::trace_at(float above, float aside, Scratch& s, uint64_t* rays) 
     const V3f across = cross(way.N[0], d);
     const float sine = dapple::length(across);
     const V3f shift = sine > 0 ? across * (aside * way.unit / sine) : V3f(0, 0, 0);
-    s.rays.set(k, ends[0] + shift, length > 0 ? d * (1 / length) : V3f(0, 0, 1), length, patches_->time(way.grid), way.key, length / 4);
+    s.rays.set(k, ends[0] + shift, length > 0 ? d * (1 / length) : V3f(0, 0, 1), length, patches_->time(way.grid),
+               way.key, length / 4);
   }
   scene_.traced.intersect(s.rays, s.count, &s.hits);
   *rays += uint64_t(s.count);
@@ -214,8 +223,10 @@ TileLinker::Obstacle TileLinker::obstacle(Scratch& s, int ray) const {
   if (patches_->is_of(way.grid, s.hits, ray)) return Obstacle::none;
   // What passes over a still surface divides nothing for all the time.
   const scene::Motion& motion = patches_->motion();
-  if (motion.moves(s.hits.instance[ray], geometry) && !motion.moves(way.grid.instance, way.grid.geometry)) return Obstacle::none;
-  return patches_->cell(patches_->patch_of(s.hits, ray), &s.extents).size >= way.cell_size ? Obstacle::large : Obstacle::small;
+  if (motion.moves(s.hits.instance[ray], geometry) && !motion.moves(way.grid.instance, way.grid.geometry))
+    return Obstacle::none;
+  return patches_->cell(patches_->patch_of(s.hits, ray), &s.extents).size >= way.cell_size ? Obstacle::large
+                                                                                           : Obstacle::small;
 }
 
 }  // namespace dapple::gi

@@ -28,9 +28,9 @@ struct RaySet {
   int count = 0;
   int point[capacity];
   RGB weight[capacity];
-  LightSums L;  ///< what arrives along the ray
-  float glint[capacity];  ///< PointBatch::glint of what it meets, unweighted
-  RGB glow[capacity];  ///< radiance of the media on the way, weighted
+  LightSums L;               ///< what arrives along the ray
+  float glint[capacity];     ///< PointBatch::glint of what it meets, unweighted
+  RGB glow[capacity];        ///< radiance of the media on the way, weighted
   uint8_t behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
@@ -41,8 +41,8 @@ struct RaySet {
   float cone[capacity];    ///< growth of the width of what the ray stands for
   bool cached[capacity];   ///< a cache has said what arrives along the ray
   int32_t medium[capacity];
-  int share[capacity];     ///< PointBatch::share of what it meets
-  int sheets[capacity];    ///< surfaces that it went through (RayTracer::nearest)
+  int share[capacity];   ///< PointBatch::share of what it meets
+  int sheets[capacity];  ///< surfaces that it went through (RayTracer::nearest)
   float pdf[capacity];
   shading::Lobe lobe[capacity];
   std::unique_ptr<RayTracer::Flights> flights;  ///< null: there are no media
@@ -63,34 +63,42 @@ struct PointBatch {
 
   /// `groups`: of lights, whose parts are kept apart.
   explicit PointBatch(int groups)
-      : irradiance(groups), irradiance_behind(groups), indirect(groups), diffuse(groups), specular(groups), Ci(groups), groups_(groups) {}
+      : irradiance(groups),
+        irradiance_behind(groups),
+        indirect(groups),
+        diffuse(groups),
+        specular(groups),
+        Ci(groups),
+        groups_(groups) {}
 
   int count = 0;
   geom::SurfacePoint surface[capacity];
   uint32_t geometry[capacity];
-  V3f wo[capacity];         ///< towards the viewer; where there is none, the normal of the side to be shaded
-  float time[capacity];     ///< in the middle of what it stands for
-  float duration[capacity]; ///< over which the rays of a still point are spread; 0: all leave at `time`
-  bool moves[capacity];     ///< a shading point of what moves: its rays start from `origin`, each with a time of its own
-  float width[capacity];    ///< of the footprint, m
-  V3f cell_s[capacity], cell_t[capacity];  ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
-  float spread[capacity];   ///< growth of the width along specular rays
+  V3f wo[capacity];          ///< towards the viewer; where there is none, the normal of the side to be shaded
+  float time[capacity];      ///< in the middle of what it stands for
+  float duration[capacity];  ///< over which the rays of a still point are spread; 0: all leave at `time`
+  bool moves[capacity];   ///< a shading point of what moves: its rays start from `origin`, each with a time of its own
+  float width[capacity];  ///< of the footprint, m
+  V3f cell_s[capacity],
+      cell_t[capacity];      ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
+  float spread[capacity];    ///< growth of the width along specular rays
   int32_t medium[capacity];  ///< in which wo leaves
-  uint64_t key[capacity];   ///< of the random numbers that are the point's own
-  /// Light, diffuse and specular rays take their samples from sets that points of one sequence share, each taking those at its number:
-  /// so they are stratified over all of a pixel's samples.
+  uint64_t key[capacity];    ///< of the random numbers that are the point's own
+  /// Light, diffuse and specular rays take their samples from sets that points of one sequence share, each taking those
+  /// at its number: so they are stratified over all of a pixel's samples.
   uint64_t sequence[capacity];
   uint32_t number[capacity];
-  int share[capacity];      ///< points that do the work of one between them: ray counts are divided by it, rounded up
-  int crowd[capacity];      ///< the same for diffuse rays alone, times `share`
-  int effort[capacity];     ///< points whose light and diffuse rays it sends: the opposite of `share`, for cells that stand for much
+  int share[capacity];   ///< points that do the work of one between them: ray counts are divided by it, rounded up
+  int crowd[capacity];   ///< the same for diffuse rays alone, times `share`
+  int effort[capacity];  ///< points whose light and diffuse rays it sends: the opposite of `share`, for cells that
+                         ///< stand for much
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
-  /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so many strata of the cell
-  /// and of the time. 0: all start at `surface`.
+  /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so
+  /// many strata of the cell and of the time. 0: all start at `surface`.
   static constexpr int few_origins = 4, most_origins = 16;
   int origins[capacity];
   RayOrigin origin[capacity * most_origins];
-  int parent[capacity];     ///< ray of the batch above that found the point
+  int parent[capacity];  ///< ray of the batch above that found the point
 
   shading::Bsdf bsdf[capacity];
   LightSums irradiance, irradiance_behind;
@@ -99,7 +107,8 @@ struct PointBatch {
   LightSums indirect;
   LightSums diffuse, specular;
   float onward[capacity];  ///< of hits: weight of their rays by coats (HitShader::Arrival::coat); 0: none goes on
-  float glint[capacity];  ///< luminance of what lights without size send by glossy lobes, more blurred than in `specular`: how much, wherever the spots are
+  float glint[capacity];   ///< luminance of what lights without size send by glossy lobes, more blurred than in
+                           ///< `specular`: how much, wherever the spots are
   LightSums Ci;
 
   /// Of shading points that move, on their tiles: point k is lane lane(k) of place(k). Of others, scratch.
@@ -107,28 +116,33 @@ struct PointBatch {
   const trace::HitBatch& place(int k) const { return places_[k / trace::HitBatch::capacity]; }
   static constexpr int lane(int k) { return k % trace::HitBatch::capacity; }
 
-  /// As many rays at a time as a batch sends that sends four from each point. The more, the fuller are the batches in which shaders run for
-  /// what the radiosity cache lacks.
+  /// As many rays at a time as a batch sends that sends four from each point. The more, the fuller are the batches in
+  /// which shaders run for what the radiosity cache lacks.
   static constexpr int most_ray_sets = 4 * capacity / RaySet::capacity;
   RaySet& ray_set(int i) {
     if (!sets_[i]) sets_[i] = std::make_unique<RaySet>(groups_);
     return *sets_[i];
   }
 
-  /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points blurs again.
+  /// Of a micropolygon's sides: texture filters reach a texel beyond their footprints, and interpolation between points
+  /// blurs again.
   static constexpr float cell_filter = 0.5f;
   void set_one_time(int k, float t) { time[k] = t, duration[k] = 0, moves[k] = false; }
   void set_key(int k, uint64_t of_point) { set_key(k, of_point, of_point, 0); }
-  void set_key(int k, uint64_t of_point, uint64_t of_sequence, uint32_t n) { key[k] = of_point, sequence[k] = of_sequence, number[k] = n; }
+  void set_key(int k, uint64_t of_point, uint64_t of_sequence, uint32_t n) {
+    key[k] = of_point, sequence[k] = of_sequence, number[k] = n;
+  }
   void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), origins[k] = 0; }
   /// Writes point k to a lane of what stages of shaders read.
   void describe(int k, shading::ShadingPoints* points, int lane) const {
     if (cell_s[k] == V3f(0, 0, 0))
       scene::Scene::set_point(surface[k], -wo[k], width[k], time[k], key[k], points, lane);
     else
-      scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points, lane);
+      scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points,
+                              lane);
   }
-  /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters of a stratified set.
+  /// Of light or diffuse ray number i of point k, `seed` being that of all such. Each origin gets rays of all quarters
+  /// of a stratified set.
   RayOrigin origin_of(int k, int i, uint32_t seed) const {
     if (origins[k] == 0) return {surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, ray_time(k, i, seed)};
     RayOrigin from = origin[k * most_origins + origin_index(k, i)];
@@ -136,7 +150,9 @@ struct PointBatch {
     return from;
   }
   /// In which rays leave point k from one of its origins, unless its surface says otherwise.
-  int32_t medium_of(int k, const RayOrigin& from) const { return from.medium == RayOrigin::of_point ? medium[k] : from.medium; }
+  int32_t medium_of(int k, const RayOrigin& from) const {
+    return from.medium == RayOrigin::of_point ? medium[k] : from.medium;
+  }
   /// All rays of the point leave from the same place, at the same time.
   bool has_one_origin(int k) const { return origins[k] == 0 && !(duration[k] > 0); }
   /// Of light or diffuse ray number i, where the point has several.
@@ -146,7 +162,8 @@ struct PointBatch {
   }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {
-    return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f) : time[k];
+    return duration[k] > 0 && !moves[k] ? time[k] + duration[k] * (sample_1d(seed, uint32_t(i), for_times) - 0.5f)
+                                        : time[k];
   }
 
  private:

@@ -11,13 +11,13 @@
 namespace dapple::light {
 
 using integrate::LightSums;
+using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RayList;
 using integrate::RayOrigin;
 using integrate::RaySet;
 using integrate::RayTracer;
 using integrate::ShadowRay;
-using integrate::offset_origin;
 using shading::Bsdf;
 using shading::Light;
 using trace::no_id;
@@ -26,9 +26,10 @@ using trace::RayBatch;
 namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
-// Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that smoother ones throw would be
-// found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32, or 8.
-// Few rays from what is seen need the more; what cells' rays find is averaged over those who read the cells.
+// Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that
+// smoother ones throw would be found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe,
+// about 4 pi alpha^2 steradians, is as wide as 32, or 8. Few rays from what is seen need the more; what cells' rays
+// find is averaged over those who read the cells.
 float least_alpha(float spread, int diffuse_depth) {
   constexpr float least = 0.8f, most = 1.6f, of_few = 0.2f;
   return spread * (diffuse_depth >= 2 ? least : std::clamp(most / of_few * spread, least, most));
@@ -37,7 +38,8 @@ float least_alpha(float spread, int diffuse_depth) {
 constexpr float glint_alpha = 3.2f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
-// Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one says little about it.
+// Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one
+// says little about it.
 bool has_veils(const scene::Scene& scene) {
   return std::any_of(scene.bindings.begin(), scene.bindings.end(), [](const scene::GeometryBinding& b) {
     const auto even = b.alpha ? b.alpha->constant() : std::optional(1.0f);
@@ -67,10 +69,12 @@ shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V
 }
 
 void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {
-  for (const uint32_t light : scene_.infinite_lights) L.add(p, scene_.lights[light]->environment_at(o, d, 0), group_[light]);
+  for (const uint32_t light : scene_.infinite_lights)
+    L.add(p, scene_.lights[light]->environment_at(o, d, 0), group_[light]);
 }
 
-void DirectLight::add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, LightSums& L, int p) const {
+void DirectLight::add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d,
+                               LightSums& L, int p) const {
   const uint32_t light = scene_.emitter_index(hits.geometry[i], hits.primitive[i]);
   if (light != no_id) L.add(p, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), group_[light]);
 }
@@ -100,7 +104,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Li
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays, diffuse_depth) : std::clamp(b.origins[k], 1, rays);
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays, diffuse_depth)
+                                                                         : std::clamp(b.origins[k], 1, rays);
       add(k, light, n);
     }
   }
@@ -108,7 +113,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Li
 }
 
 // The shadow ray of a job towards what was drawn for it. False if it could not bring anything.
-bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from, LightWorkspace& w) const {
+bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from,
+                                 LightWorkspace& w) const {
   const int k = w.job_point[job];
   const shading::LightSampler::Selection& chosen = w.chosen[job];
   const shading::LightSample& light = *w.drawn_for[job];
@@ -146,7 +152,8 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   const ShadowRay ray(from.P, light, origin);
   if (!(ray.distance > 0)) return false;
   const int s = w.shadow_count++;
-  w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k], b.spread[k]);
+  w.shadow.set(s, origin, ray.d, ray.distance, from.time, trace::ray_key(w.seed[job], w.index[job]), b.width[k],
+               b.spread[k]);
   w.shadow_medium[s] = scene_.bindings[b.geometry[k]].medium_beyond(light.wi, from.Ng, b.medium_of(k, from));
   w.shadow_normal[s] = from.Ng;
   w.shadow_point[s] = k;
@@ -181,7 +188,8 @@ void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, 
     shading::LightSample* const drawn = w.drawn + w.drawn_count;
     w.drawn_count += int(end - begin);
     const uint32_t found = light < 0 ? 0 : scene_.lights[size_t(light)]->sample_all(to, {u, end - begin}, drawn);
-    for (size_t i = begin; i < end; ++i) w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
+    for (size_t i = begin; i < end; ++i)
+      w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
   }
 }
 
@@ -198,7 +206,8 @@ void DirectLight::draw_lights(const PointBatch& b, int begin, int end, LightWork
   }
   const auto origin = [&](int job) { return b.origin_index(k, int(w.index[job])); };
   // Those towards one light stay together.
-  std::sort(all.begin(), all.end(), [&](int i, int j) { return origin(i) != origin(j) ? origin(i) < origin(j) : i < j; });
+  std::sort(all.begin(), all.end(),
+            [&](int i, int j) { return origin(i) != origin(j) ? origin(i) < origin(j) : i < j; });
   for (size_t i = 0, next = 0; i < all.size(); i = next) {
     while (next < all.size() && origin(all[next]) == origin(all[i])) ++next;
     draw_from_one_place(b, all.subspan(i, next - i), w);
@@ -274,7 +283,8 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
     };
     if (r.hits.geometry[i] == no_id) {
       if (r.distance[i] < infinity) continue;  // it scattered in a medium
-      for (const uint32_t light : scene_.infinite_lights) add(light, scene_.lights[light]->environment_at(r.rays.origin(i), d, 0), {});
+      for (const uint32_t light : scene_.infinite_lights)
+        add(light, scene_.lights[light]->environment_at(r.rays.origin(i), d, 0), {});
       continue;
     }
     const uint32_t light = scene_.emitter_index(r.hits.geometry[i], r.hits.primitive[i]);
@@ -310,7 +320,8 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
       const ShadowRay ray(to.p, light, P);
       if (L.is_black() || !L.is_finite() || !(ray.distance > 0)) continue;
       const int s = w.shadow_count++;
-      w.shadow.set(s, P, ray.d, ray.distance, b.time[k], trace::ray_key(w.seed[k], w.index[k]), b.width[k], b.spread[k]);
+      w.shadow.set(s, P, ray.d, ray.distance, b.time[k], trace::ray_key(w.seed[k], w.index[k]), b.width[k],
+                   b.spread[k]);
       w.shadow_medium[s] = b.medium[k];
       w.shadow_normal[s] = V3f(0, 0, 0);
       w.shadow_point[s] = k;
@@ -319,7 +330,8 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
     }
     trace(w);
     for (int s = 0; s < w.shadow_count; ++s)
-      if (!w.visible[s].is_black()) b.Ci.add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
+      if (!w.visible[s].is_black())
+        b.Ci.add(w.shadow_point[s], w.shadow_light[s] * w.visible[s], group_[size_t(w.shadow_source[s])]);
   }
 }
 

@@ -6,9 +6,9 @@
 
 namespace dapple::light {
 
-/// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each light gets its own
-/// stratified shadow rays, a sky up to `sky_times` as many, since rooms see little of it, through windows; where there are more than
-/// `lights_apart`, that many times the rays of one choose lights by importance.
+/// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each
+/// light gets its own stratified shadow rays, a sky up to `sky_times` as many, since rooms see little of it, through
+/// windows; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
 class DirectLight {
  public:
   static constexpr int lights_apart = 6, sky_times = 4, sky_rays = 16;
@@ -16,23 +16,26 @@ class DirectLight {
   /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays);
 
-  /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a sun may be painted.
+  /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a
+  /// sun may be painted.
   bool throws_edges() const { return throws_edges_; }
   /// Some light has no size: what metal and coats mirror of it is narrow.
   bool glints() const { return glints_; }
 
-  /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind, where the Bsdf is purely
-  /// diffuse, and what is scattered to the viewer, b.specular, where it is not: there w.counts[k] rays by the Bsdf look for lights besides,
-  /// and the two share by the power heuristic (Veach 1997).
+  /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind,
+  /// where the Bsdf is purely diffuse, and what is scattered to the viewer, b.specular, where it is not: there
+  /// w.counts[k] rays by the Bsdf look for lights besides, and the two share by the power heuristic (Veach 1997).
   void light(integrate::PointBatch& b, int diffuse_depth, const bool* wanted, LightWorkspace& w) const;
   /// The other part: sets L of rays by Bsdfs that were traced, of density pdf, to what shines where they ended.
   void add_lights_hit(const integrate::PointBatch& b, integrate::RaySet& r, int diffuse_depth) const;
   /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
   void light_media(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
 
-  /// Add to L[p] the radiance that arrives at o along direction -d from lights at infinity, and from an emitter that was hit.
+  /// Add to L[p] the radiance that arrives at o along direction -d from lights at infinity, and from an emitter that
+  /// was hit.
   void add_environment(const V3f& o, const V3f& d, integrate::LightSums& L, int p) const;
-  void add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d, integrate::LightSums& L, int p) const;
+  void add_emission(const trace::HitBatch& hits, int i, const geom::SurfacePoint& s, const V3f& d,
+                    integrate::LightSums& L, int p) const;
 
  private:
   /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share.
@@ -41,11 +44,13 @@ class DirectLight {
   }
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
-  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays, int diffuse_depth) const;
+  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays,
+                int diffuse_depth) const;
   void draw(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
   void draw_lights(const integrate::PointBatch& b, int begin, int end, LightWorkspace& w) const;
   void draw_from_one_place(const integrate::PointBatch& b, std::span<int> jobs, LightWorkspace& w) const;
-  bool add_shadow_ray(const integrate::PointBatch& b, int diffuse_depth, int job, const integrate::RayOrigin& from, LightWorkspace& w) const;
+  bool add_shadow_ray(const integrate::PointBatch& b, int diffuse_depth, int job, const integrate::RayOrigin& from,
+                      LightWorkspace& w) const;
   void add_shadow_rays(integrate::PointBatch& b, int diffuse_depth, int first, int last, LightWorkspace& w) const;
   void trace(LightWorkspace& w) const;
 

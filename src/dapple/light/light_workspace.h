@@ -7,7 +7,8 @@
 
 namespace dapple::light {
 
-/// Scratch of a thread for light that comes straight from its sources (DirectLight), which does not outlive a step, and what it counts.
+/// Scratch of a thread for light that comes straight from its sources (DirectLight), which does not outlive a step, and
+/// what it counts.
 struct LightWorkspace {
   static constexpr int capacity = integrate::RaySet::capacity;
 
@@ -36,7 +37,7 @@ struct LightWorkspace {
   int shadow_point[capacity];
   uint8_t shadow_target[capacity];
   RGB shadow_light[capacity], visible[capacity];
-  int shadow_source[capacity];  ///< light
+  int shadow_source[capacity];   ///< light
   float shadow_glint[capacity];  ///< PointBatch::glint, unoccluded
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media

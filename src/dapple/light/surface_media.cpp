@@ -9,9 +9,9 @@
 
 namespace dapple::light {
 
+using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RayOrigin;
-using integrate::offset_origin;
 using trace::no_id;
 
 namespace {
@@ -55,7 +55,8 @@ bool SurfaceMedia::may_meet(const V3f& o, const V3f& d) const {
   if (!bounds_) return true;
   float from = 0, to = infinity;
   for (int k = 0; k < 3; ++k) {
-    const float inverse = 1 / d[k];  // infinite where the ray runs along the slab: from outside both ends are on one side
+    const float inverse =
+        1 / d[k];  // infinite where the ray runs along the slab: from outside both ends are on one side
     float near = (bounds_->min[k] - o[k]) * inverse, far = (bounds_->max[k] - o[k]) * inverse;
     if (near > far) std::swap(near, far);
     from = std::max(from, near), to = std::min(to, far);

@@ -7,12 +7,14 @@
 
 namespace dapple::light {
 
-/// The medium that lies on a side of a surface that does not say it itself. Paths carry their medium along; shading points have none to
-/// carry, since they serve all rays that meet them. A ray that leaves the point goes through all surfaces until one that separates media
-/// says what is on the side that is met; where none is, the medium is the one far away, in which rays from the camera end.
+/// The medium that lies on a side of a surface that does not say it itself. Paths carry their medium along; shading
+/// points have none to carry, since they serve all rays that meet them. A ray that leaves the point goes through all
+/// surfaces until one that separates media says what is on the side that is met; where none is, the medium is the one
+/// far away, in which rays from the camera end.
 ///
-/// A scene may contradict itself: what one surface says lies in front of it is not what the next one says. What is seen then depends on the
-/// way that light took, and the medium in which rays arrive is part of the names of tiles (GridId::medium).
+/// A scene may contradict itself: what one surface says lies in front of it is not what the next one says. What is seen
+/// then depends on the way that light took, and the medium in which rays arrive is part of the names of tiles
+/// (GridId::medium).
 class SurfaceMedia {
  public:
   static constexpr int32_t unknown = -2;
@@ -61,7 +63,8 @@ class SurfaceMedia {
   const scene::Scene& scene_;
   bool vary_ = false, by_ray_ = false;
   int32_t far_away_;
-  std::optional<Box3f> bounds_;  ///< of all that separates media, where that is at rest and stands once: rays that miss it need not be traced
+  std::optional<Box3f> bounds_;  ///< of all that separates media, where that is at rest and stands once: rays that miss
+                                 ///< it need not be traced
 };
 
 }  // namespace dapple::light

@@ -9,12 +9,12 @@
 namespace dapple::path {
 
 using integrate::CameraBatch;
+using integrate::describe;
 using integrate::Integrator;
 using integrate::MaterialTable;
+using integrate::offset_origin;
 using integrate::RayTracer;
 using integrate::TileWork;
-using integrate::describe;
-using integrate::offset_origin;
 using trace::no_id;
 
 namespace {
@@ -31,7 +31,7 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
     int owner[capacity];  ///< camera sample, or visible point
     uint32_t geometry[capacity];
     geom::SurfacePoint surface[capacity];
-    V3f d[capacity];  ///< of the ray that arrived
+    V3f d[capacity];       ///< of the ray that arrived
     RGB passed[capacity];  ///< of the light on its way
     float width[capacity];
     shading::Bsdf bsdf[capacity];
@@ -52,13 +52,19 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   int ray_count = 0;
 
   void prelight(const MaterialTable& materials, Points& points, float time_of(const OcclusionWorkspace&, int)) {
-    materials.prelight(points.count, points.geometry, points.surface, [&](int k, shading::ShadingPoints* out, int lane) {
-      scene::Scene::set_point(points.surface[k], points.d[k], points.width[k], time_of(*this, points.owner[k]), 0, out, lane);
-    }, points.bsdf, prelighting, &stages);
+    materials.prelight(
+        points.count, points.geometry, points.surface,
+        [&](int k, shading::ShadingPoints* out, int lane) {
+          scene::Scene::set_point(points.surface[k], points.d[k], points.width[k], time_of(*this, points.owner[k]), 0,
+                                  out, lane);
+        },
+        points.bsdf, prelighting, &stages);
   }
 };
 
-std::unique_ptr<Integrator::Workspace> AmbientOcclusion::make_workspace() const { return std::make_unique<OcclusionWorkspace>(); }
+std::unique_ptr<Integrator::Workspace> AmbientOcclusion::make_workspace() const {
+  return std::make_unique<OcclusionWorkspace>();
+}
 
 void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<OcclusionWorkspace&>(workspace);
@@ -135,8 +141,8 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
     const float height = dot(d, Ng);
     if (height * dot(Ng, w.seen.d[k]) > 0) d -= Ng * (2 * height);
     const uint32_t key = w.sobol_seed[i] ^ sobol::mix32(w.sobol_index[i]);
-    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance, w.camera.ray[w.seen.owner[k]].ray.time, key,
-                w.seen.width[k], spread);
+    w.batch.set(i, offset_origin(w.seen.surface[k], d), d, settings_.max_distance,
+                w.camera.ray[w.seen.owner[k]].ray.time, key, w.seen.width[k], spread);
     w.medium[i] = scene::vacuum;
   }
   w.rays.diffuse += uint64_t(w.ray_count);
@@ -163,7 +169,8 @@ void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
     met.passed[m] = w.passed[i];
     met.width[m] = w.seen.width[k] + w.distance[i] * spread;
   }
-  w.prelight(materials_, met, [](const OcclusionWorkspace& ws, int k) { return ws.camera.ray[ws.seen.owner[k]].ray.time; });
+  w.prelight(materials_, met,
+             [](const OcclusionWorkspace& ws, int k) { return ws.camera.ray[ws.seen.owner[k]].ray.time; });
   for (int m = 0; m < met.count; ++m) w.open[met.owner[m]] += met.passed[m] * met.bsdf[m].albedo() * 0.5f;
   w.ray_count = 0;
 }

@@ -7,13 +7,14 @@
 
 namespace dapple::path {
 
-/// Ambient occlusion: the cosine-weighted share of the hemisphere over a visible point in which rays meet nothing within a distance
-/// (Zhukov et al. 1998; Landis 2002). White where nothing is near; bump, normal maps and cut-outs count. With colour bleeding, the
-/// point's own reflectance tints it, and what rays meet shows its reflectance as if lit by half the sky.
+/// Ambient occlusion: the cosine-weighted share of the hemisphere over a visible point in which rays meet nothing
+/// within a distance (Zhukov et al. 1998; Landis 2002). White where nothing is near; bump, normal maps and cut-outs
+/// count. With colour bleeding, the point's own reflectance tints it, and what rays meet shows its reflectance as if
+/// lit by half the sky.
 class AmbientOcclusion final : public integrate::Integrator {
  public:
   struct Settings {
-    int rays = 4;  ///< a camera sample
+    int rays = 4;                   ///< a camera sample
     float max_distance = infinity;  ///< m
     bool color_bleeding = false;
     uint64_t seed = 0;

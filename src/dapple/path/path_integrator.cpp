@@ -18,13 +18,11 @@ namespace dapple::path {
 
 using integrate::CacheState;
 using integrate::CameraBatch;
+using integrate::describe;
 using integrate::Integrator;
+using integrate::offset_origin;
 using integrate::ShadowRay;
 using integrate::TileWork;
-using integrate::describe;
-using integrate::offset_origin;
-using vegetation::CanopyTransport;
-using vegetation::mask_cache;
 using scene::Features;
 using scene::Film;
 using shading::Bsdf;
@@ -32,6 +30,8 @@ using shading::BsdfKind;
 using shading::BsdfSample;
 using shading::Lobe;
 using trace::no_id;
+using vegetation::CanopyTransport;
+using vegetation::mask_cache;
 
 namespace {
 
@@ -42,10 +42,12 @@ static_assert(step_dimensions == PathWorkspace::dimensions);
 // Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
 constexpr int max_passes = 4096;
 
-// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light and texture together.
+// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light
+// and texture together.
 constexpr float diffuse_spread = 0.05f;
 
-// Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse ray brings.
+// Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse
+// ray brings.
 constexpr float lit_share = 0.25f;
 // Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
 constexpr float delta_cosine = 0.98f;
@@ -234,8 +236,8 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
   if (Le.is_black()) return;
   float weight = 1;
   if (w.bsdf_pdf[p] > 0) {
-    const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
-                      light.pdf(w.receiver[p], d, s.P, s.Ng);
+    const float pdf =
+        scene_.light_sampler->probability(w.receiver[p], int(index)) * light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
   w.add_light(p, index, w.beta[p] * Le * weight);
@@ -246,10 +248,13 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k)
     if (!w.last[w.point_path[k]] || gathers() || materials_.lets_through(w.point_geometry[k])) w.move_point(kept++, k);
   w.point_count = w.surface_count = kept;
-  materials_.prelight(kept, w.point_geometry, w.surface, [&w](int k, shading::ShadingPoints* points, int lane) {
-    const int p = w.point_path[k];
-    scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
-  }, w.bsdf, w.prelighting, &w.stages);
+  materials_.prelight(
+      kept, w.point_geometry, w.surface,
+      [&w](int k, shading::ShadingPoints* points, int lane) {
+        const int p = w.point_path[k];
+        scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
+      },
+      w.bsdf, w.prelighting, &w.stages);
   if (w.wants_features) describe_first_surfaces(w);
 }
 
@@ -268,8 +273,8 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
   w.push_ray(p, offset_origin(w.surface[k], w.wi[k]), w.wi[k], w.next_key(p));
 }
 
-// Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its last scattering: shadow rays
-// have gone the same way. False if it is scattered here.
+// Straight through a clear sheet, as if it were not there, so that the path keeps the density and the receiver of its
+// last scattering: shadow rays have gone the same way. False if it is scattered here.
 bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
   if (!materials_.is_sheet(w.point_geometry[k])) return false;
   const float through = shading::straight_transmittance(w.bsdf[k], -w.wi[k]);
@@ -304,7 +309,8 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
   const ShadowRay ray(receiver.p, light, origin);
   const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
-  if (ray.distance > 0) w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
+  if (ray.distance > 0)
+    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -314,11 +320,14 @@ void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
-  connect(k, receiver_at(k, true, w), &w.surface[k], [&](const V3f& wi, float* pdf) {
-    const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
-    if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
-    return f * std::abs(dot(wi, bsdf.frame.n));
-  }, w);
+  connect(
+      k, receiver_at(k, true, w), &w.surface[k],
+      [&](const V3f& wi, float* pdf) {
+        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
+        if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
+        return f * std::abs(dot(wi, bsdf.frame.n));
+      },
+      w);
 }
 
 // Light that the canopy's leaves scattered, at a diffuse surface; what has other lobes besides counts by its albedo.
@@ -328,8 +337,9 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const CanopyTransport::Sides E =
       settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
-  w.add_light(p, no_id, w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
-                                                       : bsdf.albedo() * E.front * inv_pi));
+  w.add_light(p, no_id,
+              w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
+                                             : bsdf.albedo() * E.front * inv_pi));
 }
 
 // Where a path ends: the canopy's light, and at some of these points that of one light.
@@ -355,7 +365,8 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const V3f wo = -w.wi[k];
   const shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   if (scene_.light_sampler)
-    connect(k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
+    connect(
+        k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
   const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
   if (!end_or_go_on(k, Lobe::glossy, w)) return;
@@ -402,14 +413,15 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
-  // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in which the path came.
+  // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in
+  // which the path came.
   w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
   w.push_ray(p, offset_origin(w.surface[k], sample.wi), sample.wi, w.next_key(p));
   ++(diffuse ? w.rays.diffuse : w.rays.specular);
 }
 
-// Into a subsurface body, out of it, or back from its boundary on either side. The way through counts as one diffuse scattering; where
-// nothing scattered it, as a specular one.
+// Into a subsurface body, out of it, or back from its boundary on either side. The way through counts as one diffuse
+// scattering; where nothing scattered it, as a specular one.
 void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const geom::SurfacePoint& s = w.surface[k];
@@ -433,8 +445,8 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
   w.push_ray(p, offset_origin(s, sample.wi), sample.wi, w.next_key(p));
 }
 
-// Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few degrees, so such a light is
-// taken to be as wide as that.
+// Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few
+// degrees, so such a light is taken to be as wide as that.
 void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
   if (!scene_.light_sampler) return;
   const int p = w.point_path[k];
@@ -442,7 +454,8 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
   shading::LightSample light;
   if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
-      !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) || dot(wi, light.wi) < delta_cosine)
+      !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) ||
+      dot(wi, light.wi) < delta_cosine)
     return;
   const RGB L = w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - delta_cosine)));
   if (L.is_black() || !L.is_finite()) return;
@@ -454,12 +467,14 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  const int masked =
+      rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
   w.stages += std::exchange(w.shadow_scratch.stages, {});
   w.rays.mask += uint64_t(masked);
   w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)
-    if (!w.shadow_light[i].is_black()) w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i]);
+    if (!w.shadow_light[i].is_black())
+      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i]);
 }
 
 }  // namespace dapple::path

@@ -12,16 +12,16 @@ namespace dapple::path {
 
 struct PathWorkspace;
 
-/// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all cached and
-/// approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each step traces
-/// all their rays, then shades all their hits, then traces all their shadow rays.
+/// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all
+/// cached and approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each
+/// step traces all their rays, then shades all their hits, then traces all their shadow rays.
 class PathIntegrator final : public integrate::Integrator {
  public:
   struct Settings {
-    int diffuse_bounces = 4;      ///< diffuse scatterings of indirect light (shading/lobes.h); 0 = direct light only
-    int specular_depth = 16;      ///< glossy and delta scatterings
+    int diffuse_bounces = 4;        ///< diffuse scatterings of indirect light (shading/lobes.h); 0 = direct light only
+    int specular_depth = 16;        ///< glossy and delta scatterings
     int max_scatterings = 1 << 20;  ///< of any kind: pbrt's maxdepth - 1 where the scene asks for it
-    int roulette_depth = 3;       ///< scatterings before Russian roulette may end a path
+    int roulette_depth = 3;         ///< scatterings before Russian roulette may end a path
     uint64_t seed = 0;
     float texture_footprint = 1;  ///< scale of texture footprints, 1 = a pixel
     /// Answers for light of more than `diffuse_bounces`: at the last of these scatterings, or, if it gathers, at what
@@ -29,7 +29,8 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const vegetation::CanopyTransport> canopy;
     bool canopy_gather = true;
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
-    std::shared_ptr<const forest::GroundVisibility> far_ground;  ///< asked before `masks`, for which it answers too; null: none
+    std::shared_ptr<const forest::GroundVisibility>
+        far_ground;  ///< asked before `masks`, for which it answers too; null: none
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);

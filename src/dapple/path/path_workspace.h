@@ -15,7 +15,8 @@
 
 namespace dapple::path {
 
-/// State of the paths of one block of pixels, and scratch for their steps. About 0.4 MB; nothing is allocated while paths are traced.
+/// State of the paths of one block of pixels, and scratch for their steps. About 0.4 MB; nothing is allocated while
+/// paths are traced.
 struct PathWorkspace final : integrate::Integrator::Workspace {
   static constexpr int capacity = trace::RayBatch::capacity;
 
@@ -76,7 +77,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   uint32_t shadow_source[capacity];  ///< light
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
-  RGB shadow_light[capacity];  ///< fraction that arrives
+  RGB shadow_light[capacity];   ///< fraction that arrives
   integrate::RayTracer::Scratch shadow_scratch;
 
   // Random numbers of a step, by dimension and point.
@@ -92,7 +93,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   /// Adds what path p brings of a light; trace::no_id: of none, media say.
   void add_light(int p, uint32_t light, const RGB& brought) {
     L[p] += brought;
-    if (group_count > 0) group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
+    if (group_count > 0)
+      group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
   }
   std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
 
@@ -113,7 +115,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   uint32_t next_key(int p) { return trace::ray_key(camera.seed[p], camera.index[p] * 64 + ++ray_number[p]); }
   /// A key for stochastic evaluations at the path's current vertex; likewise.
   uint64_t vertex_key(int p, uint64_t purpose) const {
-    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) + 0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
+    return (uint64_t(camera.seed[p]) << 32 | camera.index[p]) +
+           0x9e3779b97f4a7c15ull * (uint64_t(ray_number[p]) * 4 + purpose);
   }
   void push_ray(int p, const V3f& o, const V3f& d, uint32_t key) {
     next->batch.set(next->count, o, d, infinity, time[p], key, cone_width[p], cone_spread[p]);
@@ -123,7 +126,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     std::swap(now, next);
     next->count = 0;
   }
-  void push_shadow(int p, uint32_t light, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution, int32_t in_medium) {
+  void push_shadow(int p, uint32_t light, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution,
+                   int32_t in_medium) {
     shadow_source[shadow_count] = light;
     shadow_medium[shadow_count] = in_medium;
     shadow_normal[shadow_count] = Ng;

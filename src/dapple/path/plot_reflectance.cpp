@@ -39,11 +39,16 @@ std::array<double, 3> irradiance_of_lights(const scene::Scene& scene) {
 }  // namespace
 
 PlotReflectance::PlotReflectance(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), paths_(scene, path_settings(settings.seed)), irradiance_(irradiance_of_lights(scene)) {
-  if (settings.replicates < 2 || settings.samples < 1) throw std::invalid_argument("fewer than 2 replicates or 1 sample");
+    : scene_(scene),
+      settings_(settings),
+      paths_(scene, path_settings(settings.seed)),
+      irradiance_(irradiance_of_lights(scene)) {
+  if (settings.replicates < 2 || settings.samples < 1)
+    throw std::invalid_argument("fewer than 2 replicates or 1 sample");
 }
 
-std::array<double, 3> PlotReflectance::replicate_mean(const V3f& view, uint64_t key, Integrator::Workspace& workspace) const {
+std::array<double, 3> PlotReflectance::replicate_mean(const V3f& view, uint64_t key,
+                                                      Integrator::Workspace& workspace) const {
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.wants_features = false;
   const V2f size = settings_.plot.max - settings_.plot.min;

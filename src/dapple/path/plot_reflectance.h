@@ -7,19 +7,19 @@
 
 namespace dapple::path {
 
-/// What a scene reflects as a whole, by path tracing: the radiance that leaves a level rectangle upwards, averaged over it, and the
-/// bidirectional reflectance factor, pi times that over the irradiance above the scene (Schaepman-Strub et al. 2006; the
-/// quantity of the RAMI intercomparison). z is up, metres.
+/// What a scene reflects as a whole, by path tracing: the radiance that leaves a level rectangle upwards, averaged over
+/// it, and the bidirectional reflectance factor, pi times that over the irradiance above the scene (Schaepman-Strub et
+/// al. 2006; the quantity of the RAMI intercomparison). z is up, metres.
 ///
-/// A view's estimate is the mean of `replicates` independent ones, each from a scrambled Sobol' sequence over the plot and
-/// over all choices of the paths; their spread is its standard error. The same bits for any number of threads.
+/// A view's estimate is the mean of `replicates` independent ones, each from a scrambled Sobol' sequence over the plot
+/// and over all choices of the paths; their spread is its standard error. The same bits for any number of threads.
 class PlotReflectance {
  public:
   struct Settings {
-    Box2f plot;           ///< x and y, world
-    float height_m = 0;   ///< of the plot: what is above it casts shadows but is not seen
+    Box2f plot;               ///< x and y, world
+    float height_m = 0;       ///< of the plot: what is above it casts shadows but is not seen
     uint32_t samples = 4096;  ///< paths a view and replicate; powers of two are best
-    int replicates = 16;  ///< at least 2
+    int replicates = 16;      ///< at least 2
     uint64_t seed = 0;
   };
   struct Estimate {
@@ -36,7 +36,8 @@ class PlotReflectance {
   uint64_t rays() const { return rays_; }  ///< traced by measure() so far
 
  private:
-  std::array<double, 3> replicate_mean(const V3f& view, uint64_t key, integrate::Integrator::Workspace& workspace) const;
+  std::array<double, 3> replicate_mean(const V3f& view, uint64_t key,
+                                       integrate::Integrator::Workspace& workspace) const;
 
   const scene::Scene& scene_;
   const Settings settings_;

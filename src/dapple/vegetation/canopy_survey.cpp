@@ -51,14 +51,16 @@ struct Inventory {
     if (p.instance == no_id) return box;
     Box3f world;
     for (int c = 0; c < 8; ++c)
-      world.extendBy(traced.instance_point(p.instance, V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z)));
+      world.extendBy(traced.instance_point(p.instance, V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y,
+                                                           c & 4 ? box.max.z : box.min.z)));
     return world;
   }
 };
 
 bool spans(const Box3f& box, const Box2f& plot) {
   for (int k = 0; k < 2; ++k)
-    if (std::min(box.max[k], plot.max[k]) - std::max(box.min[k], plot.min[k]) < 0.9f * (plot.max[k] - plot.min[k])) return false;
+    if (std::min(box.max[k], plot.max[k]) - std::max(box.min[k], plot.min[k]) < 0.9f * (plot.max[k] - plot.min[k]))
+      return false;
   return true;
 }
 
@@ -133,7 +135,8 @@ Kinds sort_into_kinds(const Inventory& all, const std::vector<uint8_t>& is_groun
 }
 
 /// Adds the areas of all kinds. Returns their optics times area, by kind.
-std::vector<SurfaceOptics> add_areas(const Inventory& all, const std::vector<int>& kind_of_geometry, CanopySurvey* survey) {
+std::vector<SurfaceOptics> add_areas(const Inventory& all, const std::vector<int>& kind_of_geometry,
+                                     CanopySurvey* survey) {
   const forest::LeafSurvey::Frame& frame = survey->areas.frame();
   std::vector<SurfaceOptics> sums(survey->kinds.size(), {.opaque = 0});
   for (size_t first = 0; first < all.placed.size(); first += instances_at_once) {
@@ -197,7 +200,8 @@ Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOpti
   return extent;
 }
 
-CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics, const CanopySurveyOptions& options) {
+CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                           const CanopySurveyOptions& options) {
   const Inventory all(scene, optics);
   std::vector<uint8_t> is_ground = find_ground(all, options);
   const Ground ground = mean_ground(all, is_ground);
@@ -211,8 +215,8 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceO
   frame.inclinations = options.inclinations;
   frame.kinds = int(sorted.kinds.size());
   for (int s = 0; s <= options.slabs; ++s) frame.edges_m.push_back(ground_z + height * s / options.slabs);
-  CanopySurvey survey{std::move(sorted.kinds), forest::LeafSurvey(frame), has_ground, ground_z, ground_z + height, ground.reflectance, sorted.left_out,
-                      std::move(is_ground)};
+  CanopySurvey survey{std::move(sorted.kinds), forest::LeafSurvey(frame), has_ground,      ground_z,
+                      ground_z + height,       ground.reflectance,        sorted.left_out, std::move(is_ground)};
   set_means(add_areas(all, sorted.of_geometry, &survey), &survey.kinds);
   return survey;
 }
@@ -243,7 +247,8 @@ double gap_fraction(const scene::Scene& scene, const Box2f& plot, double mu, dou
       const V2f at = sample_2d(seed, index, 0);
       const float phi = 2 * pi * sample_1d(seed, index, 1);
       rays.set(i, V3f(lerp(at.x, plot.min.x, plot.max.x), lerp(at.y, plot.min.y, plot.max.y), float(top)),
-               V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, scene::PatchTable::dicing_time, index);
+               V3f(sine * std::cos(phi), sine * std::sin(phi), -float(mu)), length, scene::PatchTable::dicing_time,
+               index);
     }
     scene.traced.transmitted(rays, n, share);
     for (int i = 0; i < n; ++i) passed[b] += double(share[i].average());

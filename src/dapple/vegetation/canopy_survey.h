@@ -11,17 +11,18 @@
 
 namespace dapple::vegetation {
 
-/// Leaf statistics of a scene's plot, from the surfaces that rays would meet, instances included, and the means of their materials.
-/// z is up, metres.
+/// Leaf statistics of a scene's plot, from the surfaces that rays would meet, instances included, and the means of
+/// their materials. z is up, metres.
 struct CanopySurvey {
-  /// A material where it stands in the canopy. Surfaces of a material that transmits are leaves with two sides; opaque ones, but
-  /// for disks, are taken as closed (bark), and half of their area counts: so much they would have if they were leaves.
+  /// A material where it stands in the canopy. Surfaces of a material that transmits are leaves with two sides; opaque
+  /// ones, but for disks, are taken as closed (bark), and half of their area counts: so much they would have if they
+  /// were leaves.
   struct Kind {
-    int32_t material = 0;  ///< of the scene
-    bool flat = true;      ///< all of the area counts
+    int32_t material = 0;                                  ///< of the scene
+    bool flat = true;                                      ///< all of the area counts
     std::array<double, 3> reflectance{}, transmittance{};  ///< means over the area, by channel
-    double opaque = 1;     ///< part of the area that is not cut out (counted already)
-    double area_m2 = 0;    ///< that counts, in the plot
+    double opaque = 1;                                     ///< part of the area that is not cut out (counted already)
+    double area_m2 = 0;                                    ///< that counts, in the plot
   };
   std::vector<Kind> kinds;
   forest::LeafSurvey areas;
@@ -35,7 +36,8 @@ struct CanopySurvey {
 struct CanopySurveyOptions {
   Box2f plot;
   int slabs = 10, inclinations = 18;
-  std::vector<int32_t> ground_materials;  ///< empty: opaque shapes that span nine tenths of the plot along x and y are the ground
+  std::vector<int32_t>
+      ground_materials;  ///< empty: opaque shapes that span nine tenths of the plot along x and y are the ground
 };
 
 /// mean_optics() of all geometries of a scene, which the functions below are given.
@@ -44,13 +46,15 @@ std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene);
 /// x and y of what transmits light, such as leaves; empty where nothing does.
 Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics);
 
-/// Surfaces of ground materials are no canopy; heights in `areas` are above the mean of the ground, or the lowest point where there is
-/// none. std::invalid_argument if nothing is above it.
-CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics, const CanopySurveyOptions& options);
+/// Surfaces of ground materials are no canopy; heights in `areas` are above the mean of the ground, or the lowest point
+/// where there is none. std::invalid_argument if nothing is above it.
+CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                           const CanopySurveyOptions& options);
 
-/// Gaps and clumping (Nilson 1971): P(mu) is the fraction of parallel rays of downward cosine mu that cross from `top_z` over the plot
-/// to `ground_z` at the middle of the shutter; Omega(mu) = -mu ln P / sum G L of `areas`, with G of the measured inclinations. `index` is
-/// the ratio of both sides, each summed over the cosines, which are midpoints of [0.2, 1].
+/// Gaps and clumping (Nilson 1971): P(mu) is the fraction of parallel rays of downward cosine mu that cross from
+/// `top_z` over the plot to `ground_z` at the middle of the shutter; Omega(mu) = -mu ln P / sum G L of `areas`, with G
+/// of the measured inclinations. `index` is the ratio of both sides, each summed over the cosines, which are midpoints
+/// of [0.2, 1].
 struct Clumping {
   std::vector<double> mu, gap_fraction, omega;
   double index = 1;

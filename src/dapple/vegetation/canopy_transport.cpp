@@ -14,11 +14,11 @@
 
 namespace dapple::vegetation {
 
-using integrate::irradiance_above;
 using forest::Canopy;
 using forest::CanopySolver;
 using forest::Field;
 using forest::IrradianceTable;
+using integrate::irradiance_above;
 using From = CanopySolver::From;
 
 namespace {
@@ -192,7 +192,8 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   const Box2f plot = settings.plot ? *settings.plot : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
-  const CanopySurvey survey = survey_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
+  const CanopySurvey survey =
+      survey_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
   is_ground_ = survey.is_ground;
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);
   const Canopy canopy = canopy_of(survey, clumping_);

@@ -22,9 +22,9 @@ using V2d = Imath::V2d;
 constexpr int most_pixels = 4096, usual_pixels = 3072;  // of a plot, a side
 constexpr int coarsest = 16;                            // pixels of a cell of the sky's sheet a side
 constexpr int scout_cells = 512;                        // to find where anything stands
-constexpr float beam_margin = 1e-3f;              // radians
-constexpr double least_rise = 0.1;                // of a sun's direction
-constexpr float widest_sun = 0.1f;                // radians, radius
+constexpr float beam_margin = 1e-3f;                    // radians
+constexpr double least_rise = 0.1;                      // of a sun's direction
+constexpr float widest_sun = 0.1f;                      // radians, radius
 constexpr int sky_rows = 64;
 constexpr double sky_cell = 1.0 / 32;  // pixels of the sky's sheet, of its height
 
@@ -48,14 +48,16 @@ struct Plot {
       const double middle = whole ? 0.5 * (from + to) : std::clamp(double(eye[axis]), from + half, to - half);
       *pixels = whole ? std::max(int(std::ceil((to - from) / (pitch * coarsest))), 1) * coarsest : most_pixels;
       area.min[axis] = float(middle - 0.5 * *pixels * pitch), area.max[axis] = float(middle + 0.5 * *pixels * pitch);
-      cut[2 * axis] = from < double(area.min[axis]) - pitch, cut[2 * axis + 1] = to > double(area.max[axis]) + pitch;
+      cut[2 * axis] = from<double(area.min[axis]) - pitch, cut[2 * axis + 1] = to> double(area.max[axis]) + pitch;
     };
     along(0, &width);
     along(1, &height);
   }
 
   V2d centre() const { return (V2d(area.min) + V2d(area.max)) * 0.5; }
-  V2d middle(int x, int y) const { return {double(area.min.x) + (x + 0.5) * pitch, double(area.max.y) - (y + 0.5) * pitch}; }
+  V2d middle(int x, int y) const {
+    return {double(area.min.x) + (x + 0.5) * pitch, double(area.max.y) - (y + 0.5) * pitch};
+  }
 };
 
 /// Calls visit(i, hit, t) for rays from points along d; NaN for z leaves one out.
@@ -138,7 +140,8 @@ Raster ground_heights(const scene::Scene& scene, const Plot& plot) {
   return h;
 }
 
-/// A sky of one colour becomes grey, which is a third of the work: shares of light are the same. Returns whether it is even, too.
+/// A sky of one colour becomes grey, which is a third of the work: shares of light are the same. Returns whether it is
+/// even, too.
 bool whiten(image::Image& sky) {
   const std::span<float> p = sky.pixels().first(sky.pixels().size() / 2);  // above the horizon
   RGB mean;
@@ -158,7 +161,11 @@ bool whiten(image::Image& sky) {
 class Survey {
  public:
   Survey(const scene::Scene& scene, const GroundSurveyOptions& options)
-      : scene_(scene), plot_(shaded_area(scene), scene.camera, options), beams_(narrow_beams(scene)), heights_(ground_heights(scene, plot_)), clearance_(plot_.pitch) {
+      : scene_(scene),
+        plot_(shaded_area(scene), scene.camera, options),
+        beams_(narrow_beams(scene)),
+        heights_(ground_heights(scene, plot_)),
+        clearance_(plot_.pitch) {
     light_.area = plot_.area;
     light_.tolerance = float(plot_.pitch);
     light_.eye = scene.camera.position();
@@ -166,7 +173,8 @@ class Survey {
   }
 
   forest::GroundLight make() {
-    for (const shading::NarrowBeam& b : beams_) light_.beams.push_back({b.to_light, std::cos(b.radius + beam_margin), share_of(b)});
+    for (const shading::NarrowBeam& b : beams_)
+      light_.beams.push_back({b.to_light, std::cos(b.radius + beam_margin), share_of(b)});
     add_sky();
     leave_out_borders();
     light_.height = std::move(heights_);
@@ -230,7 +238,8 @@ class Survey {
     SceneMaskView view = view_of(beam.to_light, *height);
     view.width += std::abs(sx), view.height += std::abs(sy);
     view.centre_x += 0.5 * sx * plot_.pitch, view.centre_y += 0.5 * sy * plot_.pitch;
-    const forest::SunDisc sun(std::acos(std::min(d.z, 1.0)), std::atan2(d.y, d.x), RGB(1), forest::LimbDarkening::none, std::max(double(beam.radius), 1e-5));
+    const forest::SunDisc sun(std::acos(std::min(d.z, 1.0)), std::atan2(d.y, d.x), RGB(1), forest::LimbDarkening::none,
+                              std::max(double(beam.radius), 1e-5));
     const Raster e = forest::sun_irradiance(mask_of_scene(scene_, view, false), *height, sun);
     const RGB open = sun.irradiance_horizontal();
     Raster share(plot_.width, plot_.height, e.channels);
@@ -253,21 +262,25 @@ class Survey {
       for (int x = 0; x < 2 * sky_rows; ++x) {
         RGB sum;
         for (int k = 0; k < samples * samples; ++k) {
-          const V3f w = image::latitude_longitude_direction({(float(x) + (float(k % samples) + 0.5f) / samples) / (2 * sky_rows),
-                                                             (float(y) + (float(k / samples) + 0.5f) / samples) / sky_rows});
+          const V3f w =
+              image::latitude_longitude_direction({(float(x) + (float(k % samples) + 0.5f) / samples) / (2 * sky_rows),
+                                                   (float(y) + (float(k / samples) + 0.5f) / samples) / sky_rows});
           if (in_beam(w)) continue;
-          for (const uint32_t l : scene_.infinite_lights) sum += scene_.lights[l]->environment_at(from, w, pi / (sky_rows * samples));
+          for (const uint32_t l : scene_.infinite_lights)
+            sum += scene_.lights[l]->environment_at(from, w, pi / (sky_rows * samples));
         }
         shines |= !sum.is_black();
         for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] = sum[c] / (samples * samples);
       }
     if (!shines) return std::nullopt;
     if (whiten(image)) return forest::SkyDome::uniform();
-    return forest::SkyDome::from_image(image::EnvironmentImage(image, image::EnvironmentMapping::latitude_longitude, {"sky of the scene", 0, 0}));
+    return forest::SkyDome::from_image(
+        image::EnvironmentImage(image, image::EnvironmentMapping::latitude_longitude, {"sky of the scene", 0, 0}));
   }
 
   bool in_beam(const V3f& w) const {
-    return std::any_of(beams_.begin(), beams_.end(), [&](const auto& b) { return dot(w, b.to_light) >= std::cos(b.radius + beam_margin); });
+    return std::any_of(beams_.begin(), beams_.end(),
+                       [&](const auto& b) { return dot(w, b.to_light) >= std::cos(b.radius + beam_margin); });
   }
 
   void add_sky() {
@@ -294,8 +307,8 @@ class Survey {
   /// Where the plot ends and more stands beyond.
   void leave_out_borders() {
     const int border = int(std::min(std::ceil(2 * tallest_ / plot_.pitch), double(most_pixels)));
-    const int left = plot_.cut[0] ? border : 0, right = plot_.width - (plot_.cut[1] ? border : 0), bottom = plot_.height - (plot_.cut[2] ? border : 0),
-              top = plot_.cut[3] ? border : 0;
+    const int left = plot_.cut[0] ? border : 0, right = plot_.width - (plot_.cut[1] ? border : 0),
+              bottom = plot_.height - (plot_.cut[2] ? border : 0), top = plot_.cut[3] ? border : 0;
     for (int y = 0; y < plot_.height; ++y)
       for (int x = 0; x < plot_.width; ++x)
         if (x < left || y < top || x >= right || y >= bottom) heights_.row(0, y)[x] = std::nanf("");

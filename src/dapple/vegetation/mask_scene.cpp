@@ -11,12 +11,12 @@
 
 namespace dapple::vegetation {
 
-using integrate::CacheState;
-using integrate::MaterialTable;
 using forest::Facet;
 using forest::FacetClusters;
 using forest::FacetStrip;
 using forest::FacetUv;
+using integrate::CacheState;
+using integrate::MaterialTable;
 using trace::no_id;
 
 namespace {
@@ -84,7 +84,8 @@ std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint
   const shading::FloatTexturePtr& alpha = scene.bindings[geometry].alpha;
   const std::optional<float> even = alpha ? alpha->constant() : std::optional<float>(1);
   RGB transmittance(even ? std::clamp(1 - *even, 0.0f, 1.0f) : 0.0f);
-  if (const auto& opacity = scene.bindings[geometry].opacity; even && opacity) transmittance = RGB(1) - *opacity->constant();
+  if (const auto& opacity = scene.bindings[geometry].opacity; even && opacity)
+    transmittance = RGB(1) - *opacity->constant();
   transmittance = transmittance + (RGB(1) - transmittance) * through;
   std::shared_ptr<FacetClusters> clusters;
   if (const auto* curves = std::get_if<trace::CurvesPtr>(&shape)) {
@@ -94,8 +95,11 @@ std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint
     const bool cut_out = !even && !std::holds_alternative<trace::DisksPtr>(shape);
     Facets facets;
     facets.with_uv = cut_out;
-    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape)) facets.all.reserve((*mesh)->face_count() * ((*mesh)->corners == 4 ? 2 : 1));
-    for_each_facet(shape, [&facets](const V3f* p, const V2f* uv, int corners, uint32_t primitive) { add_facet(p, uv, corners, primitive, &facets); });
+    if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape))
+      facets.all.reserve((*mesh)->face_count() * ((*mesh)->corners == 4 ? 2 : 1));
+    for_each_facet(shape, [&facets](const V3f* p, const V2f* uv, int corners, uint32_t primitive) {
+      add_facet(p, uv, corners, primitive, &facets);
+    });
     if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) add_disks(**disks, &facets);
     clusters = std::make_shared<FacetClusters>(facets.all, facets.uv, transmittance);
     clusters->cut_out = cut_out;

@@ -10,7 +10,8 @@
 namespace dapple::vegetation {
 
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& v, bool periodic) {
-  forest::CanopyMask mask{forest::Raster(v.width, v.height, scene.traced.has_colored_opacity() ? 3 : 1), v.pitch, periodic};
+  forest::CanopyMask mask{forest::Raster(v.width, v.height, scene.traced.has_colored_opacity() ? 3 : 1), v.pitch,
+                          periodic};
   const Box3f bounds = scene.traced.bounds();
   const double bottom = v.ground + v.clearance, top = bounds.isEmpty() ? bottom : double(bounds.max.z) + 1e-3;
   const int side = int(std::ceil(std::sqrt(double(v.samples))));
@@ -30,8 +31,10 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
     for (int x = 0; x < v.width; ++x)
       for (int s = 0; s < side * side; ++s) {
         KeyedRng rng(hash(uint64_t(x), uint64_t(row), uint64_t(s), uint64_t{0x6d61736b}));
-        const double i = x + (s % side + double(rng.next())) / side, j = double(row) + (s / side + double(rng.next())) / side;
-        V3d p(v.centre_x + (i - 0.5 * v.width) * v.pitch + back * d.x, v.centre_y + (0.5 * v.height - j) * v.pitch + back * d.y, bottom);
+        const double i = x + (s % side + double(rng.next())) / side,
+                     j = double(row) + (s / side + double(rng.next())) / side;
+        V3d p(v.centre_x + (i - 0.5 * v.width) * v.pitch + back * d.x,
+              v.centre_y + (0.5 * v.height - j) * v.pitch + back * d.y, bottom);
         if (v.relief) p.z += double(v.relief(p.x, p.y));
         if (!(p.z < top)) {  // nothing stands above it, or there is no ground
           passed[size_t(x)] += RGB(1);
@@ -45,7 +48,8 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
       }
     if (n > 0) flush();
     for (int c = 0; c < mask.transmittance.channels; ++c)
-      for (int x = 0; x < v.width; ++x) mask.transmittance.row(c, int(row))[x] = passed[size_t(x)][c] / float(side * side);
+      for (int x = 0; x < v.width; ++x)
+        mask.transmittance.row(c, int(row))[x] = passed[size_t(x)][c] / float(side * side);
   });
   return mask;
 }

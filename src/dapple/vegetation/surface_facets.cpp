@@ -18,7 +18,9 @@ constexpr uint32_t optics_points = 4096;
 constexpr int around = 64, along = 32;  // facets of a quadric
 constexpr float time = scene::PatchTable::dicing_time;
 
-double triangle_area(const V3f& a, const V3f& b, const V3f& c) { return 0.5 * length(cross(b - a, c - a)); }
+double triangle_area(const V3f& a, const V3f& b, const V3f& c) {
+  return 0.5 * length(cross(b - a, c - a));
+}
 
 // A polygon that may be bent, as triangles.
 template <class Visit>
@@ -28,13 +30,15 @@ void triangles_of(const V3f* c, int n, const Visit& visit) {
 }
 
 /// Points spread over the area of a shape: primitive, u and v of each.
-void spread_points(const trace::Shape& shape, trace::HitBatch* hits, uint32_t first, int n, const std::vector<double>& cumulated) {
+void spread_points(const trace::Shape& shape, trace::HitBatch* hits, uint32_t first, int n,
+                   const std::vector<double>& cumulated) {
   for (int i = 0; i < n; ++i) {
     const uint32_t index = first + uint32_t(i);
     const V2f u = sample_2d(1, index, 0);
     const double at = sample_1d(1, index, 1) * cumulated.back();
-    const size_t p = size_t(std::min<std::ptrdiff_t>(std::upper_bound(cumulated.begin(), cumulated.end(), at) - cumulated.begin(),
-                                                     std::ptrdiff_t(cumulated.size()) - 1));
+    const size_t p =
+        size_t(std::min<std::ptrdiff_t>(std::upper_bound(cumulated.begin(), cumulated.end(), at) - cumulated.begin(),
+                                        std::ptrdiff_t(cumulated.size()) - 1));
     hits->primitive[i] = uint32_t(p);
     hits->u[i] = u.x, hits->v[i] = u.y;
     const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
@@ -113,7 +117,8 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
   const scene::GeometryBinding& binding = scene.bindings[geometry];
   const shading::Material& material = *scene.materials[size_t(binding.material)];
   const trace::Shape& shape = scene.traced.shape(geometry);
-  const bool cut_out = binding.alpha != nullptr && (!std::holds_alternative<trace::DisksPtr>(shape) || binding.alpha->constant());
+  const bool cut_out =
+      binding.alpha != nullptr && (!std::holds_alternative<trace::DisksPtr>(shape) || binding.alpha->constant());
   const std::optional<Bsdf> constant = material.constant();
   SurfaceOptics out;
   double weight = 0;
@@ -126,7 +131,8 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
     }
     weight += share;
   };
-  const std::vector<double> sums = std::holds_alternative<trace::CurvesPtr>(shape) ? std::vector<double>{} : cumulated_areas(shape);
+  const std::vector<double> sums =
+      std::holds_alternative<trace::CurvesPtr>(shape) ? std::vector<double>{} : cumulated_areas(shape);
   if (constant && (!cut_out || binding.alpha->constant())) {
     add(*constant, 1);
     if (cut_out) out.opaque = std::clamp(double(*binding.alpha->constant()), 0.0, 1.0);
@@ -162,7 +168,8 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
   return out;
 }
 
-void add_facets(const trace::TracedScene& traced, uint32_t geometry, uint32_t instance, int kind, double share, forest::LeafSurvey* out) {
+void add_facets(const trace::TracedScene& traced, uint32_t geometry, uint32_t instance, int kind, double share,
+                forest::LeafSurvey* out) {
   const trace::Shape& shape = traced.shape(geometry);
   forest::AffineRows placed;
   if (instance != no_id) traced.instance_rows(instance, time, placed.m);
@@ -176,7 +183,8 @@ void add_facets(const trace::TracedScene& traced, uint32_t geometry, uint32_t in
       const auto& d = (*disks)->disks[i];
       V3f a, b;
       coordinate_system((*disks)->normals[i], &a, &b);
-      const V3d centre = world(d.centre), x = world(d.centre + a * d.radius) - centre, y = world(d.centre + b * d.radius) - centre;
+      const V3d centre = world(d.centre), x = world(d.centre + a * d.radius) - centre,
+                y = world(d.centre + b * d.radius) - centre;
       const double rx = x.length(), ry = y.length();
       if (std::abs(rx - ry) <= 1e-4 * rx && std::abs(x.dot(y)) <= 1e-4 * rx * ry) {
         out->add_disk(kind, centre, std::sqrt(rx * ry), x.cross(y).normalized(), share);
