@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of HitShader that ends rays in the radiosity cache.
-#include <bit>
+#include "dapple/distribution/cached_radiosity.h"
 
-#include "dapple/distribution/hit_shader.h"
+#include <bit>
 
 namespace dapple::distribution {
 
@@ -16,6 +15,12 @@ using integrate::resolution_count;
 using trace::no_id;
 
 namespace {
+
+// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a
+// corner or between the legs of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of
+// cells with few rays, as those of leaves, noise hides how coarse they are.
+constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
+constexpr float largest_cell = 32;  // common ones
 
 // A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
 constexpr float near_lights = 1;
@@ -49,83 +54,107 @@ class ClaimGuard {
 
 }  // namespace
 
+CachedRadiosity::CachedRadiosity(const ShadingScene& shading, const PointPlacer& placer, const PointShader& shader,
+                                 RadiosityCache* radiosity, RadiosityCache* irradiance)
+    : shading_(shading),
+      placer_(placer),
+      shader_(shader),
+      radiosity_(radiosity),
+      irradiance_(irradiance),
+      widest_cell_(std::sqrt(largest_cell * shading.common_area)) {}
+
+float CachedRadiosity::growth(const Place& place, int share) const {
+  if (place.depth.diffuse == 0) return most_growth;
+  return std::clamp(growth_of_one_ray / float(std::max(shading_.settings.diffuse_ray_count(place, share), 1)),
+                    least_growth, most_growth);
+}
+
+// Groups of patches are read for their mean, in which noise hides how coarse they are: forests would cost twice as
+// much at .2.
+float CachedRadiosity::group_width() const {
+  const float width = shading_.settings.cache_width;
+  return std::max(width, std::min(1.75f * width, 0.35f));
+}
+
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that
 // it throws there by chance, and thousands of rays read what they found.
-bool HitShader::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
-  if (!scene_.light_sampler || !patches_->has_lattice(tile)) return false;
+bool CachedRadiosity::lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const {
+  if (!shading_.scene.light_sampler || !shading_.patches->has_lattice(tile)) return false;
   NearLights::Known& known = w.near_lights.of(tile);
   if (known.tile != tile) {
-    const scene::PatchTable::Cell cell = patches_->cell(tile, &w.extents);
+    const scene::PatchTable::Cell cell = shading_.patches->cell(tile, &w.extents);
     trace::HitBatch middle;
-    patches_->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
-    const float time = patches_->time(tile);
-    const V3f P = scene_.traced.surface(middle, 0, time, false).P;
+    shading_.patches->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
+    const float time = shading_.patches->time(tile);
+    const V3f P = shading_.scene.traced.surface(middle, 0, time, false).P;
     const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
-    known = {tile, scene_.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach};
+    known = {tile, shading_.scene.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach};
   }
   return known.near;
 }
 
 // Dices what a ray hit by the width of what the ray stands for: hit, width, c.point[c.count]. False where no tile
 // serves it.
-bool HitShader::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth, scene::PatchTable::PatchHit* hit,
-                         float* width, scene::GridPoint* at, ShadingWorkspace& w) const {
+bool CachedRadiosity::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth,
+                               scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at,
+                               ShadingWorkspace& w) const {
   const uint32_t geometry = r.hits.geometry[i];
-  if (geometry == no_id || r.weight[i].is_black() || !materials_.is_flat(geometry)) return false;
+  if (geometry == no_id || r.weight[i].is_black() || !shading_.materials.is_flat(geometry)) return false;
   // The points of curves face the camera: that is no side for other rays.
-  if (std::holds_alternative<trace::CurvesPtr>(scene_.traced.shape(geometry))) return false;
+  if (std::holds_alternative<trace::CurvesPtr>(shading_.scene.traced.shape(geometry))) return false;
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
-  if (!patches_->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
-    *hit =
-        patches_->patch_hit(r.hits, i, d, time, scene_.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
+  if (!shading_.patches->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
+    *hit = shading_.patches->patch_hit(r.hits, i, d, time,
+                                       shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
   const auto dice = [&](float cache_width) {
     *width = std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width,
                       widest_cell_);
-    return patches_->dice(*hit, *width, at);
+    return shading_.patches->dice(*hit, *width, at);
   };
-  if (!patches_->has_groups(geometry)) return dice(settings_.cache_width);
+  if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width);
   if (!dice(group_width())) return false;
-  return at->grid.cluster_level > 0 || group_width() == settings_.cache_width || dice(settings_.cache_width);
+  return at->grid.cluster_level > 0 || group_width() == shading_.settings.cache_width ||
+         dice(shading_.settings.cache_width);
 }
 
 // The entry of a tile: `at`, or where that is near a light a finer one.
-int HitShader::entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit, float width,
-                        scene::GridPoint* at, CacheBatch& c, ShadingWorkspace& w) const {
+int CachedRadiosity::entry_at(const Place& below, const RaySet& r, int i, const scene::PatchTable::PatchHit& hit,
+                              float width, scene::GridPoint* at, CacheBatch& c, ShadingWorkspace& w) const {
   // By tile, not by the place of the hit: what is read beside the spot that a lamp throws must not hold the spot
   // either.
   uint32_t slot = 0;
   bool near_light = false;
   for (int halvings = 0;; ++halvings) {
-    if (surface_media_.by_ray()) at->grid.medium = surface_media_.name(r.hits.geometry[i], r.medium[i]);
+    if (shading_.surface_media.by_ray()) at->grid.medium = shading_.surface_media.name(r.hits.geometry[i], r.medium[i]);
     slot = at->grid.slot();
     const int known = c.answer(at->grid, slot);
     if (known >= 0) return known;
     near_light = known == CacheBatch::near_light || lies_near_light(at->grid, w);
     if (!near_light || halvings == most_halvings) break;
     if (known == CacheBatch::unknown) c.set_answer(at->grid, slot, CacheBatch::near_light);
-    patches_->refine(hit, width *= 0.5f, at);
+    shading_.patches->refine(hit, width *= 0.5f, at);
   }
-  const scene::Motion& motion = patches_->motion();
+  const scene::Motion& motion = shading_.patches->motion();
   const bool among_movers = motion.any() && !motion.moves(r.hits.instance[i], r.hits.geometry[i]),
              in_group = at->grid.cluster_level > 0;
   if (among_movers) {
     const V3f P = r.rays.origin(i) + r.rays.direction(i) * r.hits.t[i];
-    at->grid.span = motion.span_near(P, width, r.rays.time[i], settings_.diffuse_rays.at(list_depth(below)) / 2);
+    at->grid.span =
+        motion.span_near(P, width, r.rays.time[i], shading_.settings.diffuse_rays.at(below.list_depth()) / 2);
   }
-  if (in_group) patches_->turn_group(hit.Ng, at->patch, &at->grid);
+  if (in_group) shading_.patches->turn_group(hit.Ng, at->patch, &at->grid);
   const int entry =
       c.add_entry(RadiosityCache::key(at->grid.hash(), below.depth.diffuse), at->grid, below.depth.diffuse);
   if (!near_light && !among_movers && !in_group) c.set_answer(at->grid, slot, entry);
   return entry;
 }
 
-// Finds the tile that serves each of these rays, if one does, and groups them by it.
-void HitShader::locate_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
-                                 ShadingWorkspace& w) const {
+void CachedRadiosity::locate(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
+                             ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   CacheBatch& c = w.cache_level(place.level);
-  const bool mirror = coats_mirror(below);
+  const bool mirror = shading_.coats_mirror(below);
   int rays = 0;
   for (int set = 0; set < sets; ++set) rays += b.ray_set(set).count;
   c.clear(rays);
@@ -137,26 +166,22 @@ void HitShader::locate_radiosity(const Place& place, const Place& below, float g
       float width;
       if (!wanted(r, i) || !dice_hit(b, r, i, growth, &hit, &width, &at, w)) continue;
       const int entry = c.entry_of[c.count] = entry_at(below, r, i, hit, width, &at, c, w);
-      c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(patches_->nearest(at)));
+      c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(shading_.patches->nearest(at)));
       const uint32_t geometry = r.hits.geometry[i];
       c.leaving[c.count] = 1;
-      if (mirror && materials_.has_coat(geometry))
+      if (mirror && shading_.materials.has_coat(geometry))
         c.leaving[c.count] = shading::through_coat(
-            materials_.coat(geometry),
-            dot(scene_.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
+            shading_.materials.coat(geometry),
+            dot(shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
       c.set[c.count] = uint8_t(set);
       c.ray[c.count++] = i;
     }
   }
 }
 
-void HitShader::add_radiosity(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
-                              ShadingWorkspace& w) const {
-  PointBatch& b = w.level(place.level);
-  CacheBatch& c = w.cache_level(place.level);
-  locate_radiosity(place, below, growth, wanted, sets, w);
-  RadiosityCache& cache = *cache_for(below.arrival);
-  RadiosityCache::Counts& counts = counts_for(below.arrival, w);
+void CachedRadiosity::find_or_fill(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
+  RadiosityCache& cache = *this->cache(below.arrival);
+  RadiosityCache::Counts& counts = this->counts(below.arrival, w);
   ClaimGuard guard(cache, c);
   // Threads wait only for entries that are deeper by diffuse bounces than what they fill themselves: no ring; those of
   // irradiance are filled for what is seen alone. What others have filled meanwhile may lack points still.
@@ -183,6 +208,14 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
     for (int e = 0; e < c.entry_count; ++e)
       if (c.entry[e].found == TileCache::Found::pending) all_known &= cache.wait(c.entry[e]);
   }
+}
+
+void CachedRadiosity::add(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
+                          ShadingWorkspace& w) const {
+  PointBatch& b = w.level(place.level);
+  CacheBatch& c = w.cache_level(place.level);
+  locate(place, below, growth, wanted, sets, w);
+  find_or_fill(below, c, w);
   count_uses(below, c, w);
 
   for (int n = 0; n < c.count; ++n) {
@@ -194,7 +227,7 @@ void HitShader::add_radiosity(const Place& place, const Place& below, float grow
   }
 }
 
-void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w) {
+void CachedRadiosity::count_uses(const Place& below, const CacheBatch& c, ShadingWorkspace& w) {
   using Outcome = RadiosityCache::Entry::Outcome;
   const bool log = w.cache_log && below.arrival == Arrival::diffuse && below.depth.diffuse == 1;
   const double now = log ? w.cache_log->now() : 0;
@@ -202,13 +235,13 @@ void HitShader::count_uses(const Place& below, const CacheBatch& c, ShadingWorks
     const RadiosityCache::Entry& entry = c.entry[e];
     const bool filled = entry.outcome == Outcome::filled;
     const bool extended = entry.outcome == Outcome::extended;
-    counts_for(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = extended});
+    counts(below.arrival, w).add(entry, {.lookups = 1, .hits = !filled, .fills = filled, .extensions = extended});
     if (log) w.cache_log->add(entry.key, filled, now);
   }
 }
 
 // Computes the points that are missing of entries [begin, end), but for those that another thread computes.
-void HitShader::fill(const Place& below, int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
+void CachedRadiosity::fill(const Place& below, int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
   const Timer timer;
   const double deeper = w.fill_seconds;  // grows by what fills of deeper bounces take
@@ -221,17 +254,17 @@ void HitShader::fill(const Place& below, int begin, int end, CacheBatch& c, Shad
     const uint32_t missing = c.to_fill(e);
     if (missing == 0) continue;
     const scene::GridId& id = entry.grid;
-    const scene::PatchTable::Cell cell = patches_->cell(id, &w.extents);
+    const scene::PatchTable::Cell cell = shading_.patches->cell(id, &w.extents);
     for (int j = 0; j < id.height(); ++j)
       for (int i = 0; i < id.width(); ++i) {
         const int point = id.index(i, j);
         if (!(missing >> point & 1)) continue;
-        if (patches_->is_outside(id, i, j)) {  // rounding at the diagonal of a half
+        if (shading_.patches->is_outside(id, i, j)) {  // rounding at the diagonal of a half
           entry.set_black(point);
           continue;
         }
         const int k = f.count++;
-        set_cell(id, i, j, cell, entry.key, entry.links(), &w.extents, f, k);
+        placer_.place_cached_cell(id, i, j, cell, entry.key, entry.links(), &w.extents, f, k);
         f.width[k] *= width_scale(f.diffuse_share(k)) / width_scale(1);
         c.target_entry[k] = e;
         c.target_point[k] = point;
@@ -243,12 +276,12 @@ void HitShader::fill(const Place& below, int begin, int end, CacheBatch& c, Shad
   if (all == 0) return;
   const double seconds = timer.seconds() - (w.fill_seconds - deeper);
   w.fill_seconds += seconds;
-  RadiosityCache::Counts& counts = counts_for(below.arrival, w);
+  RadiosityCache::Counts& counts = this->counts(below.arrival, w);
   for (int r = 0; r < resolution_count; ++r) counts.by_resolution[r].fill_seconds += seconds * points[r] / all;
   counts.by_depth[size_t(below.depth.diffuse)].fill_seconds += seconds;
 }
 
-void HitShader::link_tiles(int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
+void CachedRadiosity::link_tiles(int begin, int end, CacheBatch& c, ShadingWorkspace& w) const {
   using Outcome = RadiosityCache::Entry::Outcome;
   w.linking.job_count = 0;
   for (int e = begin; e < end; ++e) {
@@ -260,15 +293,14 @@ void HitShader::link_tiles(int begin, int end, CacheBatch& c, ShadingWorkspace& 
     w.linking.jobs[w.linking.job_count++] = {entry.grid, &c.links[e], missing, entry.known()};
   }
   if (w.linking.job_count == 0) return;
-  link(w);
+  shading_.link(w);
   for (int e = begin; e < end; ++e)
     if (c.to_fill(e) != 0) c.entry[e].set_links(c.links[e]);
 }
 
-void HitShader::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
+void CachedRadiosity::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
-  prelight(below, w);
-  light_diffuse(below, w);
+  shader_.shade_diffuse(below, w);
   for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse.at(k));
   f.count = 0;
 }

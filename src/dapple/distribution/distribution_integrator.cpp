@@ -2,11 +2,13 @@
 #include "dapple/distribution/distribution_integrator.h"
 
 #include <algorithm>
+#include <atomic>
+#include <deque>
 #include <utility>
 
 #include "dapple/base/parallel.h"
+#include "dapple/distribution/cache_survey.h"
 #include "dapple/distribution/distribution_workspace.h"
-#include "dapple/integrate/ray_origin.h"
 #include "dapple/vegetation/mask_scene.h"
 
 namespace dapple::distribution {
@@ -19,33 +21,20 @@ using integrate::CacheCounts;
 using integrate::CacheState;
 using integrate::CameraBatch;
 using integrate::Integrator;
-using integrate::MaterialTable;
 using integrate::PointBatch;
-using integrate::RayTracer;
 using integrate::Resolution;
 using integrate::resolution_count;
 using integrate::resolution_names;
 using integrate::TileWork;
-using scene::GridId;
-using trace::no_id;
 using vegetation::mask_cache;
 
 namespace {
-// Points of diced surfaces, which are displaced or curved, stand closer by this: points that bumps hide share in what
-// is seen between them.
-constexpr float diced_spacing = 0.8f;
-
-// Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
-int most_segments(const DistributionIntegrator::Settings& s) {
-  return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0));
-}
-
 bool has_subsurface(const scene::Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) { return m->has_subsurface(); });
 }
 
-HitShader::Settings with_masks(const DistributionIntegrator::Settings& settings) {
-  HitShader::Settings s = settings.shading;
+ShadingSettings with_masks(const DistributionIntegrator::Settings& settings) {
+  ShadingSettings s = settings.shading;
   if (settings.masks) s.visibility = settings.masks.get();
   if (settings.far_ground) s.visibility = settings.far_ground.get();
   return s;
@@ -67,13 +56,21 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       use_(scene, settings),
       irradiance_(use_.subsurface ? std::make_unique<RadiosityCache>(use_.subsurface_bytes, groups_) : nullptr),
       radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(use_.radiosity_bytes, groups_) : nullptr),
-      shader_(scene, with_masks(settings), &patches_, radiosity_.get(), irradiance_.get()),
+      shading_(scene, with_masks(settings), &patches_),
+      placer_(shading_),
+      shader_(shading_, placer_, radiosity_.get(), irradiance_.get()),
+      interpolator_(use_.hemispheres ? make_interpolator() : nullptr),
       grids_(settings.grid_bytes, groups_),
-      logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
-  if (!use_.hemispheres) return;
-  const IrradianceInterpolator::Settings s{settings.shading.diffuse_rays.at(0), settings.irradiance_accuracy,
+      hider_(shading_, settings_),
+      finder_(shading_, hider_, settings_, grids_),
+      grid_shader_(shading_, placer_, shader_, interpolator_.get(), settings_),
+      finisher_(shading_, shader_, settings_, groups_),
+      logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {}
+
+std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {
+  const IrradianceInterpolator::Settings s{settings_.shading.diffuse_rays.at(0), settings_.irradiance_accuracy,
                                            use_.hemisphere_bytes, groups_};
-  interpolator_ = std::make_unique<IrradianceInterpolator>(shader_, patches_, s);
+  return std::make_unique<IrradianceInterpolator>(shading_, placer_, shader_.diffuse_rays(), shader_.gatherer(), s);
 }
 
 std::vector<CacheState> DistributionIntegrator::caches() const {
@@ -104,7 +101,7 @@ std::unique_ptr<Integrator::Workspace> DistributionIntegrator::make_workspace() 
   w->caches.resize(caches().size());
   for (RadiosityCache::Counts* c : {&w->shading.caches, &w->shading.irradiance_caches})
     c->by_depth.resize(size_t(settings_.shading.bounces) + 1);
-  if (interpolator_) w->interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
+  if (interpolator_) w->grids.interpolation = std::make_unique<IrradianceInterpolator::Workspace>(*interpolator_);
   if (logs_) w->shading.cache_log = logs_->add();
   return w;
 }
@@ -114,16 +111,15 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
   w.shading.tracing.stop = work.stop;
   w.sets = PixelSets(work.pixel_samples, settings_.shading.seed);
   CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
-    w.seen_known = false;
-    w.held.clear();
-    std::fill_n(w.found, DistributionWorkspace::found_count, 0u);
+    w.begin_block();
     for (uint32_t i = 0; i < work.sample_count; ++i) {
-      locate_samples(box, work.first_sample + i, w);
-      w.rays.camera += uint64_t(w.camera.count);
-      if (chooses_points()) lend_points(box, work.first_sample + i, w);
+      const uint32_t sample = work.first_sample + i;
+      hider_.locate(box, sample, w.sets, w.camera, w.shading);
+      if (settings_.chooses_points()) hider_.choose_points(box, sample, w.sets, w.chosen, w.camera, w.shading);
       if (scene_.has_media()) add_media(w);
-      find_points(w);
-      finish_ready(w, film);
+      finder_.find_points(w.camera, w.finder, w.claimed, w.shading);
+      finisher_.add(w.camera, w.finder.held, w.finisher, w.shading, film);
+      shade_when_it_pays(w, film);
     }
   });
   collect_counts(w);
@@ -133,7 +129,7 @@ void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> 
   shade_all_claimed(workspaces);
   parallel_for(workspaces.size(), [&](size_t i) {
     auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
-    finish_waiting(w, film);
+    finish_all(w, film);
     collect_counts(w);
   });
 }
@@ -141,8 +137,10 @@ void DistributionIntegrator::finish(std::span<const std::unique_ptr<Workspace>> 
 void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
   w.rays += std::exchange(w.shading.rays, {});
   w.stages += std::exchange(w.shading.stages, {});
-  CacheCounts* to = w.caches.data() + 1;
-  if (interpolator_) *to++ += std::exchange(w.interpolation->counts, {});
+  CacheCounts* to = w.caches.data();
+  *to += std::exchange(w.finder.counts, {});
+  to++->fill_seconds += std::exchange(w.grids.seconds, 0);
+  if (interpolator_) *to++ += std::exchange(w.grids.interpolation->counts, {});
   if (irradiance_)
     for (CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += std::exchange(c, {});
   if (!radiosity_) return;
@@ -151,122 +149,57 @@ void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
     *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
 }
 
-// Which shading points one sample of each pixel sees.
-void DistributionIntegrator::locate_samples(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  w.camera.generate(scene_, pixels, sample, w.sets);
-  trace_camera_rays(w);
-  locate_hits(w);
-}
-
-// Else a pixel's samples see no more than may be shaded.
-bool DistributionIntegrator::chooses_points() const {
-  return settings_.pixel_points > 0 &&
-         settings_.pixel_points <= std::min(settings_.pixel_samples, int(PixelPoints::first_samples));
-}
-
-// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Which, follows from the
-// scene and the first samples, which each pass traces once more: that costs less than to keep it.
-void DistributionIntegrator::lend_points(const Box2i& pixels, uint32_t sample, DistributionWorkspace& w) const {
-  const auto is_small = [&w](int p) {
-    return w.sample[p].source == Source::grid && PixelPoints::is_small(w.sample[p].point.grid);
-  };
-  bool any = false;
-  for (int p = 0; p < w.camera.count; ++p) any |= is_small(p);
-  if (!any) return;
-  if (!w.seen_known) {
-    w.seen.clear();
-    // A crop shows that part of the whole: what pixels beyond it choose counts too.
-    const Box2i block = CameraBatch::block_around(pixels, scene_.film.resolution);
-    for (uint32_t s = 0; s < std::min(uint32_t(settings_.pixel_samples), PixelPoints::first_samples); ++s) {
-      locate_samples(block, s, w);
-      w.rays.camera += uint64_t(w.camera.count);
-      for (int p = 0; p < w.camera.count; ++p)
-        if (is_small(p))
-          w.seen.consider(scene_, CameraBatch::in_block(w.camera.pixel[p]), settings_.pixel_points, w.sample[p].point);
-    }
-    w.seen.close();
-    w.seen_known = true;
-    locate_samples(pixels, sample, w);
-    w.rays.camera += uint64_t(w.camera.count);
-  }
-  for (int p = 0; p < w.camera.count; ++p)
-    if (is_small(p)) {
-      const int pixel = CameraBatch::in_block(w.camera.pixel[p]);
-      w.seen.lend(scene_, pixel, settings_.pixel_points, hash(w.camera.seed[p], w.camera.index[p]), &w.sample[p].point);
-    }
-}
-
-void DistributionIntegrator::trace_camera_rays(DistributionWorkspace& w) const {
-  const CameraBatch& c = w.camera;
-  const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
-  for (int p = 0; p < c.count; ++p) {
-    const Ray& r = c.ray[p].ray;
-    w.camera_rays.set(p, r.o, r.d, infinity, r.time, trace::ray_key(c.seed[p], c.index[p]), c.ray[p].cone_width * share,
-                      c.ray[p].cone_spread * share);
-    w.medium[p] = scene_.camera_medium;
-    w.L.clear(p);
-  }
-  RayTracer::Flights* const flights = scene_.has_media() ? &w.flights : nullptr;
-  const Timer timer;
-  shader_.tracer().nearest(w.camera_rays, c.count, w.medium, &w.hits, w.distance, w.passed, w.shading.tracing, flights);
-  w.shading.stages.tracing_seconds += timer.seconds();
-}
-
-// Adds what camera rays meet that shines, and says which tile of shading points serves each hit.
-void DistributionIntegrator::locate_hits(DistributionWorkspace& w) const {
-  const MaterialTable& materials = shader_.materials();
-  for (int p = 0; p < w.camera.count; ++p) {
-    CameraSample& s = w.sample[p];
-    s.pixel = w.camera.pixel[p];
-    s.film_weight = w.camera.film_weight[p];
-    s.source = Source::nothing;
-    s.d = w.camera_rays.direction(p);
-    s.geometry = w.hits.geometry[p];
-    if (s.geometry == no_id) {
-      if (w.distance[p] < infinity) continue;
-      shader_.direct().add_environment(w.camera_rays.origin(p), s.d, w.L, p);
-      w.L.scale(p, w.passed[p]);
-      continue;
-    }
-    const scene::CameraRay& r = w.camera.ray[p];
-    s.seed = w.camera.seed[p], s.index = w.camera.index[p];
-    s.time = r.ray.time, s.spread = r.cone_spread;
-    s.width = r.cone_width + r.cone_spread * w.distance[p];
-    s.passed = w.passed[p];
-    s.medium = w.medium[p];
-    const bool tangents =
-        needs_tangents_where_seen(s.geometry) || scene_.emitter_index(s.geometry, w.hits.primitive[p]) != no_id;
-    s.surface = tangents ? scene_.traced.surface(w.hits, p, s.time)
-                         : scene_.traced.surface_without_tangents(w.camera_rays, w.hits, p);
-    shader_.direct().add_emission(w.hits, p, s.surface, s.d, w.L, p);
-    w.L.scale(p, w.passed[p]);
-    // A random choice would be made once for a shading point, however many samples see it.
-    s.refined = false;
-    s.source = !materials.is_random(s.geometry) && dice(p, 1, w) ? Source::grid : Source::hit;
+void DistributionIntegrator::shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const {
+  const WaitingSamples& waiting = w.finisher.waiting;
+  if (waiting.is_full()) {
+    finish_all(w, film);
+  } else if (w.claimed.count() >= PointBatch::capacity || waiting.hits >= CameraSamples::capacity) {
+    grid_shader_.shade(PointBatch::capacity - 1, w.claimed, w.grids, w.shading);
+    finisher_.finish_waiting(w.finisher, w.shading, film);
   }
 }
 
-// Names the tile of shading points that serves a sample; `finer`: than its pixel asks for, in length.
-bool DistributionIntegrator::dice(int p, float finer, DistributionWorkspace& w) const {
-  CameraSample& s = w.sample[p];
-  const bool diced = std::holds_alternative<trace::GridsPtr>(scene_.traced.shape(s.geometry));
-  const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? diced_spacing : 1) / finer;
-  if (!patches_.dice(patches_.patch_hit(w.hits, p, s.d, s.time, s.surface, &w.shading.extents), width, &s.point))
-    return false;
-  if (shader_.surface_media().by_ray()) s.point.grid.medium = shader_.surface_media().name(s.geometry, s.medium);
-  if (patches_.motion().any() && !patches_.motion().moves(w.hits.instance[p], s.geometry))
-    s.point.grid.span = patches_.motion().span_seen(w.camera_rays.origin(p), s.d, w.distance[p], width, s.time,
-                                                    most_segments(settings_));
-  return true;
+// Points that other threads have claimed and not begun are shaded here: those threads may have run out of pixels.
+void DistributionIntegrator::finish_all(DistributionWorkspace& w, scene::Film& film) const {
+  grid_shader_.shade(0, w.claimed, w.grids, w.shading);
+  for (const auto& waiting : w.finisher.waiting.samples) {
+    if (waiting.sample.source != Source::grid) continue;
+    if (const ShadingGrid::Parts mine = waiting.grid->take(waiting.grid->unready(waiting.sample.wanted)))
+      w.claimed.add(waiting.grid, mine, true);
+  }
+  grid_shader_.shade(0, w.claimed, w.grids, w.shading);
+  for (const auto& waiting : w.finisher.waiting.samples)
+    if (waiting.sample.source == Source::grid) waiting.grid->wait(waiting.sample.wanted);
+  finisher_.finish_waiting(w.finisher, w.shading, film);
+}
+
+// Shades what all threads have claimed, in batches that are full but not so large that some threads would have nothing
+// to do.
+void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const {
+  constexpr int at_a_time = 128;
+  std::deque<ClaimedPoints> jobs;
+  for (const auto& of : workspaces) {
+    ClaimedPoints& claimed = static_cast<DistributionWorkspace&>(*of).claimed;
+    while (claimed.count() > 0) claimed.give(at_a_time, &jobs.emplace_back());
+  }
+  std::atomic<size_t> next{0};
+  parallel_for(workspaces.size(), [&](size_t i) {
+    auto& w = static_cast<DistributionWorkspace&>(*workspaces[i]);
+    for (size_t job; (job = next++) < jobs.size();) {
+      jobs[job].give(at_a_time, &w.claimed);
+      grid_shader_.shade(0, w.claimed, w.grids, w.shading);
+    }
+  });
 }
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
-  for (int p = 0; p < w.camera.count; ++p) w.L.add(p, w.flights.emitted[p], 0);
+  CameraSamples& s = w.camera;
+  for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p], 0);
   PointBatch& b = w.shading.level(sample_level);
-  b.count = w.flights.count;
-  for (int f = 0; f < b.count; ++f) HitShader::set_flight(w.flights, f, w.camera_rays, sharing_samples(), b, f);
-  shader_.shade_media({sample_level, {}, HitShader::Arrival::view}, w.shading);
-  for (int k = 0; k < b.count; ++k) w.L.add(b.parent[k], w.passed[b.parent[k]], b.Ci.at(k));
+  b.count = s.flights.count;
+  for (int f = 0; f < b.count; ++f) MediaLight::set_flight(s.flights, f, s.rays, settings_.sharing_samples(), b, f);
+  shader_.shade_media({sample_level, {}, Arrival::view}, w.shading);
+  for (int k = 0; k < b.count; ++k) s.L.add(b.parent[k], s.passed[b.parent[k]], b.Ci.at(k));
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.
@@ -288,35 +221,31 @@ void DistributionIntegrator::view_caches(uint32_t pixel_samples, scene::Film& fi
 
 void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log, double seconds,
                                         DistributionWorkspace& w, scene::Film& film) const {
-  w.held.clear();
-  std::fill_n(w.found, DistributionWorkspace::found_count, 0u);
-  locate_samples(pixels, 0, w);
-  int n = 0;
-  for (int p = 0; p < w.camera.count; ++p)
-    if (w.sample[p].source == Source::grid) w.order[n++] = p;
-  find_grids(n, w);
+  w.begin_block();
+  CameraSamples& s = w.camera;
+  hider_.locate(pixels, 0, w.sets, s, w.shading);
+  finder_.find_grids(s, w.finder, w.shading);
+  const CacheSurvey survey(shading_, shader_, log);
   PointBatch& b = w.shading.level(sample_level);
   for (const Source source : {Source::grid, Source::hit}) {
     b.count = 0;
-    for (int p = 0; p < w.camera.count; ++p) {
-      if (w.sample[p].source != source) continue;
+    for (int p = 0; p < s.count(); ++p) {
+      if (s.sample[p].source != source) continue;
       const int k = b.count++;
       b.parent[k] = p;
-      if (source == Source::hit) {
-        set_point(w.sample[p], b, k);
-        continue;
-      }
-      const SeenGrid grid = seen_grid(*w.sample[p].grid, w);
-      const int point = patches_.neighbours(w.sample[p].point).nearest;
-      set_grid_point(grid, point % grid.id.width(), point / grid.id.width(), b, k, w);
+      if (source == Source::hit)
+        finisher_.set_point(s.sample[p], b, k);
+      else
+        grid_shader_.set_point(*s.sample[p].grid, patches_.neighbours(s.sample[p].point).nearest, b, k, w.grids,
+                               w.shading);
     }
     if (b.count == 0) continue;
-    const HitShader::Place place{sample_level, {}, HitShader::Arrival::view};
+    const Place place{sample_level, {}, Arrival::view};
     shader_.prelight(place, w.shading);
     CacheAnswers answers[PointBatch::capacity];
-    shader_.survey(place, log, answers, w.shading);
+    survey.ask(place, answers, w.shading);
     for (int k = 0; k < b.count; ++k) {
-      const V2i& pixel = w.camera.pixel[b.parent[k]];
+      const V2i& pixel = s.camera.pixel[b.parent[k]];
       film.set_cache_use(pixel.x, pixel.y, answers[k].means(seconds));
     }
   }

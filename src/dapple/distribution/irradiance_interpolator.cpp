@@ -68,10 +68,14 @@ bool is_mine(const Node& n) {
 
 }  // namespace
 
-IrradianceInterpolator::IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches,
+IrradianceInterpolator::IrradianceInterpolator(const ShadingScene& shading, const PointPlacer& placer,
+                                               const DiffuseRays& diffuse_rays, const HitGatherer& gatherer,
                                                const Settings& settings)
-    : shader_(shader),
-      patches_(patches),
+    : shading_(shading),
+      placer_(placer),
+      diffuse_rays_(diffuse_rays),
+      gatherer_(gatherer),
+      patches_(*shading.patches),
       settings_(settings),
       strata_(strata_of_steps(settings.rays)),
       cache_(settings.bytes, kept_words + settings.light_groups * part_words) {}
@@ -106,7 +110,7 @@ CacheState IrradianceInterpolator::state() const {
   return {"hemispheres", {}, cache_.evictions(), cache_.bytes_in_use(), cache_.bytes_in_use(), cache_.bytes()};
 }
 
-void IrradianceInterpolator::interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {
+void IrradianceInterpolator::interpolate(const Place& place, Workspace& w, ShadingWorkspace& s) const {
   PointBatch& b = s.level(place.level);
   b.some_indirect_known = true;
   int waiting[PointBatch::capacity], waiting_count = 0, next_step[PointBatch::capacity];
@@ -150,7 +154,7 @@ void IrradianceInterpolator::set_receiver(const PointBatch& b, int k, Workspace&
   const V3f& n = b.bsdf[k].frame.n;
   w.receiver[k] = {b.surface[k].P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, motion.since_middle(span, b.time[k])};
   if (!b.moves[k] || span == id.span) return;
-  const geom::SurfacePoint s = shader_.surface_at(b, k, motion.middle(span));
+  const geom::SurfacePoint s = placer_.surface_at(b, k, motion.middle(span));
   const V3f turn = s.Ns - b.surface[k].Ns;
   w.receiver[k].P = s.P, w.receiver[k].n = normalize(w.receiver[k].n + (id.behind ? -turn : turn));
 }
@@ -225,7 +229,7 @@ void IrradianceInterpolator::list_nodes(Workspace& w) {
 
 // Looks nodes up, and computes what is missing. As many are claimed as are computed together: of what several threads
 // want, each computes a part.
-void IrradianceInterpolator::find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const {
+void IrradianceInterpolator::find_nodes(const Place& place, Workspace& w, ShadingWorkspace& s) const {
   // Whatever happens, other threads must not wait for ever.
   struct Guard {
     TileCache& cache;
@@ -263,7 +267,7 @@ bool IrradianceInterpolator::find_node(int n, Workspace& w) const {
   return node.found == TileCache::Found::ready || node.found == TileCache::Found::pending;
 }
 
-void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w,
+void IrradianceInterpolator::compute(const Place& place, Node* const* nodes, int count, Workspace& w,
                                      ShadingWorkspace& s) const {
   if (count == 0) return;
   const Timer timer;
@@ -279,9 +283,9 @@ void IrradianceInterpolator::compute(const HitShader::Place& place, Node* const*
 }
 
 // Computes up to as many hemispheres as there is room for.
-void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* nodes, int count, Workspace& w,
+void IrradianceInterpolator::shoot(const Place& place, Node* const* nodes, int count, Workspace& w,
                                    ShadingWorkspace& s) const {
-  const HitShader::Place here{place.level + 1, place.depth, place.arrival};
+  const Place here{place.level + 1, place.depth, place.arrival};
   PointBatch& b = s.level(here.level);
   const gi::HemisphereStrata& of_step = strata_[size_t(w.step)];
   const int strata = of_step.count(), all = count * strata;
@@ -289,18 +293,18 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
     const Point& at = nodes[k]->at;
     scene::PatchTable::Cell cell = patches_.cell(at.grid);
     cell.size *= ray_width;
-    shader_.set_shading_point(at.grid, at.i, at.j, cell, nodes[k]->key, &s.extents, b, k);
+    placer_.place(at.grid, at.i, at.j, cell, nodes[k]->key, &s.extents, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
     nodes[k]->glints = 0;
   }
   b.count = count;
-  shader_.find_media(b, s);
+  shading_.find_media(b, s);
   for (int first = 0; first < all;) {
     int sets = 0, next = first;
     for (; sets < PointBatch::most_ray_sets && next < all; ++sets)
       next = fill_set(of_step, nodes, next, all, b, b.ray_set(sets));
-    shader_.gather(here, sets, s);
+    gatherer_.gather(here, sets, s);
     for (int set = 0; set < sets; ++set) first = collect(b.ray_set(set), strata, nodes, first, b, w);
   }
   const size_t groups = size_t(settings_.light_groups);
@@ -319,7 +323,7 @@ void IrradianceInterpolator::shoot(const HitShader::Place& place, Node* const* n
 int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* const* nodes, int next, int all,
                                      const PointBatch& b, RaySet& r) const {
   const int strata = of_step.count();
-  HitShader::DiffuseFan fan{-1, 0, 0, 0};
+  DiffuseRays::Fan fan{-1, 0, 0, 0};
   for (r.count = 0; next < all; ++next) {
     const int k = next / strata, stratum = next % strata;
     const bool starts = stratum % RayBatch::packet == 0;
@@ -332,8 +336,8 @@ int IrradianceInterpolator::fill_set(const gi::HemisphereStrata& of_step, Node* 
     // arrives as at an even one.
     const float height = dot(d, from.Ng);
     if (height * dot(nodes[k]->n, from.Ng) < 0) d -= from.Ng * (2 * height);
-    if (fan.point != k) fan = shader_.diffuse_fan(b, k, strata);
-    shader_.set_diffuse_ray(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
+    if (fan.point != k) fan = diffuse_rays_.fan(b, k, strata);
+    diffuse_rays_.set(b, fan, r, r.count, from, d, local.z, uint32_t(random >> 8));
     r.rays.joined[r.count++] = !starts && RayBatch::pays_to_join(strata);
   }
   return next;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/distribution/hit_shader.h"
+#include "dapple/distribution/hit_gatherer.h"
 #include "dapple/gi/hemisphere.h"
 
 namespace dapple::distribution {
@@ -32,7 +32,9 @@ class IrradianceInterpolator {
   static constexpr int unserved_share = 4;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 
-  IrradianceInterpolator(const HitShader& shader, const scene::PatchTable& patches, const Settings& settings);
+  /// All must outlive this object.
+  IrradianceInterpolator(const ShadingScene& shading, const PointPlacer& placer, const DiffuseRays& diffuse_rays,
+                         const HitGatherer& gatherer, const Settings& settings);
 
   /// A visible shading point of the batch: cell (i, j) of a tile.
   struct Point {
@@ -85,7 +87,7 @@ class IrradianceInterpolator {
 
   /// Interpolates b.indirect at those points of the batch at place.level where it can be: b.indirect_known. Reads
   /// w.point.
-  void interpolate(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
+  void interpolate(const Place& place, Workspace& w, ShadingWorkspace& s) const;
 
   integrate::CacheState state() const;
 
@@ -94,12 +96,10 @@ class IrradianceInterpolator {
   bool choose_nodes(const Point& p, int n, Workspace& w) const;
   static int quad(const scene::GridId& lattice, int i, int j, Workspace& w);
   static void list_nodes(Workspace& w);
-  void find_nodes(const HitShader::Place& place, Workspace& w, ShadingWorkspace& s) const;
+  void find_nodes(const Place& place, Workspace& w, ShadingWorkspace& s) const;
   bool find_node(int n, Workspace& w) const;
-  void compute(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w,
-               ShadingWorkspace& s) const;
-  void shoot(const HitShader::Place& place, Workspace::Node* const* nodes, int count, Workspace& w,
-             ShadingWorkspace& s) const;
+  void compute(const Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
+  void shoot(const Place& place, Workspace::Node* const* nodes, int count, Workspace& w, ShadingWorkspace& s) const;
   int fill_set(const gi::HemisphereStrata& of_step, Workspace::Node* const* nodes, int next, int all,
                const integrate::PointBatch& b, integrate::RaySet& r) const;
   int collect(const integrate::RaySet& r, int strata, Workspace::Node* const* nodes, int first,
@@ -108,7 +108,10 @@ class IrradianceInterpolator {
   void pack(int node, Workspace& w) const;
   void unpack(int node, Workspace& w) const;
 
-  const HitShader& shader_;
+  const ShadingScene& shading_;
+  const PointPlacer& placer_;
+  const DiffuseRays& diffuse_rays_;
+  const HitGatherer& gatherer_;
   const scene::PatchTable& patches_;
   const Settings settings_;
   const std::vector<gi::HemisphereStrata> strata_;  ///< by step

@@ -106,7 +106,7 @@ struct PointBatch {
   bool some_indirect_known = false, indirect_known[capacity];
   LightSums indirect;
   LightSums diffuse, specular;
-  float onward[capacity];  ///< of hits: weight of their rays by coats (HitShader::Arrival::coat); 0: none goes on
+  float onward[capacity];  ///< of hits: weight of their rays by coats (Arrival::coat of distribution); 0: none goes on
   float glint[capacity];   ///< luminance of what lights without size send by glossy lobes, more blurred than in
                            ///< `specular`: how much, wherever the spots are
   LightSums Ci;

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/distribution/hider.h"
+
+#include <algorithm>
+
+namespace dapple::distribution {
+
+using integrate::CameraBatch;
+using integrate::MaterialTable;
+using integrate::RayTracer;
+using trace::no_id;
+
+namespace {
+// Points of diced surfaces, which are displaced or curved, stand closer by this: points that bumps hide share in what
+// is seen between them.
+constexpr float diced_spacing = 0.8f;
+
+// Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
+int most_segments(const DistributionSettings& s) {
+  return std::min(std::max(4, s.pixel_samples / 4), s.shading.diffuse_rays.at(0));
+}
+
+}  // namespace
+
+void Hider::locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s,
+                   ShadingWorkspace& w) const {
+  s.camera.generate(shading_.scene, pixels, sample, sets);
+  w.rays.camera += uint64_t(s.count());
+  trace(s, w);
+  locate_hits(s, w);
+}
+
+void Hider::choose_points(const Box2i& pixels, uint32_t sample, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
+                          ShadingWorkspace& w) const {
+  const auto is_small = [&s](int p) {
+    return s.sample[p].source == Source::grid && PixelPoints::is_small(s.sample[p].point.grid);
+  };
+  bool any = false;
+  for (int p = 0; p < s.count(); ++p) any |= is_small(p);
+  if (!any) return;
+  if (!chosen.known) {
+    chosen.points.clear();
+    // A crop shows that part of the whole: what pixels beyond it choose counts too.
+    const Box2i block = CameraBatch::block_around(pixels, shading_.scene.film.resolution);
+    for (uint32_t first = 0; first < std::min(uint32_t(settings_.pixel_samples), PixelPoints::first_samples); ++first) {
+      locate(block, first, sets, s, w);
+      for (int p = 0; p < s.count(); ++p)
+        if (is_small(p))
+          chosen.points.consider(shading_.scene, CameraBatch::in_block(s.camera.pixel[p]), settings_.pixel_points,
+                                 s.sample[p].point);
+    }
+    chosen.points.close();
+    chosen.known = true;
+    locate(pixels, sample, sets, s, w);
+  }
+  for (int p = 0; p < s.count(); ++p)
+    if (is_small(p)) {
+      const int pixel = CameraBatch::in_block(s.camera.pixel[p]);
+      chosen.points.lend(shading_.scene, pixel, settings_.pixel_points, hash(s.camera.seed[p], s.camera.index[p]),
+                         &s.sample[p].point);
+    }
+}
+
+void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
+  const CameraBatch& c = s.camera;
+  const float share = 1 / std::sqrt(float(settings_.pixel_samples));  // of the pixel's footprint
+  for (int p = 0; p < s.count(); ++p) {
+    const Ray& r = c.ray[p].ray;
+    s.rays.set(p, r.o, r.d, infinity, r.time, trace::ray_key(c.seed[p], c.index[p]), c.ray[p].cone_width * share,
+               c.ray[p].cone_spread * share);
+    s.medium[p] = shading_.scene.camera_medium;
+    s.L.clear(p);
+  }
+  RayTracer::Flights* const flights = shading_.scene.has_media() ? &s.flights : nullptr;
+  const Timer timer;
+  shading_.tracer.nearest(s.rays, s.count(), s.medium, &s.hits, s.distance, s.passed, w.tracing, flights);
+  w.stages.tracing_seconds += timer.seconds();
+}
+
+void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {
+  const MaterialTable& materials = shading_.materials;
+  for (int p = 0; p < samples.count(); ++p) {
+    CameraSample& s = samples.sample[p];
+    s.pixel = samples.camera.pixel[p];
+    s.film_weight = samples.camera.film_weight[p];
+    s.source = Source::nothing;
+    s.d = samples.rays.direction(p);
+    s.geometry = samples.hits.geometry[p];
+    if (s.geometry == no_id) {
+      if (samples.distance[p] < infinity) continue;
+      shading_.direct.add_environment(samples.rays.origin(p), s.d, samples.L, p);
+      samples.L.scale(p, samples.passed[p]);
+      continue;
+    }
+    const scene::CameraRay& r = samples.camera.ray[p];
+    s.seed = samples.camera.seed[p], s.index = samples.camera.index[p];
+    s.time = r.ray.time, s.spread = r.cone_spread;
+    s.width = r.cone_width + r.cone_spread * samples.distance[p];
+    s.passed = samples.passed[p];
+    s.medium = samples.medium[p];
+    const bool tangents =
+        needs_tangents(s.geometry) || shading_.scene.emitter_index(s.geometry, samples.hits.primitive[p]) != no_id;
+    s.surface = tangents ? shading_.scene.traced.surface(samples.hits, p, s.time)
+                         : shading_.scene.traced.surface_without_tangents(samples.rays, samples.hits, p);
+    shading_.direct.add_emission(samples.hits, p, s.surface, s.d, samples.L, p);
+    samples.L.scale(p, samples.passed[p]);
+    // A random choice would be made once for a shading point, however many samples see it.
+    s.refined = false;
+    s.source = !materials.is_random(s.geometry) && dice(p, 1, samples, w) ? Source::grid : Source::hit;
+  }
+}
+
+bool Hider::dice(int p, float finer, CameraSamples& samples, ShadingWorkspace& w) const {
+  CameraSample& s = samples.sample[p];
+  const bool diced = std::holds_alternative<trace::GridsPtr>(shading_.scene.traced.shape(s.geometry));
+  const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? diced_spacing : 1) / finer;
+  if (!shading_.patches->dice(shading_.patches->patch_hit(samples.hits, p, s.d, s.time, s.surface, &w.extents), width,
+                              &s.point))
+    return false;
+  if (shading_.surface_media.by_ray()) s.point.grid.medium = shading_.surface_media.name(s.geometry, s.medium);
+  if (shading_.patches->motion().any() && !shading_.patches->motion().moves(samples.hits.instance[p], s.geometry))
+    s.point.grid.span = shading_.patches->motion().span_seen(samples.rays.origin(p), s.d, samples.distance[p], width,
+                                                             s.time, most_segments(settings_));
+  return true;
+}
+
+}  // namespace dapple::distribution

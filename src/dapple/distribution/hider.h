@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/distribution/camera_samples.h"
+#include "dapple/distribution/distribution_settings.h"
+
+namespace dapple::distribution {
+
+/// The hider of the REYES pipeline (Cook et al. 1987), by ray tracing: says which surfaces camera samples see, and
+/// which tile of shading points serves each. Needs ShadingScene::patches.
+class Hider {
+ public:
+  Hider(const ShadingScene& shading, const DistributionSettings& settings) : shading_(shading), settings_(settings) {}
+
+  /// Traces one sample of each pixel: all of `s` but what is said of grids, except for their names
+  /// (CameraSample::point). What the rays meet that shines is in s.L.
+  void locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s, ShadingWorkspace& w) const;
+
+  /// The small patches that the pixels of a block have chosen.
+  struct Chosen {
+    PixelPoints points;
+    bool known = false;
+  };
+  /// Small patches, leaves say: however many of them a pixel's samples see, a few are shaded. Replaces what samples see
+  /// by what stands for it. Which, follows from the scene and the first samples, which each pass traces once more: that
+  /// costs less than to keep it.
+  void choose_points(const Box2i& pixels, uint32_t sample, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
+                     ShadingWorkspace& w) const;
+
+  /// Names the tile of shading points that serves sample p; `finer`: than its pixel asks for, in length.
+  bool dice(int p, float finer, CameraSamples& s, ShadingWorkspace& w) const;
+
+  /// The shader of what is seen there reads tangents for each sample, not for shading points alone.
+  bool needs_tangents(uint32_t geometry) const {
+    return shading_.materials.needs_tangents(geometry) && !shading_.materials.is_view_independent(geometry);
+  }
+
+ private:
+  void trace(CameraSamples& s, ShadingWorkspace& w) const;
+  void locate_hits(CameraSamples& s, ShadingWorkspace& w) const;
+
+  const ShadingScene& shading_;
+  const DistributionSettings& settings_;
+};
+
+}  // namespace dapple::distribution

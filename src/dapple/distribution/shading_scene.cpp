@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/distribution/shading_scene.h"
+
+#include <utility>
+
+#include "dapple/trace/bulk_bounds.h"
+
+namespace dapple::distribution {
+
+using integrate::PointBatch;
+using integrate::RaySet;
+using integrate::RayTracer;
+using light::SurfaceMedia;
+
+namespace {
+
+constexpr float common_cells = 1024;
+
+float common_cell(const scene::Scene& scene) {
+  const Box3f box = trace::bulk_bounds(scene.traced);
+  if (box.isEmpty()) return infinity;
+  const V3f size = box.size();
+  const float area = 2 * (size.x * size.y + size.y * size.z + size.z * size.x) / common_cells;
+  return area > 0 ? std::exp2(std::floor(std::log2(area))) : infinity;
+}
+
+}  // namespace
+
+ShadingScene::ShadingScene(const scene::Scene& of, const ShadingSettings& with, const scene::PatchTable* patches_of)
+    : scene(of),
+      patches(patches_of),
+      settings(with),
+      materials(of, with.caustics),
+      tracer(of, materials, true, with.visibility),
+      direct(of, tracer, with.shadow_rays),
+      surface_media(of),
+      common_area(common_cell(of)),
+      linker_(of, materials, patches_of) {}
+
+void ShadingScene::trace(RaySet& r, ShadingWorkspace& w) const {
+  if (scene.has_media() && !r.flights) r.flights = std::make_unique<RayTracer::Flights>();
+  const Timer timer;
+  tracer.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get(), r.sheets);
+  w.stages.tracing_seconds += timer.seconds();
+  w.stages += std::exchange(w.tracing.stages, {});
+  for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
+  if (!tracer.weakens()) return;
+  for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
+}
+
+void ShadingScene::link(ShadingWorkspace& w) const {
+  const Timer timer;
+  w.rays.link += linker_.link(w.linking);
+  w.stages.tracing_seconds += timer.seconds();
+}
+
+void ShadingScene::find_media(PointBatch& b, ShadingWorkspace& w) const {
+  if (!surface_media.vary()) return;
+  if (!w.surface_media) w.surface_media = std::make_unique<SurfaceMedia::Scratch>();
+  const Timer timer;
+  surface_media.find(b, *w.surface_media);
+  w.stages.tracing_seconds += timer.seconds();
+}
+
+}  // namespace dapple::distribution
