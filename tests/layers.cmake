@@ -3,6 +3,7 @@
 # Fails, naming file and line, where
 # - a library of src/dapple includes one that does not stand above it in the table below (docs/design and CMakeLists.txt say why),
 # - a library's include does not begin with dapple/, so that the rule above could not see what it names,
+# - a library has no README.md, or that names a header (`name.h`) which is not in its folder,
 # - a source does not begin with the SPDX line.
 cmake_policy(VERSION 3.25)
 
@@ -34,6 +35,22 @@ foreach(library ${folders})
   if(rank EQUAL -1)
     violation("src/dapple/${library}: not a library of tests/layers.cmake")
     continue()
+  endif()
+  set(readme src/dapple/${library}/README.md)
+  if(NOT EXISTS ${ROOT}/${readme})
+    violation("${readme}: missing: what the library is, where to begin reading, which rules hold")
+  else()
+    file(STRINGS ${ROOT}/${readme} lines REGEX "`[a-z_0-9]+\\.h`")
+    foreach(line IN LISTS lines)
+      string(REGEX MATCHALL "`[a-z_0-9]+\\.h`" headers "${line}")
+      foreach(header IN LISTS headers)
+        string(REPLACE "`" "" header ${header})
+        if(NOT EXISTS ${ROOT}/src/dapple/${library}/${header})
+          line_of(${ROOT}/${readme} "`${header}`" number)
+          violation("${readme}:${number}: ${header} is not in this folder")
+        endif()
+      endforeach()
+    endforeach()
   endif()
   file(GLOB_RECURSE sources ${ROOT}/src/dapple/${library}/*.h ${ROOT}/src/dapple/${library}/*.cpp)
   foreach(source ${sources})

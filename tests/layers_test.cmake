@@ -29,7 +29,11 @@ function(expect text)
   endif()
 endfunction()
 
-expect(ok src/dapple/geom/a.h "${spdx}#include <vector>\n#include \"dapple/base/vec.h\"\n#include \"dapple/geom/b.h\"\n")
+expect(ok src/dapple/geom/a.h "${spdx}#include <vector>\n#include \"dapple/base/vec.h\"\n#include \"dapple/geom/b.h\"\n"
+  src/dapple/geom/README.md "Begin with `a.h`.\n")
+expect("src/dapple/geom/README.md: missing" src/dapple/geom/a.h "${spdx}")
+expect("src/dapple/geom/README.md:2: b.h is not in this folder" src/dapple/geom/a.h "${spdx}"
+  src/dapple/geom/README.md "Begin with `a.h`,\nthen `b.h`.\n")
 expect("src/dapple/geom/a.h:3: geom must not include trace"
   src/dapple/geom/a.h "${spdx}#include \"dapple/base/vec.h\"\n#include \"dapple/trace/b.h\"\n")
 expect("base must not include numeric" src/dapple/base/a.cpp "${spdx}#  include <dapple/numeric/b.h>\n")
