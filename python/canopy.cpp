@@ -7,7 +7,9 @@
 #include <cmath>
 #include <variant>
 
+#include "dapple/base/error.h"
 #include "dapple/base/parallel.h"
+#include "dapple/canopyfile/canopy_solution.h"
 #include "dapple/forest/leaves.h"
 #include "dapple/forest/particles.h"
 #include "dapple/forest/solver.h"
@@ -162,5 +164,19 @@ PYBIND11_MODULE(canopy, m) {
         for (int l = 0; l < s.get().levels(); ++l) z.push_back(s.get().height(l));
         return array_of(z, {s.levels()});
       });
+  m.def(
+      "solve_file",
+      [](const std::string& path) {
+        try {
+          const auto input = dapple::canopyfile::read_canopy_input(path);
+          return py::module_::import("json").attr("loads")(
+              dapple::canopyfile::canopy_json(input, dapple::canopyfile::solve_canopy(input, {})));
+        } catch (const dapple::InputError& e) {
+          throw py::value_error(e.what());
+        } catch (const dapple::IoError& e) {
+          throw std::runtime_error(e.what());
+        }
+      },
+      "path"_a, "What `dapple canopy solve` writes for this file, as a dictionary. ValueError for what the file says wrong.");
   m.def("set_threads", &dapple::set_thread_count, "threads"_a, "0: all processors.");
 }

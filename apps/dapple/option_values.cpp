@@ -46,12 +46,6 @@ CLI::Validator number_check(const char* name, const std::string& expected, Legal
 
 }  // namespace
 
-std::string shown(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", x);
-  return text;
-}
-
 std::vector<double> numbers(std::string_view text, char mark, size_t count) {
   return parse_list<double>(text, mark, count);
 }

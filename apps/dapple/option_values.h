@@ -2,19 +2,15 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "dapple/base/angle.h"
+#include "dapple/base/number_text.h"
 #include "dapple/base/vec.h"
 
 namespace dapple::app {
-
-inline constexpr double degree = std::numbers::pi / 180;
-
-/// A number as messages show it.
-std::string shown(double x);
 
 /// Finite numbers between marks, such as "12,-3.5" or "2024-06-21"; empty where the text is anything else.
 std::vector<double> numbers(std::string_view text, char mark, size_t count);

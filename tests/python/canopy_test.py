@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """dapple.canopy: the numbers of library forest, NumPy in and out, and errors that name what is wrong."""
+import json
+import os
+import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -27,6 +30,22 @@ class Canopy(unittest.TestCase):
         np.testing.assert_allclose(radiance[:, 2, 0] * np.pi / 0.6, 0.4317546137538, atol=1e-9)
         np.testing.assert_array_equal(s.heights_m, [0, 1, 2])
         np.testing.assert_allclose(s.irradiance(s.sky(), -1)[2], s.fluxes(s.sky())["up"][2], rtol=1e-9)
+
+    def test_solves_files(self):
+        """What the program writes for a file; the layer is that of test_horizontal_leaves."""
+        layer = {"bottom_m": 0, "top_m": 2, "leaf_area_index": 2, "reflectance": 0.45, "transmittance": 0.45, "leaf_angle_distribution": "horizontal"}
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "canopy.json")
+            with open(path, "w") as file:
+                json.dump({"layers": [layer], "ground": {"reflectance": 0.15}, "sky": {"irradiance_W_m2": 1}}, file)
+            solution = canopy.solve_file(path)
+            self.assertAlmostEqual(np.ravel(solution["albedo"]["white_sky"])[0], 0.4317546137538, delta=1e-9)
+            with open(path, "w") as file:
+                json.dump({"layers": [dict(layer, reflectance=2)]}, file)
+            with self.assertRaisesRegex(ValueError, "reflectance"):
+                canopy.solve_file(path)
+            with self.assertRaises(RuntimeError):
+                canopy.solve_file(os.path.join(folder, "none.json"))
 
     def test_methods_agree(self):
         leaves = canopy.Leaves(canopy.LeafAngles.beta(1.0, 0.3), np.array([0.4]), np.array([0.3]))

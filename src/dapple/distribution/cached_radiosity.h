@@ -20,8 +20,8 @@ class CachedRadiosity {
 
   bool serves(Arrival arrival) const { return cache(arrival) != nullptr; }
 
-  /// By so many widths of the cache is what rays read wider than the point that sends them, one that `share` points do
-  /// the work of (PointBatch::diffuse_share).
+  /// Rays read cells that are wider than the point that sends them by this, times ShadingSettings::cache_width.
+  /// `share`: of points that share the rays of one (PointBatch::diffuse_share).
   float growth(const Place& place, int share = 1) const;
 
   /// Finds the tile that serves each of these rays, if one does, and groups them by it: w.cache_level(place.level). Its

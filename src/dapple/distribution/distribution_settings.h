@@ -17,14 +17,14 @@ struct DistributionSettings {
   int pixel_samples = 16;  ///< that a pixel gets
   /// The same where it is noisy, if that is more: so many share what mirrors, gloss and media show there.
   int max_pixel_samples = 0;
-  /// Of patches of few points, as leaves are, so many are shaded that a pixel's samples see, and one of each further
-  /// material and side; 0: all.
+  /// Number of small patches (leaves, say) that each pixel shades, of those that its samples see, beside one of each
+  /// further material and side; 0: all.
   int pixel_points = 3;
   size_t grid_bytes = size_t(512) << 20;   ///< of shading grids kept; beyond, they are shaded again
   bool radiosity_cache = true;             ///< diffuse rays end in it; else what they hit is shaded
   bool subsurface_cache = true;            ///< the light that enters subsurface bodies is cached too
-  size_t cache_bytes = size_t(100) << 20;  ///< of all caches of view-independent results
-  /// Of diffuse rays of visible points; their number is that of a hemisphere then.
+  size_t cache_bytes = size_t(100) << 20;  ///< of the radiosity, irradiance and hemisphere caches
+  /// Interpolates indirect light of visible points; the first number of diffuse rays is that of a hemisphere then.
   bool irradiance_interpolation = false;
   float irradiance_accuracy = 0.4f;  ///< IrradianceInterpolator::Settings::accuracy
   bool light_groups = false;         ///< what groups of lights give is kept apart, for films that ask for it
@@ -33,7 +33,7 @@ struct DistributionSettings {
   /// Asked before `masks`, for which it answers too; null: none.
   std::shared_ptr<const forest::GroundVisibility> far_ground;
 
-  /// Else a pixel's samples see no more small patches than may be shaded.
+  /// A pixel may see more small patches than it shades.
   bool chooses_points() const {
     return pixel_points > 0 && pixel_points <= std::min(pixel_samples, int(PixelPoints::first_samples));
   }

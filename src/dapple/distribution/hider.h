@@ -12,8 +12,8 @@ class Hider {
  public:
   Hider(const ShadingScene& shading, const DistributionSettings& settings) : shading_(shading), settings_(settings) {}
 
-  /// Traces one sample of each pixel: all of `s` but what is said of grids, except for their names
-  /// (CameraSample::point). What the rays meet that shines is in s.L.
+  /// Traces one sample of each pixel. Fills `s`, except for grids, of which it knows the names (CameraSample::point).
+  /// Emission goes to s.L.
   void locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s, ShadingWorkspace& w) const;
 
   /// The small patches that the pixels of a block have chosen.

@@ -20,15 +20,15 @@ class IrradianceInterpolator {
  public:
   struct Settings {
     int rays = 256;  ///< of the finest hemispheres; wider ones have up to 8 times as many
-    /// A point may be as far from its hemispheres, in distances from them to the nearest thing they see (weighted
-    /// mean), but for those that stand two points apart; a quarter of it is what they may differ by there, of their
-    /// mean. Smaller is better and slower.
+    /// Limit for the weighted mean of a hemisphere's distance over its distance to the nearest surface that it sees.
+    /// Hemispheres two points apart are allowed 4 such distances. The hemispheres around a point may differ by a
+    /// quarter of it, relative to their mean. Smaller is better and slower.
     float accuracy = 0.4f;
     size_t bytes = size_t(16) << 20;  ///< of the cache
     int light_groups = 0;
   };
-  /// Points that it does not serve need so many times fewer rays than a hemisphere, which stands for many points; all,
-  /// where glints are why.
+  /// A point that is not interpolated sends 1 / unserved_share of a hemisphere's rays; all of them if glints are the
+  /// reason.
   static constexpr int unserved_share = 4;
   static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
 

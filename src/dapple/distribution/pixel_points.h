@@ -25,8 +25,8 @@ class PixelPoints {
   void consider(const scene::Scene& scene, int pixel, int enough, const scene::GridPoint& point);
   /// To be called when all has been considered.
   void close() { std::sort(in_block_.begin(), in_block_.end()); }
-  /// Replaces what a sample saw by what stands for it: where its pixel chose `enough`, and no pixel of the block chose
-  /// the patch that it saw, or this has several points. `key`: of the choice.
+  /// If the pixel has chosen `enough` patches, replaces *point by a point of one of them, chosen by `key`. A patch of
+  /// one point that some pixel of the block has chosen stays.
   void lend(const scene::Scene& scene, int pixel, int enough, uint64_t key, scene::GridPoint* point) const;
 
  private:

@@ -10,11 +10,11 @@ namespace dapple::distribution {
 /// the inputs of the batch at place.level.
 class PointShader {
  public:
-  /// All lobes: b.Ci.
+  /// All lobes; writes b.Ci.
   virtual void shade(const Place& place, ShadingWorkspace& w) const = 0;
-  /// Diffuse light alone: b.diffuse.
+  /// Diffuse light alone; writes b.diffuse.
   virtual void shade_diffuse(const Place& place, ShadingWorkspace& w) const = 0;
-  /// Of points in media: b.Ci.
+  /// Points in media; writes b.Ci.
   virtual void shade_media(const Place& place, ShadingWorkspace& w) const = 0;
 
  protected:

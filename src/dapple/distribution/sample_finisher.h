@@ -35,7 +35,7 @@ struct WaitingSamples {
   bool blocked_[slot_count] = {};
 };
 
-/// Gives camera samples the light of the points that serve them, and what depends on the view, a sample at a time; adds
+/// Gives camera samples the light of the points that serve them, and what depends on the view, for each sample; adds
 /// them to the film.
 class SampleFinisher {
  public:

@@ -41,7 +41,8 @@ class ShadingScene {
   const integrate::RayTracer tracer;
   const light::DirectLight direct;
   const light::SurfaceMedia surface_media;
-  /// Of a common cell, m2: a thousandth of the surface of a box as large as the scene. A power of two, which stays when
+  /// Of a common cell, m2: a thousandth of the surface of the box around the middle nine tenths of the scene
+  /// (trace::bulk_bounds). A power of two, which stays when
   /// things move a little; infinite in a scene without extent.
   const float common_area;
 

@@ -17,10 +17,10 @@ struct CacheBatch {
   explicit CacheBatch(int groups);
 
   int count = 0;          ///< rays that end in the cache
-  uint8_t set[capacity];  ///< of the ray
-  int ray[capacity];      ///< in its set
+  uint8_t set[capacity];  ///< set of rays that the ray belongs to
+  int ray[capacity];      ///< index of the ray in that set
   scene::GridPoint point[capacity];
-  uint8_t nearest[capacity];  ///< of its tile's points
+  uint8_t nearest[capacity];  ///< index of the nearest point of the tile
   float leaving[capacity];    ///< towards the ray, of what its point sends on average
   int entry_of[capacity];
 

@@ -46,8 +46,8 @@ struct IrradianceRecord {
   RGB E;
   RGB by_place[2], by_normal[3];
   RGB by_time;  ///< over the time that its rays are spread over
-  /// To the nearest surface, but for what is almost in the tangent plane, or less, where E changes by all of itself;
-  /// may be infinite.
+  /// To the nearest surface, without those almost in the tangent plane. Less where the gradient is as large as E. May
+  /// be infinite.
   float distance = 0;
 
   /// At a place offset by (ds, dt), with a normal n, in the record's frame, so long after its middle as a share of its

@@ -9,10 +9,10 @@
 
 namespace dapple::gi {
 
-/// The radiosity of tiles of shading points, at three resolutions (multiresolution radiosity caching, Christensen et
-/// al. 2012). Coarse: the whole patch, or a group of patches, in at most 4 points. Medium: tiles of a patch of at most
-/// 64 points. Fine: tiles of a patch of more. A share of the memory is for coarse tiles alone, so that the others, of
-/// which there are many, cannot drive them out.
+/// The radiosity of tiles of shading points, diced at any rate that is a power of two (multiresolution radiosity
+/// caching, Christensen et al. 2012). Memory and statistics know three resolutions. Coarse: the whole patch, or a group
+/// of patches, in at most 4 points. Medium: tiles of a patch of at most 64 points. Fine: tiles of a patch of more. A
+/// share of the memory is for coarse tiles alone, so that the others, of which there are many, cannot drive them out.
 ///
 /// An entry holds those points of its tile that look-ups have wanted so far, and says which points belong together
 /// (TileLinks). Values are diffuse radiance (radiosity / pi), direct and indirect, without emission, in 16 bits a

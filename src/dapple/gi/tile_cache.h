@@ -33,8 +33,8 @@ class TileCache {
     pending,  ///< another thread computes it: wait()
     refused   ///< there is no room: the caller computes it for itself
   };
-  /// How often the search for an entry to replace must come by before this one goes: when it is new, and after it was
-  /// looked up. What an entry costs to compute again, in coarse steps.
+  /// Number of times that the search for an entry to replace skips this one: when it is new, and after a look-up. It
+  /// says in coarse steps what an entry costs to compute again.
   struct Lives {
     uint8_t first = 0, most = 1;
   };

@@ -14,12 +14,12 @@ struct TileLinks {
   static constexpr int side = scene::GridId::tile;
   static constexpr int most_parts = 16;  ///< bits of `divided` that are in use
   static constexpr uint32_t all_parts = (1u << most_parts) - 1;
-  /// In cells: so far from the edges of tiles and cells no obstacle is looked for. Of a room's floor, that may be its
-  /// walls.
+  /// In cells: obstacles nearer than this to the edge of a tile or cell are ignored, such as a room's walls at the edge
+  /// of its floor.
   static constexpr float margin = 0.04f;
   static_assert(side * side <= most_parts && geom::PatchClusters::most_parts <= most_parts);
 
-  /// By cell: something stands in it, so its shading point says nothing about all of it. By part of a group: the same.
+  /// By cell, or part of a group: something stands in it, so that its shading point does not stand for all of it.
   uint32_t divided = 0;
   uint32_t cut = 0;  ///< by cell: from the next cell in u (bits 0 to 15) and in v (bits 16 to 31)
   /// Bits of `cut` where no next cell is: something stands in this row or column of cells, so their points have to be

@@ -74,7 +74,7 @@ struct CacheState {
   bool has_memory = true;
 };
 
-/// A tile's worth of work: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.
+/// Work for a thread: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.
 struct TileWork {
   Box2i pixels;  ///< [min, max)
   uint32_t first_sample = 0, sample_count = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "canopy_input.h"
+#include "dapple/canopyfile/canopy_input.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -12,11 +12,12 @@
 #include <numbers>
 #include <set>
 
+#include "dapple/base/angle.h"
 #include "dapple/base/error.h"
+#include "dapple/base/number_text.h"
 #include "dapple/forest/leaves.h"
-#include "option_values.h"
 
-namespace dapple::app {
+namespace dapple::canopyfile {
 
 namespace {
 
@@ -351,4 +352,4 @@ std::string CanopyInput::wavelength_name(int w) const {
   return "channel " + std::to_string(w);
 }
 
-}  // namespace dapple::app
+}  // namespace dapple::canopyfile

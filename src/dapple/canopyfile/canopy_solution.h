@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "canopy_input.h"
+#include "dapple/canopyfile/canopy_input.h"
 
-namespace dapple::app {
+namespace dapple::canopyfile {
 
 /// What `dapple canopy solve` reports; arrays by wavelength are innermost. NaN where no light comes in.
 struct CanopySolution {
@@ -28,12 +28,12 @@ struct CanopyWanted {
   bool plots = false, field = false;
 };
 
+/// InputError for what the solver refuses.
 CanopySolution solve_canopy(const CanopyInput& input, const CanopyWanted& wanted);
 
 std::string canopy_json(const CanopyInput& input, const CanopySolution& s);
 std::string canopy_csv(const CanopyInput& input, const CanopySolution& s);
-std::string canopy_svg(const CanopyInput& input, const CanopySolution& s);
 /// Radiance seen in all directions at each height, without the sun's disc.
 void write_canopy_exr(const std::string& path, const CanopyInput& input, const CanopySolution& s);
 
-}  // namespace dapple::app
+}  // namespace dapple::canopyfile

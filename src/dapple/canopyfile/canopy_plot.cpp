@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/canopyfile/canopy_plot.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 
-#include "canopy_solution.h"
-
-namespace dapple::app {
+namespace dapple::canopyfile {
 
 namespace {
 
@@ -246,4 +246,4 @@ std::string canopy_svg(const CanopyInput& in, const CanopySolution& s) {
   return svg + "</svg>\n";
 }
 
-}  // namespace dapple::app
+}  // namespace dapple::canopyfile

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "canopy_solution.h"
+#include "dapple/canopyfile/canopy_solution.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "dapple/base/angle.h"
 #include "dapple/base/error.h"
 #include "dapple/forest/sky_table.h"
 #include "dapple/image/image.h"
 #include "dapple/image/image_writer.h"
-#include "option_values.h"
 
-namespace dapple::app {
+namespace dapple::canopyfile {
 
 namespace {
 
@@ -91,7 +91,8 @@ forest::Sky image_sky(const CanopyInput& in, const FileLoc& loc) {
     throw InputError(loc, "sky.image has colour, expected a grey image where there are " +
                               std::to_string(in.wavelengths) + " wavelengths");
   constexpr int rows = 45, columns = 72;
-  auto table = std::make_shared<forest::SkyTable>(forest::SkyTable{rows, columns, channels, std::vector<double>(size_t(rows * columns * channels), 0.0)});
+  auto table = std::make_shared<forest::SkyTable>(
+      forest::SkyTable{rows, columns, channels, std::vector<double>(size_t(rows * columns * channels), 0.0)});
   std::vector<double> area(rows * columns, 0);
   for (int y = 0; y < picture.height(); ++y) {
     const double zenith = pi_d * (y + 0.5) / picture.height();
@@ -177,7 +178,8 @@ void add_views(const CanopyInput& in, const Part& part, int first, int count, co
 
 }  // namespace
 
-CanopySolution solve_canopy(const CanopyInput& in, const CanopyWanted& wanted) {
+namespace {
+CanopySolution solve(const CanopyInput& in, const CanopyWanted& wanted) {
   CanopySolution s;
   forest::Sky sky;
   if (in.sky) {
@@ -248,6 +250,15 @@ CanopySolution solve_canopy(const CanopyInput& in, const CanopyWanted& wanted) {
     add_views(in, part, first, count, wanted, s);
   }
   return s;
+}
+}  // namespace
+
+CanopySolution solve_canopy(const CanopyInput& in, const CanopyWanted& wanted) {
+  try {
+    return solve(in, wanted);
+  } catch (const std::invalid_argument& problem) {
+    throw InputError(FileLoc{in.path, 0, 0}, problem.what());
+  }
 }
 
 std::string canopy_json(const CanopyInput& in, const CanopySolution& s) {
@@ -347,4 +358,4 @@ void write_canopy_exr(const std::string& path, const CanopyInput& in, const Cano
   image::write_exr(path, picture, {.type = image::SampleType::full_float});
 }
 
-}  // namespace dapple::app
+}  // namespace dapple::canopyfile

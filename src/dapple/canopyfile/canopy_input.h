@@ -8,7 +8,7 @@
 #include "dapple/forest/leaf_angles.h"
 #include "dapple/forest/solver.h"
 
-namespace dapple::app {
+namespace dapple::canopyfile {
 
 /// What a file for `dapple canopy solve` says (docs/guide/canopy.md), checked. Numbers by wavelength are of equal
 /// length.
@@ -55,4 +55,4 @@ struct CanopyInput {
 /// unknown keys.
 CanopyInput read_canopy_input(const std::string& path);
 
-}  // namespace dapple::app
+}  // namespace dapple::canopyfile
