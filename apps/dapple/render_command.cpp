@@ -11,6 +11,7 @@
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
 #include "dapple/shading/medium.h"
+#include "frame_denoising.h"
 #include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
@@ -151,6 +152,11 @@ void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, O
   }
 }
 
+// Albedo and normals come from elsewhere (FrameDenoising).
+bool keeps_features(const std::vector<std::string>& aovs) {
+  return std::any_of(aovs.begin(), aovs.end(), [](const std::string& aov) { return aov != "albedo" && aov != "normal"; });
+}
+
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check_render_options(o);
@@ -182,15 +188,18 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   request.light_groups = o.light_groups;
+  FrameDenoising denoising(o, request);
   render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const Timer set_up;
   const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
+  denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples), std::max(rules.pixel_samples, rules.max_pixel_samples),
+                           request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();
 
   scene::Film::Settings film_settings = built.scene->film;
-  film_settings.features = !output.aovs.empty();
+  film_settings.features = keeps_features(output.aovs);
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
   film_settings.light_groups = int(output.light_groups.size());
   film_settings.cache_use = request.log_caches;
@@ -205,6 +214,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
+  denoising.denoise(film, interrupts.flag(), &output);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
   if (is_partial && result.samples == 0) keep_older_images(o, built, outputs, &paths);
   for (const std::string& path : paths) render::write_output(path, film, output);
@@ -222,6 +232,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   report.threads = thread_count();
   report.film_bytes = film.bytes();
   report.dropped_samples = film.dropped_samples();
+  report.feature_seconds = denoising.feature_seconds();
+  report.denoise_seconds = denoising.seconds();
   report.warnings = diagnostics.count();
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();

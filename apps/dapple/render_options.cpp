@@ -55,6 +55,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
   if (!o.subsurface_cache.empty()) r.subsurface_cache = o.subsurface_cache == "on";
   if (!o.opacity_cache.empty()) r.opacity_cache = o.opacity_cache == "on";
+  if (!o.denoise.empty()) r.denoise = o.denoise == "on";
   if (o.cache_width > 0) r.cache_width = float(o.cache_width);
   if (o.cache_mb >= 0) r.cache_mb = float(o.cache_mb);
   if (o.max_distance > 0) r.max_distance = float(o.max_distance);
@@ -227,6 +228,12 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--show-cache", o.show_cache,
                  "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
+  app.add_option("--denoise", o.denoise,
+                 "The image without its noise, and as rendered in layer noisy of an EXR: on, off "
+                 "[on with distribution in presets draft and preview, else off]")
+      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option("--denoise-weights", o.denoise_weights,
+                 "Network for that, .tza of 3, 6 or 9 channels: colour, albedo, normals [that of all 9]");
   app.add_option("--stats", o.stats, "Write a JSON run report to this file [none]");
   app.add_flag("--half", o.half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o.full_float, "32-bit float EXR [as the scene says]");

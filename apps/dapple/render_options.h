@@ -21,7 +21,7 @@ struct RenderOptions {
   build::MaskRequest masks;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
-  std::string canopy_gather, canopy_plot, show_cache;
+  std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;
   int canopy_slabs = 0;
 };
 

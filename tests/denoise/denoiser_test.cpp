@@ -86,7 +86,7 @@ TEST(Denoiser, TilesShowNoSeams) {
     for (int x = 0; x < 300; ++x)
       for (int c = 0; c < 3; ++c) colour.pixel(x, y)[c] = .1f + static_cast<float>((x * 7919 + y * 104729 + c * 31) % 101) / 101;
   const denoise::Denoiser denoiser(folder + "rt_hdr.tza");
-  const Image whole = denoiser(colour, nullptr, nullptr), tiles = denoiser(colour, nullptr, nullptr, 64);
+  const Image whole = denoiser(colour, nullptr, nullptr), tiles = denoiser(colour, nullptr, nullptr, {.tile = 64});
   for (size_t i = 0; i < whole.pixels().size(); ++i) ASSERT_NEAR(whole.pixels()[i], tiles.pixels()[i], 1e-4f * whole.pixels()[i] + 1e-6f);
 }
 

@@ -161,6 +161,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.subsurface_cache, other.subsurface_cache);
   fill(&r.opacity_cache, other.opacity_cache);
+  fill(&r.denoise, other.denoise);
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
   r.masks = masks.over(other.masks);
@@ -237,6 +238,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (e.params.find("subsurfacecache")) r.subsurface_cache = e.params.get_bool("subsurfacecache", true);
   if (e.params.find("opacitycache")) r.opacity_cache = e.params.get_bool("opacitycache", true);
   if (e.params.find("colorbleeding")) r.color_bleeding = e.params.get_bool("colorbleeding", false);
+  if (e.params.find("denoise")) r.denoise = e.params.get_bool("denoise", false);
   r.preset = e.params.get_string("preset", "");
   static const std::vector<std::string_view> presets(std::begin(preset_names), std::end(preset_names));
   if (!r.preset.empty() && !std::count(presets.begin(), presets.end(), r.preset))
@@ -257,6 +259,7 @@ IntegratorRequest preset_request(const std::string& name) {
   r.color_bleeding = false;
   r.radiosity_cache = r.subsurface_cache = r.opacity_cache = true;
   r.caustics = name != "draft";
+  r.denoise = name != "final";
   r.pixel_noise = 0.07f;
   r.cache_mb = 100.0f;
   r.cache_width = 0.35f;

@@ -36,7 +36,7 @@ struct Range {
 };
 
 /// A tile of `range` with what the network sees around it.
-void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, image::Image& out) {
+void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, const StopToken& stop, image::Image& out) {
   const int x0 = std::max(0, xs.begin - overlap), x1 = std::min(out.width(), xs.end + overlap);
   const int y0 = std::max(0, ys.begin - overlap), y1 = std::min(out.height(), ys.end + overlap);
   const int w = (x1 - x0 + 15) / 16 * 16, h = (y1 - y0 + 15) / 16 * 16, n = net.inputs();
@@ -44,7 +44,7 @@ void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, image
   parallel_for(y1 - y0, [&](size_t y) {
     for (int x = x0; x < x1; ++x) frame.encode(x, y0 + static_cast<int>(y), &in[(y * w + x - x0) * n]);
   });
-  net.run(in, w, h, result);
+  net.run(in, w, h, result, stop);
   parallel_for(ys.end - ys.begin, [&](size_t i) {
     const int y = ys.begin + static_cast<int>(i);
     for (int x = xs.begin; x < xs.end; ++x)
@@ -60,7 +60,9 @@ Denoiser::Denoiser(const std::string& weights) : net_(read_tensors(weights), wei
     throw InputError(FileLoc{weights}, "not a network for denoising: it takes " + std::to_string(inputs()) + " channels, not 3, 6 or 9");
 }
 
-image::Image Denoiser::operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal, int tile) const {
+image::Image Denoiser::operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal,
+                                  const Options& options) const {
+  const int tile = options.tile;
   if (inputs() < 6) albedo = nullptr;
   if (inputs() < 9) normal = nullptr;
   if ((inputs() >= 6 && !albedo) || (inputs() == 9 && !normal)) throw UsageError("The network needs albedo or normals, which are not there");
@@ -75,7 +77,7 @@ image::Image Denoiser::operator()(const image::Image& colour, const image::Image
   const Frame frame{clean, albedo, normal, auto_exposure(clean)};
   image::Image out(w, h, 3, {"R", "G", "B"});
   for (int y = 0; y < h; y += tile)
-    for (int x = 0; x < w; x += tile) denoise_tile(net_, frame, {x, std::min(w, x + tile)}, {y, std::min(h, y + tile)}, out);
+    for (int x = 0; x < w; x += tile) denoise_tile(net_, frame, {x, std::min(w, x + tile)}, {y, std::min(h, y + tile)}, options.stop, out);
   return out;
 }
 

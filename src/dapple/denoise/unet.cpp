@@ -67,7 +67,7 @@ class Convolution {
 
   int out() const { return out_; }
 
-  Plane operator()(const Plane& source) const {
+  Plane operator()(const Plane& source, const StopToken& stop) const {
     Plane result(source.width, source.height, out_);
     const int bands = (source.height + band_rows - 1) / band_rows;
     const int last = source.height - (bands - 1) * band_rows;
@@ -77,6 +77,7 @@ class Convolution {
     if (bands > 2) kinds[1] = make(source.width, band_rows, false, false);
     if (bands > 1) kinds[2] = make(source.width, last, false, true);
     parallel_for(bands, [&](size_t band) {
+      stop.check();
       const OneThread guard;
       const Primitive& p = kinds[band == 0 ? 0 : static_cast<int>(band) == bands - 1 ? 2 : 1];
       const int y = static_cast<int>(band) * band_rows;
@@ -192,19 +193,19 @@ UNet::~UNet() = default;
 int UNet::inputs() const { return layers_->inputs; }
 int UNet::outputs() const { return layers_->outputs; }
 
-void UNet::run(std::span<const float> in, int width, int height, std::span<float> out) const {
-  const auto& conv = layers_->conv;
+void UNet::run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop) const {
+  const auto conv = [&](int layer, const Plane& source) { return layers_->conv[size_t(layer)](source, stop); };
   const int ni = inputs(), no = outputs();
   Plane image(width, height, padded(ni));
   const size_t pixels = static_cast<size_t>(width) * height;
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&in[i * ni], ni, &image.values[i * image.channels]);
-  const Plane p1 = pool(conv[1](conv[0](image)));
-  const Plane p2 = pool(conv[2](p1)), p3 = pool(conv[3](p2));
-  Plane x = conv[6](conv[5](pool(conv[4](p3))));
-  x = conv[8](conv[7](join(x, p3)));
-  x = conv[10](conv[9](join(x, p2)));
-  x = conv[12](conv[11](join(x, p1)));
-  x = conv[15](conv[14](conv[13](join(x, image))));
+  const Plane p1 = pool(conv(1, conv(0, image)));
+  const Plane p2 = pool(conv(2, p1)), p3 = pool(conv(3, p2));
+  Plane x = conv(6, conv(5, pool(conv(4, p3))));
+  x = conv(8, conv(7, join(x, p3)));
+  x = conv(10, conv(9, join(x, p2)));
+  x = conv(12, conv(11, join(x, p1)));
+  x = conv(15, conv(14, conv(13, join(x, image))));
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&x.values[i * x.channels], no, &out[i * no]);
 }
 

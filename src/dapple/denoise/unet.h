@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "dapple/base/stop_token.h"
 #include "dapple/denoise/tensor_file.h"
 
 namespace dapple::denoise {
@@ -23,7 +24,8 @@ class UNet {
   int inputs() const;   ///< channels of an image that enters
   int outputs() const;
   /// `in` is width * height * inputs(), row-major, channels interleaved; `out` likewise with outputs(). The sides are multiples of 16.
-  void run(std::span<const float> in, int width, int height, std::span<float> out) const;
+  /// May throw Stopped, within some milliseconds.
+  void run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop = {}) const;
 
  private:
   struct Layers;

@@ -29,8 +29,15 @@ ImageLayer layer(const Film& film, const std::string& name, std::vector<std::str
 void put(const RGB& c, float* out) { out[0] = c.r, out[1] = c.g, out[2] = c.b; }
 void put(const V3f& v, float* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
 
-ImageLayer aov_layer(const Film& film, const std::string& name, const V3d& origin) {
+ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, const image::Image& pixels) {
+  return {name, std::move(channels), {pixels.pixels().begin(), pixels.pixels().end()}, {}};
+}
+
+ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSettings& settings) {
   const auto full = SampleType::full_float;
+  const V3d& origin = settings.origin;
+  if (name == "albedo" && settings.features) return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
+  if (name == "normal" && settings.features) return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
   if (name == "albedo")
     return layer(film, name, {"albedo.R", "albedo.G", "albedo.B"}, {},
                  [&](int x, int y, float* out) { put(film.features(x, y).albedo, out); });
@@ -117,14 +124,23 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.display_width = f.resolution.x;
   out.display_height = f.resolution.y;
   out.metadata = settings.metadata;
-  out.layers.push_back(layer(film, "rgb", {"R", "G", "B"}, {}, [&](int x, int y, float* p) {
-    put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_use(x, y)) : film.pixel(x, y), p);
-  }));
-  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name, settings.origin));
+  const auto rendered = [&](const std::string& name, std::vector<std::string> channels) {
+    return layer(film, name, std::move(channels), {}, [&](int x, int y, float* p) {
+      put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_use(x, y)) : film.pixel(x, y), p);
+    });
+  };
+  if (settings.denoised) {
+    out.layers.push_back(layer_of("rgb", {"R", "G", "B"}, settings.denoised->colour));
+    out.layers.push_back(rendered("noisy", {"noisy.R", "noisy.G", "noisy.B"}));
+  } else {
+    out.layers.push_back(rendered("rgb", {"R", "G", "B"}));
+  }
+  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name, settings));
   for (size_t g = 0; g < settings.light_groups.size(); ++g) {
     const std::string name = "light." + settings.light_groups[g];
-    out.layers.push_back(layer(film, name, {name + ".R", name + ".G", name + ".B"}, {},
-                               [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
+    std::vector<std::string> channels{name + ".R", name + ".G", name + ".B"};
+    out.layers.push_back(settings.denoised ? layer_of(name, channels, settings.denoised->light_groups[g])
+                                           : layer(film, name, channels, {}, [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
   }
   return out;
 }

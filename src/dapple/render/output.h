@@ -8,6 +8,7 @@
 
 #include "dapple/image/image_writer.h"
 #include "dapple/render/cache_colors.h"
+#include "dapple/render/frame_denoiser.h"
 #include "dapple/scene/film.h"
 
 namespace dapple::render {
@@ -25,13 +26,15 @@ struct OutputSettings {
   std::vector<std::string> aovs;
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
   std::optional<CacheView> cache_view;  ///< in place of the picture
+  std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop; else those that the film keeps
+  std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
   V3d origin{0, 0, 0};  ///< added to positions, build::BuiltScene::origin
   image::ExrOptions exr;
   image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;
 };
 
-/// The film as a picture: R, G, B, then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
+/// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
 /// alpha ("A"), patch, grid_point, dice_level, shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light
 /// group. Crops keep the full display window.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);

@@ -44,6 +44,7 @@ std::string RunReport::to_json() const {
                        {"total", build_times->total_seconds}};
   j["render_seconds"] = session.seconds;
   j["render_cpu_seconds"] = session.cpu_seconds;
+  if (feature_seconds > 0 || denoise_seconds > 0) j["denoise_seconds"] = {{"features", feature_seconds}, {"network", denoise_seconds}};
   j["cpu_seconds"] = process_cpu_seconds();
   j["peak_rss_bytes"] = process_peak_rss_bytes();
   j["memory_bytes"] = {{"shapes", build_times->shape_bytes},

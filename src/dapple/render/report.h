@@ -15,6 +15,7 @@ struct RunReport {
   const build::BuildTimes* build_times = nullptr;
   SessionResult session;
   double wall_seconds = 0;
+  double feature_seconds = 0, denoise_seconds = 0;  ///< albedo and normals, and the network; 0: none
   int threads = 1;
   uint64_t film_bytes = 0, dropped_samples = 0;
   size_t warnings = 0;

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dapple/base/stop_token.h"
+#include "dapple/denoise/denoiser.h"
+#include "dapple/denoise/weights.h"
+#include "dapple/image/image.h"
+#include "dapple/integrate/feature_tracer.h"
+#include "dapple/scene/film.h"
+
+namespace dapple::render {
+
+/// Albedo and normals of the film's crop (integrate::FeatureTracer), as images of three channels.
+struct FeatureLayers {
+  image::Image albedo, normal;
+};
+FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings);
+
+/// A frame without its noise, over the film's crop.
+struct DenoisedFrame {
+  image::Image colour;
+  std::vector<image::Image> light_groups;  ///< of which colour is the sum
+};
+
+/// Denoises films: a pure function of film and layers.
+class FrameDenoiser {
+ public:
+  /// Errors as denoise::Denoiser; IoError where the default ones are missing.
+  explicit FrameDenoiser(const std::string& weights = denoise::weights_path(denoise::feature_weights));
+
+  bool wants_features() const { return denoiser_.inputs() > 3; }
+  /// Which weights and instruction set, for headers of images.
+  std::string description() const;
+  /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up
+  /// to the whole; where none has light the first gets what there is. May throw Stopped.
+  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {}) const;
+
+ private:
+  std::string weights_;
+  denoise::Denoiser denoiser_;
+};
+
+}  // namespace dapple::render
