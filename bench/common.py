@@ -41,7 +41,9 @@ def run(arguments, **options):
 
 
 def render(context, scene, image, *options):
-    """Renders with dapple and returns its statistics."""
+    """Renders with dapple, as it is rendered unless --denoise is among the options, and returns its statistics."""
+    if "--denoise" not in options:
+        options += ("--denoise", "off")
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
         run([context.program("dapple"), "render", scene, "-o", image, "--stats", stats, *options])

@@ -21,7 +21,7 @@ def strip(path):
 
 
 def render(scene, out, *options):
-    subprocess.run([root / "build/release/dapple", "render", root / scene, "-o", out, "-q", *map(str, options)], check=True)
+    subprocess.run([root / "build/release/dapple", "render", root / scene, "-o", out, "-q", "--denoise", "off", *map(str, options)], check=True)
 
 
 def tool(out, *arguments):

@@ -48,7 +48,7 @@ TEST(InterruptedFirstPass, KeepsTheOlderImage) {
   const auto run = [&](const std::vector<std::string>& options) {
     std::vector<std::string> all{DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--resolution", "512x512"};
     all.insert(all.end(), {"--threads", "1", "--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "64", "--shadow-rays", "4",
-                           "--radiosity-cache", "off", "--irradiance-interpolation", "off"});
+                           "--radiosity-cache", "off", "--irradiance-interpolation", "off", "--denoise", "off"});
     all.insert(all.end(), options.begin(), options.end());
     Process process(all);
     std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));

@@ -37,7 +37,7 @@ inline Rendered render_scene(const std::string& scene, const std::vector<std::st
   ScratchFolder folder;
   std::ofstream(folder.file("scene.pbrt")) << scene;
   std::vector<std::string> arguments{
-      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "-q"};
+      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "-q", "--denoise", "off"};
   arguments.insert(arguments.end(), options.begin(), options.end());
   if (std::find(options.begin(), options.end(), "--bounces") == options.end())
     arguments.insert(arguments.end(), {"--bounces", "0"});
