@@ -13,7 +13,7 @@ class Denoiser {
  public:
   struct Options {
     int tile = 1024;  ///< side of a tile without overlap; a multiple of 16
-    StopToken stop;
+    StopToken stop{};
   };
 
   /// Weights of 3 channels (colour), 6 (and albedo) or 9 (and normals). Errors as read_tensors and UNet.
