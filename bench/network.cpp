@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame.
+// bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame, and of the network's bare convolutions: the same primitives, layouts and
+// threads without what lies between them. The tiles of frames beyond 2.1 million pixels overlap; their bare convolutions are not shown.
 #include <cstdio>
 #include <cstdlib>
 
@@ -16,9 +17,18 @@ int main(int argc, char** argv) {
   const denoise::Denoiser denoiser(denoise::weights_path(denoise::feature_weights));
   image::Image colour(w, h, 3), albedo(w, h, 3), normal(w, h, 3);
   for (size_t i = 0; i < colour.pixels().size(); ++i) colour.pixels()[i] = float(i * 2654435761u % 1000) / 1000, albedo.pixels()[i] = .5f;
+  const int padded_w = (w + 15) / 16 * 16, padded_h = (h + 15) / 16 * 16;
+  const double flops = denoiser.network().flops(padded_w, padded_h);
+  std::printf("%d x %d, %d threads, %s\n", w, h, thread_count(), denoise::instruction_set().c_str());
   for (int i = 0; i < 3; ++i) {
     const Timer timer;
     denoiser(colour, &albedo, &normal);
-    std::printf("%.2f s, %.0f MB\n", timer.seconds(), double(process_peak_rss_bytes()) / 1e6);
+    const double seconds = timer.seconds();
+    std::printf("%.2f s, peak %.0f MB", seconds, double(process_peak_rss_bytes()) / 1e6);
+    if (int64_t{padded_w} * padded_h <= 2'100'000) {
+      const double bare = denoiser.network().bare_seconds(padded_w, padded_h);
+      std::printf("; bare convolutions %.2f s, %.0f GFLOP/s, ratio %.2f", bare, flops / bare / 1e9, seconds / bare);
+    }
+    std::printf("\n");
   }
 }

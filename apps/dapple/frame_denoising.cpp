@@ -31,6 +31,7 @@ FrameDenoising::FrameDenoising(const RenderOptions& o, const build::IntegratorRe
   } else if (asked || !denoise::find_weights(denoise::feature_weights).empty()) {
     denoiser_.emplace();
   } else {
+    weights_missing_ = true;
     log_warning("the image is not denoised, as preset " + (request.preset.empty() ? "preview" : request.preset) + " would have it: the weights \"" +
                 std::string(denoise::feature_weights) + "\" are missing; expected them in $DAPPLE_WEIGHTS, or in share/dapple/denoise above the program");
   }
@@ -46,7 +47,7 @@ void FrameDenoising::trace_features(const scene::Scene& scene, const scene::Film
 
 void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& interrupted, render::OutputSettings* output) {
   const auto say = [&](const std::string& text) { output->metadata.push_back({"dapple/denoised", text}); };
-  if (!denoiser_) return say("no");
+  if (!denoiser_) return say(weights_missing_ ? "no: the weights are missing" : "no");
   const Timer timer;
   try {
     const StopToken stop(interrupted);

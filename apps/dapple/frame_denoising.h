@@ -25,10 +25,10 @@ class FrameDenoising {
 
   double feature_seconds() const { return feature_seconds_; }
   double seconds() const { return seconds_; }  ///< of the network
-  bool is_on() const { return denoiser_.has_value(); }
 
  private:
   std::optional<render::FrameDenoiser> denoiser_;
+  bool weights_missing_ = false;
   double feature_seconds_ = 0, seconds_ = 0;
 };
 

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "dapple/base/parallel.h"
 
 namespace dapple::denoise {
 
@@ -21,24 +24,29 @@ float from_display(float value) {
   return static_cast<float>(x <= x0 ? x / a : x <= x1 ? std::pow((x - d) / b, 1 / c) : std::exp((x - g) / e) - f);
 }
 
-float auto_exposure(const image::Image& colour) {
+float auto_exposure(const PixelRows& colour) {
   const int w = colour.width(), h = colour.height(), nx = (w + 15) / 16, ny = (h + 15) / 16;
   // Bins as even as whole pixels allow, the larger first.
   const auto edge = [](int i, int n, int bins) { return i * (n / bins) + std::min(i, n % bins); };
+  std::vector<double> means(static_cast<size_t>(nx) * ny);
+  parallel_for(static_cast<size_t>(ny), [&](size_t j) {
+    std::vector<float> row(static_cast<size_t>(w) * 3);
+    double* const mean = &means[j * nx];
+    const int ya = edge(static_cast<int>(j), h, ny), yb = edge(static_cast<int>(j) + 1, h, ny);
+    for (int y = ya; y < yb; ++y) {
+      colour.read(y, 0, w, row.data());
+      for (int i = 0; i < nx; ++i)
+        for (int x = edge(i, w, nx); x < edge(i + 1, w, nx); ++x) {
+          const float* p = &row[static_cast<size_t>(x) * 3];
+          mean[i] += .212671 * light(p[0]) + .715160 * light(p[1]) + .072169 * light(p[2]);
+        }
+    }
+    for (int i = 0; i < nx; ++i) mean[i] /= static_cast<double>(edge(i + 1, w, nx) - edge(i, w, nx)) * (yb - ya);
+  });
   double sum = 0;
   int count = 0;
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      double mean = 0;
-      const int xa = edge(i, w, nx), xb = edge(i + 1, w, nx), ya = edge(j, h, ny), yb = edge(j + 1, h, ny);
-      for (int y = ya; y < yb; ++y)
-        for (int x = xa; x < xb; ++x) {
-          const float* p = colour.pixel(x, y);
-          mean += .212671 * p[0] + .715160 * p[1] + .072169 * p[2];
-        }
-      mean /= static_cast<double>(xb - xa) * (yb - ya);
-      if (mean > 1e-8) sum += std::log2(mean), ++count;
-    }
+  for (const double mean : means)
+    if (mean > 1e-8) sum += std::log2(mean), ++count;
   return count ? static_cast<float>(.18 / std::exp2(sum / count)) : 1;
 }
 

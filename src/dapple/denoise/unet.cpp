@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
+#include <map>
 #include <mutex>
 #include <oneapi/dnnl/dnnl.hpp>
 #include <vector>
 
 #include "dapple/base/error.h"
 #include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
 
 // Of the OpenMP that oneDNN runs on; its own loops are kept to the calling thread.
 extern "C" void omp_set_num_threads(int);
@@ -43,11 +46,64 @@ struct Plane {
   const float* row(int y) const { return &values[static_cast<size_t>(y) * width * channels]; }
 };
 
+/// What enters a convolution: a plane; or one of half the size, each pixel four times, and after it the channels of `skip`. Joined
+/// a band at a time, since whole joined planes would be the largest by far.
+struct Source {
+  const Plane& plane;
+  const Plane* skip = nullptr;
+
+  int width() const { return skip ? skip->width : plane.width; }
+  int height() const { return skip ? skip->height : plane.height; }
+  void join(int begin, int end, float* to) const {
+    for (int y = begin; y < end; ++y) {
+      const float *a = plane.row(y / 2), *b = skip->row(y);
+      for (int x = 0; x < skip->width; ++x)
+        to = std::copy_n(b + x * skip->channels, skip->channels, std::copy_n(a + x / 2 * plane.channels, plane.channels, to));
+    }
+  }
+};
+
+/// Memory that threads work with, used again from band to band and layer to layer.
+class Buffers {
+ public:
+  class Lease {
+   public:
+    Lease(Buffers& from, size_t size) : from_(from), values_(from.take()) {
+      if (values_.size() < size) values_.resize(size);
+    }
+    ~Lease() { from_.give(std::move(values_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    float* data() { return values_.data(); }
+
+   private:
+    Buffers& from_;
+    std::vector<float> values_;
+  };
+
+ private:
+  std::vector<float> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return {};
+    std::vector<float> v = std::move(free_.back());
+    free_.pop_back();
+    return v;
+  }
+  void give(std::vector<float> values) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(values));
+  }
+
+  std::mutex mutex_;
+  std::vector<std::vector<float>> free_;
+};
+
 /// A convolution of `rows` rows, of which the frame may end above or below.
 struct Primitive {
   dnnl::convolution_forward::primitive_desc desc;
   dnnl::convolution_forward conv;
   dnnl::memory weights;
+  size_t scratch = 0;  ///< floats
 };
 
 class Convolution {
@@ -56,6 +112,7 @@ class Convolution {
       : in_(padded(split) + padded(weight.shape[1] - split)), out_(padded(weight.shape[0])), relu_(relu), engine_(engine),
         weights_(static_cast<size_t>(in_) * out_ * 9), bias_(out_) {
     const int ni = weight.shape[1];
+    flops_ = 18.0 * ni * weight.shape[0];
     for (int o = 0; o < weight.shape[0]; ++o) {
       bias_[o] = bias.values[o];
       for (int i = 0; i < ni; ++i) {
@@ -65,44 +122,74 @@ class Convolution {
     }
   }
 
+  int in() const { return in_; }
   int out() const { return out_; }
+  double flops() const { return flops_; }  ///< a pixel, without what pads channels
 
-  Plane operator()(const Plane& source, const StopToken& stop) const {
-    Plane result(source.width, source.height, out_);
-    const int bands = (source.height + band_rows - 1) / band_rows;
-    const int last = source.height - (bands - 1) * band_rows;
-    // First, middle and last band; a frame of one band is both first and last.
-    std::array<Primitive, 3> kinds;
-    kinds[0] = make(source.width, bands == 1 ? last : band_rows, true, bands == 1);
-    if (bands > 2) kinds[1] = make(source.width, band_rows, false, false);
-    if (bands > 1) kinds[2] = make(source.width, last, false, true);
-    parallel_for(bands, [&](size_t band) {
-      stop.check();
-      const OneThread guard;
-      const Primitive& p = kinds[band == 0 ? 0 : static_cast<int>(band) == bands - 1 ? 2 : 1];
-      const int y = static_cast<int>(band) * band_rows;
-      const auto memory = [&](const dnnl::memory::desc& desc, const float* data) {
-        return dnnl::memory(desc, engine_, const_cast<float*>(data));
-      };
-      std::vector<std::byte> scratch(p.desc.scratchpad_desc().get_size() + 1);
-      dnnl::stream stream(engine_);
-      p.conv.execute(stream, {{DNNL_ARG_SRC, memory(p.desc.src_desc(), source.row(std::max(0, y - 1)))},
-                              {DNNL_ARG_WEIGHTS, p.weights},
-                              {DNNL_ARG_BIAS, memory(p.desc.bias_desc(), bias_.data())},
-                              {DNNL_ARG_DST, memory(p.desc.dst_desc(), result.row(y))},
-                              {DNNL_ARG_SCRATCHPAD, dnnl::memory(p.desc.scratchpad_desc(), engine_, scratch.data())}});
-      stream.wait();
+  Plane operator()(const Source& source, Buffers& buffers, const StopToken& stop) const {
+    const int width = source.width(), height = source.height();
+    Plane result(width, height, out_);
+    run(width, height, buffers, stop, [&](int y, int begin, int end, const auto& convolve) {
+      if (!source.skip) return convolve(source.plane.row(begin), result.row(y));
+      Buffers::Lease joined(buffers, static_cast<size_t>(end - begin) * width * in_);
+      source.join(begin, end, joined.data());
+      convolve(joined.data(), result.row(y));
     });
     return result;
   }
+  /// The same without data, for benchmarks.
+  void run_bare(const Plane& source, Plane& result, Buffers& buffers) const {
+    run(source.width, source.height, buffers, {}, [&](int y, int begin, int, const auto& convolve) { convolve(source.row(begin), result.row(y)); });
+  }
 
  private:
-  Primitive make(int width, int rows, bool top, bool bottom) const {
+  // First, middle and last bands; one that is both.
+  struct Kind {
+    int width, rows;
+    bool top, bottom;
+    auto operator<=>(const Kind&) const = default;
+  };
+
+  /// Calls body(y, begin, end, convolve) for each band from row y, which reads rows [begin, end): convolve(from, to) does it.
+  template <class Body>
+  void run(int width, int height, Buffers& buffers, const StopToken& stop, const Body& body) const {
+    const int bands = (height + band_rows - 1) / band_rows;
+    const auto rows_of = [&](int band) { return std::min(band_rows, height - band * band_rows); };
+    const auto kind_of = [&](int band) { return Kind{width, rows_of(band), band == 0, band == bands - 1}; };
+    std::array<std::shared_ptr<const Primitive>, 3> kinds{primitive(kind_of(0)), primitive(kind_of(bands / 2)), primitive(kind_of(bands - 1))};
+    parallel_for(bands, [&](size_t i) {
+      stop.check();
+      const OneThread guard;
+      const int band = static_cast<int>(i), y = band * band_rows;
+      const Primitive& p = *kinds[band == 0 ? 0 : band == bands - 1 ? 2 : 1];
+      body(y, std::max(0, y - 1), std::min(height, y + rows_of(band) + 1), [&](const float* from, float* to) {
+        const auto memory = [&](const dnnl::memory::desc& desc, const float* data) { return dnnl::memory(desc, engine_, const_cast<float*>(data)); };
+        Buffers::Lease scratch(buffers, p.scratch);
+        dnnl::stream stream(engine_);
+        p.conv.execute(stream, {{DNNL_ARG_SRC, memory(p.desc.src_desc(), from)},
+                                {DNNL_ARG_WEIGHTS, p.weights},
+                                {DNNL_ARG_BIAS, memory(p.desc.bias_desc(), bias_.data())},
+                                {DNNL_ARG_DST, memory(p.desc.dst_desc(), to)},
+                                {DNNL_ARG_SCRATCHPAD, memory(p.desc.scratchpad_desc(), scratch.data())}});
+        stream.wait();
+      });
+    });
+  }
+
+  std::shared_ptr<const Primitive> primitive(const Kind& kind) const {
+    const std::lock_guard lock(mutex_);
+    if (primitives_.size() > most_primitives) primitives_.clear();
+    std::shared_ptr<const Primitive>& p = primitives_[kind];
+    if (!p) p = std::make_shared<const Primitive>(make(kind));
+    return p;
+  }
+
+  Primitive make(const Kind& k) const {
     const OneThread guard;
-    const dnnl::memory::desc src({1, in_, rows + !top + !bottom, width}, f32, Tag::nhwc), dst({1, out_, rows, width}, f32, Tag::nhwc);
+    const dnnl::memory::desc src({1, in_, k.rows + !k.top + !k.bottom, k.width}, f32, Tag::nhwc), dst({1, out_, k.rows, k.width}, f32, Tag::nhwc);
     const dnnl::memory::desc weights({out_, in_, 3, 3}, f32, Tag::any), bias({out_}, f32, Tag::a);
     const dnnl::convolution_forward::desc what(dnnl::prop_kind::forward_inference, dnnl::algorithm::convolution_direct, src, weights, bias,
-                                               dst, {1, 1}, {top, 1}, {bottom, 1});
+                                               dst, {1, 1}, {k.top, 1}, {k.bottom, 1});
     dnnl::primitive_attr attributes;
     attributes.set_scratchpad_mode(dnnl::scratchpad_mode::user);
     if (relu_) {
@@ -113,6 +200,7 @@ class Convolution {
     Primitive p;
     p.desc = dnnl::convolution_forward::primitive_desc(what, attributes, engine_);
     p.conv = dnnl::convolution_forward(p.desc);
+    p.scratch = p.desc.scratchpad_desc().get_size() / sizeof(float) + 1;
     p.weights = dnnl::memory(p.desc.weights_desc(), engine_);
     dnnl::memory plain({{out_, in_, 3, 3}, f32, Tag::oihw}, engine_, const_cast<float*>(weights_.data()));
     dnnl::stream stream(engine_);
@@ -121,10 +209,15 @@ class Convolution {
     return p;
   }
 
+  static constexpr size_t most_primitives = 64;  // pictures of many sizes must not fill memory
+
   int in_, out_;
   bool relu_;
+  double flops_;
   dnnl::engine engine_;
   std::vector<float> weights_, bias_;
+  mutable std::mutex mutex_;
+  mutable std::map<Kind, std::shared_ptr<const Primitive>> primitives_;
 };
 
 /// The largest of each 2 x 2 pixels.
@@ -143,29 +236,18 @@ Plane pool(const Plane& in) {
   return out;
 }
 
-/// `in` at twice its size, each pixel four times, and after it the channels of `skip`.
-Plane join(const Plane& in, const Plane& skip) {
-  Plane out(skip.width, skip.height, in.channels + skip.channels);
-  parallel_for(out.height, [&](size_t y) {
-    const float *a = in.row(static_cast<int>(y / 2)), *b = skip.row(static_cast<int>(y));
-    float* to = out.row(static_cast<int>(y));
-    for (int x = 0; x < out.width; ++x, to += out.channels)
-      std::copy_n(b + x * skip.channels, skip.channels, std::copy_n(a + x / 2 * in.channels, in.channels, to));
-  });
-  return out;
-}
-
 }  // namespace
 
 struct UNet::Layers {
   dnnl::engine engine{dnnl::engine::kind::cpu, 0};
-  std::vector<Convolution> conv;  // in the order of `names`
+  std::vector<std::unique_ptr<const Convolution>> conv;  // in the order of `names`
   int inputs = 0, outputs = 0;
 };
 
 namespace {
 constexpr std::array names = {"enc_conv0",  "enc_conv1",  "enc_conv2",  "enc_conv3",  "enc_conv4",  "enc_conv5a", "enc_conv5b", "dec_conv4a",
                               "dec_conv4b", "dec_conv3a", "dec_conv3b", "dec_conv2a", "dec_conv2b", "dec_conv1a", "dec_conv1b", "dec_conv0"};
+constexpr std::array scale = {1, 1, 2, 4, 8, 16, 16, 8, 8, 4, 4, 2, 2, 1, 1, 1};  // of the picture over that of the layer's planes
 }
 
 UNet::UNet(const TensorMap& tensors, const std::string& name) : layers_(std::make_unique<Layers>()) {
@@ -183,7 +265,7 @@ UNet::UNet(const TensorMap& tensors, const std::string& name) : layers_(std::mak
     // What the decoder takes beside the layer below: the pooled enc_conv3, 2, 1, and the image.
     const int skip = i == 7 ? out[3] : i == 9 ? out[2] : i == 11 ? out[1] : i == 13 ? layers_->inputs : 0;
     if (s[1] != before + skip) fail(std::string(names[i]) + " takes " + std::to_string(s[1]) + " channels of " + std::to_string(before + skip));
-    layers_->conv.emplace_back(w->second, b->second, before, i + 1 < names.size(), layers_->engine);
+    layers_->conv.push_back(std::make_unique<Convolution>(w->second, b->second, before, i + 1 < names.size(), layers_->engine));
   }
   layers_->outputs = out.back();
   if (layers_->inputs > 64) fail("more than 64 channels enter");
@@ -194,19 +276,45 @@ int UNet::inputs() const { return layers_->inputs; }
 int UNet::outputs() const { return layers_->outputs; }
 
 void UNet::run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop) const {
-  const auto conv = [&](int layer, const Plane& source) { return layers_->conv[size_t(layer)](source, stop); };
+  Buffers buffers;
+  const auto conv = [&](int layer, const Plane& source, const Plane* skip = nullptr) { return (*layers_->conv[size_t(layer)])({source, skip}, buffers, stop); };
   const int ni = inputs(), no = outputs();
   Plane image(width, height, padded(ni));
   const size_t pixels = static_cast<size_t>(width) * height;
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&in[i * ni], ni, &image.values[i * image.channels]);
-  const Plane p1 = pool(conv(1, conv(0, image)));
-  const Plane p2 = pool(conv(2, p1)), p3 = pool(conv(3, p2));
+  Plane p1 = pool(conv(1, conv(0, image)));
+  Plane p2 = pool(conv(2, p1)), p3 = pool(conv(3, p2));
   Plane x = conv(6, conv(5, pool(conv(4, p3))));
-  x = conv(8, conv(7, join(x, p3)));
-  x = conv(10, conv(9, join(x, p2)));
-  x = conv(12, conv(11, join(x, p1)));
-  x = conv(15, conv(14, conv(13, join(x, image))));
+  x = conv(8, conv(7, x, &p3));
+  x = conv(10, conv(9, x, &p2));
+  x = conv(12, conv(11, x, &p1));
+  p1 = p2 = p3 = Plane();
+  x = conv(13, x, &image);
+  image = Plane();
+  x = conv(14, x);
+  x = conv(15, x);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&x.values[i * x.channels], no, &out[i * no]);
+}
+
+double UNet::flops(int width, int height) const {
+  double sum = 0;
+  for (size_t i = 0; i < layers_->conv.size(); ++i) sum += layers_->conv[i]->flops() * (double(width) / scale[i]) * (double(height) / scale[i]);
+  return sum;
+}
+
+double UNet::bare_seconds(int width, int height) const {
+  Buffers buffers;
+  double seconds = 0;
+  for (size_t i = 0; i < layers_->conv.size(); ++i) {
+    const Convolution& c = *layers_->conv[i];
+    const int w = width / scale[i], h = height / scale[i];
+    const Plane source(w, h, c.in());
+    Plane result(w, h, c.out());
+    const Timer timer;
+    c.run_bare(source, result, buffers);
+    seconds += timer.seconds();
+  }
+  return seconds;
 }
 
 std::string instruction_set() {

@@ -27,6 +27,10 @@ class UNet {
   /// May throw Stopped, within some milliseconds.
   void run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop = {}) const;
 
+  // For benchmarks.
+  double flops(int width, int height) const;         ///< floating-point operations of run()
+  double bare_seconds(int width, int height) const;  ///< what run()'s convolutions take alone
+
  private:
   struct Layers;
   std::unique_ptr<Layers> layers_;

@@ -2,9 +2,7 @@
 #include "dapple/render/frame_denoiser.h"
 
 #include <filesystem>
-#include <functional>
-
-#include "dapple/base/parallel.h"
+#include <optional>
 
 namespace dapple::render {
 
@@ -13,17 +11,23 @@ using scene::Film;
 
 namespace {
 
-Image picture_of(const Film& film, const std::function<RGB(int x, int y)>& value) {
-  Image picture(film.width(), film.height(), 3);
-  const V2i corner = film.settings().crop.min;
-  parallel_for(size_t(film.height()), [&](size_t y) {
-    for (int x = 0; x < film.width(); ++x) {
-      const RGB c = value(corner.x + x, corner.y + int(y));
-      for (int i = 0; i < 3; ++i) picture.pixel(x, int(y))[i] = c[i];
+/// A film's picture, or that of a light group.
+class FilmRows final : public denoise::PixelRows {
+ public:
+  FilmRows(const Film& film, int group) : PixelRows(film.width(), film.height()), film_(film), group_(group) {}
+  void read(int y, int begin, int end, float* out) const override {
+    const V2i corner = film_.settings().crop.min;
+    for (int x = begin; x < end; ++x) {
+      const int px = corner.x + x, py = corner.y + y;
+      const RGB c = group_ < 0 ? film_.pixel(px, py) : film_.light_group(px, py, group_);
+      for (int i = 0; i < 3; ++i) *out++ = c[i];
     }
-  });
-  return picture;
-}
+  }
+
+ private:
+  const Film& film_;
+  const int group_;  ///< below 0: all
+};
 
 template <class Triple>
 Image image_of(const std::vector<Triple>& values, int width, int height) {
@@ -31,16 +35,6 @@ Image image_of(const std::vector<Triple>& values, int width, int height) {
   for (size_t i = 0; i < values.size(); ++i)
     for (int c = 0; c < 3; ++c) picture.pixels()[3 * i + size_t(c)] = values[i][c];
   return picture;
-}
-
-void add_up_to(const Image& whole, std::vector<Image>& parts) {
-  if (parts.empty()) return;
-  for (size_t i = 0; i < whole.pixels().size(); ++i) {
-    double sum = 0;
-    for (const Image& part : parts) sum += double(part.pixels()[i]);
-    const double wanted = double(whole.pixels()[i]);
-    for (Image& part : parts) part.pixels()[i] = float(sum > 0 ? double(part.pixels()[i]) * (wanted / sum) : &part == &parts[0] ? wanted : 0);
-  }
 }
 
 }  // namespace
@@ -56,14 +50,15 @@ FrameDenoiser::FrameDenoiser(const std::string& weights) : weights_(std::filesys
 std::string FrameDenoiser::description() const { return weights_ + ", " + denoise::instruction_set(); }
 
 DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop) const {
-  const Image* const albedo = features ? &features->albedo : nullptr;
-  const Image* const normal = features ? &features->normal : nullptr;
-  const auto denoised = [&](const std::function<RGB(int x, int y)>& value) { return denoiser_(picture_of(film, value), albedo, normal, {.stop = stop}); };
+  std::optional<denoise::ImageRows> albedo, normal;
+  if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
+  const auto denoised = [&](int group) {
+    return denoiser_(FilmRows(film, group), albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.stop = stop});
+  };
   DenoisedFrame frame;
-  frame.colour = denoised([&](int x, int y) { return film.pixel(x, y); });
-  for (int g = 0; g < film.settings().light_groups; ++g)
-    frame.light_groups.push_back(denoised([&](int x, int y) { return film.light_group(x, y, g); }));
-  add_up_to(frame.colour, frame.light_groups);
+  frame.colour = denoised(-1);
+  for (int g = 0; g < film.settings().light_groups; ++g) frame.light_groups.push_back(denoised(g));
+  denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;
 }
 

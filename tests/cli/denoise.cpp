@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// dapple render --denoise, as its users run it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "tests/support/dapple_program.h"
+#include "tests/support/exr_layers.h"
+
+namespace dapple::test {
+namespace {
+
+const std::string cornell = source_path("scenes/cornell-box/cornell.pbrt");
+const std::string network = source_path("data/denoise/rt_hdr_alb_nrm.tza");
+
+class Denoise : public testing::Test {
+ protected:
+  std::string file(const std::string& name) const { return folder_.file(name); }
+
+  ProcessResult render_to(const std::string& image, std::vector<std::string> options, const std::string& scene = cornell) const {
+    options.insert(options.begin(), {"render", scene, "-o", file(image), "--resolution", "64x64", "--float"});
+    return run_dapple(options, 120);
+  }
+  ExrLayers layers(const std::string& image, const std::vector<std::string>& options, const std::string& scene = cornell) const {
+    const ProcessResult result = render_to(image, options, scene);
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return ExrLayers(file(image));
+  }
+
+  ScratchFolder folder_;
+};
+
+double rms(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += std::pow(double(std::min(a[i], 1.0f)) - double(std::min(b[i], 1.0f)), 2);
+  return std::sqrt(sum / double(a.size()));
+}
+
+bool begins(const std::string& text, const std::string& with) { return text.compare(0, with.size(), with) == 0; }
+
+TEST_F(Denoise, GivesTheDenoisedImageAndTheNoisyOneBesideIt) {
+  const std::vector<std::string> path{"--integrator", "path", "--pixel-samples", "8", "--threads", "2"};
+  auto with = path, single = path, without = path;
+  with.insert(with.end(), {"--denoise", "on"});
+  single.insert(single.end(), {"--denoise", "on", "--threads", "1", "--aov", "albedo"});
+  const ExrLayers on = layers("on.exr", with), off = layers("off.exr", without), one = layers("one.exr", single);
+  EXPECT_EQ(off.text("dapple/denoised"), "no");
+  EXPECT_TRUE(begins(on.text("dapple/denoised"), "by rt_hdr_alb_nrm.tza, ")) << on.text("dapple/denoised");
+  EXPECT_EQ(on.names(), (std::vector<std::string>{"B", "G", "R", "noisy.B", "noisy.G", "noisy.R"}));
+  for (const char* c : {"R", "G", "B"}) {
+    EXPECT_EQ(on[std::string("noisy.") + c], off[c]) << c;
+    EXPECT_EQ(on[c], one[c]) << c;
+  }
+  EXPECT_TRUE(one.has("albedo.R"));
+  // Eight samples leave a display error of 10 %; the network takes three quarters and more of it away in all that was measured.
+  const ExrLayers reference = layers("reference.exr", {"--integrator", "path", "--pixel-samples", "1024", "--seed", "7", "--denoise", "off"});
+  for (const char* c : {"R", "G", "B"}) EXPECT_LT(rms(on[c], reference[c]), .5 * rms(off[c], reference[c])) << c;
+}
+
+TEST_F(Denoise, PngGetsTheDenoisedImage) {
+  ASSERT_EQ(render_to("a.exr", {"-o", file("a.png"), "--integrator", "path", "--pixel-samples", "2", "--denoise", "on"}).exit_code, 0);
+  const ExrLayers exr(file("a.exr"));
+  const Picture png = load_picture(file("a.png"));
+  ASSERT_EQ(png.width, 64);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const float v = std::clamp(exr["G"][size_t(y) * 64 + size_t(x)], 0.0f, 1.0f);
+      const float shown = v <= .0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - .055f;
+      ASSERT_NEAR(png.at(x, y)[1], shown, .6f / 255) << x << " " << y;
+    }
+}
+
+TEST_F(Denoise, IsOnInPresetsOfFewSamples) {
+  const auto said = [&](std::vector<std::string> options) {
+    options.insert(options.end(), {"--pixel-samples", "1", "--bounces", "0"});
+    return layers("a.exr", options).text("dapple/denoised");
+  };
+  EXPECT_TRUE(begins(said({"--integrator", "distribution"}), "by "));
+  EXPECT_TRUE(begins(said({"--integrator", "distribution", "--preset", "draft"}), "by "));
+  EXPECT_EQ(said({"--integrator", "distribution", "--preset", "final"}), "no");
+  EXPECT_EQ(said({"--integrator", "distribution", "--denoise", "off"}), "no");
+  EXPECT_EQ(said({"--integrator", "path"}), "no");
+}
+
+TEST_F(Denoise, ScenesAskForIt) {
+  const auto said = [&](const std::string& integrator, const std::vector<std::string>& options) {
+    std::ofstream(file("scene.pbrt")) << "Integrator " << integrator << "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\n";
+    std::vector<std::string> all{"--pixel-samples", "1", "--crop", "10,10,30,40"};
+    all.insert(all.end(), options.begin(), options.end());
+    return layers("a.exr", all, file("scene.pbrt")).text("dapple/denoised");
+  };
+  const std::string by_itself = said("\"path\" \"bool denoise\" true", {});
+  EXPECT_TRUE(begins(by_itself, "by rt_hdr_alb_nrm.tza") && by_itself.find("crop") != std::string::npos) << by_itself;
+  EXPECT_EQ(said("\"path\" \"bool denoise\" true", {"--denoise", "off"}), "no");
+  EXPECT_EQ(said("\"distribution\" \"bool denoise\" false", {}), "no");
+}
+
+TEST_F(Denoise, LightGroupsAddUp) {
+  std::ofstream(file("scene.pbrt")) << R"(Camera "perspective"
+WorldBegin
+LightSource "point" "rgb I" [ 9 5 3 ] "point3 from" [ 2 3 0 ] "string group" "key"
+LightSource "infinite" "rgb L" [ .1 .2 .4 ] "string group" "sky"
+Translate 0 0 4
+Shape "sphere"
+Shape "bilinearmesh" "point3 P" [ -9 -1 -9  9 -1 -9  -9 -1 9  9 -1 9 ]
+)";
+  const ExrLayers all = layers("a.exr", {"--integrator", "path", "--pixel-samples", "4", "--light-groups", "--denoise", "on"}, file("scene.pbrt"));
+  for (const std::string c : {"R", "G", "B"})
+    for (size_t i = 0; i < all[c].size(); ++i) ASSERT_NEAR(all["light.key." + c][i] + all["light.sky." + c][i], all[c][i], 1e-5f * all[c][i] + 1e-9f) << i;
+}
+
+TEST_F(Denoise, SaysWhereWeightsAreMissing) {
+  const std::vector<std::string> quick{"--pixel-samples", "1", "--bounces", "0"};
+  const auto with = [&](std::vector<std::string> options) {
+    options.insert(options.end(), quick.begin(), quick.end());
+    return options;
+  };
+  ASSERT_EQ(setenv("DAPPLE_WEIGHTS", folder_.path().c_str(), 1), 0);
+  const ProcessResult asked = render_to("a.exr", with({"--integrator", "path", "--denoise", "on"}));
+  const ProcessResult preset = render_to("b.exr", with({"--integrator", "distribution"}));
+  const ProcessResult named = render_to("c.exr", with({"--integrator", "distribution", "--denoise-weights", network}));
+  ASSERT_EQ(unsetenv("DAPPLE_WEIGHTS"), 0);
+  EXPECT_EQ(asked.exit_code, 4) << asked.output;
+  EXPECT_NE(asked.output.find("rt_hdr_alb_nrm.tza"), std::string::npos) << asked.output;
+  EXPECT_EQ(preset.exit_code, 0) << preset.output;
+  EXPECT_NE(preset.output.find("not denoised"), std::string::npos) << preset.output;
+  EXPECT_EQ(ExrLayers(file("b.exr")).text("dapple/denoised"), "no: the weights are missing");
+  EXPECT_EQ(named.exit_code, 0) << named.output;
+}
+
+TEST_F(Denoise, TakesOtherWeights) {
+  const auto run = [&](const std::string& weights) { return render_to("a.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise", "on", "--denoise-weights", weights}); };
+  EXPECT_EQ(run(source_path("data/denoise/rt_hdr.tza")).exit_code, 0);
+  EXPECT_TRUE(begins(ExrLayers(file("a.exr")).text("dapple/denoised"), "by rt_hdr.tza"));
+  EXPECT_EQ(run(file("none.tza")).exit_code, 4);
+  std::ofstream(file("text.tza")) << "These are no weights.";
+  const ProcessResult text = run(file("text.tza"));
+  EXPECT_EQ(text.exit_code, 3) << text.output;
+  EXPECT_NE(text.output.find("text.tza"), std::string::npos) << text.output;
+  EXPECT_EQ(render_to("b.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise", "maybe"}).exit_code, 2);
+  const ProcessResult unused = render_to("b.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise-weights", network});
+  EXPECT_EQ(unused.exit_code, 0);
+  EXPECT_NE(unused.output.find("--denoise-weights"), std::string::npos) << unused.output;
+}
+
+TEST_F(Denoise, FollowsATimeLimit) {
+  const ExrLayers limited = layers("a.exr", {"--integrator", "path", "--time-limit", "1", "--denoise", "on"});
+  EXPECT_TRUE(begins(limited.text("dapple/denoised"), "by "));
+  EXPECT_TRUE(limited.has("noisy.R"));
+}
+
+}  // namespace
+}  // namespace dapple::test
