@@ -30,6 +30,8 @@ int run(int argc, char** argv) {
   std::vector<std::pair<CLI::App*, dapple::app::Command>> commands;
   auto* render = app.add_subcommand("render", "Render a scene to an EXR or PNG image");
   commands.emplace_back(render, dapple::app::add_render(*render, quoted(argc, argv)));
+  auto* denoise = app.add_subcommand("denoise", "Take the noise out of an OpenEXR image, of any renderer");
+  commands.emplace_back(denoise, dapple::app::add_denoise(*denoise));
   auto* info = app.add_subcommand("info", "Say what is in a scene and what of it is not supported");
   commands.emplace_back(info, dapple::app::add_info(*info));
   auto* canopy = app.add_subcommand("canopy", "Light inside vegetation: plane-parallel transport");

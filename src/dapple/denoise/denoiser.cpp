@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <optional>
 
@@ -98,10 +99,12 @@ void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, const
 
 }  // namespace
 
-Denoiser::Denoiser(const std::string& weights) : net_(read_tensors(weights), weights) {
+Denoiser::Denoiser(const std::string& weights) : weights_(std::filesystem::path(weights).filename().string()), net_(read_tensors(weights), weights) {
   if ((inputs() != 3 && inputs() != 6 && inputs() != 9) || net_.outputs() != 3)
     throw InputError(FileLoc{weights}, "not a network for denoising: it takes " + std::to_string(inputs()) + " channels, not 3, 6 or 9");
 }
+
+std::string Denoiser::description() const { return weights_ + ", " + instruction_set(); }
 
 image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal, const Options& options) const {
   if (inputs() < 6) albedo = nullptr;

@@ -22,6 +22,8 @@ class Denoiser {
   explicit Denoiser(const std::string& weights);
 
   const UNet& network() const { return net_; }
+  /// File name of the weights and the instruction set, for headers of images: one instruction set gives one image.
+  std::string description() const;
   int inputs() const { return net_.inputs(); }
   /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0 as 0. Pictures of more
   /// than 2.1 million pixels are done by tiles whose overlap is what the network sees: beside the layers, 12 bytes a pixel and .95 GB are
@@ -34,6 +36,7 @@ class Denoiser {
   }
 
  private:
+  std::string weights_;
   UNet net_;
 };
 

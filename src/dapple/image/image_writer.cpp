@@ -9,8 +9,8 @@
 #include <memory>
 #include <set>
 
-#include "dapple/image/atomic_file.h"
 #include "dapple/image/display_view.h"
+#include "dapple/image/image_output.h"
 
 namespace dapple::image {
 
@@ -104,33 +104,6 @@ std::vector<LayerGroup> group_layers(const OutputImage& image, bool multi_part) 
     groups.back().push_back(&layer);
   }
   return groups;
-}
-
-std::unique_ptr<OIIO::ImageOutput> make_output(const std::string& path, const char* format, AtomicFile& file) {
-  std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
-  if (!out) throw IoError("this build cannot write " + std::string(format) + " images: \"" + path + "\"");
-  if (!out->set_ioproxy(&file)) throw IoError("cannot write \"" + path + "\": " + out->geterror());
-  return out;
-}
-
-/// Runs a body that returns false or throws where OpenImageIO fails, and puts the file in place if all went well. The
-/// body must open the name it is given: the multi-part EXR writer goes round the sink and makes that file itself.
-template <class F>
-void write_atomically(const std::string& path, const char* format, F body) {
-  AtomicFile file(path);
-  const std::unique_ptr<OIIO::ImageOutput> out = make_output(path, format, file);
-  bool done = false;
-  std::string why;
-  try {
-    done = body(*out, file.part_path()) && out->close();
-    if (!done) why = out->geterror();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& e) {
-    why = e.what();
-  }
-  if (done) return file.commit();
-  file.give_up(why);
 }
 
 void check_extension(const std::string& path) {

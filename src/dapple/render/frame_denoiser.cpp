@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/render/frame_denoiser.h"
 
-#include <filesystem>
 #include <optional>
 
 namespace dapple::render {
@@ -45,9 +44,7 @@ FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop, const
   return {image_of(layers.albedo, width, height), image_of(layers.normal, width, height)};
 }
 
-FrameDenoiser::FrameDenoiser(const std::string& weights) : weights_(std::filesystem::path(weights).filename().string()), denoiser_(weights) {}
-
-std::string FrameDenoiser::description() const { return weights_ + ", " + denoise::instruction_set(); }
+FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 
 DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop) const {
   std::optional<denoise::ImageRows> albedo, normal;

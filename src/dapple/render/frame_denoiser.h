@@ -32,14 +32,12 @@ class FrameDenoiser {
   explicit FrameDenoiser(const std::string& weights = denoise::weights_path(denoise::feature_weights));
 
   bool wants_features() const { return denoiser_.inputs() > 3; }
-  /// Which weights and instruction set, for headers of images.
-  std::string description() const;
+  std::string description() const { return denoiser_.description(); }
   /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up
   /// to the whole; where none has light the first gets what there is. May throw Stopped.
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {}) const;
 
  private:
-  std::string weights_;
   denoise::Denoiser denoiser_;
 };
 

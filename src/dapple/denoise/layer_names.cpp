@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/denoise/layer_names.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <string_view>
+
+namespace dapple::denoise {
+
+namespace {
+
+constexpr std::array<std::array<std::string_view, 3>, 3> triples = {{{"r", "g", "b"}, {"x", "y", "z"}, {"red", "green", "blue"}}};
+// By preference.
+constexpr std::string_view colours[] = {"", "combined", "beauty", "rgba", "rgb", "ci", "c", "color", "colour"};
+constexpr std::string_view noisy_ones[] = {"noisyimage", "noisy"};
+constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "albedo"};
+constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal", "normals", "shadingnormal", "nn", "n"};
+
+std::string plain(std::string_view name) {
+  std::string out;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c))) out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// "view.layer" as {"view", "layer"}.
+std::pair<std::string, std::string> split(const std::string& name) {
+  const size_t dot = name.find_last_of('.');
+  return dot == std::string::npos ? std::pair(std::string(), name) : std::pair(name.substr(0, dot), name.substr(dot + 1));
+}
+
+std::vector<Layer> layers_of(const image::ExrFile& file) {
+  std::vector<Layer> layers;
+  for (size_t p = 0; p < file.parts().size(); ++p) {
+    const image::ExrFile::Part& part = file.parts()[p];
+    std::map<std::string, std::map<std::string, size_t>> found;  // by layer and component
+    for (size_t c = 0; c < part.channels.size(); ++c) {
+      if (!part.channels[c].is_number) continue;
+      const auto [name, component] = split(part.channels[c].name);
+      found[name.empty() && file.parts().size() > 1 ? part.name : name].emplace(plain(component), c);
+    }
+    for (const auto& [name, components] : found)
+      for (const auto& t : triples) {
+        Layer layer{name, p, {}};
+        bool whole = true;
+        for (size_t i = 0; i < 3; ++i) {
+          const auto at = components.find(std::string(t[i]));
+          if (at == components.end()) whole = false;
+          else layer.channels[i] = at->second;
+        }
+        if (whole) layers.push_back(layer);
+      }
+  }
+  return layers;
+}
+
+/// The layer of a view with the first of these names that there is one of; of any view if `view` is null and there is but one.
+template <class Names>
+std::optional<Layer> find(const std::vector<Layer>& layers, const std::string* view, const Names& names) {
+  for (const std::string_view name : names) {
+    std::vector<Layer> found;
+    for (const Layer& layer : layers) {
+      const auto [in, leaf] = split(layer.name);
+      if (plain(leaf) == name && (!view || in == *view)) found.push_back(layer);
+    }
+    if (!found.empty()) return view || found.size() == 1 ? std::optional(found[0]) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Picture> find_pictures(const image::ExrFile& file) {
+  const std::vector<Layer> layers = layers_of(file);
+  std::vector<std::string> views;
+  for (const Layer& layer : layers)
+    if (const std::string view = split(layer.name).first; std::find(views.begin(), views.end(), view) == views.end()) views.push_back(view);
+  std::vector<Picture> pictures;
+  for (const std::string& view : views) {
+    const std::optional<Layer> colour = find(layers, &view, colours);
+    if (!colour) continue;
+    const std::optional<Layer> noisy = find(layers, &view, noisy_ones);
+    Picture picture{*colour, noisy.value_or(*colour), find(layers, &view, albedos), find(layers, &view, normals), {}};
+    if (view.empty())
+      for (const Layer& layer : layers)
+        if (split(layer.name).first == "light") picture.light_groups.push_back(layer);
+    pictures.push_back(std::move(picture));
+  }
+  // What a compositor made of the views, say, has no albedo of its own.
+  const auto has_none = [](const Picture& p) { return !p.albedo && !p.normal; };
+  if (!std::all_of(pictures.begin(), pictures.end(), has_none)) pictures.erase(std::remove_if(pictures.begin(), pictures.end(), has_none), pictures.end());
+  for (Picture& picture : pictures)
+    if (pictures.size() == 1 && has_none(picture)) picture.albedo = find(layers, nullptr, albedos), picture.normal = find(layers, nullptr, normals);
+  return pictures;
+}
+
+std::string list_layers(const image::ExrFile& file) {
+  std::string text;
+  for (const Layer& layer : layers_of(file)) text += (text.empty() ? "" : ", ") + (layer.name.empty() ? std::string("R G B") : "\"" + layer.name + "\"");
+  return text.empty() ? "none of three channels" : text;
+}
+
+}  // namespace dapple::denoise
