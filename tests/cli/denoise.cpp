@@ -41,9 +41,9 @@ double rms(const std::vector<float>& a, const std::vector<float>& b) {
 bool begins(const std::string& text, const std::string& with) { return text.compare(0, with.size(), with) == 0; }
 
 TEST_F(Denoise, GivesTheDenoisedImageAndTheNoisyOneBesideIt) {
-  const std::vector<std::string> path{"--integrator", "path", "--pixel-samples", "8", "--threads", "2"};
+  const std::vector<std::string> path{"--integrator", "path", "--pixel-samples", "8"};
   auto with = path, single = path, without = path;
-  with.insert(with.end(), {"--denoise", "on"});
+  with.insert(with.end(), {"--denoise", "on", "--threads", "2"});
   single.insert(single.end(), {"--denoise", "on", "--threads", "1", "--aov", "albedo"});
   const ExrLayers on = layers("on.exr", with), off = layers("off.exr", without), one = layers("one.exr", single);
   EXPECT_EQ(off.text("dapple/denoised"), "no");

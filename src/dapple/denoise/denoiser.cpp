@@ -2,6 +2,7 @@
 #include "dapple/denoise/denoiser.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -80,6 +81,18 @@ Tiles choose_tiles(int width, int height) {
   return best;
 }
 
+/// No light at all: the network, which adds to what it gets, is not asked.
+bool is_black(const PixelRows& colour) {
+  std::atomic<bool> lit{false};
+  parallel_for(static_cast<size_t>(colour.height()), [&](size_t y) {
+    if (lit) return;
+    std::vector<float> row(static_cast<size_t>(colour.width()) * 3);
+    colour.read(static_cast<int>(y), 0, colour.width(), row.data());
+    if (std::any_of(row.begin(), row.end(), [](float v) { return light(v) > 0; })) lit = true;
+  });
+  return !lit;
+}
+
 void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, const StopToken& stop, image::Image& out) {
   const Range wide = widened(xs, out.width()), high = widened(ys, out.height());
   const int w = up16(wide.size()), h = up16(high.size()), n = net.inputs();
@@ -118,6 +131,7 @@ image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albe
   const Tiles tiles = options.tile > 0 ? Tiles{options.tile, options.tile} : choose_tiles(w, h);
   const Frame frame{colour, albedo, normal, auto_exposure(colour), inputs()};
   image::Image out(w, h, 3, {"R", "G", "B"});
+  if (is_black(colour)) return out;
   for (int y = 0; y < h; y += tiles.height)
     for (int x = 0; x < w; x += tiles.width)
       denoise_tile(net_, frame, {x, std::min(w, x + tiles.width)}, {y, std::min(h, y + tiles.height)}, options.stop, out);

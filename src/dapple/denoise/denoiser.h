@@ -25,7 +25,7 @@ class Denoiser {
   /// File name of the weights and the instruction set, for headers of images: one instruction set gives one image.
   std::string description() const;
   int inputs() const { return net_.inputs(); }
-  /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0 as 0. Pictures of more
+  /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0 as 0; black pictures stay black. Pictures of more
   /// than 2.1 million pixels are done by tiles whose overlap is what the network sees: beside the layers, 12 bytes a pixel and .95 GB are
   /// enough for pictures of any size (.75 GB for tiles). UsageError where sizes differ or a layer is missing. May throw Stopped.
   image::Image operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal, const Options& options) const;

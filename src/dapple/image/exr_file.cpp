@@ -126,6 +126,9 @@ void ExrFile::set_text(const std::string& attribute, const std::string& text) {
 
 void ExrFile::write(const std::string& path) const {
   std::vector<OIIO::ImageSpec> specs = headers_->specs;
+  const auto is_tiled = [](const OIIO::ImageSpec& spec) { return spec.tile_width > 0; };
+  if (!std::all_of(specs.begin(), specs.end(), is_tiled))
+    for (OIIO::ImageSpec& spec : specs) spec.tile_width = spec.tile_height = spec.tile_depth = 0;
   for (OIIO::ImageSpec& spec : specs) {
     const std::string compression = spec.get_string_attribute("compression");
     if (compression.starts_with("dwa") || compression.starts_with("b44")) spec.attribute("compression", "zip");

@@ -44,7 +44,7 @@ class ExrFile {
   void set_text(const std::string& attribute, const std::string& text);
 
   /// Writes all: IoError where that fails. Where the file was compressed with loss by B44 or DWA, which would change other channels once more, it
-  /// is by ZIP.
+  /// is by ZIP. Where some parts have tiles and others have not, all become scan lines, since OpenImageIO 2.4 writes no such files.
   void write(const std::string& path) const;
 
  private:
