@@ -18,7 +18,7 @@ namespace {
 
 constexpr int overlap = 96;  // the network sees 87 pixels each way; a multiple of 16
 
-constexpr int64_t most_whole = 2'100'000, most_tile = 1'600'000;  // pixels that enter the network at a time, some 450 bytes each
+constexpr int64_t most_pixels = 2'100'000;  // that enter the network at a time, some 240 bytes each
 
 float finite(float v) { return std::isfinite(v) ? v : 0; }
 int up16(int n) { return (n + 15) / 16 * 16; }
@@ -60,7 +60,7 @@ struct Tiles {
 /// Those through which the fewest pixels enter the network, overlaps included. A function of the size alone: a picture is the same from memory
 /// and from a file.
 Tiles choose_tiles(int width, int height) {
-  if (int64_t{up16(width)} * up16(height) <= most_whole) return {up16(width), up16(height)};
+  if (int64_t{up16(width)} * up16(height) <= most_pixels) return {up16(width), up16(height)};
   Tiles best{16, 16};
   int64_t least = std::numeric_limits<int64_t>::max();
   const auto side = [](int size, int count) { return up16((size + count - 1) / count); };
@@ -73,7 +73,7 @@ Tiles choose_tiles(int width, int height) {
   for (int nx = 1; nx <= (width + 15) / 16; ++nx)
     for (int ny = 1; ny <= (height + 15) / 16; ++ny) {
       const Tiles t{side(width, nx), side(height, ny)};
-      if (largest(width, t.width) * largest(height, t.height) > most_tile) continue;
+      if (largest(width, t.width) * largest(height, t.height) > most_pixels) continue;
       const int64_t pixels = total(width, t.width) * total(height, t.height);
       if (pixels < least) least = pixels, best = t;
       break;  // more rows cost more

@@ -26,8 +26,8 @@ class Denoiser {
   std::string description() const;
   int inputs() const { return net_.inputs(); }
   /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0 as 0; black pictures stay black. Pictures of more
-  /// than 2.1 million pixels are done by tiles whose overlap is what the network sees: beside the layers, 12 bytes a pixel and .95 GB are
-  /// enough for pictures of any size (.75 GB for tiles). UsageError where sizes differ or a layer is missing. May throw Stopped.
+  /// than 2.1 million pixels are done by tiles whose overlap is what the network sees: beside the layers, 12 bytes a pixel and .6 GB are
+  /// enough for pictures of any size. UsageError where sizes differ or a layer is missing. May throw Stopped.
   image::Image operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal, const Options& options) const;
   /// The same of images of three channels.
   image::Image operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal, const Options& options) const;

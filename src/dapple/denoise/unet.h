@@ -11,7 +11,7 @@
 namespace dapple::denoise {
 
 /// Open Image Denoise's U-Net: five levels of 3x3 convolutions with skips, zeros outside. Channel counts come from the weights.
-/// Convolutions are oneDNN's direct ones (no Winograd), one-threaded on fixed bands of rows under parallel_for, so that results
+/// Convolutions are oneDNN's direct ones (no Winograd), one-threaded on fixed boxes of pixels under parallel_for, so that results
 /// do not depend on the number of threads. They do depend on the instruction set.
 class UNet {
  public:
