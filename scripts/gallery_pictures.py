@@ -21,7 +21,8 @@ def strip(path):
 
 
 def render(scene, out, *options):
-    subprocess.run([root / "build/release/dapple", "render", root / scene, "-o", out, "-q", "--denoise", "off", *map(str, options)], check=True)
+    denoise = [] if "--denoise" in options else ["--denoise", "off"]
+    subprocess.run([root / "build/release/dapple", "render", root / scene, "-o", out, "-q", *denoise, *map(str, options)], check=True)
 
 
 def tool(out, *arguments):

@@ -10,18 +10,21 @@ namespace dapple::app {
 
 namespace {
 
-// Of albedo and normals: the network cleans what is left of their noise. More than the image has would show edges that it has not.
+// Of albedo and normals: the network cleans what is left of their noise. More than the image has would show edges that
+// it has not.
 constexpr int most_samples = 16;
 
 bool wanted(const std::vector<std::string>& aovs) {
-  return std::any_of(aovs.begin(), aovs.end(), [](const std::string& aov) { return aov == "albedo" || aov == "normal"; });
+  return std::any_of(aovs.begin(), aovs.end(),
+                     [](const std::string& aov) { return aov == "albedo" || aov == "normal"; });
 }
 
 }  // namespace
 
 FrameDenoising::FrameDenoising(const RenderOptions& o, const build::IntegratorRequest& request) {
   const bool asked = request.denoise.has_value();
-  const bool preset = request.type == "distribution" && *build::preset_request(request.preset).denoise && o.show_cache.empty();
+  const bool preset =
+      request.type == "distribution" && *build::preset_request(request.preset).denoise && o.show_cache.empty();
   const bool on = asked ? *request.denoise : preset;
   if (!on && !o.denoise_weights.empty()) log_warning("--denoise-weights has no effect without --denoise on");
   if (!on) return;
@@ -32,20 +35,23 @@ FrameDenoising::FrameDenoising(const RenderOptions& o, const build::IntegratorRe
     denoiser_.emplace();
   } else {
     weights_missing_ = true;
-    log_warning("the image is not denoised, as preset " + (request.preset.empty() ? "preview" : request.preset) + " would have it: the weights \"" +
-                std::string(denoise::feature_weights) + "\" are missing; expected them in $DAPPLE_WEIGHTS, or in share/dapple/denoise above the program");
+    log_warning("the image is not denoised, as preset " + (request.preset.empty() ? "preview" : request.preset) +
+                " would have it: the weights \"" + std::string(denoise::feature_weights) +
+                "\" are missing; expected them in $DAPPLE_WEIGHTS, or in share/dapple/denoise above the program");
   }
 }
 
-void FrameDenoising::trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples, uint64_t seed,
-                                    render::OutputSettings* output) {
+void FrameDenoising::trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples,
+                                    uint32_t pixel_samples, uint64_t seed, render::OutputSettings* output) {
   if (!(denoiser_ && denoiser_->wants_features()) && !wanted(output->aovs)) return;
   const Timer timer;
-  output->features = render::trace_features(scene, film.crop, {std::clamp(samples, 1, most_samples), seed, pixel_samples});
+  output->features =
+      render::trace_features(scene, film.crop, {std::clamp(samples, 1, most_samples), seed, pixel_samples});
   feature_seconds_ = timer.seconds();
 }
 
-void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& interrupted, render::OutputSettings* output) {
+void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& interrupted,
+                             render::OutputSettings* output) {
   const auto say = [&](const std::string& text) { output->metadata.push_back({"dapple/denoised", text}); };
   if (!denoiser_) return say(weights_missing_ ? "no: the weights are missing" : "no");
   const Timer timer;
@@ -54,7 +60,8 @@ void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& i
     stop.check();
     output->denoised = (*denoiser_)(film, output->features ? &*output->features : nullptr, stop);
     const bool crop = film.settings().crop != Box2i(V2i(0, 0), film.settings().resolution);
-    say("by " + denoiser_->description() + (crop ? "; a crop by itself, so that it may differ from the whole image" : ""));
+    say("by " + denoiser_->description() +
+        (crop ? "; a crop by itself, so that it may differ from the whole image" : ""));
   } catch (const Stopped&) {
     log_warning("interrupted: the image is not denoised");
     say("no: interrupted");

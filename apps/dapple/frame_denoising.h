@@ -13,14 +13,16 @@ namespace dapple::app {
 /// Denoising in `dapple render`: whether, with which weights, and what the image's header says of it.
 class FrameDenoising {
  public:
-  /// Loads the weights, before any work. Where option or scene ask for denoising: IoError without weights. Where a preset would have it: a
-  /// warning, and the image stays as it is rendered. UsageError where there is no image to denoise.
+  /// Loads the weights, before any work. Where option or scene ask for denoising: IoError without weights. Where a
+  /// preset would have it: a warning, and the image stays as it is rendered. UsageError where there is no image to
+  /// denoise.
   FrameDenoising(const RenderOptions& o, const build::IntegratorRequest& request);
 
   /// What the network wants to know of the scene, and AOVs albedo and normal, go to output->features.
-  void trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples, uint64_t seed,
-                      render::OutputSettings* output);
-  /// The film without its noise goes to output->denoised; if `interrupted` is set, or becomes so, the image stays as it is, which is said.
+  void trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples,
+                      uint64_t seed, render::OutputSettings* output);
+  /// The film without its noise goes to output->denoised; if `interrupted` is set, or becomes so, the image stays as it
+  /// is, which is said.
   void denoise(const scene::Film& film, const std::atomic<bool>& interrupted, render::OutputSettings* output);
 
   double feature_seconds() const { return feature_seconds_; }

@@ -19,11 +19,13 @@ class Denoise : public testing::Test {
  protected:
   std::string file(const std::string& name) const { return folder_.file(name); }
 
-  ProcessResult render_to(const std::string& image, std::vector<std::string> options, const std::string& scene = cornell) const {
+  ProcessResult render_to(const std::string& image, std::vector<std::string> options,
+                          const std::string& scene = cornell) const {
     options.insert(options.begin(), {"render", scene, "-o", file(image), "--resolution", "64x64", "--float"});
     return run_dapple(options, 120);
   }
-  ExrLayers layers(const std::string& image, const std::vector<std::string>& options, const std::string& scene = cornell) const {
+  ExrLayers layers(const std::string& image, const std::vector<std::string>& options,
+                   const std::string& scene = cornell) const {
     const ProcessResult result = render_to(image, options, scene);
     EXPECT_EQ(result.exit_code, 0) << result.output;
     return ExrLayers(file(image));
@@ -38,7 +40,9 @@ double rms(const std::vector<float>& a, const std::vector<float>& b) {
   return std::sqrt(sum / double(a.size()));
 }
 
-bool begins(const std::string& text, const std::string& with) { return text.compare(0, with.size(), with) == 0; }
+bool begins(const std::string& text, const std::string& with) {
+  return text.compare(0, with.size(), with) == 0;
+}
 
 TEST_F(Denoise, GivesTheDenoisedImageAndTheNoisyOneBesideIt) {
   const std::vector<std::string> path{"--integrator", "path", "--pixel-samples", "8"};
@@ -54,13 +58,17 @@ TEST_F(Denoise, GivesTheDenoisedImageAndTheNoisyOneBesideIt) {
     EXPECT_EQ(on[c], one[c]) << c;
   }
   EXPECT_TRUE(one.has("albedo.R"));
-  // Eight samples leave a display error of 10 %; the network takes three quarters and more of it away in all that was measured.
-  const ExrLayers reference = layers("reference.exr", {"--integrator", "path", "--pixel-samples", "1024", "--seed", "7", "--denoise", "off"});
+  // Eight samples leave a display error of 10 %; the network takes three quarters and more of it away in all that was
+  // measured.
+  const ExrLayers reference =
+      layers("reference.exr", {"--integrator", "path", "--pixel-samples", "1024", "--seed", "7", "--denoise", "off"});
   for (const char* c : {"R", "G", "B"}) EXPECT_LT(rms(on[c], reference[c]), .5 * rms(off[c], reference[c])) << c;
 }
 
 TEST_F(Denoise, PngGetsTheDenoisedImage) {
-  ASSERT_EQ(render_to("a.exr", {"-o", file("a.png"), "--integrator", "path", "--pixel-samples", "2", "--denoise", "on"}).exit_code, 0);
+  ASSERT_EQ(render_to("a.exr", {"-o", file("a.png"), "--integrator", "path", "--pixel-samples", "2", "--denoise", "on"})
+                .exit_code,
+            0);
   const ExrLayers exr(file("a.exr"));
   const Picture png = load_picture(file("a.png"));
   ASSERT_EQ(png.width, 64);
@@ -85,12 +93,15 @@ TEST_F(Denoise, IsOnInPresetsOfFewSamples) {
 }
 
 TEST_F(Denoise, ScenesAskForIt) {
-  const auto said = [&](const std::string& integrator, const std::vector<std::string>& options) {
-    std::ofstream(file("scene.pbrt")) << "Integrator " << integrator << "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\n";
-    std::vector<std::string> all{"--pixel-samples", "1", "--crop", "10,10,30,40"};
-    all.insert(all.end(), options.begin(), options.end());
-    return layers("a.exr", all, file("scene.pbrt")).text("dapple/denoised");
-  };
+  const auto said =
+      [&](const std::string& integrator, const std::vector<std::string>& options) {
+        std::ofstream(file("scene.pbrt"))
+            << "Integrator " << integrator
+            << "\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\n";
+        std::vector<std::string> all{"--pixel-samples", "1", "--crop", "10,10,30,40"};
+        all.insert(all.end(), options.begin(), options.end());
+        return layers("a.exr", all, file("scene.pbrt")).text("dapple/denoised");
+      };
   const std::string by_itself = said("\"path\" \"bool denoise\" true", {});
   EXPECT_TRUE(begins(by_itself, "by rt_hdr_alb_nrm.tza") && by_itself.find("crop") != std::string::npos) << by_itself;
   EXPECT_EQ(said("\"path\" \"bool denoise\" true", {"--denoise", "off"}), "no");
@@ -106,9 +117,12 @@ Translate 0 0 4
 Shape "sphere"
 Shape "bilinearmesh" "point3 P" [ -9 -1 -9  9 -1 -9  -9 -1 9  9 -1 9 ]
 )";
-  const ExrLayers all = layers("a.exr", {"--integrator", "path", "--pixel-samples", "4", "--light-groups", "--denoise", "on"}, file("scene.pbrt"));
+  const ExrLayers all =
+      layers("a.exr", {"--integrator", "path", "--pixel-samples", "4", "--light-groups", "--denoise", "on"},
+             file("scene.pbrt"));
   for (const std::string c : {"R", "G", "B"})
-    for (size_t i = 0; i < all[c].size(); ++i) ASSERT_NEAR(all["light.key." + c][i] + all["light.sky." + c][i], all[c][i], 1e-5f * all[c][i] + 1e-9f) << i;
+    for (size_t i = 0; i < all[c].size(); ++i)
+      ASSERT_NEAR(all["light.key." + c][i] + all["light.sky." + c][i], all[c][i], 1e-5f * all[c][i] + 1e-9f) << i;
 }
 
 TEST_F(Denoise, SaysWhereWeightsAreMissing) {
@@ -131,7 +145,10 @@ TEST_F(Denoise, SaysWhereWeightsAreMissing) {
 }
 
 TEST_F(Denoise, TakesOtherWeights) {
-  const auto run = [&](const std::string& weights) { return render_to("a.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise", "on", "--denoise-weights", weights}); };
+  const auto run = [&](const std::string& weights) {
+    return render_to("a.exr",
+                     {"--integrator", "path", "--pixel-samples", "1", "--denoise", "on", "--denoise-weights", weights});
+  };
   EXPECT_EQ(run(source_path("data/denoise/rt_hdr.tza")).exit_code, 0);
   EXPECT_TRUE(begins(ExrLayers(file("a.exr")).text("dapple/denoised"), "by rt_hdr.tza"));
   EXPECT_EQ(run(file("none.tza")).exit_code, 4);
@@ -140,7 +157,8 @@ TEST_F(Denoise, TakesOtherWeights) {
   EXPECT_EQ(text.exit_code, 3) << text.output;
   EXPECT_NE(text.output.find("text.tza"), std::string::npos) << text.output;
   EXPECT_EQ(render_to("b.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise", "maybe"}).exit_code, 2);
-  const ProcessResult unused = render_to("b.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise-weights", network});
+  const ProcessResult unused =
+      render_to("b.exr", {"--integrator", "path", "--pixel-samples", "1", "--denoise-weights", network});
   EXPECT_EQ(unused.exit_code, 0);
   EXPECT_NE(unused.output.find("--denoise-weights"), std::string::npos) << unused.output;
 }

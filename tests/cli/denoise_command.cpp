@@ -40,7 +40,8 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
     specs.push_back(spec);
   }
   const auto out = OIIO::ImageOutput::create("openexr");
-  ASSERT_TRUE(specs.size() == 1 ? out->open(path, specs[0]) : out->open(path, int(specs.size()), specs.data())) << out->geterror();
+  ASSERT_TRUE(specs.size() == 1 ? out->open(path, specs[0]) : out->open(path, int(specs.size()), specs.data()))
+      << out->geterror();
   for (size_t i = 0; i < parts.size(); ++i) {
     if (i > 0) {
       ASSERT_TRUE(out->open(path, specs[i], OIIO::ImageOutput::AppendSubimage)) << out->geterror();
@@ -50,7 +51,9 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
   ASSERT_TRUE(out->close());
 }
 
-float noise(int x, int y, int c) { return float((x * 7919 + y * 104729 + c * 31) % 101) / 101; }
+float noise(int x, int y, int c) {
+  return float((x * 7919 + y * 104729 + c * 31) % 101) / 101;
+}
 
 /// Colour, albedo and normal of a noisy checker.
 std::vector<float> picture(int w = width, int h = height) {
@@ -66,7 +69,8 @@ std::vector<float> picture(int w = width, int h = height) {
 
 std::vector<float> channels_of(const std::vector<float>& all, int first, int n, int stride = 9) {
   std::vector<float> p;
-  for (size_t i = 0; i < all.size(); i += size_t(stride)) p.insert(p.end(), &all[i + size_t(first)], &all[i + size_t(first)] + n);
+  for (size_t i = 0; i < all.size(); i += size_t(stride))
+    p.insert(p.end(), &all[i + size_t(first)], &all[i + size_t(first)] + n);
   return p;
 }
 
@@ -75,7 +79,8 @@ const Names dapple_names{"R", "G", "B", "albedo.R", "albedo.G", "albedo.B", "nor
 class DenoiseCommand : public testing::Test {
  protected:
   std::string file(const std::string& name) const { return folder_.file(name); }
-  ProcessResult denoise(const std::string& in, const std::string& out, const std::vector<std::string>& options = {}) const {
+  ProcessResult denoise(const std::string& in, const std::string& out,
+                        const std::vector<std::string>& options = {}) const {
     std::vector<std::string> all{"denoise", file(in), "-o", file(out)};
     all.insert(all.end(), options.begin(), options.end());
     return run_dapple(all, 120);
@@ -87,14 +92,17 @@ class DenoiseCommand : public testing::Test {
     EXPECT_EQ(result.output.find("warning"), std::string::npos) << result.output;
     return ExrLayers(file("out.exr"));
   }
-  void expect_refused(int exit_code, const std::vector<Part>& parts, const Names& words, const std::vector<std::string>& options = {}) const {
+  void expect_refused(int exit_code, const std::vector<Part>& parts, const Names& words,
+                      const std::vector<std::string>& options = {}) const {
     write_parts(file("bad.exr"), parts);
     expect_refused(exit_code, "bad.exr", words, options);
   }
-  void expect_refused(int exit_code, const std::string& in, const Names& words, const std::vector<std::string>& options = {}) const {
+  void expect_refused(int exit_code, const std::string& in, const Names& words,
+                      const std::vector<std::string>& options = {}) const {
     const ProcessResult result = denoise(in, "none.exr", options);
     EXPECT_EQ(result.exit_code, exit_code) << result.output;
-    for (const std::string& word : words) EXPECT_NE(result.output.find(word), std::string::npos) << word << "\n" << result.output;
+    for (const std::string& word : words)
+      EXPECT_NE(result.output.find(word), std::string::npos) << word << "\n" << result.output;
     EXPECT_FALSE(std::filesystem::exists(file("none.exr")));
   }
 
@@ -104,16 +112,22 @@ class DenoiseCommand : public testing::Test {
 TEST_F(DenoiseCommand, GivesWhatRenderGives) {
   const std::string cornell = source_path("scenes/cornell-box/cornell.pbrt");
   const auto render = [&](const std::string& image, const std::string& on, const std::string& aovs) {
-    return run_dapple({"render", cornell, "-o", file(image), "--integrator", "path", "--pixel-samples", "2", "--resolution", "60x44", "--float", "--denoise", on, "--aov", aovs}, 60)
+    return run_dapple({"render", cornell, "-o", file(image), "--integrator", "path", "--pixel-samples", "2",
+                       "--resolution", "60x44", "--float", "--denoise", on, "--aov", aovs},
+                      60)
         .exit_code;
   };
   ASSERT_EQ(render("noisy.exr", "off", "albedo,normal,depth"), 0);
   ASSERT_EQ(render("render.exr", "on", "depth"), 0);
   ASSERT_EQ(denoise("noisy.exr", "out.exr", {"--threads", "3"}).exit_code, 0);
-  ASSERT_EQ(run_dapple({"render", cornell, "-o", file("full.exr"), "--integrator", "path", "--pixel-samples", "2", "--resolution", "60x44", "--float", "--denoise", "on", "--aov",
-                        "albedo,normal"}, 60).exit_code, 0);
+  ASSERT_EQ(run_dapple({"render", cornell, "-o", file("full.exr"), "--integrator", "path", "--pixel-samples", "2",
+                        "--resolution", "60x44", "--float", "--denoise", "on", "--aov", "albedo,normal"},
+                       60)
+                .exit_code,
+            0);
   ASSERT_EQ(denoise("full.exr", "again.exr").exit_code, 0);
-  const ExrLayers rendered(file("render.exr")), command(file("out.exr")), again(file("again.exr")), noisy(file("noisy.exr"));
+  const ExrLayers rendered(file("render.exr")), command(file("out.exr")), again(file("again.exr")),
+      noisy(file("noisy.exr"));
   for (const char* c : {"R", "G", "B"}) {
     EXPECT_EQ(command[c], rendered[c]) << c;
     EXPECT_EQ(again[c], rendered[c]) << c;  // from the noisy layer, not from what is denoised already
@@ -129,11 +143,13 @@ TEST_F(DenoiseCommand, KnowsTheNamesOfOtherRenderers) {
   EXPECT_NE(expected["R"], channels_of(all, 0, 1));
   const std::string view = "ViewLayer.", albedo = view + "Denoising Albedo.", normal = view + "Denoising Normal.";
   const std::vector<Names> others = {
-      {view + "Combined.R", view + "Combined.G", view + "Combined.B", albedo + "R", albedo + "G", albedo + "B", normal + "X", normal + "Y", normal + "Z"},
+      {view + "Combined.R", view + "Combined.G", view + "Combined.B", albedo + "R", albedo + "G", albedo + "B",
+       normal + "X", normal + "Y", normal + "Z"},
       {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "Ns.X", "Ns.Y", "Ns.Z"},
       {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z"},
       {"Ci.r", "Ci.g", "Ci.b", "albedo.r", "albedo.g", "albedo.b", "normal.r", "normal.g", "normal.b"},
-      {"beauty.red", "beauty.green", "beauty.blue", "denoise_albedo.red", "denoise_albedo.green", "denoise_albedo.blue", "N.x", "N.y", "N.z"}};
+      {"beauty.red", "beauty.green", "beauty.blue", "denoise_albedo.red", "denoise_albedo.green", "denoise_albedo.blue",
+       "N.x", "N.y", "N.z"}};
   for (const Names& names : others) {
     const ExrLayers out = denoised({{"", names, all}});
     for (size_t c = 0; c < 3; ++c) EXPECT_EQ(out[names[c]], expected[dapple_names[c]]) << names[c];
@@ -146,7 +162,9 @@ TEST_F(DenoiseCommand, TakesManyPartsAndTiles) {
   const ExrLayers expected = denoised({{"", dapple_names, all}});
   const std::vector<std::vector<Part>> files = {
       {{"", dapple_names, all, OIIO::TypeDesc::FLOAT, 16}},
-      {{"rgba", {"R", "G", "B"}, channels_of(all, 0, 3)}, {"albedo", {"R", "G", "B"}, channels_of(all, 3, 3)}, {"normal", {"X", "Y", "Z"}, channels_of(all, 6, 3)}},
+      {{"rgba", {"R", "G", "B"}, channels_of(all, 0, 3)},
+       {"albedo", {"R", "G", "B"}, channels_of(all, 3, 3)},
+       {"normal", {"X", "Y", "Z"}, channels_of(all, 6, 3)}},
       {{"albedo", {"albedo.R", "albedo.G", "albedo.B"}, channels_of(all, 3, 3), OIIO::TypeDesc::FLOAT, 32},
        {"rgb", {"R", "G", "B"}, channels_of(all, 0, 3), OIIO::TypeDesc::FLOAT, 32},
        {"normal", {"normal.X", "normal.Y", "normal.Z"}, channels_of(all, 6, 3), OIIO::TypeDesc::FLOAT, 32}}};
@@ -166,7 +184,8 @@ TEST_F(DenoiseCommand, TakesManyPartsAndTiles) {
   }
 }
 
-// Halfs stay halfs, numbers that are none stay as they are, integers and texts too; and what lossy codes had made is not coded with loss again.
+// Halfs stay halfs, numbers that are none stay as they are, integers and texts too; and what lossy codes had made is
+// not coded with loss again.
 TEST_F(DenoiseCommand, KeepsAllElseBitForBit) {
   Names names = dapple_names;
   names.insert(names.end(), {"A", "Z", "mask.R"});
@@ -174,9 +193,13 @@ TEST_F(DenoiseCommand, KeepsAllElseBitForBit) {
   const std::vector<float> nine = picture();
   for (size_t i = 0; i < nine.size() / 9; ++i) {
     pixels.insert(pixels.end(), &nine[9 * i], &nine[9 * i] + 9);
-    pixels.insert(pixels.end(), {noise(int(i), 3, 1), i % 7 ? 1e4f * float(i) : std::numeric_limits<float>::infinity(), i % 5 ? noise(int(i), 1, 2) : std::nanf("")});
+    pixels.insert(pixels.end(), {noise(int(i), 3, 1), i % 7 ? 1e4f * float(i) : std::numeric_limits<float>::infinity(),
+                                 i % 5 ? noise(int(i), 1, 2) : std::nanf("")});
   }
-  for (const auto& [type, compression] : {std::pair(OIIO::TypeDesc::HALF, "dwaa"), {OIIO::TypeDesc::HALF, "b44"}, {OIIO::TypeDesc::FLOAT, "piz"}, {OIIO::TypeDesc::HALF, "zip"}}) {
+  for (const auto& [type, compression] : {std::pair(OIIO::TypeDesc::HALF, "dwaa"),
+                                          {OIIO::TypeDesc::HALF, "b44"},
+                                          {OIIO::TypeDesc::FLOAT, "piz"},
+                                          {OIIO::TypeDesc::HALF, "zip"}}) {
     Part part{"", names, pixels, type};
     part.compression = compression;
     write_parts(file("in.exr"), {part});
@@ -194,8 +217,8 @@ TEST_F(DenoiseCommand, KeepsAllElseBitForBit) {
 TEST_F(DenoiseCommand, DenoisesEachViewByItsOwnLayers) {
   Names names;
   for (const std::string view : {"a.", "b."})
-    for (const char* c : {"Combined.R", "Combined.G", "Combined.B", "Denoising Albedo.R", "Denoising Albedo.G", "Denoising Albedo.B", "Denoising Normal.X", "Denoising Normal.Y",
-                          "Denoising Normal.Z"})
+    for (const char* c : {"Combined.R", "Combined.G", "Combined.B", "Denoising Albedo.R", "Denoising Albedo.G",
+                          "Denoising Albedo.B", "Denoising Normal.X", "Denoising Normal.Y", "Denoising Normal.Z"})
       names.push_back(view + c);
   names.insert(names.end(), {"Composite.Combined.R", "Composite.Combined.G", "Composite.Combined.B"});
   const std::vector<float> nine = picture();
@@ -223,10 +246,12 @@ TEST_F(DenoiseCommand, DoesSmallAndLongPictures) {
 
 TEST_F(DenoiseCommand, SaysWhatIsMissing) {
   const std::vector<float> all = picture();
-  expect_refused(3, {{"", {"depth", "albedo.R", "albedo.G", "albedo.B"}, channels_of(all, 2, 4)}}, {"no picture to denoise", "\"albedo\""});
+  expect_refused(3, {{"", {"depth", "albedo.R", "albedo.G", "albedo.B"}, channels_of(all, 2, 4)}},
+                 {"no picture to denoise", "\"albedo\""});
   const Names without_normal(dapple_names.begin(), dapple_names.begin() + 6);
   const std::vector<Part> six = {{"", without_normal, channels_of(all, 0, 6)}};
-  expect_refused(3, six, {"no layer of normals", "\"albedo\""}, {"--weights", source_path("data/denoise/rt_hdr_alb_nrm.tza")});
+  expect_refused(3, six, {"no layer of normals", "\"albedo\""},
+                 {"--weights", source_path("data/denoise/rt_hdr_alb_nrm.tza")});
   // Else by colour alone, which is said.
   write_parts(file("in.exr"), six);
   const ProcessResult alone = denoise("in.exr", "out.exr");

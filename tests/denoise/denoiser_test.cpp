@@ -33,7 +33,8 @@ struct Picture {
 
 Picture picture() {
   const Image all = image::read_image(data + "noisy.exr", {});
-  return {layer(all, {"R", "G", "B"}), layer(all, {"albedo.R", "albedo.G", "albedo.B"}), layer(all, {"normal.X", "normal.Y", "normal.Z"})};
+  return {layer(all, {"R", "G", "B"}), layer(all, {"albedo.R", "albedo.G", "albedo.B"}),
+          layer(all, {"normal.X", "normal.Y", "normal.Z"})};
 }
 
 Image plain(int w, int h, float value) {
@@ -42,7 +43,9 @@ Image plain(int w, int h, float value) {
   return result;
 }
 
-bool same(const Image& a, const Image& b) { return std::ranges::equal(a.pixels(), b.pixels()); }
+bool same(const Image& a, const Image& b) {
+  return std::ranges::equal(a.pixels(), b.pixels());
+}
 
 std::vector<std::byte> bytes_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -53,8 +56,8 @@ std::vector<std::byte> bytes_of(const std::string& path) {
 
 }  // namespace
 
-// The expected image is that of an independent implementation in numpy (data/make.py). It and oneDNN add in different orders:
-// 1e-3 of the transferred value is the bound that the network is held to.
+// The expected image is that of an independent implementation in numpy (data/make.py). It and oneDNN add in different
+// orders: 1e-3 of the transferred value is the bound that the network is held to.
 TEST(Denoiser, EqualsAnIndependentImplementation) {
   const Picture p = picture();
   const Image expected = image::read_image(data + "expected.exr", {});
@@ -62,7 +65,8 @@ TEST(Denoiser, EqualsAnIndependentImplementation) {
   const float s = denoise::auto_exposure(denoise::ImageRows(p.colour));
   float worst = 0;
   for (size_t i = 0; i < out.pixels().size(); ++i)
-    worst = std::max(worst, std::abs(denoise::to_display(out.pixels()[i] * s) - denoise::to_display(expected.pixels()[i] * s)));
+    worst = std::max(
+        worst, std::abs(denoise::to_display(out.pixels()[i] * s) - denoise::to_display(expected.pixels()[i] * s)));
   RecordProperty("worst", std::to_string(worst));
   EXPECT_LT(worst, 1e-3f);
 }
@@ -84,10 +88,12 @@ TEST(Denoiser, TilesShowNoSeams) {
   Image colour(300, 40, 3);
   for (int y = 0; y < 40; ++y)
     for (int x = 0; x < 300; ++x)
-      for (int c = 0; c < 3; ++c) colour.pixel(x, y)[c] = .1f + static_cast<float>((x * 7919 + y * 104729 + c * 31) % 101) / 101;
+      for (int c = 0; c < 3; ++c)
+        colour.pixel(x, y)[c] = .1f + static_cast<float>((x * 7919 + y * 104729 + c * 31) % 101) / 101;
   const denoise::Denoiser denoiser(folder + "rt_hdr.tza");
   const Image whole = denoiser(colour, nullptr, nullptr), tiles = denoiser(colour, nullptr, nullptr, {.tile = 64});
-  for (size_t i = 0; i < whole.pixels().size(); ++i) ASSERT_NEAR(whole.pixels()[i], tiles.pixels()[i], 1e-4f * whole.pixels()[i] + 1e-6f);
+  for (size_t i = 0; i < whole.pixels().size(); ++i)
+    ASSERT_NEAR(whole.pixels()[i], tiles.pixels()[i], 1e-4f * whole.pixels()[i] + 1e-6f);
 }
 
 TEST(Denoiser, StaysSaneOnOddPictures) {

@@ -2,6 +2,7 @@
 // What a small program outside Dapple does with its libraries: reads a scene, counts what is in it, and renders it.
 #include <dapple/base/error.h>
 #include <dapple/build/scene_builder.h>
+#include <dapple/denoise/weights.h>
 #include <dapple/path/path_integrator.h>
 #include <dapple/render/render_session.h>
 #include <dapple/scenefile/scene_description.h>
@@ -46,6 +47,7 @@ int main(int argc, char** argv) {
   try {
     count(argv[1]);
     render(argv[1]);
+    std::printf("weights %s\n", dapple::denoise::weights_path(dapple::denoise::feature_weights).c_str());
   } catch (const dapple::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return static_cast<int>(error.code());

@@ -34,7 +34,18 @@ endif()
 if(NOT output MATCHES "mean green 0\\.(10[3-9]|11|12[0-6])")
   message(FATAL_ERROR "The consumer's picture is wrong:\n${output}")
 endif()
+if(NOT output MATCHES "weights [^\n]*/prefix/share/dapple/denoise/rt_hdr_alb_nrm.tza")
+  message(FATAL_ERROR "The consumer finds no installed weights:\n${output}")
+endif()
 message("${output}")
+# Without the build tree's weights, which lie above this folder too: the prefix is what is above the program first.
+run(${WORK}/prefix/bin/dapple render ${SCENE} -o ${WORK}/image.exr --resolution 16x16 --integrator path --pixel-samples 1 --denoise on)
+file(REMOVE_RECURSE ${WORK}/prefix/share/dapple/denoise)
+execute_process(COMMAND ${CMAKE_COMMAND} -E env DAPPLE_WEIGHTS=${WORK} ${WORK}/prefix/bin/dapple render ${SCENE} -o ${WORK}/image.exr --denoise on RESULT_VARIABLE result
+                OUTPUT_QUIET ERROR_QUIET)
+if(NOT result EQUAL 4)
+  message(FATAL_ERROR "Missing weights: exit code ${result}, not 4")
+endif()
 file(GLOB python_folder ${WORK}/prefix/lib/python3*/dist-packages)
 if(PYTHON)
   run(${CMAKE_COMMAND} -E env PYTHONPATH=${python_folder} ${PYTHON} -c

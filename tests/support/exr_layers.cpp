@@ -18,7 +18,8 @@ ExrLayers::ExrLayers(const std::string& path) {
         if (attribute.type() == OIIO::TypeString) texts_[attribute.name().string()] = attribute.get_string();
     }
     std::vector<float> pixels(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
-    if (!in->read_image(parts_, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data())) throw std::runtime_error(path + ": " + in->geterror());
+    if (!in->read_image(parts_, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data()))
+      throw std::runtime_error(path + ": " + in->geterror());
     for (int c = 0; c < spec.nchannels; ++c) {
       std::vector<float>& v = values_[spec.channelnames[size_t(c)]];
       for (size_t i = size_t(c); i < pixels.size(); i += size_t(spec.nchannels)) v.push_back(pixels[i]);
@@ -39,7 +40,9 @@ const std::vector<float>& ExrLayers::operator[](const std::string& channel) cons
   return found->second;
 }
 
-std::string ExrLayers::type(const std::string& channel) const { return types_.at(channel); }
+std::string ExrLayers::type(const std::string& channel) const {
+  return types_.at(channel);
+}
 
 std::string ExrLayers::text(const std::string& attribute) const {
   const auto found = texts_.find(attribute);

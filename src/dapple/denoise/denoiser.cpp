@@ -20,8 +20,12 @@ constexpr int overlap = 96;  // the network sees 87 pixels each way; a multiple 
 
 constexpr int64_t most_pixels = 2'100'000;  // that enter the network at a time, some 240 bytes each
 
-float finite(float v) { return std::isfinite(v) ? v : 0; }
-int up16(int n) { return (n + 15) / 16 * 16; }
+float finite(float v) {
+  return std::isfinite(v) ? v : 0;
+}
+int up16(int n) {
+  return (n + 15) / 16 * 16;
+}
 
 struct Frame {
   const PixelRows& colour;
@@ -50,15 +54,17 @@ struct Range {
 };
 
 /// With what the network sees around it.
-Range widened(Range r, int size) { return {std::max(0, r.begin - overlap), std::min(size, r.end + overlap)}; }
+Range widened(Range r, int size) {
+  return {std::max(0, r.begin - overlap), std::min(size, r.end + overlap)};
+}
 
 /// Sides of tiles without overlap.
 struct Tiles {
   int width, height;
 };
 
-/// Those through which the fewest pixels enter the network, overlaps included. A function of the size alone: a picture is the same from memory
-/// and from a file.
+/// Those through which the fewest pixels enter the network, overlaps included. A function of the size alone: a picture
+/// is the same from memory and from a file.
 Tiles choose_tiles(int width, int height) {
   if (int64_t{up16(width)} * up16(height) <= most_pixels) return {up16(width), up16(height)};
   Tiles best{16, 16};
@@ -99,32 +105,42 @@ void denoise_tile(const UNet& net, const Frame& frame, Range xs, Range ys, const
   std::vector<float> result(static_cast<size_t>(w) * h * 3);
   {
     std::vector<float> in(static_cast<size_t>(w) * h * n);
-    parallel_for(high.size(), [&](size_t y) { frame.encode(high.begin + static_cast<int>(y), wide.begin, wide.end, &in[y * w * n]); });
+    parallel_for(high.size(), [&](size_t y) {
+      frame.encode(high.begin + static_cast<int>(y), wide.begin, wide.end, &in[y * w * n]);
+    });
     net.run(in, w, h, result, stop);
   }
   parallel_for(ys.size(), [&](size_t i) {
     const int y = ys.begin + static_cast<int>(i);
     for (int x = xs.begin; x < xs.end; ++x)
       for (int c = 0; c < 3; ++c)
-        out.pixel(x, y)[c] = from_display(result[(static_cast<size_t>(y - high.begin) * w + x - wide.begin) * 3 + c]) / frame.exposure;
+        out.pixel(x, y)[c] =
+            from_display(result[(static_cast<size_t>(y - high.begin) * w + x - wide.begin) * 3 + c]) / frame.exposure;
   });
 }
 
 }  // namespace
 
-Denoiser::Denoiser(const std::string& weights) : weights_(std::filesystem::path(weights).filename().string()), net_(read_tensors(weights), weights) {
+Denoiser::Denoiser(const std::string& weights)
+    : weights_(std::filesystem::path(weights).filename().string()), net_(read_tensors(weights), weights) {
   if ((inputs() != 3 && inputs() != 6 && inputs() != 9) || net_.outputs() != 3)
-    throw InputError(FileLoc{weights}, "not a network for denoising: it takes " + std::to_string(inputs()) + " channels, not 3, 6 or 9");
+    throw InputError(FileLoc{weights},
+                     "not a network for denoising: it takes " + std::to_string(inputs()) + " channels, not 3, 6 or 9");
 }
 
-std::string Denoiser::description() const { return weights_ + ", " + instruction_set(); }
+std::string Denoiser::description() const {
+  return weights_ + ", " + instruction_set();
+}
 
-image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal, const Options& options) const {
+image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal,
+                                  const Options& options) const {
   if (inputs() < 6) albedo = nullptr;
   if (inputs() < 9) normal = nullptr;
-  if ((inputs() >= 6 && !albedo) || (inputs() == 9 && !normal)) throw UsageError("The network needs albedo or normals, which are not there");
+  if ((inputs() >= 6 && !albedo) || (inputs() == 9 && !normal))
+    throw UsageError("The network needs albedo or normals, which are not there");
   for (const PixelRows* layer : {&colour, albedo, normal})
-    if (layer && (layer->width() != colour.width() || layer->height() != colour.height())) throw UsageError("Layers to denoise must have one size");
+    if (layer && (layer->width() != colour.width() || layer->height() != colour.height()))
+      throw UsageError("Layers to denoise must have one size");
   if (options.tile < 0 || options.tile % 16) throw UsageError("The side of a tile must be a multiple of 16");
 
   const int w = colour.width(), h = colour.height();
@@ -134,11 +150,13 @@ image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albe
   if (is_black(colour)) return out;
   for (int y = 0; y < h; y += tiles.height)
     for (int x = 0; x < w; x += tiles.width)
-      denoise_tile(net_, frame, {x, std::min(w, x + tiles.width)}, {y, std::min(h, y + tiles.height)}, options.stop, out);
+      denoise_tile(net_, frame, {x, std::min(w, x + tiles.width)}, {y, std::min(h, y + tiles.height)}, options.stop,
+                   out);
   return out;
 }
 
-image::Image Denoiser::operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal, const Options& options) const {
+image::Image Denoiser::operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal,
+                                  const Options& options) const {
   for (const image::Image* layer : {&colour, albedo, normal})
     if (layer && layer->channels() != 3) throw UsageError("Layers to denoise must have three channels");
   const ImageRows rows(colour);
@@ -156,7 +174,8 @@ void add_up_to(const image::Image& whole, std::span<image::Image> parts) {
       double sum = 0;
       for (const image::Image& part : parts) sum += double(part.pixels()[i]);
       const double wanted = double(whole.pixels()[i]);
-      for (image::Image& part : parts) part.pixels()[i] = float(sum > 0 ? double(part.pixels()[i]) * (wanted / sum) : &part == &parts[0] ? wanted : 0);
+      for (image::Image& part : parts)
+        part.pixels()[i] = float(sum > 0 ? double(part.pixels()[i]) * (wanted / sum) : &part == &parts[0] ? wanted : 0);
     }
   });
 }

@@ -25,12 +25,15 @@ class Denoiser {
   /// File name of the weights and the instruction set, for headers of images: one instruction set gives one image.
   std::string description() const;
   int inputs() const { return net_.inputs(); }
-  /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0 as 0; black pictures stay black. Pictures of more
-  /// than 2.1 million pixels are done by tiles whose overlap is what the network sees: beside the layers, 12 bytes a pixel and .6 GB are
-  /// enough for pictures of any size. UsageError where sizes differ or a layer is missing. May throw Stopped.
-  image::Image operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal, const Options& options) const;
+  /// All of one size; those that the network does not take may be null. What is not finite counts as 0, colour below 0
+  /// as 0; black pictures stay black. Pictures of more than 2.1 million pixels are done by tiles whose overlap is what
+  /// the network sees: beside the layers, 12 bytes a pixel and .6 GB are enough for pictures of any size. UsageError
+  /// where sizes differ or a layer is missing. May throw Stopped.
+  image::Image operator()(const PixelRows& colour, const PixelRows* albedo, const PixelRows* normal,
+                          const Options& options) const;
   /// The same of images of three channels.
-  image::Image operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal, const Options& options) const;
+  image::Image operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal,
+                          const Options& options) const;
   image::Image operator()(const image::Image& colour, const image::Image* albedo, const image::Image* normal) const {
     return (*this)(colour, albedo, normal, Options());
   }
@@ -40,7 +43,8 @@ class Denoiser {
   UNet net_;
 };
 
-/// Scales `parts`, pixel by pixel and channel by channel, so that they add up to `whole`. Where none has light the first gets what there is.
+/// Scales `parts`, pixel by pixel and channel by channel, so that they add up to `whole`. Where none has light the
+/// first gets what there is.
 void add_up_to(const image::Image& whole, std::span<image::Image> parts);
 
 }  // namespace dapple::denoise

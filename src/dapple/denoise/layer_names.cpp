@@ -10,24 +10,28 @@ namespace dapple::denoise {
 
 namespace {
 
-constexpr std::array<std::array<std::string_view, 3>, 3> triples = {{{"r", "g", "b"}, {"x", "y", "z"}, {"red", "green", "blue"}}};
+constexpr std::array<std::array<std::string_view, 3>, 3> triples = {
+    {{"r", "g", "b"}, {"x", "y", "z"}, {"red", "green", "blue"}}};
 // By preference.
 constexpr std::string_view colours[] = {"", "combined", "beauty", "rgba", "rgb", "ci", "c", "color", "colour"};
 constexpr std::string_view noisy_ones[] = {"noisyimage", "noisy"};
 constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "albedo"};
-constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal", "normals", "shadingnormal", "nn", "n"};
+constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal",
+                                        "normals",         "shadingnormal", "nn", "n"};
 
 std::string plain(std::string_view name) {
   std::string out;
   for (const char c : name)
-    if (std::isalnum(static_cast<unsigned char>(c))) out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return out;
 }
 
 /// "view.layer" as {"view", "layer"}.
 std::pair<std::string, std::string> split(const std::string& name) {
   const size_t dot = name.find_last_of('.');
-  return dot == std::string::npos ? std::pair(std::string(), name) : std::pair(name.substr(0, dot), name.substr(dot + 1));
+  return dot == std::string::npos ? std::pair(std::string(), name)
+                                  : std::pair(name.substr(0, dot), name.substr(dot + 1));
 }
 
 std::vector<Layer> layers_of(const image::ExrFile& file) {
@@ -46,8 +50,10 @@ std::vector<Layer> layers_of(const image::ExrFile& file) {
         bool whole = true;
         for (size_t i = 0; i < 3; ++i) {
           const auto at = components.find(std::string(t[i]));
-          if (at == components.end()) whole = false;
-          else layer.channels[i] = at->second;
+          if (at == components.end())
+            whole = false;
+          else
+            layer.channels[i] = at->second;
         }
         if (whole) layers.push_back(layer);
       }
@@ -55,7 +61,8 @@ std::vector<Layer> layers_of(const image::ExrFile& file) {
   return layers;
 }
 
-/// The layer of a view with the first of these names that there is one of; of any view if `view` is null and there is but one.
+/// The layer of a view with the first of these names that there is one of; of any view if `view` is null and there is
+/// but one.
 template <class Names>
 std::optional<Layer> find(const std::vector<Layer>& layers, const std::string* view, const Names& names) {
   for (const std::string_view name : names) {
@@ -75,7 +82,8 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
   const std::vector<Layer> layers = layers_of(file);
   std::vector<std::string> views;
   for (const Layer& layer : layers)
-    if (const std::string view = split(layer.name).first; std::find(views.begin(), views.end(), view) == views.end()) views.push_back(view);
+    if (const std::string view = split(layer.name).first; std::find(views.begin(), views.end(), view) == views.end())
+      views.push_back(view);
   std::vector<Picture> pictures;
   for (const std::string& view : views) {
     const std::optional<Layer> colour = find(layers, &view, colours);
@@ -89,15 +97,18 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
   }
   // What a compositor made of the views, say, has no albedo of its own.
   const auto has_none = [](const Picture& p) { return !p.albedo && !p.normal; };
-  if (!std::all_of(pictures.begin(), pictures.end(), has_none)) pictures.erase(std::remove_if(pictures.begin(), pictures.end(), has_none), pictures.end());
+  if (!std::all_of(pictures.begin(), pictures.end(), has_none))
+    pictures.erase(std::remove_if(pictures.begin(), pictures.end(), has_none), pictures.end());
   for (Picture& picture : pictures)
-    if (pictures.size() == 1 && has_none(picture)) picture.albedo = find(layers, nullptr, albedos), picture.normal = find(layers, nullptr, normals);
+    if (pictures.size() == 1 && has_none(picture))
+      picture.albedo = find(layers, nullptr, albedos), picture.normal = find(layers, nullptr, normals);
   return pictures;
 }
 
 std::string list_layers(const image::ExrFile& file) {
   std::string text;
-  for (const Layer& layer : layers_of(file)) text += (text.empty() ? "" : ", ") + (layer.name.empty() ? std::string("R G B") : "\"" + layer.name + "\"");
+  for (const Layer& layer : layers_of(file))
+    text += (text.empty() ? "" : ", ") + (layer.name.empty() ? std::string("R G B") : "\"" + layer.name + "\"");
   return text.empty() ? "none of three channels" : text;
 }
 

@@ -25,10 +25,11 @@ struct Picture {
   std::vector<Layer> light_groups;  ///< Dapple's, "light.NAME"
 };
 
-/// Pictures in a file, with the names that renderers give to layers: Dapple (R; noisy.R, albedo.R, normal.X, light.NAME.R), Cycles
-/// (View.Combined.R, View.Noisy Image.R, View.Denoising Albedo.R, View.Denoising Normal.X, for each view layer), pbrt-v4 (Albedo.R, Ns.X before
-/// N.X), RenderMan (Ci.r, albedo.r, normal.r) and others that are alike but for spaces, underscores and capitals. In files of many parts, part
-/// names stand for what channels leave out. Where one picture has albedo or normals only those that have are given.
+/// Pictures in a file, with the names that renderers give to layers: Dapple (R; noisy.R, albedo.R, normal.X,
+/// light.NAME.R), Cycles (View.Combined.R, View.Noisy Image.R, View.Denoising Albedo.R, View.Denoising Normal.X, for
+/// each view layer), pbrt-v4 (Albedo.R, Ns.X before N.X), RenderMan (Ci.r, albedo.r, normal.r) and others that are
+/// alike but for spaces, underscores and capitals. In files of many parts, part names stand for what channels leave
+/// out. Where one picture has albedo or normals only those that have are given.
 std::vector<Picture> find_pictures(const image::ExrFile& file);
 
 /// All names of layers, for messages: "R G B, albedo, normal".

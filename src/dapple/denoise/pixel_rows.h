@@ -25,7 +25,9 @@ class PixelRows {
 class ImageRows final : public PixelRows {
  public:
   explicit ImageRows(const image::Image& image) : PixelRows(image.width(), image.height()), image_(image) {}
-  void read(int y, int begin, int end, float* out) const override { std::copy_n(image_.pixel(begin, y), 3 * (end - begin), out); }
+  void read(int y, int begin, int end, float* out) const override {
+    std::copy_n(image_.pixel(begin, y), 3 * (end - begin), out);
+  }
 
  private:
   const image::Image& image_;

@@ -10,14 +10,18 @@
 namespace dapple::denoise {
 
 namespace {
-constexpr double a = 1.41283765e+03, b = 1.64593172, c = .431384981, d = -2.94139609e-3, e = .192653254, f = 6.26026094e-3,
-                 g = .998620152;
+constexpr double a = 1.41283765e+03, b = 1.64593172, c = .431384981, d = -2.94139609e-3, e = .192653254,
+                 f = 6.26026094e-3, g = .998620152;
 constexpr double y0 = 1.57945760e-6, y1 = 3.22087631e-2, x0 = 2.23151711e-3, x1 = .370974749;
-double curve(double y) { return y <= y0 ? a * y : y <= y1 ? b * std::pow(y, c) + d : e * std::log(y + f) + g; }
+double curve(double y) {
+  return y <= y0 ? a * y : y <= y1 ? b * std::pow(y, c) + d : e * std::log(y + f) + g;
+}
 const double top = curve(65504);
 }  // namespace
 
-float to_display(float y) { return static_cast<float>(curve(std::min(y, 65504.f)) / top); }
+float to_display(float y) {
+  return static_cast<float>(curve(std::min(y, 65504.f)) / top);
+}
 
 float from_display(float value) {
   const double x = std::clamp(value, 0.f, 1.f) * top;

@@ -25,9 +25,11 @@ namespace {
 
 using Tag = dnnl::memory::format_tag;
 constexpr auto f32 = dnnl::memory::data_type::f32;
-constexpr int block = 16;      // channels are padded to multiples of this, as vector code wants
+constexpr int block = 16;  // channels are padded to multiples of this, as vector code wants
 
-int padded(int channels) { return (channels + block - 1) / block * block; }
+int padded(int channels) {
+  return (channels + block - 1) / block * block;
+}
 
 class OneThread {
  public:
@@ -56,7 +58,9 @@ struct Box {
 };
 
 /// What a convolution reads for a box of a plane.
-Box around(const Box& b, int width, int height) { return {std::max(0, b.x0 - 1), std::max(0, b.y0 - 1), std::min(width, b.x1 + 1), std::min(height, b.y1 + 1)}; }
+Box around(const Box& b, int width, int height) {
+  return {std::max(0, b.x0 - 1), std::max(0, b.y0 - 1), std::min(width, b.x1 + 1), std::min(height, b.y1 + 1)};
+}
 
 /// Memory that threads work with, used again from band to band and layer to layer.
 class Buffers {
@@ -103,15 +107,20 @@ struct Primitive {
 class Convolution {
  public:
   Convolution(const Tensor& weight, const Tensor& bias, int split, bool relu, const dnnl::engine& engine)
-      : in_(padded(split) + padded(weight.shape[1] - split)), out_(padded(weight.shape[0])), relu_(relu), engine_(engine),
-        weights_(static_cast<size_t>(in_) * out_ * 9), bias_(out_) {
+      : in_(padded(split) + padded(weight.shape[1] - split)),
+        out_(padded(weight.shape[0])),
+        relu_(relu),
+        engine_(engine),
+        weights_(static_cast<size_t>(in_) * out_ * 9),
+        bias_(out_) {
     const int ni = weight.shape[1];
     flops_ = 18.0 * ni * weight.shape[0];
     for (int o = 0; o < weight.shape[0]; ++o) {
       bias_[o] = bias.values[o];
       for (int i = 0; i < ni; ++i) {
         const int at = i < split ? i : padded(split) + i - split;
-        std::copy_n(&weight.values[(static_cast<size_t>(o) * ni + i) * 9], 9, &weights_[(static_cast<size_t>(o) * in_ + at) * 9]);
+        std::copy_n(&weight.values[(static_cast<size_t>(o) * ni + i) * 9], 9,
+                    &weights_[(static_cast<size_t>(o) * in_ + at) * 9]);
       }
     }
   }
@@ -120,10 +129,14 @@ class Convolution {
   int out() const { return out_; }
   double flops() const { return flops_; }  ///< a pixel, without what pads channels
 
-  /// Of a plane of this size: reads the pixels around(box), which lie at `from` without gaps, and writes those of the box to `to`.
+  /// Of a plane of this size: reads the pixels around(box), which lie at `from` without gaps, and writes those of the
+  /// box to `to`.
   void run(const Box& box, int width, int height, const float* from, float* to, Buffers& buffers) const {
-    const std::shared_ptr<const Primitive> p = primitive({box.width(), box.height(), box.x0 == 0, box.x1 == width, box.y0 == 0, box.y1 == height});
-    const auto memory = [&](const dnnl::memory::desc& desc, const float* data) { return dnnl::memory(desc, engine_, const_cast<float*>(data)); };
+    const std::shared_ptr<const Primitive> p =
+        primitive({box.width(), box.height(), box.x0 == 0, box.x1 == width, box.y0 == 0, box.y1 == height});
+    const auto memory = [&](const dnnl::memory::desc& desc, const float* data) {
+      return dnnl::memory(desc, engine_, const_cast<float*>(data));
+    };
     Buffers::Lease scratch(buffers, p->scratch);
     dnnl::stream stream(engine_);
     p->conv.execute(stream, {{DNNL_ARG_SRC, memory(p->desc.src_desc(), from)},
@@ -155,8 +168,8 @@ class Convolution {
     const dnnl::memory::desc src({1, in_, k.height + !k.top + !k.bottom, k.width + !k.left + !k.right}, f32, Tag::nhwc);
     const dnnl::memory::desc dst({1, out_, k.height, k.width}, f32, Tag::nhwc);
     const dnnl::memory::desc weights({out_, in_, 3, 3}, f32, Tag::any), bias({out_}, f32, Tag::a);
-    const dnnl::convolution_forward::desc what(dnnl::prop_kind::forward_inference, dnnl::algorithm::convolution_direct, src, weights, bias,
-                                               dst, {1, 1}, {k.top, k.left}, {k.bottom, k.right});
+    const dnnl::convolution_forward::desc what(dnnl::prop_kind::forward_inference, dnnl::algorithm::convolution_direct,
+                                               src, weights, bias, dst, {1, 1}, {k.top, k.left}, {k.bottom, k.right});
     dnnl::primitive_attr attributes;
     attributes.set_scratchpad_mode(dnnl::scratchpad_mode::user);
     if (relu_) {
@@ -187,14 +200,18 @@ class Convolution {
   mutable std::map<Kind, std::shared_ptr<const Primitive>> primitives_;
 };
 
-/// Side of the boxes that a thread works on; smaller where planes are small. A multiple of 2; fixed, since results must not depend on threads.
-V2i box_size(int level) { return level < 2 ? V2i(128, 64) : level == 2 ? V2i(64, 32) : V2i(32, 16); }
+/// Side of the boxes that a thread works on; smaller where planes are small. A multiple of 2; fixed, since results must
+/// not depend on threads.
+V2i box_size(int level) {
+  return level < 2 ? V2i(128, 64) : level == 2 ? V2i(64, 32) : V2i(32, 16);
+}
 
-/// Convolutions one after the other, box by box with what is around it: no plane between them is ever whole, which would take most of the memory
-/// and of the time. read(box, to) gives what enters, write(box, from) takes what comes out.
+/// Convolutions one after the other, box by box with what is around it: no plane between them is ever whole, which
+/// would take most of the memory and of the time. read(box, to) gives what enters, write(box, from) takes what comes
+/// out.
 template <class Read, class Write>
-void chain(std::initializer_list<const Convolution*> convolutions, int width, int height, int level, Buffers& buffers, const StopToken& stop, const Read& read,
-           const Write& write) {
+void chain(std::initializer_list<const Convolution*> convolutions, int width, int height, int level, Buffers& buffers,
+           const StopToken& stop, const Read& read, const Write& write) {
   const V2i size = box_size(level);
   const int columns = (width + size.x - 1) / size.x, rows = (height + size.y - 1) / size.y;
   parallel_for(static_cast<size_t>(columns) * rows, [&](size_t i) {
@@ -224,7 +241,9 @@ void chain(std::initializer_list<const Convolution*> convolutions, int width, in
 struct ReadPlane {
   const Plane& plane;
   void operator()(const Box& b, float* to) const {
-    for (int y = b.y0; y < b.y1; ++y) to = std::copy_n(plane.row(y) + static_cast<size_t>(b.x0) * plane.channels, static_cast<size_t>(b.width()) * plane.channels, to);
+    for (int y = b.y0; y < b.y1; ++y)
+      to = std::copy_n(plane.row(y) + static_cast<size_t>(b.x0) * plane.channels,
+                       static_cast<size_t>(b.width()) * plane.channels, to);
   }
 };
 
@@ -242,7 +261,8 @@ struct ReadPicture {
   }
 };
 
-/// A plane of half the size, each pixel four times, and after it the channels of what was skipped, of the full size: pixel(x, y, to).
+/// A plane of half the size, each pixel four times, and after it the channels of what was skipped, of the full size:
+/// pixel(x, y, to).
 template <class Skipped>
 struct ReadJoined {
   const Plane& plane;
@@ -250,7 +270,8 @@ struct ReadJoined {
   void operator()(const Box& b, float* to) const {
     for (int y = b.y0; y < b.y1; ++y) {
       const float* const row = plane.row(y / 2);
-      for (int x = b.x0; x < b.x1; ++x) to = skipped(x, y, std::copy_n(row + static_cast<size_t>(x / 2) * plane.channels, plane.channels, to));
+      for (int x = b.x0; x < b.x1; ++x)
+        to = skipped(x, y, std::copy_n(row + static_cast<size_t>(x / 2) * plane.channels, plane.channels, to));
     }
   }
 };
@@ -259,7 +280,8 @@ struct WritePlane {
   Plane& plane;
   void operator()(const Box& b, const float* from) const {
     const size_t n = static_cast<size_t>(b.width()) * plane.channels;
-    for (int y = b.y0; y < b.y1; ++y, from += n) std::copy_n(from, n, plane.row(y) + static_cast<size_t>(b.x0) * plane.channels);
+    for (int y = b.y0; y < b.y1; ++y, from += n)
+      std::copy_n(from, n, plane.row(y) + static_cast<size_t>(b.x0) * plane.channels);
   }
 };
 
@@ -288,13 +310,16 @@ struct UNet::Layers {
 };
 
 namespace {
-constexpr std::array names = {"enc_conv0",  "enc_conv1",  "enc_conv2",  "enc_conv3",  "enc_conv4",  "enc_conv5a", "enc_conv5b", "dec_conv4a",
-                              "dec_conv4b", "dec_conv3a", "dec_conv3b", "dec_conv2a", "dec_conv2b", "dec_conv1a", "dec_conv1b", "dec_conv0"};
+constexpr std::array names = {"enc_conv0",  "enc_conv1",  "enc_conv2",  "enc_conv3",  "enc_conv4",  "enc_conv5a",
+                              "enc_conv5b", "dec_conv4a", "dec_conv4b", "dec_conv3a", "dec_conv3b", "dec_conv2a",
+                              "dec_conv2b", "dec_conv1a", "dec_conv1b", "dec_conv0"};
 constexpr std::array levels = {0, 0, 1, 2, 3, 4, 4, 3, 3, 2, 2, 1, 1, 0, 0, 0};  // halvings of the picture
-}
+}  // namespace
 
 UNet::UNet(const TensorMap& tensors, const std::string& name) : layers_(std::make_unique<Layers>()) {
-  const auto fail = [&](const std::string& what) { throw InputError(FileLoc{name}, "not a network for denoising: " + what); };
+  const auto fail = [&](const std::string& what) {
+    throw InputError(FileLoc{name}, "not a network for denoising: " + what);
+  };
   std::array<int, names.size()> out{};
   for (size_t i = 0; i < names.size(); ++i) {
     const auto w = tensors.find(std::string(names[i]) + ".weight"), b = tensors.find(std::string(names[i]) + ".bias");
@@ -307,22 +332,29 @@ UNet::UNet(const TensorMap& tensors, const std::string& name) : layers_(std::mak
     const int before = i == 0 ? s[1] : out[i - 1];
     // What the decoder takes beside the layer below: the pooled enc_conv3, 2, 1, and the image.
     const int skip = i == 7 ? out[3] : i == 9 ? out[2] : i == 11 ? out[1] : i == 13 ? layers_->inputs : 0;
-    if (s[1] != before + skip) fail(std::string(names[i]) + " takes " + std::to_string(s[1]) + " channels of " + std::to_string(before + skip));
-    layers_->conv.push_back(std::make_unique<Convolution>(w->second, b->second, before, i + 1 < names.size(), layers_->engine));
+    if (s[1] != before + skip)
+      fail(std::string(names[i]) + " takes " + std::to_string(s[1]) + " channels of " + std::to_string(before + skip));
+    layers_->conv.push_back(
+        std::make_unique<Convolution>(w->second, b->second, before, i + 1 < names.size(), layers_->engine));
   }
   layers_->outputs = out.back();
   if (layers_->inputs > 64) fail("more than 64 channels enter");
 }
 
 UNet::~UNet() = default;
-int UNet::inputs() const { return layers_->inputs; }
-int UNet::outputs() const { return layers_->outputs; }
+int UNet::inputs() const {
+  return layers_->inputs;
+}
+int UNet::outputs() const {
+  return layers_->outputs;
+}
 
 void UNet::run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop) const {
   Buffers buffers;
   const auto conv = [&](int i) { return layers_->conv[size_t(i)].get(); };
   const auto size = [&](int level) { return V2i(width >> level, height >> level); };
-  const auto run_chain = [&](std::initializer_list<const Convolution*> convolutions, int level, const auto& read, const auto& write) {
+  const auto run_chain = [&](std::initializer_list<const Convolution*> convolutions, int level, const auto& read,
+                             const auto& write) {
     chain(convolutions, size(level).x, size(level).y, level, buffers, stop, read, write);
   };
   const auto pooled = [&](std::initializer_list<const Convolution*> convolutions, int level, const auto& read) {
@@ -332,13 +364,16 @@ void UNet::run(std::span<const float> in, int width, int height, std::span<float
   };
   const auto joined = [&](int first, int level, const Plane& x, const Plane& skip) {
     Plane result(size(level).x, size(level).y, conv(first + 1)->out());
-    const auto skipped = [&](int px, int py, float* to) { return std::copy_n(skip.row(py) + static_cast<size_t>(px) * skip.channels, skip.channels, to); };
+    const auto skipped = [&](int px, int py, float* to) {
+      return std::copy_n(skip.row(py) + static_cast<size_t>(px) * skip.channels, skip.channels, to);
+    };
     run_chain({conv(first), conv(first + 1)}, level, ReadJoined<decltype(skipped)>{x, skipped}, WritePlane{result});
     return result;
   };
   const ReadPicture picture{in, width, inputs()};
   Plane p1 = pooled({conv(0), conv(1)}, 0, picture);
-  Plane p2 = pooled({conv(2)}, 1, ReadPlane{p1}), p3 = pooled({conv(3)}, 2, ReadPlane{p2}), x = pooled({conv(4)}, 3, ReadPlane{p3});
+  Plane p2 = pooled({conv(2)}, 1, ReadPlane{p1}), p3 = pooled({conv(3)}, 2, ReadPlane{p2}),
+        x = pooled({conv(4)}, 3, ReadPlane{p3});
   Plane deepest(x.width, x.height, conv(6)->out());
   run_chain({conv(5), conv(6)}, 4, ReadPlane{x}, WritePlane{deepest});
   x = joined(7, 3, deepest, p3);
@@ -347,15 +382,18 @@ void UNet::run(std::span<const float> in, int width, int height, std::span<float
   p1 = Plane();
   const int no = outputs(), padded_out = padded(no);
   const auto skipped = [&](int px, int py, float* to) { return picture.pixel(px, py, to); };
-  run_chain({conv(13), conv(14), conv(15)}, 0, ReadJoined<decltype(skipped)>{x, skipped}, [&](const Box& b, const float* from) {
-    for (int y = b.y0; y < b.y1; ++y)
-      for (int px = b.x0; px < b.x1; ++px, from += padded_out) std::copy_n(from, no, &out[(static_cast<size_t>(y) * width + px) * no]);
-  });
+  run_chain({conv(13), conv(14), conv(15)}, 0, ReadJoined<decltype(skipped)>{x, skipped},
+            [&](const Box& b, const float* from) {
+              for (int y = b.y0; y < b.y1; ++y)
+                for (int px = b.x0; px < b.x1; ++px, from += padded_out)
+                  std::copy_n(from, no, &out[(static_cast<size_t>(y) * width + px) * no]);
+            });
 }
 
 double UNet::flops(int width, int height) const {
   double sum = 0;
-  for (size_t i = 0; i < layers_->conv.size(); ++i) sum += layers_->conv[i]->flops() * double(width >> levels[i]) * double(height >> levels[i]);
+  for (size_t i = 0; i < layers_->conv.size(); ++i)
+    sum += layers_->conv[i]->flops() * double(width >> levels[i]) * double(height >> levels[i]);
   return sum;
 }
 
@@ -363,7 +401,8 @@ double UNet::bare_seconds(int width, int height) const {
   Buffers buffers;
   const auto nothing = [](const Box&, const float*) {};
   const auto pass = [&] {
-    for (const auto& [first, count] : {std::pair(0, 2), {2, 1}, {3, 1}, {4, 1}, {5, 2}, {7, 2}, {9, 2}, {11, 2}, {13, 3}}) {
+    for (const auto& [first, count] :
+         {std::pair(0, 2), {2, 1}, {3, 1}, {4, 1}, {5, 2}, {7, 2}, {9, 2}, {11, 2}, {13, 3}}) {
       const int level = levels[size_t(first)];
       const auto conv = [&, f = first](int i) { return layers_->conv[size_t(f + i)].get(); };
       const auto run_chain = [&](std::initializer_list<const Convolution*> convolutions) {
@@ -381,13 +420,20 @@ double UNet::bare_seconds(int width, int height) const {
 
 std::string instruction_set() {
   switch (dnnl::get_effective_cpu_isa()) {
-    case dnnl::cpu_isa::sse41: return "sse41";
-    case dnnl::cpu_isa::avx: return "avx";
-    case dnnl::cpu_isa::avx2: return "avx2";
-    case dnnl::cpu_isa::avx512_core: return "avx512_core";
-    case dnnl::cpu_isa::avx512_core_vnni: return "avx512_core_vnni";
-    case dnnl::cpu_isa::avx512_core_bf16: return "avx512_core_bf16";
-    default: return "isa " + std::to_string(static_cast<int>(dnnl::get_effective_cpu_isa()));
+    case dnnl::cpu_isa::sse41:
+      return "sse41";
+    case dnnl::cpu_isa::avx:
+      return "avx";
+    case dnnl::cpu_isa::avx2:
+      return "avx2";
+    case dnnl::cpu_isa::avx512_core:
+      return "avx512_core";
+    case dnnl::cpu_isa::avx512_core_vnni:
+      return "avx512_core_vnni";
+    case dnnl::cpu_isa::avx512_core_bf16:
+      return "avx512_core_bf16";
+    default:
+      return "isa " + std::to_string(static_cast<int>(dnnl::get_effective_cpu_isa()));
   }
 }
 

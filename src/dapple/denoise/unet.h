@@ -10,9 +10,9 @@
 
 namespace dapple::denoise {
 
-/// Open Image Denoise's U-Net: five levels of 3x3 convolutions with skips, zeros outside. Channel counts come from the weights.
-/// Convolutions are oneDNN's direct ones (no Winograd), one-threaded on fixed boxes of pixels under parallel_for, so that results
-/// do not depend on the number of threads. They do depend on the instruction set.
+/// Open Image Denoise's U-Net: five levels of 3x3 convolutions with skips, zeros outside. Channel counts come from the
+/// weights. Convolutions are oneDNN's direct ones (no Winograd), one-threaded on fixed boxes of pixels under
+/// parallel_for, so that results do not depend on the number of threads. They do depend on the instruction set.
 class UNet {
  public:
   /// InputError, naming `name`, where a layer is missing or does not fit the one before it.
@@ -21,10 +21,10 @@ class UNet {
   UNet(const UNet&) = delete;
   UNet& operator=(const UNet&) = delete;
 
-  int inputs() const;   ///< channels of an image that enters
+  int inputs() const;  ///< channels of an image that enters
   int outputs() const;
-  /// `in` is width * height * inputs(), row-major, channels interleaved; `out` likewise with outputs(). The sides are multiples of 16.
-  /// May throw Stopped, within some milliseconds.
+  /// `in` is width * height * inputs(), row-major, channels interleaved; `out` likewise with outputs(). The sides are
+  /// multiples of 16. May throw Stopped, within some milliseconds.
   void run(std::span<const float> in, int width, int height, std::span<float> out, StopToken stop = {}) const;
 
   // For benchmarks.

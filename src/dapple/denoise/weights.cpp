@@ -19,7 +19,8 @@ fs::path own_file() {
   Dl_info info{};
   std::error_code error;
   // Programs are known to dladdr by the name that they were called by, which need not be a path.
-  const bool library = dladdr(reinterpret_cast<const void*>(&find_weights), &info) && info.dli_fname && std::string_view(info.dli_fname).ends_with(".so");
+  const bool library = dladdr(reinterpret_cast<const void*>(&find_weights), &info) && info.dli_fname &&
+                       std::string_view(info.dli_fname).ends_with(".so");
   return fs::canonical(library ? info.dli_fname : "/proc/self/exe", error);
 }
 
@@ -32,13 +33,13 @@ std::string find_weights(std::string_view name, const std::string& installed) {
     const fs::path path = fs::path(folder) / name;
     return is_file(path) ? path.string() : std::string();
   }
+  if (const fs::path path = fs::path(installed) / name; !installed.empty() && is_file(path)) return path.string();
   for (fs::path folder = own_file().parent_path(); !folder.empty(); folder = folder.parent_path()) {
     const fs::path path = folder / "share/dapple/denoise" / name;
     if (is_file(path)) return path.string();
     if (folder == folder.root_path()) break;
   }
-  const fs::path path = fs::path(installed) / name;
-  return !installed.empty() && is_file(path) ? path.string() : std::string();
+  return {};
 }
 
 std::string weights_path(std::string_view name, const std::string& installed) {

@@ -30,9 +30,12 @@ constexpr ImageLimits limits{.max_side = 65536, .max_channels = 1024, .max_bytes
 uint64_t checked_size(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::error_code error;
-  if (!in || !std::filesystem::is_regular_file(path, error)) throw IoError("cannot open image \"" + path + "\"" + (in ? ": not a plain file" : std::string(": ") + std::strerror(errno)));
+  if (!in || !std::filesystem::is_regular_file(path, error))
+    throw IoError("cannot open image \"" + path + "\"" +
+                  (in ? ": not a plain file" : std::string(": ") + std::strerror(errno)));
   char magic[4] = {};
-  if (!in.read(magic, 4) || std::memcmp(magic, "\x76\x2f\x31\x01", 4) != 0) throw InputError(FileLoc{path}, "not an OpenEXR file");
+  if (!in.read(magic, 4) || std::memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
+    throw InputError(FileLoc{path}, "not an OpenEXR file");
   return std::filesystem::file_size(path);
 }
 
@@ -44,7 +47,8 @@ ExrFile::Part part_of(const OIIO::ImageSpec& spec, const std::string& path) {
     const OIIO::TypeDesc type = spec.channelformat(c);
     if (type != OIIO::TypeDesc::HALF && type != OIIO::TypeDesc::FLOAT && type != OIIO::TypeDesc::UINT32)
       throw InputError(FileLoc{path}, "channel \"" + spec.channelnames[size_t(c)] + "\" is of no type of OpenEXR");
-    part.channels.push_back({spec.channelnames[size_t(c)], type != OIIO::TypeDesc::UINT32, type == OIIO::TypeDesc::HALF, part.pixel_bytes});
+    part.channels.push_back(
+        {spec.channelnames[size_t(c)], type != OIIO::TypeDesc::UINT32, type == OIIO::TypeDesc::HALF, part.pixel_bytes});
     part.pixel_bytes += type.size();
   }
   return part;
@@ -64,7 +68,8 @@ ExrFile::ExrFile(const std::string& path) : headers_(std::make_unique<Headers>()
     check_exr_header(path, size, limits, loc);
     const auto in = OIIO::ImageInput::create("openexr");
     OIIO::ImageSpec spec;
-    if (!in || !in->open(path, spec)) throw InputError(loc, "cannot read the image: " + (in ? in->geterror() : "this build reads no OpenEXR"));
+    if (!in || !in->open(path, spec))
+      throw InputError(loc, "cannot read the image: " + (in ? in->geterror() : "this build reads no OpenEXR"));
     for (int s = 0; in->seek_subimage(s, 0); ++s) {
       spec = in->spec();
       if (spec.deep || spec.depth > 1) throw InputError(loc, "the image is deep; expected a flat one");
@@ -72,7 +77,8 @@ ExrFile::ExrFile(const std::string& path) : headers_(std::make_unique<Headers>()
       part.pixels.resize(size_t(part.width) * size_t(part.height) * part.pixel_bytes);
       const bool read = in->read_image(s, 0, 0, -1, OIIO::TypeDesc::UNKNOWN, part.pixels.data());
       // Some damage is complained of, and yet no failure.
-      if (const std::string complaint = in->geterror(); !read || !complaint.empty()) throw InputError(loc, "the image is damaged: " + complaint);
+      if (const std::string complaint = in->geterror(); !read || !complaint.empty())
+        throw InputError(loc, "the image is damaged: " + complaint);
       if (in->seek_subimage(s, 1)) throw InputError(loc, "the image has MIP levels; expected one without");
       parts_.push_back(std::move(part));
       headers_->specs.push_back(spec);
@@ -115,7 +121,8 @@ void ExrFile::replace(size_t part, const std::array<size_t, 3>& channels, const 
         const Channel& channel = p.channels[channels[i]];
         const float v = image.pixel(x, int(y))[i];
         const half h = to_half(v);
-        std::memcpy(at + channel.offset, channel.is_half ? static_cast<const void*>(&h) : &v, channel.is_half ? sizeof h : sizeof v);
+        std::memcpy(at + channel.offset, channel.is_half ? static_cast<const void*>(&h) : &v,
+                    channel.is_half ? sizeof h : sizeof v);
       }
   });
 }

@@ -12,8 +12,8 @@
 
 namespace dapple::image {
 
-/// A whole OpenEXR file in memory as it is stored: all parts and channels, halfs as halfs, and its attributes as far as OpenImageIO knows them.
-/// So some channels can be replaced while the others are written bit for bit as they were read.
+/// A whole OpenEXR file in memory as it is stored: all parts and channels, halfs as halfs, and its attributes as far as
+/// OpenImageIO knows them. So some channels can be replaced while the others are written bit for bit as they were read.
 class ExrFile {
  public:
   struct Channel {
@@ -31,20 +31,23 @@ class ExrFile {
     std::vector<std::byte> pixels;
   };
 
-  /// InputError for what is no OpenEXR file, damaged, or cannot be kept whole: deep, or with MIP levels; IoError where it cannot be opened.
+  /// InputError for what is no OpenEXR file, damaged, or cannot be kept whole: deep, or with MIP levels; IoError where
+  /// it cannot be opened.
   explicit ExrFile(const std::string& path);
   ~ExrFile();
 
   const std::vector<Part>& parts() const { return parts_; }
   /// Numbers of pixels [begin, end) of a row, three each, of half or float channels.
   void read(size_t part, const std::array<size_t, 3>& channels, int y, int begin, int end, float* out) const;
-  /// `image`, of the part's size with three channels, takes their place, in the type that they have; halfs are kept within their range.
+  /// `image`, of the part's size with three channels, takes their place, in the type that they have; halfs are kept
+  /// within their range.
   void replace(size_t part, const std::array<size_t, 3>& channels, const Image& image);
   /// In the header of all parts.
   void set_text(const std::string& attribute, const std::string& text);
 
-  /// Writes all: IoError where that fails. Where the file was compressed with loss by B44 or DWA, which would change other channels once more, it
-  /// is by ZIP. Where some parts have tiles and others have not, all become scan lines, since OpenImageIO 2.4 writes no such files.
+  /// Writes all: IoError where that fails. Where the file was compressed with loss by B44 or DWA, which would change
+  /// other channels once more, it is by ZIP. Where some parts have tiles and others have not, all become scan lines,
+  /// since OpenImageIO 2.4 writes no such files.
   void write(const std::string& path) const;
 
  private:

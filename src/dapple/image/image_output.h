@@ -11,7 +11,8 @@
 
 namespace dapple::image {
 
-inline std::unique_ptr<OIIO::ImageOutput> make_image_output(const std::string& path, const char* format, AtomicFile& file) {
+inline std::unique_ptr<OIIO::ImageOutput> make_image_output(const std::string& path, const char* format,
+                                                            AtomicFile& file) {
   std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
   if (!out) throw IoError("this build cannot write " + std::string(format) + " images: \"" + path + "\"");
   if (!out->set_ioproxy(&file)) throw IoError("cannot write \"" + path + "\": " + out->geterror());

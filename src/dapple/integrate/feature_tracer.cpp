@@ -18,14 +18,18 @@ using trace::no_id;
 
 namespace {
 
-constexpr int most_bounces = 8;         // a ball of glass takes three, two panes four
-constexpr float least_share = 0.05f;    // of a pixel, of which a way is followed apart
-constexpr float smooth_alpha = 0.1f;    // rougher ones blur what is seen in them beyond use
-constexpr int most_splits = 4;          // rays of a camera sample at a time, at most
+constexpr int most_bounces = 8;       // a ball of glass takes three, two panes four
+constexpr float least_share = 0.05f;  // of a pixel, of which a way is followed apart
+constexpr float smooth_alpha = 0.1f;  // rougher ones blur what is seen in them beyond use
+constexpr int most_splits = 4;        // rays of a camera sample at a time, at most
 
-bool is_smooth(const Bsdf& b) { return std::max(b.alpha_x, b.alpha_y) <= smooth_alpha; }
+bool is_smooth(const Bsdf& b) {
+  return std::max(b.alpha_x, b.alpha_y) <= smooth_alpha;
+}
 
-RGB no_brighter_than_white(const RGB& c) { return c * (1 / std::max(1.0f, c.max())); }
+RGB no_brighter_than_white(const RGB& c) {
+  return c * (1 / std::max(1.0f, c.max()));
+}
 
 }  // namespace
 
@@ -95,7 +99,8 @@ FeatureTracer::Layers FeatureTracer::trace(const Box2i& pixels, StopToken stop) 
       const V2i pixel = w->camera.pixel[p] - pixels.min;
       const size_t at = size_t(pixel.y) * size_t(width) + size_t(pixel.x);
       const double inv = 1 / s.weight;
-      layers.albedo[at] = clamp(RGB(float(s.albedo[0] * inv), float(s.albedo[1] * inv), float(s.albedo[2] * inv)), 0, 1);
+      layers.albedo[at] =
+          clamp(RGB(float(s.albedo[0] * inv), float(s.albedo[1] * inv), float(s.albedo[2] * inv)), 0, 1);
       const V3f n(float(s.normal[0] * inv), float(s.normal[1] * inv), float(s.normal[2] * inv));
       layers.normal[at] = n * (1 / std::max(1.0f, length(n)));  // weights below 0, of some filters
     }
@@ -155,11 +160,15 @@ void FeatureTracer::follow_rays(Workspace& w) const {
       w.geometry[k] = w.hits.geometry[i];
       w.surface[k] = scene_.traced.surface(w.hits, i, w.first[i].ray.time);
     }
-    materials_.prelight(w.points, w.geometry, w.surface, [&](int k, shading::ShadingPoints* out, int lane) {
-      const int i = w.point_ray[k];
-      const Workspace::PendingRay& r = w.first[i];
-      scene::Scene::set_point(w.surface[k], r.ray.d, r.width + r.spread * w.distance[i], r.ray.time, hash(settings_.seed, r.key), out, lane);
-    }, w.bsdf, w.prelighting, &w.stages);
+    materials_.prelight(
+        w.points, w.geometry, w.surface,
+        [&](int k, shading::ShadingPoints* out, int lane) {
+          const int i = w.point_ray[k];
+          const Workspace::PendingRay& r = w.first[i];
+          scene::Scene::set_point(w.surface[k], r.ray.d, r.width + r.spread * w.distance[i], r.ray.time,
+                                  hash(settings_.seed, r.key), out, lane);
+        },
+        w.bsdf, w.prelighting, &w.stages);
     for (int k = 0; k < w.points; ++k)
       if (!follow_specular(k, w)) describe(k, w);
   }
@@ -173,7 +182,8 @@ RGB FeatureTracer::displayed(const RGB& L) const {
 void FeatureTracer::add_sky(int i, Workspace& w) const {
   const Workspace::PendingRay& r = w.first[i];
   RGB L;
-  for (const uint32_t light : scene_.infinite_lights) L += scene_.lights[light]->environment_at(w.rays.origin(i), r.ray.d, 0);
+  for (const uint32_t light : scene_.infinite_lights)
+    L += scene_.lights[light]->environment_at(w.rays.origin(i), r.ray.d, 0);
   w.add(r.sample, r.weight * w.passed[i] * displayed(L), V3f(0, 0, 0), 0);
 }
 

@@ -8,9 +8,12 @@
 
 namespace dapple::integrate {
 
-/// Albedo and normal of what each pixel shows, as denoisers want them (the documentation of Open Image Denoise says what works well):
-/// - a surface its albedo, reflected plus transmitted, and its normal towards the viewer, where metal and glass are rough too;
-/// - smooth metal what is seen in it, times its reflectance; smooth glass what is seen in it and through it, mixed by Fresnel, of
+/// Albedo and normal of what each pixel shows, as denoisers want them (the documentation of Open Image Denoise says
+/// what works well):
+/// - a surface its albedo, reflected plus transmitted, and its normal towards the viewer, where metal and glass are
+/// rough too;
+/// - smooth metal what is seen in it, times its reflectance; smooth glass what is seen in it and through it, mixed by
+/// Fresnel, of
 ///   which the first ones are followed apart and later ones the stronger way;
 /// - what shines its colour, no brighter than 1, beside its albedo; the sky likewise, without a normal; media nothing.
 /// Means over camera samples, so that edges, lens and motion blur show; rendering takes the same samples.

@@ -38,7 +38,8 @@ Image image_of(const std::vector<Triple>& values, int width, int height) {
 
 }  // namespace
 
-FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings) {
+FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
+                             const integrate::FeatureTracer::Settings& settings) {
   const auto layers = integrate::FeatureTracer(scene, settings).trace(crop);
   const int width = crop.max.x - crop.min.x, height = crop.max.y - crop.min.y;
   return {image_of(layers.albedo, width, height), image_of(layers.normal, width, height)};

@@ -17,7 +17,8 @@ namespace dapple::render {
 struct FeatureLayers {
   image::Image albedo, normal;
 };
-FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings);
+FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
+                             const integrate::FeatureTracer::Settings& settings);
 
 /// A frame without its noise, over the film's crop.
 struct DenoisedFrame {
@@ -33,8 +34,8 @@ class FrameDenoiser {
 
   bool wants_features() const { return denoiser_.inputs() > 3; }
   std::string description() const { return denoiser_.description(); }
-  /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up
-  /// to the whole; where none has light the first gets what there is. May throw Stopped.
+  /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel
+  /// by pixel, to add up to the whole; where none has light the first gets what there is. May throw Stopped.
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {}) const;
 
  private:
