@@ -242,8 +242,8 @@ float LightTree::importance(const Node& node, const LightReceiver& to) {
   return least < node.cos_e ? 0 : weight * std::max(least, least_cosine);
 }
 
-float LightTree::first_probability(uint32_t children, const LightReceiver& to) const {
-  const float first = importance(nodes_[children], to), second = importance(nodes_[children + 1], to);
+float LightTree::first_probability(uint32_t children, const LightReceiver& to, float odds) const {
+  const float first = importance(nodes_[children], to) * odds, second = importance(nodes_[children + 1], to);
   const float sum = first + second;
   return sum > 0 ? first / sum : -1;
 }
@@ -302,12 +302,13 @@ int LightTree::walk(double u, float* probability, const First& first_probability
   return static_cast<int>(node->link & link_mask);
 }
 
-float LightTree::probability(const LightReceiver& to, int light, float probability) const {
+template <class First>
+float LightTree::walk_to(int light, float probability, const First& first_probability) const {
   uint64_t trail = trails_[light];
   const Node* node = &nodes_[0];
   while (!(node->link & leaf_flag)) {
     const uint32_t children = node->link & link_mask, second = trail & 1;
-    const float p = first_probability(children, to);
+    const float p = first_probability(children, second);
     if (p < 0) return 0;
     probability *= second ? 1 - p : p;
     if (probability == 0) return 0;
@@ -315,6 +316,72 @@ float LightTree::probability(const LightReceiver& to, int light, float probabili
     trail >>= 1;
   }
   return probability;
+}
+
+float LightTree::probability(const LightReceiver& to, int light, float probability) const {
+  return walk_to(light, probability, [&](uint32_t children, uint32_t) { return first_probability(children, to); });
+}
+
+LightTree::Crown LightTree::crown(int most_leaves) const {
+  Crown crown;
+  struct Open {
+    float intensity;
+    int pair, sibling;  // whose node it is; -1: the root
+    uint32_t node;
+  };
+  std::vector<Open> open;
+  if (!nodes_.empty()) open.push_back({nodes_[0].intensity, -1, 0, 0});
+  int leaves = 0;
+  while (!open.empty()) {
+    const auto next = std::max_element(open.begin(), open.end(), [](const Open& a, const Open& b) { return a.intensity < b.intensity; });
+    const Open top = *next;
+    open.erase(next);
+    const Node& node = nodes_[top.node];
+    const bool splits = !(node.link & leaf_flag) && leaves + int(open.size()) + 2 <= most_leaves;
+    if (top.pair >= 0) crown.pairs_[size_t(top.pair)].below[top.sibling] = splits ? crown.pairs() : ~leaves;
+    if (!splits) {
+      ++leaves;
+      continue;
+    }
+    const uint32_t children = node.link & link_mask;
+    for (int i = 0; i < 2; ++i) open.push_back({nodes_[children + uint32_t(i)].intensity, crown.pairs(), i, children + uint32_t(i)});
+    crown.pairs_.push_back({children, {0, 0}});
+  }
+  return crown;
+}
+
+int LightTree::leaf_of(const Crown& crown, int light) const {
+  if (crown.pairs_.empty()) return 0;
+  uint64_t trail = trails_[light];
+  int at = 0;
+  for (; at >= 0; trail >>= 1) at = crown.below(at, int(trail & 1));
+  return ~at;
+}
+
+void LightTree::irradiances(const Crown& crown, const LightReceiver& to, float* out) const {
+  if (crown.pairs_.empty()) out[0] = nodes_.empty() ? 0 : irradiance(to);
+  for (const Crown::Pair& pair : crown.pairs_)
+    for (uint32_t i = 0; i < 2; ++i) *out++ = importance(nodes_[pair.children + i], to) * intensity_scale_;
+}
+
+int LightTree::select(const LightReceiver& to, double u, float* probability, const Crown& crown, const float* odds) const {
+  int at = crown.pairs_.empty() ? -1 : 0;
+  uint32_t siblings = 0;  // those passed last, below which the walk goes on
+  return walk(u, probability, [&](uint32_t children) {
+    if (siblings > 0 && at >= 0) at = crown.below(at, 0) >= 0 && crown.pairs_[size_t(crown.below(at, 0))].children == children ? crown.below(at, 0)
+                                    : crown.below(at, 1) >= 0 && crown.pairs_[size_t(crown.below(at, 1))].children == children ? crown.below(at, 1) : -1;
+    siblings = children;
+    return first_probability(children, to, at >= 0 ? odds[at] : 1);
+  });
+}
+
+float LightTree::probability(const LightReceiver& to, int light, float probability, const Crown& crown, const float* odds) const {
+  int at = crown.pairs_.empty() ? -1 : 0;
+  return walk_to(light, probability, [&](uint32_t children, uint32_t second) {
+    const float p = first_probability(children, to, at >= 0 ? odds[at] : 1);
+    if (at >= 0) at = crown.below(at, int(second));
+    return p;
+  });
 }
 
 }  // namespace dapple::shading

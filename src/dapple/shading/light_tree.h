@@ -54,6 +54,34 @@ class LightTree {
   int select(const LightReceiver& to, double u, float* probability, Walks* walks) const;
   /// `probability` times that of the walk to a light of the tree: what select() makes of it, to the last bit.
   float probability(const LightReceiver& to, int light, float probability) const;
+
+  /// The nodes around the root. At each of its pairs of siblings, walks can be given odds of their own: the first's importance counts so many
+  /// times. Where it ends, at its leaves, stands a light or a subtree.
+  class Crown {
+   public:
+    int pairs() const { return int(pairs_.size()); }
+    int leaves() const { return pairs() + 1; }
+    /// What is below sibling i of a pair: another, or ~ of a leaf.
+    int below(int pair, int i) const { return pairs_[size_t(pair)].below[i]; }
+
+   private:
+    friend LightTree;
+    struct Pair {
+      uint32_t children;
+      int32_t below[2];
+    };
+    std::vector<Pair> pairs_;  ///< [0] below the root, each before those below it
+  };
+  /// Of at most so many leaves: nodes of most intensity are split first.
+  Crown crown(int most_leaves) const;
+  /// The leaf that holds a light of the tree.
+  int leaf_of(const Crown& crown, int light) const;
+  /// irradiance() of the lights below sibling i of a pair alone, [2 * pair + i], and of all if there is no pair.
+  void irradiances(const Crown& crown, const LightReceiver& to, float* out) const;
+  /// select() and probability() with odds of each pair.
+  int select(const LightReceiver& to, double u, float* probability, const Crown& crown, const float* odds) const;
+  float probability(const LightReceiver& to, int light, float probability, const Crown& crown, const float* odds) const;
+
   /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a sphere around each;
   /// `within` where there is none so near.
   static constexpr float strong_share = 1.0f / 16;
@@ -80,10 +108,12 @@ class LightTree {
   static Node make_node(const LightBounds& bounds, float intensity_scale);
   static float importance(const Node& node, const LightReceiver& to);
   /// Probability of the first of two adjacent nodes; -1 if neither contributes.
-  float first_probability(uint32_t children, const LightReceiver& to) const;
+  float first_probability(uint32_t children, const LightReceiver& to, float odds = 1) const;
   float first_probability(uint32_t children, const LightReceiver& to, Walks* walks) const;
   template <class First>
   int walk(double u, float* probability, const First& first_probability) const;
+  template <class First>
+  float walk_to(int light, float probability, const First& first_probability) const;
 
   std::vector<Node> nodes_;       // [0] is the root
   std::vector<uint64_t> trails_;  // of each light: bit d is set where the path takes the second child at depth d
