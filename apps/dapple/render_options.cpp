@@ -50,6 +50,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (o.pixel_points >= 0) r.pixel_points = o.pixel_points;
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
+  if (!o.light_learning.empty()) r.light_learning = o.light_learning == "on";
   if (!o.caustics.empty()) r.caustics = o.caustics == "on";
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
   if (o.irradiance_accuracy > 0) r.irradiance_accuracy = float(o.irradiance_accuracy);
@@ -80,6 +81,7 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(o.pixel_points >= 0, "--pixel-points", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
+  warn(!o.light_learning.empty(), "--light-learning", {"path", "canopy", "distribution"});
   warn(!o.caustics.empty(), "--caustics", {"distribution"});
   warn(!o.irradiance_interpolation.empty(), "--irradiance-interpolation", {"distribution"});
   warn(o.irradiance_accuracy > 0, "--irradiance-accuracy", {"distribution"});
@@ -166,6 +168,9 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--pixel-points", o.pixel_points,
                  "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0, or more than 16 = all [the preset's]")
       ->check(CLI::Range(0, build::max_pixel_points));
+  app.add_option("--light-learning", o.light_learning,
+                 "path, canopy, distribution: light samples go where a few paths before rendering found that lights and sky are seen: on, off [on]")
+      ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--caustics", o.caustics,
                  "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as diffuse there) "
                  "[off in preset draft]")

@@ -14,7 +14,7 @@ namespace dapple::app {
 struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
-  std::string irradiance_interpolation, caustics, crop, resolution, aovs, stats, view, display, ocio, compression;
+  std::string irradiance_interpolation, caustics, light_learning, crop, resolution, aovs, stats, view, display, ocio, compression;
   int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0, pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
   double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;

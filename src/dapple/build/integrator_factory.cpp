@@ -136,6 +136,13 @@ size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
   return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0;
 }
 
+// A few hundredths of the image's work.
+int learning_paths(const scene::Scene& scene, int pixel_samples) {
+  constexpr double least = 1024, most = 16384, part = 1.0 / 64;
+  const V2i film = scene.camera.settings().resolution;
+  return int(std::clamp(double(film.x) * film.y * pixel_samples * part, least, most));
+}
+
 }  // namespace
 
 IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const {
@@ -157,6 +164,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.pixel_points, other.pixel_points);
   fill(&r.radiosity_cache, other.radiosity_cache);
   fill(&r.caustics, other.caustics);
+  fill(&r.light_learning, other.light_learning);
   fill(&r.irradiance_interpolation, other.irradiance_interpolation);
   fill(&r.irradiance_accuracy, other.irradiance_accuracy);
   fill(&r.subsurface_cache, other.subsurface_cache);
@@ -233,6 +241,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.masks = read_masks(e);
   if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
+  if (e.params.find("lightlearning")) r.light_learning = e.params.get_bool("lightlearning", true);
   if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
   if (e.params.find("subsurfacecache")) r.subsurface_cache = e.params.get_bool("subsurfacecache", true);
@@ -317,6 +326,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
+    if (asked.light_learning.value_or(true)) s.learning_paths = learning_paths(scene, samples);
     return std::make_unique<path::PathIntegrator>(scene, s);
   }
   const IntegratorRequest r = asked.over(preset);

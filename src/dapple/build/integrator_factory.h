@@ -30,6 +30,7 @@ struct IntegratorRequest {
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
   std::optional<bool> denoise;  ///< of a preset: with distribution only
+  std::optional<bool> light_learning;  ///< path, canopy and distribution
   bool light_groups = false;  ///< distribution: what each gives is kept apart (path: if the film asks for it)
   bool log_caches = false;    ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;

@@ -20,6 +20,8 @@ struct CameraBatch {
   scene::CameraRay ray[capacity];        ///< footprints are those of a whole pixel
 
   void generate(const scene::Scene& scene, const Box2i& box, uint32_t sample, const PixelSets& sets);
+  /// Samples [first, first + n) of a set, n at most the capacity, that is spread over the whole film.
+  void generate_spread(const scene::Scene& scene, uint32_t first, int n, uint64_t set);
 
   /// Calls visit(box) for what `pixels` have of each block, in order. Blocks are those of the full film.
   template <class Visit>
@@ -38,6 +40,11 @@ struct CameraBatch {
   static int in_block(const V2i& pixel) { return pixel.y % block * block + pixel.x % block; }
 
  private:
+  enum Dimension : uint32_t { dim_filter, dim_lens, dim_time };
+  static_assert(dim_time + 1 == dimensions);
+
+  void draw(const scene::Scene& scene);
+
   alignas(64) float u0_[capacity], u1_[capacity], u2_[capacity] = {}, u3_[capacity] = {}, u4_[capacity];
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dapple/base/parallel.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
@@ -52,6 +53,8 @@ constexpr float lit_share = 0.25f;
 // Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
 constexpr float delta_cosine = 0.98f;
 
+constexpr uint64_t for_learning = 0x6c69676874;  // of all that random numbers are for
+
 const shading::Visibility* visibility_of(const PathIntegrator::Settings& s) {
   if (s.far_ground) return s.far_ground.get();
   return s.masks.get();
@@ -63,6 +66,22 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
     : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, visibility_of(settings)) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
+  if (settings.learning_paths > 0 && light::pays_to_learn(scene)) learn();
+}
+
+void PathIntegrator::learn() {
+  constexpr size_t batch = PathWorkspace::capacity;
+  const uint64_t seed = hash(settings_.seed, for_learning);
+  std::vector<std::vector<light::LightPoint>> found((size_t(settings_.learning_paths) + batch - 1) / batch);
+  parallel_for(found.size(), [&](size_t i) {
+    const auto w = std::make_unique<PathWorkspace>();
+    w->points_found = &found[i];
+    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
+    trace_camera_rays(*w);
+  });
+  std::vector<light::LightPoint> points;
+  for (const auto& f : found) points.insert(points.end(), f.begin(), f.end());
+  learned_ = light::learn_lights(scene_, rays_, points, seed);
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
@@ -126,6 +145,8 @@ void PathIntegrator::trace_paths(PathWorkspace& w) const {
       }
       if (pass_sheet(k, w)) continue;
       const int p = w.point_path[k];
+      w.region[k] = {};
+      if (learned_) w.region[k] = learned_->region(receiver_at(k, true, w), w.vertex_key(p, 0));
       if (w.last[p] && gathers()) {
         gather_in_canopy(k, w);
         continue;
@@ -222,7 +243,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
       const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
-                        light.pdf(w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
+                        shading::light_pdf(light, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
     w.add_light(p, index, w.beta[p] * Le * weight);
@@ -296,7 +317,7 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
   if (selection.light < 0) return;
   shading::LightSample light;
-  if (!scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light)) return;
+  if (!shading::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver, w.sample2(dim_light_point, k), &light)) return;
   float scatter_pdf = 0;
   const RGB f = evaluate(light.wi, &scatter_pdf);
   if (f.is_black()) return;
@@ -313,9 +334,16 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
     w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
+void PathIntegrator::note_point(int k, PathWorkspace& w) const {
+  if (w.walk[w.point_path[k]].inside()) return;
+  const geom::SurfacePoint& s = w.surface[k];
+  w.points_found->push_back({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]});
+}
+
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   if (!scene_.light_sampler || bsdf.is_delta()) return;
+  if (w.points_found) return note_point(k, w);
   // What shines inside a body is found by walking: light is weakened on the way, which shadow rays do not know.
   if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
   const V3f wo = -w.wi[k];
@@ -347,6 +375,7 @@ void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   add_canopy_light(k, w);
   if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= lit_share) return;
+  if (w.points_found) return note_point(k, w);
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
   connect(
@@ -363,8 +392,11 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const shading::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   const V3f wo = -w.wi[k];
-  const shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
-  if (scene_.light_sampler)
+  shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
+  if (learned_) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
+  if (w.points_found)
+    w.points_found->push_back({.to = receiver, .medium = w.medium[p]});
+  else if (scene_.light_sampler)
     connect(
         k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
@@ -379,7 +411,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
 shading::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
-  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared};
+  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared, w.region[k]};
 }
 
 // Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.

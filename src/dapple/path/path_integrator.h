@@ -6,6 +6,7 @@
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/light/light_learning.h"
 #include "dapple/vegetation/canopy_transport.h"
 
 namespace dapple::path {
@@ -31,6 +32,7 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
     std::shared_ptr<const forest::GroundVisibility>
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
+    int learning_paths = 0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);
@@ -38,6 +40,8 @@ class PathIntegrator final : public integrate::Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
+  /// What the paths of Settings::learning_paths have learned; null: nothing.
+  const std::shared_ptr<const shading::LearnedLights>& learned_lights() const { return learned_; }
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
@@ -45,6 +49,8 @@ class PathIntegrator final : public integrate::Integrator {
   }
 
  private:
+  void learn();
+  void note_point(int point, PathWorkspace& w) const;
   void start_paths(PathWorkspace& w) const;
   void trace_paths(PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
@@ -78,6 +84,7 @@ class PathIntegrator final : public integrate::Integrator {
   const integrate::MaterialTable materials_;
   const integrate::RayTracer rays_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
+  std::shared_ptr<const shading::LearnedLights> learned_;
 };
 
 }  // namespace dapple::path

@@ -10,6 +10,7 @@
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
+#include "dapple/light/light_learning.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/path/subsurface_walk.h"
 
@@ -67,6 +68,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
   geom::SurfacePoint surface[capacity];
   shading::Bsdf bsdf[capacity];
+  shading::LightRegion region[capacity];
+  std::vector<light::LightPoint>* points_found = nullptr;  ///< where paths note the points at which they want light, and do without it
   integrate::MaterialTable::Scratch prelighting;
 
   // Shadow rays.

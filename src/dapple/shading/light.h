@@ -9,7 +9,16 @@
 
 namespace dapple::shading {
 
+class LearnedLights;
 class LightShader;
+
+/// What is known about the light that reaches a part of the scene: of LearnedLights. Empty: nothing.
+struct LightRegion {
+  const LearnedLights* lights = nullptr;
+  const float* values = nullptr;
+
+  explicit operator bool() const { return lights != nullptr; }
+};
 
 /// Light arriving at a point, drawn by Light::sample.
 struct LightSample {
@@ -32,6 +41,7 @@ struct LightReceiver {
   /// Rays by the Bsdf or phase function look for the light too, and are combined with these by their densities: what is dim may be left to
   /// them, with density 0 here (Karlik et al. 2019, "MIS compensation").
   bool shared = false;
+  LightRegion region = {};
 
   /// A direction around n in proportion to the cosine, to both sides where light from below counts; uniform in media.
   V3f draw_by_cosine(const V2f& u) const;

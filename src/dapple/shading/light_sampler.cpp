@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/base/hash.h"
+#include "dapple/shading/learned_lights.h"
 
 namespace dapple::shading {
 namespace {
@@ -51,7 +52,11 @@ LightSampler::LightSampler(std::span<const Light* const> lights, float scene_rad
   unbounded_irradiance_ = static_cast<float>(std::clamp(irradiance, 0.0, 1e30));
 }
 
-float LightSampler::share(int slot) const {
+float LightSampler::share(const LightReceiver& to, int slot) const {
+  if (to.region) {
+    const float* cdf = to.region.lights->unbounded_cdf(to.region);
+    return cdf[slot] - (slot > 0 ? cdf[slot - 1] : 0);
+  }
   return static_cast<float>(cdf_[slot] - (slot > 0 ? cdf_[slot - 1] : 0));
 }
 
@@ -60,22 +65,35 @@ float LightSampler::unbounded_probability(const LightReceiver& to) const {
   if (unbounded_.empty()) return 0;
   const float local = std::min(tree_.irradiance(to), 1e30f);
   if (local == 0) return 1;
+  if (to.region) return LearnedLights::unbounded_share(to.region);
   return 0.25f + 0.5f * unbounded_irradiance_ / (unbounded_irradiance_ + local);
 }
 
-LightSampler::Selection LightSampler::select_unbounded(double u) const {
+LightSampler::Selection LightSampler::select_unbounded(const LightReceiver& to, double u) const {
   if (unbounded_.empty()) return {};
-  const auto slot = std::upper_bound(cdf_.begin(), cdf_.end() - 1, u) - cdf_.begin();
-  return {unbounded_[slot], share(static_cast<int>(slot))};
+  const auto slot_in = [&](const auto* cdf) { return std::upper_bound(cdf, cdf + unbounded_.size() - 1, u) - cdf; };
+  const auto slot = to.region ? slot_in(to.region.lights->unbounded_cdf(to.region)) : slot_in(cdf_.data());
+  return {unbounded_[slot], share(to, static_cast<int>(slot))};
 }
 
 LightSampler::Selection LightSampler::select(const LightReceiver& to, float u) const {
-  return select(to, u, unbounded_probability(to), [&](double v, float* probability) { return tree_.select(to, v, probability); });
+  const float p = unbounded_probability(to);
+  if (to.region) {
+    const LightTree::Odds odds = to.region.lights->odds(to.region);
+    return select(to, u, p, [&](double v, float* probability) { return tree_.select(to, v, probability, odds); });
+  }
+  return select(to, u, p, [&](double v, float* probability) { return tree_.select(to, v, probability); });
 }
 
 void LightSampler::select(const LightReceiver& to, std::span<const float> u, Selection* out) const {
   const float p = unbounded_probability(to);
   LightTree::Walks walks;
+  if (to.region) {
+    const LightTree::Odds odds = to.region.lights->odds(to.region);
+    for (size_t i = 0; i < u.size(); ++i)
+      out[i] = select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks, odds); });
+    return;
+  }
   for (size_t i = 0; i < u.size(); ++i)
     out[i] = select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks); });
 }
@@ -89,10 +107,10 @@ LightSampler::Selection LightSampler::select(const LightReceiver& to, float u, f
     only.light = walk(0, &only.probability);
     return only;
   }
-  if (tree_.empty()) return select_unbounded(u);
+  if (tree_.empty()) return select_unbounded(to, u);
   double v = with_more_bits(u, to.p);
   if (v < p) {
-    Selection chosen = select_unbounded(v / p);
+    Selection chosen = select_unbounded(to, v / p);
     chosen.probability *= p;
     return chosen;
   }
@@ -106,8 +124,9 @@ float LightSampler::probability(const LightReceiver& to, int light) const {
   const int slot = slots_[light];
   if (slot == never) return 0;
   const float p = unbounded_probability(to);
-  if (slot == in_tree) return p < 1 ? tree_.probability(to, light, 1 - p) : 0;
-  return share(slot) * p;
+  if (slot != in_tree) return share(to, slot) * p;
+  if (!(p < 1)) return 0;
+  return to.region ? tree_.probability(to, light, 1 - p, to.region.lights->odds(to.region)) : tree_.probability(to, light, 1 - p);
 }
 
 size_t LightSampler::bytes() const {

@@ -17,6 +17,9 @@ namespace dapple::shading {
 /// where E are estimates of irradiance: within a factor of two of a coin toss, because occlusion is unknown (a sky
 /// behind a window, a lamp behind a wall). Inside the class, half is shared evenly and half in proportion to power.
 ///
+/// Where LightReceiver::region knows what reaches a part of the scene, its shares take the place of those of the class and in it, and its odds
+/// guide the walk.
+///
 /// Lights without power are never chosen. Probabilities add up to one, less the share of walks in the tree that end at
 /// a node both of whose children turn out to contribute nothing (select() then returns light -1). Wherever a light may
 /// contribute its probability is above zero. Immutable, thread-safe.
@@ -41,16 +44,20 @@ class LightSampler {
   /// LightTree::nearest: over how much space light from the nearest source changes, and no more than `within`.
   float nearest(const LightReceiver& to, float within) const { return tree_.empty() ? within : tree_.nearest(to, within); }
 
+  const LightTree& tree() const { return tree_; }
+  /// The lights at infinity, or without a finite place, that have power.
+  std::span<const int> unbounded() const { return unbounded_; }
+
   size_t bytes() const;
 
  private:
   static constexpr int never = -2, in_tree = -1;
 
   float unbounded_probability(const LightReceiver& to) const;
-  Selection select_unbounded(double u) const;
+  Selection select_unbounded(const LightReceiver& to, double u) const;
   template <class Walk>
   Selection select(const LightReceiver& to, float u, float unbounded_probability, const Walk& walk) const;
-  float share(int slot) const;  // of one light in its class
+  float share(const LightReceiver& to, int slot) const;  // of one light in its class
 
   LightTree tree_;
   std::vector<int> slots_;      // of each light: place in unbounded_, or never, or in_tree

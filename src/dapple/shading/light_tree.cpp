@@ -264,39 +264,49 @@ float LightTree::nearest(const LightReceiver& to, float within) const {
   return within;
 }
 
-float LightTree::first_probability(uint32_t children, const LightReceiver& to, Walks* walks) const {
+float LightTree::first_probability(uint32_t children, const LightReceiver& to, Walks* walks, float odds) const {
   const uint32_t slot = children / 2 % Walks::slot_count;
   if (walks->children[slot] != children) {
     walks->children[slot] = children;
-    walks->first[slot] = first_probability(children, to);
+    walks->first[slot] = first_probability(children, to, odds);
   }
   return walks->first[slot];
 }
 
-int LightTree::select(const LightReceiver& to, double u, float* probability) const {
-  return walk(u, probability, [&](uint32_t children) { return first_probability(children, to); });
-}
+// The odds of the pairs that a walk comes to; 1 below the crown.
+class LightTree::OddsWalk {
+ public:
+  explicit OddsWalk(const Odds& odds) : odds_(odds), at_(odds.crown->pairs() > 0 ? 0 : -1) {}
+  float operator()(int came_by) {
+    if (came_by >= 0 && at_ >= 0) at_ = odds_.crown->below(at_, came_by);
+    return at_ >= 0 ? odds_.of_first[at_] : 1;
+  }
 
-int LightTree::select(const LightReceiver& to, double u, float* probability, Walks* walks) const {
-  return walk(u, probability, [&](uint32_t children) { return first_probability(children, to, walks); });
-}
+ private:
+  const Odds& odds_;
+  int at_;
+};
 
+// first_probability(children, came_by): of the first of these; the walk has come by the first (0) or second child (1) of their grandparent,
+// or from nowhere (-1).
 template <class First>
 int LightTree::walk(double u, float* probability, const First& first_probability) const {
   const Node* node = &nodes_[0];
+  int came_by = -1;
   while (!(node->link & leaf_flag)) {
     const uint32_t children = node->link & link_mask;
-    const float p = first_probability(children);
+    const float p = first_probability(children, came_by);
     if (p < 0) return -1;
     if (u < p) {
       u /= p;
       *probability *= p;
-      node = &nodes_[children];
+      came_by = 0;
     } else {
       u = (u - p) / (1 - double(p));
       *probability *= 1 - p;
-      node = &nodes_[children + 1];
+      came_by = 1;
     }
+    node = &nodes_[children + uint32_t(came_by)];
     u = std::min(u, 1 - 0x1p-53);
   }
   return static_cast<int>(node->link & link_mask);
@@ -306,20 +316,45 @@ template <class First>
 float LightTree::walk_to(int light, float probability, const First& first_probability) const {
   uint64_t trail = trails_[light];
   const Node* node = &nodes_[0];
+  int came_by = -1;
   while (!(node->link & leaf_flag)) {
-    const uint32_t children = node->link & link_mask, second = trail & 1;
-    const float p = first_probability(children, second);
+    const uint32_t children = node->link & link_mask;
+    const float p = first_probability(children, came_by);
     if (p < 0) return 0;
-    probability *= second ? 1 - p : p;
+    came_by = int(trail & 1);
+    probability *= came_by ? 1 - p : p;
     if (probability == 0) return 0;
-    node = &nodes_[children + second];
+    node = &nodes_[children + uint32_t(came_by)];
     trail >>= 1;
   }
   return probability;
 }
 
+int LightTree::select(const LightReceiver& to, double u, float* probability) const {
+  return walk(u, probability, [&](uint32_t children, int) { return first_probability(children, to); });
+}
+
+int LightTree::select(const LightReceiver& to, double u, float* probability, Walks* walks) const {
+  return walk(u, probability, [&](uint32_t children, int) { return first_probability(children, to, walks); });
+}
+
+int LightTree::select(const LightReceiver& to, double u, float* probability, const Odds& odds) const {
+  OddsWalk of(odds);
+  return walk(u, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
+}
+
+int LightTree::select(const LightReceiver& to, double u, float* probability, Walks* walks, const Odds& odds) const {
+  OddsWalk of(odds);
+  return walk(u, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, walks, of(came_by)); });
+}
+
 float LightTree::probability(const LightReceiver& to, int light, float probability) const {
-  return walk_to(light, probability, [&](uint32_t children, uint32_t) { return first_probability(children, to); });
+  return walk_to(light, probability, [&](uint32_t children, int) { return first_probability(children, to); });
+}
+
+float LightTree::probability(const LightReceiver& to, int light, float probability, const Odds& odds) const {
+  OddsWalk of(odds);
+  return walk_to(light, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
 }
 
 LightTree::Crown LightTree::crown(int most_leaves) const {
@@ -345,7 +380,7 @@ LightTree::Crown LightTree::crown(int most_leaves) const {
     }
     const uint32_t children = node.link & link_mask;
     for (int i = 0; i < 2; ++i) open.push_back({nodes_[children + uint32_t(i)].intensity, crown.pairs(), i, children + uint32_t(i)});
-    crown.pairs_.push_back({children, {0, 0}});
+    crown.pairs_.push_back({{0, 0}});
   }
   return crown;
 }
@@ -356,32 +391,6 @@ int LightTree::leaf_of(const Crown& crown, int light) const {
   int at = 0;
   for (; at >= 0; trail >>= 1) at = crown.below(at, int(trail & 1));
   return ~at;
-}
-
-void LightTree::irradiances(const Crown& crown, const LightReceiver& to, float* out) const {
-  if (crown.pairs_.empty()) out[0] = nodes_.empty() ? 0 : irradiance(to);
-  for (const Crown::Pair& pair : crown.pairs_)
-    for (uint32_t i = 0; i < 2; ++i) *out++ = importance(nodes_[pair.children + i], to) * intensity_scale_;
-}
-
-int LightTree::select(const LightReceiver& to, double u, float* probability, const Crown& crown, const float* odds) const {
-  int at = crown.pairs_.empty() ? -1 : 0;
-  uint32_t siblings = 0;  // those passed last, below which the walk goes on
-  return walk(u, probability, [&](uint32_t children) {
-    if (siblings > 0 && at >= 0) at = crown.below(at, 0) >= 0 && crown.pairs_[size_t(crown.below(at, 0))].children == children ? crown.below(at, 0)
-                                    : crown.below(at, 1) >= 0 && crown.pairs_[size_t(crown.below(at, 1))].children == children ? crown.below(at, 1) : -1;
-    siblings = children;
-    return first_probability(children, to, at >= 0 ? odds[at] : 1);
-  });
-}
-
-float LightTree::probability(const LightReceiver& to, int light, float probability, const Crown& crown, const float* odds) const {
-  int at = crown.pairs_.empty() ? -1 : 0;
-  return walk_to(light, probability, [&](uint32_t children, uint32_t second) {
-    const float p = first_probability(children, to, at >= 0 ? odds[at] : 1);
-    if (at >= 0) at = crown.below(at, int(second));
-    return p;
-  });
 }
 
 }  // namespace dapple::shading

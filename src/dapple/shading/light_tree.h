@@ -67,7 +67,6 @@ class LightTree {
    private:
     friend LightTree;
     struct Pair {
-      uint32_t children;
       int32_t below[2];
     };
     std::vector<Pair> pairs_;  ///< [0] below the root, each before those below it
@@ -76,11 +75,15 @@ class LightTree {
   Crown crown(int most_leaves) const;
   /// The leaf that holds a light of the tree.
   int leaf_of(const Crown& crown, int light) const;
-  /// irradiance() of the lights below sibling i of a pair alone, [2 * pair + i], and of all if there is no pair.
-  void irradiances(const Crown& crown, const LightReceiver& to, float* out) const;
-  /// select() and probability() with odds of each pair.
-  int select(const LightReceiver& to, double u, float* probability, const Crown& crown, const float* odds) const;
-  float probability(const LightReceiver& to, int light, float probability, const Crown& crown, const float* odds) const;
+  /// Odds of each pair of a crown.
+  struct Odds {
+    const Crown* crown;
+    const float* of_first;
+  };
+  /// select() and probability() with odds. One object of Walks is for the same odds.
+  int select(const LightReceiver& to, double u, float* probability, const Odds& odds) const;
+  int select(const LightReceiver& to, double u, float* probability, Walks* walks, const Odds& odds) const;
+  float probability(const LightReceiver& to, int light, float probability, const Odds& odds) const;
 
   /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a sphere around each;
   /// `within` where there is none so near.
@@ -109,7 +112,8 @@ class LightTree {
   static float importance(const Node& node, const LightReceiver& to);
   /// Probability of the first of two adjacent nodes; -1 if neither contributes.
   float first_probability(uint32_t children, const LightReceiver& to, float odds = 1) const;
-  float first_probability(uint32_t children, const LightReceiver& to, Walks* walks) const;
+  float first_probability(uint32_t children, const LightReceiver& to, Walks* walks, float odds = 1) const;
+  class OddsWalk;
   template <class First>
   int walk(double u, float* probability, const First& first_probability) const;
   template <class First>

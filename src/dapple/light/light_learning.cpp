@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/light/light_learning.h"
+
+#include <algorithm>
+
+#include "dapple/base/parallel.h"
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/light/light_statistics.h"
+#include "dapple/numeric/sobol.h"
+
+namespace dapple::light {
+namespace {
+
+using integrate::offset_origin;
+using integrate::ShadowRay;
+using shading::Light;
+using shading::LightSample;
+using shading::LightTree;
+using shading::SkyCells;
+
+constexpr int strata = 4;  // of a sky, along a side: a ray each
+constexpr int lamp_rays = 4;
+constexpr size_t chunk = 64;  // points
+constexpr uint32_t for_learning = 7;
+
+// Finds out what reaches points, and writes it down.
+class Observer {
+ public:
+  Observer(const scene::Scene& scene, const integrate::RayTracer& tracer, const LightChoices& choices, uint64_t seed)
+      : scene_(scene), tracer_(tracer), choices_(choices), seed_(seed) {}
+
+  void observe(const LightPoint& point, uint32_t number, LightSeen* out) {
+    number_ = number;
+    sent_ = 0;
+    for (size_t sky = 0; sky < choices_.skies.size(); ++sky)
+      for (int stratum = 0; stratum < strata * strata; ++stratum) look_at_sky(point, int(sky), stratum, out++);
+    for (int i = 0; i < choices_.others_at_once(); ++i) look_at_other(point, i, out++);
+    if (choices_.tree->empty()) return;
+    for (int i = 0; i < lamp_rays; ++i) look_at_lamp(point, i, out++);
+  }
+  void finish() { flush(); }
+
+ private:
+  static float cosine(const LightPoint& point, const V3f& wi) {
+    if (point.to.n == V3f(0, 0, 0)) return 1;
+    const float c = dot(point.to.n, wi);
+    return point.to.transmits ? std::abs(c) : std::max(c, 0.0f);
+  }
+  V2f draw(uint32_t dimension) const { return sample_2d(uint32_t(hash(seed_, for_learning)), number_, dimension); }
+
+  void look_at_sky(const LightPoint& point, int sky, int stratum, LightSeen* out) {
+    const auto& [light, cells] = choices_.skies[size_t(sky)];
+    const uint32_t dimension = 64 + uint32_t(sky * strata * strata + stratum);
+    constexpr int in_stratum = SkyCells::side / strata;
+    const V2f at = draw(2 * dimension) * float(in_stratum);
+    const int cell = (stratum / strata * in_stratum + int(at.y)) * SkyCells::side + stratum % strata * in_stratum + int(at.x);
+    float density = 0;
+    const V3f wi = cells.draw(cell, draw(2 * dimension + 1), &density);
+    out->choice = uint32_t(cell);
+    out->light = cells.luminance(cell) * cosine(point, wi) * SkyCells::solid_angle;
+    if (!(out->light > 0)) return;
+    out->radiance = cells.luminance(cell);
+    shading::LightReceiver alone = point.to;
+    alone.shared = false;
+    out->own = scene_.lights[size_t(light)]->pdf(alone, wi, V3f(0, 0, 0), V3f(0, 0, 0)) / density;
+    LightSample s;
+    s.wi = wi;
+    s.distance = infinity;
+    send(point, s, out);
+  }
+
+  // By turns, where there are many.
+  void look_at_other(const LightPoint& point, int i, LightSeen* out) {
+    const size_t n = choices_.others.size(), other = (size_t(number_) * size_t(choices_.others_at_once()) + size_t(i)) % n;
+    out->choice = uint32_t(other);
+    look_at(point, choices_.others[other], draw(uint32_t(i)), 1, out);
+  }
+
+  void look_at_lamp(const LightPoint& point, int i, LightSeen* out) {
+    const uint32_t dimension = 32 + uint32_t(2 * i);
+    const float u = (float(i) + draw(dimension).x) / lamp_rays;
+    float probability = 1;
+    const int light = choices_.tree->select(point.to, u, &probability);
+    out->choice = 0;
+    if (light < 0) return;
+    out->choice = uint32_t(choices_.leaf_of_light[size_t(light)]);
+    look_at(point, light, draw(dimension + 1), probability * lamp_rays, out);
+  }
+
+  void look_at(const LightPoint& point, int light, const V2f& u, float probability, LightSeen* out) {
+    LightSample s;
+    if (!scene_.lights[size_t(light)]->sample(point.to, u, &s)) return;
+    const float arrives = s.radiance.luminance() * cosine(point, s.wi) / (s.pdf * probability);
+    if (!(arrives > 0 && arrives < infinity)) return;
+    out->light = out->own = arrives;
+    send(point, s, out);
+  }
+
+  void send(const LightPoint& point, const LightSample& s, LightSeen* out) {
+    const bool on_surface = point.geometry != trace::no_id;
+    V3f origin = point.to.p;
+    int32_t medium = point.medium;
+    if (on_surface) {
+      struct {
+        V3f P, Ng;
+        float error;
+      } const place{point.to.p, point.Ng, point.error};
+      origin = offset_origin(place, s.wi);
+      medium = scene_.bindings[point.geometry].medium_beyond(s.wi, point.Ng, medium);
+    }
+    const ShadowRay ray(point.to.p, s, origin);
+    if (!(ray.distance > 0)) {
+      out->light = 0;
+      return;
+    }
+    rays_.set(count_, origin, ray.d, ray.distance, point.to.time, uint32_t(hash(seed_, number_, sent_++)));
+    normal_[count_] = point.Ng;
+    medium_[count_] = medium;
+    seen_[count_++] = out;
+    if (count_ == trace::RayBatch::capacity) flush();
+  }
+
+  void flush() {
+    if (count_ == 0) return;
+    tracer_.visible(rays_, normal_, count_, medium_, visible_, scratch_);
+    for (int i = 0; i < count_; ++i) seen_[i]->light *= visible_[i].luminance();
+    count_ = 0;
+  }
+
+  const scene::Scene& scene_;
+  const integrate::RayTracer& tracer_;
+  const LightChoices& choices_;
+  const uint64_t seed_;
+  uint32_t number_ = 0, sent_ = 0;
+  int count_ = 0;
+  trace::RayBatch rays_;
+  V3f normal_[trace::RayBatch::capacity];
+  int32_t medium_[trace::RayBatch::capacity];
+  RGB visible_[trace::RayBatch::capacity];
+  LightSeen* seen_[trace::RayBatch::capacity];
+  integrate::RayTracer::Scratch scratch_;
+};
+
+LightChoices choices_of(const scene::Scene& scene) {
+  LightChoices c;
+  const shading::LightSampler& sampler = *scene.light_sampler;
+  c.tree = &sampler.tree();
+  c.unbounded = int(sampler.unbounded().size());
+  for (int slot = 0; slot < c.unbounded; ++slot) {
+    const int index = sampler.unbounded()[size_t(slot)];
+    const Light& light = *scene.lights[size_t(index)];
+    if (!light.is_delta() && light.is_infinite() && c.skies.size() < LightChoices::most_skies) {
+      SkyCells cells(light);
+      if (!cells.is_black()) {
+        c.skies.emplace_back(index, std::move(cells));
+        c.slot_of_sky.push_back(slot);
+        continue;
+      }
+    }
+    c.others.push_back(index);
+    c.slot_of_other.push_back(slot);
+  }
+  c.crown = c.tree->crown(LightChoices::most_leaves);
+  c.leaf_of_light.assign(scene.lights.size(), 0);
+  for (size_t i = 0; i < scene.lights.size(); ++i)
+    if (!c.tree->empty()) c.leaf_of_light[i] = c.tree->leaf_of(c.crown, int(i));
+  return c;
+}
+
+}  // namespace
+
+bool pays_to_learn(const scene::Scene& scene) {
+  if (!scene.light_sampler) return false;
+  const auto unbounded = scene.light_sampler->unbounded();
+  const auto is_sky = [&](int light) { return !scene.lights[size_t(light)]->is_delta(); };
+  return unbounded.size() + scene.light_sampler->tree().size() > 1 || std::any_of(unbounded.begin(), unbounded.end(), is_sky);
+}
+
+std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& scene, const integrate::RayTracer& tracer,
+                                                           std::span<const LightPoint> points, uint64_t seed) {
+  if (!pays_to_learn(scene) || points.empty()) return nullptr;
+  LightChoices choices = choices_of(scene);
+  const size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) + (choices.tree->empty() ? 0 : lamp_rays);
+  std::vector<LightSeen> seen(points.size() * each);
+  parallel_ranges(points.size(), chunk, [&](size_t begin, size_t end) {
+    const auto observer = std::make_unique<Observer>(scene, tracer, choices, seed);
+    for (size_t i = begin; i < end; ++i) observer->observe(points[i], uint32_t(i), &seen[i * each]);
+    observer->finish();
+  });
+  std::vector<shading::LightReceiver> receivers;
+  for (const LightPoint& point : points) receivers.push_back(point.to);
+  shading::RegionTree regions(receivers);
+  LightStatistics statistics(choices, regions.size());
+  for (size_t i = 0; i < points.size(); ++i)
+    statistics.add(regions.home(receivers[i]), {&seen[i * each], each}, strata * strata);
+  std::vector<float> values = statistics.values(regions);
+  return std::make_shared<const shading::LearnedLights>(std::move(regions), std::move(choices.crown), choices.unbounded,
+                                                        std::move(choices.skies), std::move(values), scene.lights.size());
+}
+
+}  // namespace dapple::light

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/light/light_statistics.h"
+
+#include <cmath>
+
+namespace dapple::light {
+
+using shading::LearnedLights;
+using shading::SkyCells;
+
+namespace {
+
+// What the region around counts beside a region's own: so many rays, or points.
+constexpr float trials_around = 2, points_around = 4;
+// Of samples of a sky, those by its cells, where that pays: where the expected square falls to this part at least.
+constexpr float by_cells = 0.75f, pays_below = 0.7f;
+// What is left to choices that learning found to bring nothing.
+constexpr float least_class = 0.05f, least_light = 0.05f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
+
+}  // namespace
+
+LightStatistics::LightStatistics(const LightChoices& choices, size_t regions)
+    : choices_(choices),
+      part_count_(choices.skies.size() * SkyCells::count + choices.others.size()),
+      leaf_count_(choices.tree->empty() ? 0 : size_t(choices.crown.leaves())),
+      points_(regions),
+      parts_(regions * part_count_),
+      leaves_(regions * leaf_count_),
+      cosines_(regions * choices.skies.size()) {}
+
+void LightStatistics::add(int region, std::span<const LightSeen> seen, int rays) {
+  points_[size_t(region)] += 1;
+  const auto add = [](Part& part, const LightSeen& s) {
+    part.trials += 1;
+    part.square += s.light * s.light;
+    part.own += s.own;
+  };
+  Part* const part = parts(region);
+  const LightSeen* s = seen.data();
+  for (size_t sky = 0; sky < choices_.skies.size(); ++sky)
+    for (int i = 0; i < rays; ++i, ++s) {
+      add(part[sky * SkyCells::count + s->choice], *s);
+      // The rays are uniform over the sphere, the cosine's density is cosine / pi.
+      const float brought = s->light / SkyCells::solid_angle * (4 / float(rays));
+      cosines(region)[sky].sum += brought;
+      cosines(region)[sky].square += brought * s->radiance;
+    }
+  for (int i = 0; i < choices_.others_at_once(); ++i, ++s) add(part[choices_.skies.size() * SkyCells::count + s->choice], *s);
+  for (; s < seen.data() + seen.size(); ++s) {
+    leaves(region)[s->choice].arrived += s->light;
+    leaves(region)[s->choice].sent += s->own;
+  }
+}
+
+std::vector<float> LightStatistics::values(const shading::RegionTree& regions) {
+  const int n = int(regions.size());
+  for (int r = n - 1; r > 0; --r) add_to_parent(r, regions.parent(r));
+  const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
+  std::vector<float> values(size_t(n) * size_t(layout.size()));
+  for (int r = 0; r < n; ++r) {
+    lean_on(r, regions.parent(r));
+    write(r, values.data() + size_t(r) * size_t(layout.size()));
+  }
+  return values;
+}
+
+void LightStatistics::add_to_parent(int region, int parent) {
+  points_[size_t(parent)] += points_[size_t(region)];
+  for (size_t i = 0; i < part_count_; ++i) {
+    const Part& p = parts(region)[i];
+    Part& to = parts(parent)[i];
+    to.trials += p.trials, to.square += p.square, to.own += p.own;
+  }
+  for (size_t i = 0; i < leaf_count_; ++i) {
+    leaves(parent)[i].arrived += leaves(region)[i].arrived;
+    leaves(parent)[i].sent += leaves(region)[i].sent;
+  }
+  for (size_t i = 0; i < choices_.skies.size(); ++i) {
+    cosines(parent)[i].sum += cosines(region)[i].sum;
+    cosines(parent)[i].square += cosines(region)[i].square;
+  }
+}
+
+// Makes means of sums: of a region's own, and those of the one around, which are means already.
+void LightStatistics::lean_on(int region, int parent) {
+  const Part no_part;
+  const Leaf no_leaf;
+  const ByCosine no_cosine;
+  for (size_t i = 0; i < part_count_; ++i) {
+    Part& p = parts(region)[i];
+    const Part& around = parent < 0 ? no_part : parts(parent)[i];
+    const float trials = std::max(p.trials + (parent < 0 ? 0 : trials_around), 1.0f);
+    p.square = (p.square + trials_around * around.square) / trials;
+    p.own = (p.own + trials_around * around.own) / trials;
+  }
+  const float points = std::max(points_[size_t(region)] + (parent < 0 ? 0 : points_around), 1.0f);
+  for (size_t i = 0; i < leaf_count_; ++i) {
+    Leaf& l = leaves(region)[i];
+    const Leaf& around = parent < 0 ? no_leaf : leaves(parent)[i];
+    l.arrived = (l.arrived + points_around * around.arrived) / points;
+    l.sent = (l.sent + points_around * around.sent) / points;
+  }
+  for (size_t i = 0; i < choices_.skies.size(); ++i) {
+    ByCosine& c = cosines(region)[i];
+    const ByCosine& around = parent < 0 ? no_cosine : cosines(parent)[i];
+    c.sum = (c.sum + points_around * around.sum) / points;
+    c.square = (c.square + points_around * around.square) / points;
+  }
+}
+
+// Writes a sky's share and cdf. Returns what a region gets from it, as far as rays by Bsdfs do not find it as well.
+float LightStatistics::sky_values(int region, size_t sky, float* out) {
+  const Part* const part = parts(region) + sky * SkyCells::count;
+  double sum = 0, before = 0, after = 0, below = 0;
+  for (int i = 0; i < SkyCells::count; ++i) sum += std::sqrt(part[i].square);
+  for (int i = 0; i < SkyCells::count && sum > 0; ++i) {
+    const double own = std::max(part[i].own, 1e-5f), learned = std::sqrt(part[i].square) / sum;
+    before += part[i].square / own;
+    after += part[i].square / ((1 - by_cells) * own + by_cells * learned);
+    out[1 + i] = float(below += learned);
+  }
+  out[0] = after < pays_below * before ? by_cells : 0;
+  if (!(sum > 0)) std::fill_n(out + 1, SkyCells::count, 1.0f);
+  out[SkyCells::count] = 1;
+  const ByCosine& c = cosines(region)[sky];
+  const float deviation = pi * std::sqrt(std::max(c.square - c.sum * c.sum, 0.0f));
+  return std::max(std::min(float(sum), deviation), least_sky * float(sum));
+}
+
+// Writes the odds of the crown's pairs. Returns what a region gets from lamps.
+float LightStatistics::lamp_values(int region, float* odds) {
+  const Leaf* const leaf = leaves(region);
+  const auto visibility = [&](size_t i) {
+    return leaf[i].sent > 0 ? std::clamp(std::sqrt(leaf[i].arrived / leaf[i].sent), least_visibility, 1.0f) : 1;
+  };
+  struct Below {
+    float arrives = 0, sent = 0;
+    float visibility() const { return sent > 0 ? arrives / sent : 1; }
+  };
+  std::vector<Below> below(size_t(choices_.crown.pairs()));
+  const auto of = [&](int pair, int i) -> Below {
+    const int at = choices_.crown.below(pair, i);
+    if (at >= 0) return below[size_t(at)];
+    return {visibility(size_t(~at)) * leaf[~at].sent, leaf[~at].sent};
+  };
+  for (int pair = choices_.crown.pairs() - 1; pair >= 0; --pair) {
+    const Below first = of(pair, 0), second = of(pair, 1);
+    below[size_t(pair)] = {first.arrives + second.arrives, first.sent + second.sent};
+    odds[pair] = std::clamp(first.visibility() / second.visibility(), 1 / most_odds, most_odds);
+  }
+  float sum = 0;
+  for (size_t i = 0; i < leaf_count_; ++i) sum += leaf[i].sent > 0 ? std::sqrt(leaf[i].arrived * leaf[i].sent) : 0;
+  return sum;
+}
+
+void LightStatistics::write(int region, float* out) {
+  const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
+  std::vector<float> weight(size_t(choices_.unbounded));
+  for (size_t i = 0; i < choices_.skies.size(); ++i) weight[size_t(choices_.slot_of_sky[i])] = sky_values(region, i, out + layout.sky_at(int(i)));
+  for (size_t i = 0; i < choices_.others.size(); ++i)
+    weight[size_t(choices_.slot_of_other[i])] = std::sqrt(parts(region)[choices_.skies.size() * SkyCells::count + i].square);
+  double unbounded = 0, below = 0;
+  for (const float w : weight) unbounded += w;
+  for (size_t i = 0; i < weight.size(); ++i) {
+    const double even = 1 / double(weight.size());
+    below += unbounded > 0 ? least_light * even + (1 - least_light) * weight[i] / unbounded : even;
+    out[1 + i] = i + 1 == weight.size() ? 1 : float(below);
+  }
+  const double lamps = leaf_count_ > 0 ? lamp_values(region, out + layout.odds_at()) : 0, all = unbounded + lamps;
+  out[0] = all > 0 ? float(least_class + (1 - 2 * least_class) * unbounded / all) : 0.5f;
+}
+
+}  // namespace dapple::light

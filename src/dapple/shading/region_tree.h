@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dapple/shading/light.h"
+
+namespace dapple::shading {
+
+/// Space in cubes, smaller where given points are denser: an octree. Each of its cubes holds a region for each of the main directions that
+/// surfaces face, apart for those that transmit, and one for media; so both sides of a wall are told apart. Immutable, thread-safe.
+class RegionTree {
+ public:
+  static constexpr int kinds = 13;
+  static constexpr int most_points = 64;  ///< of a cube that is not split
+  static constexpr int least_points = 12;  ///< of a region: fewer belong to that of the cube around
+
+  RegionTree() = default;
+  /// The same for any order of threads; depends on the order of points.
+  explicit RegionTree(std::span<const LightReceiver> points);
+
+  size_t size() const { return parents_.size(); }
+  /// Regions come after their parents; -1: the region, 0, of everything.
+  int parent(int region) const { return parents_[size_t(region)]; }
+  /// Where a point belongs.
+  int home(const LightReceiver& at) const { return node_at(at.p, nullptr).region[size_t(kind(at))]; }
+  /// home(), or a neighbour: by random numbers of a key, so that images do not show where regions end. The same for the same key.
+  int near(const LightReceiver& at, uint64_t key) const;
+  size_t bytes() const { return nodes_.capacity() * sizeof(Node) + parents_.capacity() * sizeof(int); }
+
+ private:
+  struct Node {
+    int32_t children = 0;  ///< the first of eight; 0: none
+    std::array<int32_t, kinds> region;
+  };
+  static constexpr int max_depth = 12;
+
+  static int kind(const LightReceiver& at);
+  const Node& node_at(const V3f& p, float* side) const;
+  void build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner, float side, int depth);
+
+  V3f corner_{0, 0, 0};
+  float side_ = 1;
+  std::vector<Node> nodes_;
+  std::vector<int> parents_;
+};
+
+}  // namespace dapple::shading
