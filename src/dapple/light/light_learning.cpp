@@ -19,8 +19,9 @@ using shading::LightTree;
 using shading::SkyCells;
 
 constexpr int strata = 4;  // of a sky, along a side: a ray each
+constexpr int more_sky_rays = 8;  // of a sky, where the first found it
 constexpr int lamp_rays = 4;
-constexpr size_t chunk = 64;  // points
+constexpr size_t chunk = 512;  // points
 constexpr uint32_t for_learning = 7;
 
 // Finds out what reaches points, and writes it down.
@@ -38,6 +39,18 @@ class Observer {
     if (choices_.tree->empty()) return;
     for (int i = 0; i < lamp_rays; ++i) look_at_lamp(point, i, out++);
   }
+  // By what is known of the region.
+  void observe_skies(const LightPoint& point, uint32_t number, const shading::LearnedLights::Layout& layout, const float* values, LightSeen* out) {
+    number_ = number;
+    sent_ = 1u << 16;
+    for (size_t sky = 0; sky < choices_.skies.size(); ++sky)
+      for (int i = 0; i < more_sky_rays; ++i) {
+        const uint32_t dimension = 256 + uint32_t(int(sky) * more_sky_rays + i);
+        const float u = (float(i) + draw(2 * dimension).x) / more_sky_rays, *cdf = values + layout.sky_at(int(sky)) + 1;
+        const int cell = int(std::upper_bound(cdf, cdf + SkyCells::count - 1, u) - cdf);
+        look_at_cell(point, int(sky), cell, draw(2 * dimension + 1), out++);
+      }
+  }
   void finish() { flush(); }
 
  private:
@@ -49,13 +62,17 @@ class Observer {
   V2f draw(uint32_t dimension) const { return sample_2d(uint32_t(hash(seed_, for_learning)), number_, dimension); }
 
   void look_at_sky(const LightPoint& point, int sky, int stratum, LightSeen* out) {
-    const auto& [light, cells] = choices_.skies[size_t(sky)];
     const uint32_t dimension = 64 + uint32_t(sky * strata * strata + stratum);
     constexpr int in_stratum = SkyCells::side / strata;
     const V2f at = draw(2 * dimension) * float(in_stratum);
     const int cell = (stratum / strata * in_stratum + int(at.y)) * SkyCells::side + stratum % strata * in_stratum + int(at.x);
+    look_at_cell(point, sky, cell, draw(2 * dimension + 1), out);
+  }
+
+  void look_at_cell(const LightPoint& point, int sky, int cell, const V2f& u, LightSeen* out) {
+    const auto& [light, cells] = choices_.skies[size_t(sky)];
     float density = 0;
-    const V3f wi = cells.draw(cell, draw(2 * dimension + 1), &density);
+    const V3f wi = cells.draw(cell, u, &density);
     out->choice = uint32_t(cell);
     out->light = cells.luminance(cell) * cosine(point, wi) * SkyCells::solid_angle;
     if (!(out->light > 0)) return;
@@ -141,6 +158,27 @@ class Observer {
   integrate::RayTracer::Scratch scratch_;
 };
 
+// Of all points.
+struct Looks {
+  const scene::Scene& scene;
+  const integrate::RayTracer& tracer;
+  const LightChoices& choices;
+  const std::span<const LightPoint> points;
+  const uint64_t seed;
+
+  // look(observer, i, out) writes `each` of point i.
+  template <class Look>
+  std::vector<LightSeen> all(size_t each, const Look& look) const {
+    std::vector<LightSeen> seen(points.size() * each);
+    parallel_ranges(points.size(), chunk, [&](size_t begin, size_t end) {
+      const auto observer = std::make_unique<Observer>(scene, tracer, choices, seed);
+      for (size_t i = begin; i < end; ++i) look(*observer, i, &seen[i * each]);
+      observer->finish();
+    });
+    return seen;
+  }
+};
+
 LightChoices choices_of(const scene::Scene& scene) {
   LightChoices c;
   const shading::LightSampler& sampler = *scene.light_sampler;
@@ -180,20 +218,26 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
                                                            std::span<const LightPoint> points, uint64_t seed) {
   if (!pays_to_learn(scene) || points.empty()) return nullptr;
   LightChoices choices = choices_of(scene);
-  const size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) + (choices.tree->empty() ? 0 : lamp_rays);
-  std::vector<LightSeen> seen(points.size() * each);
-  parallel_ranges(points.size(), chunk, [&](size_t begin, size_t end) {
-    const auto observer = std::make_unique<Observer>(scene, tracer, choices, seed);
-    for (size_t i = begin; i < end; ++i) observer->observe(points[i], uint32_t(i), &seen[i * each]);
-    observer->finish();
-  });
+  const Looks looks{scene, tracer, choices, points, seed};
   std::vector<shading::LightReceiver> receivers;
   for (const LightPoint& point : points) receivers.push_back(point.to);
   shading::RegionTree regions(receivers);
+  std::vector<int> home;
+  for (const shading::LightReceiver& to : receivers) home.push_back(regions.home(to));
   LightStatistics statistics(choices, regions.size());
-  for (size_t i = 0; i < points.size(); ++i)
-    statistics.add(regions.home(receivers[i]), {&seen[i * each], each}, strata * strata);
+  size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) + (choices.tree->empty() ? 0 : lamp_rays);
+  std::vector<LightSeen> seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) { o.observe(points[i], uint32_t(i), out); });
+  for (size_t i = 0; i < points.size(); ++i) statistics.add(home[i], {&seen[i * each], each}, strata * strata);
   std::vector<float> values = statistics.values(regions);
+  if (!choices.skies.empty()) {
+    const shading::LearnedLights::Layout layout{choices.unbounded, int(choices.skies.size()), choices.crown.pairs()};
+    each = choices.skies.size() * more_sky_rays;
+    seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) {
+      o.observe_skies(points[i], uint32_t(i), layout, values.data() + size_t(home[i]) * size_t(layout.size()), out);
+    });
+    for (size_t i = 0; i < points.size(); ++i) statistics.add_to_skies(home[i], {&seen[i * each], each}, more_sky_rays);
+    values = statistics.values(regions);
+  }
   return std::make_shared<const shading::LearnedLights>(std::move(regions), std::move(choices.crown), choices.unbounded,
                                                         std::move(choices.skies), std::move(values), scene.lights.size());
 }

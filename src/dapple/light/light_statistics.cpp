@@ -15,7 +15,7 @@ constexpr float trials_around = 2, points_around = 4;
 // Of samples of a sky, those by its cells, where that pays: where the expected square falls to this part at least.
 constexpr float by_cells = 0.75f, pays_below = 0.7f;
 // What is left to choices that learning found to bring nothing.
-constexpr float least_class = 0.05f, least_light = 0.05f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
+constexpr float least_class = 0.1f, least_light = 0.25f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
 
 }  // namespace
 
@@ -30,36 +30,37 @@ LightStatistics::LightStatistics(const LightChoices& choices, size_t regions)
 
 void LightStatistics::add(int region, std::span<const LightSeen> seen, int rays) {
   points_[size_t(region)] += 1;
-  const auto add = [](Part& part, const LightSeen& s) {
-    part.trials += 1;
-    part.square += s.light * s.light;
-    part.own += s.own;
-  };
   Part* const part = parts(region);
   const LightSeen* s = seen.data();
   for (size_t sky = 0; sky < choices_.skies.size(); ++sky)
     for (int i = 0; i < rays; ++i, ++s) {
-      add(part[sky * SkyCells::count + s->choice], *s);
+      part[sky * SkyCells::count + s->choice].add(*s);
       // The rays are uniform over the sphere, the cosine's density is cosine / pi.
       const float brought = s->light / SkyCells::solid_angle * (4 / float(rays));
       cosines(region)[sky].sum += brought;
       cosines(region)[sky].square += brought * s->radiance;
     }
-  for (int i = 0; i < choices_.others_at_once(); ++i, ++s) add(part[choices_.skies.size() * SkyCells::count + s->choice], *s);
+  for (int i = 0; i < choices_.others_at_once(); ++i, ++s) part[choices_.skies.size() * SkyCells::count + s->choice].add(*s);
   for (; s < seen.data() + seen.size(); ++s) {
     leaves(region)[s->choice].arrived += s->light;
     leaves(region)[s->choice].sent += s->own;
   }
 }
 
-std::vector<float> LightStatistics::values(const shading::RegionTree& regions) {
+void LightStatistics::add_to_skies(int region, std::span<const LightSeen> seen, int rays) {
+  Part* const part = parts(region);
+  for (size_t i = 0; i < seen.size(); ++i) part[i / size_t(rays) * SkyCells::count + seen[i].choice].add(seen[i]);
+}
+
+std::vector<float> LightStatistics::values(const shading::RegionTree& regions) const {
+  LightStatistics means = *this;
   const int n = int(regions.size());
-  for (int r = n - 1; r > 0; --r) add_to_parent(r, regions.parent(r));
+  for (int r = n - 1; r > 0; --r) means.add_to_parent(r, regions.parent(r));
   const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
   std::vector<float> values(size_t(n) * size_t(layout.size()));
   for (int r = 0; r < n; ++r) {
-    lean_on(r, regions.parent(r));
-    write(r, values.data() + size_t(r) * size_t(layout.size()));
+    means.lean_on(r, regions.parent(r));
+    means.write(r, values.data() + size_t(r) * size_t(layout.size()));
   }
   return values;
 }
@@ -69,7 +70,7 @@ void LightStatistics::add_to_parent(int region, int parent) {
   for (size_t i = 0; i < part_count_; ++i) {
     const Part& p = parts(region)[i];
     Part& to = parts(parent)[i];
-    to.trials += p.trials, to.square += p.square, to.own += p.own;
+    to.trials += p.trials, to.sum += p.sum, to.square += p.square, to.own += p.own;
   }
   for (size_t i = 0; i < leaf_count_; ++i) {
     leaves(parent)[i].arrived += leaves(region)[i].arrived;
@@ -90,6 +91,7 @@ void LightStatistics::lean_on(int region, int parent) {
     Part& p = parts(region)[i];
     const Part& around = parent < 0 ? no_part : parts(parent)[i];
     const float trials = std::max(p.trials + (parent < 0 ? 0 : trials_around), 1.0f);
+    p.sum = (p.sum + trials_around * around.sum) / trials;
     p.square = (p.square + trials_around * around.square) / trials;
     p.own = (p.own + trials_around * around.own) / trials;
   }
@@ -109,12 +111,12 @@ void LightStatistics::lean_on(int region, int parent) {
 }
 
 // Writes a sky's share and cdf. Returns what a region gets from it, as far as rays by Bsdfs do not find it as well.
-float LightStatistics::sky_values(int region, size_t sky, float* out) {
+float LightStatistics::sky_values(int region, size_t sky, float* out) const {
   const Part* const part = parts(region) + sky * SkyCells::count;
   double sum = 0, before = 0, after = 0, below = 0;
-  for (int i = 0; i < SkyCells::count; ++i) sum += std::sqrt(part[i].square);
+  for (int i = 0; i < SkyCells::count; ++i) sum += part[i].weight();
   for (int i = 0; i < SkyCells::count && sum > 0; ++i) {
-    const double own = std::max(part[i].own, 1e-5f), learned = std::sqrt(part[i].square) / sum;
+    const double own = std::max(part[i].own, 1e-5f), learned = part[i].weight() / sum;
     before += part[i].square / own;
     after += part[i].square / ((1 - by_cells) * own + by_cells * learned);
     out[1 + i] = float(below += learned);
@@ -128,7 +130,7 @@ float LightStatistics::sky_values(int region, size_t sky, float* out) {
 }
 
 // Writes the odds of the crown's pairs. Returns what a region gets from lamps.
-float LightStatistics::lamp_values(int region, float* odds) {
+float LightStatistics::lamp_values(int region, float* odds) const {
   const Leaf* const leaf = leaves(region);
   const auto visibility = [&](size_t i) {
     return leaf[i].sent > 0 ? std::clamp(std::sqrt(leaf[i].arrived / leaf[i].sent), least_visibility, 1.0f) : 1;
@@ -153,7 +155,7 @@ float LightStatistics::lamp_values(int region, float* odds) {
   return sum;
 }
 
-void LightStatistics::write(int region, float* out) {
+void LightStatistics::write(int region, float* out) const {
   const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
   std::vector<float> weight(size_t(choices_.unbounded));
   for (size_t i = 0; i < choices_.skies.size(); ++i) weight[size_t(choices_.slot_of_sky[i])] = sky_values(region, i, out + layout.sky_at(int(i)));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -42,13 +43,24 @@ class LightStatistics {
 
   /// Of one point: rays to each of the skies, `rays` of them, to the others, to lamps.
   void add(int region, std::span<const LightSeen> seen, int rays);
-  /// LearnedLights' values. To be called once.
-  std::vector<float> values(const shading::RegionTree& regions);
+  /// More of a point's rays, to cells of skies that were chosen anyhow, `rays` to each sky.
+  void add_to_skies(int region, std::span<const LightSeen> seen, int rays);
+  /// LearnedLights' values.
+  std::vector<float> values(const shading::RegionTree& regions) const;
 
  private:
   // Of a sky's cell, or of another light at infinity: trials, squares of the light, chances to be drawn without learning.
   struct Part {
-    float trials = 0, square = 0, own = 0;
+    float trials = 0, sum = 0, square = 0, own = 0;
+
+    void add(const LightSeen& s) {
+      trials += 1;
+      sum += s.light;
+      square += s.light * s.light;
+      own += s.own;
+    }
+    // Between mean and root of the mean square: of few trials, the latter tells little.
+    float weight() const { return std::sqrt(sum * std::sqrt(square)); }
   };
   // Of a leaf of the crown: light that arrived, and that would if nothing were in the way; squared visibility, once smoothed.
   struct Leaf {
@@ -61,12 +73,15 @@ class LightStatistics {
 
   Part* parts(int region) { return parts_.data() + size_t(region) * part_count_; }
   Leaf* leaves(int region) { return leaves_.data() + size_t(region) * leaf_count_; }
+  const Part* parts(int region) const { return parts_.data() + size_t(region) * part_count_; }
+  const Leaf* leaves(int region) const { return leaves_.data() + size_t(region) * leaf_count_; }
+  const ByCosine* cosines(int region) const { return cosines_.data() + size_t(region) * choices_.skies.size(); }
   ByCosine* cosines(int region) { return cosines_.data() + size_t(region) * choices_.skies.size(); }
   void add_to_parent(int region, int parent);
   void lean_on(int region, int parent);
-  float sky_values(int region, size_t sky, float* out);
-  float lamp_values(int region, float* odds);
-  void write(int region, float* out);
+  float sky_values(int region, size_t sky, float* out) const;
+  float lamp_values(int region, float* odds) const;
+  void write(int region, float* out) const;
 
   const LightChoices& choices_;
   const size_t part_count_, leaf_count_;

@@ -13,6 +13,9 @@ namespace {
 // Of a cell's mean, what a piece counts at least: its luminance is looked at by a filter.
 constexpr float least_share = 0.05f;
 
+// Of its mean, how bright the brightest piece of a cell may be that is drawn from evenly, for less.
+constexpr float even_below = 2;
+
 V2f in_cells(const V3f& wi) {
   const V2f uv = image::equal_area_uv(wi);
   const float most = std::nextafter(float(SkyCells::side), 0.0f);
@@ -42,17 +45,23 @@ SkyCells::SkyCells(const Light& sky) : luminance_(count) {
     luminance_[cell] = float(sum / (pieces * pieces));
     for (float& v : w) v += least_share * luminance_[cell];
   });
-  in_cell_.reserve(count);
   for (size_t cell = 0; cell < count; ++cell) {
     black_ = black_ && luminance_[cell] == 0;
-    in_cell_.emplace_back(std::span<const float>(weights[cell]), pieces, pieces);
+    const bool even = *std::max_element(weights[cell].begin(), weights[cell].end()) <= even_below * luminance_[cell];
+    place_.push_back(even ? -1 : int(in_cell_.size()));
+    if (!even) in_cell_.emplace_back(std::span<const float>(weights[cell]), pieces, pieces);
   }
 }
 
 int SkyCells::cell_of(const V3f& wi) { return cell_at(in_cells(wi)); }
 
 V3f SkyCells::draw(int cell, const V2f& u, float* pdf) const {
-  const Distribution2D::Sample s = in_cell_[size_t(cell)].sample(u);
+  const int place = place_[size_t(cell)];
+  if (place < 0) {
+    *pdf = 1 / solid_angle;
+    return direction(cell, u);
+  }
+  const Distribution2D::Sample s = in_cell_[size_t(place)].sample(u);
   *pdf = s.pdf / solid_angle;
   return direction(cell, s.p);
 }
@@ -60,7 +69,9 @@ V3f SkyCells::draw(int cell, const V2f& u, float* pdf) const {
 float SkyCells::pdf(const V3f& wi, int* cell) const {
   const V2f p = in_cells(wi);
   *cell = cell_at(p);
-  return in_cell_[size_t(*cell)].pdf(V2f(p.x - std::floor(p.x), p.y - std::floor(p.y))) / solid_angle;
+  const int place = place_[size_t(*cell)];
+  if (place < 0) return 1 / solid_angle;
+  return in_cell_[size_t(place)].pdf(V2f(p.x - std::floor(p.x), p.y - std::floor(p.y))) / solid_angle;
 }
 
 }  // namespace dapple::shading

@@ -12,7 +12,7 @@ namespace dapple::shading {
 /// over pieces of equal solid angle (Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD").
 class SkyCells {
  public:
-  static constexpr int side = 16, count = side * side, pieces = 32;  ///< pieces: of a cell, along a side
+  static constexpr int side = 16, count = side * side, pieces = 16;  ///< pieces: of a cell, along a side
   static constexpr float solid_angle = 4 * pi / float(count);
 
   explicit SkyCells(const Light& sky);
@@ -28,7 +28,8 @@ class SkyCells {
   float pdf(const V3f& wi, int* cell) const;
 
  private:
-  std::vector<Distribution2D> in_cell_;
+  std::vector<Distribution2D> in_cell_;  // of those that are not even
+  std::vector<int> place_;               // of a cell there; -1: it is even
   std::vector<float> luminance_;
   bool black_ = true;
 };
