@@ -138,9 +138,8 @@ size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
 
 // A few hundredths of the image's work.
 int learning_paths(const scene::Scene& scene, int pixel_samples) {
-  constexpr double least = 1024, most = 16384, part = 1.0 / 64;
+  constexpr double least = 1024, most = 16384, part = 1.0 / 128;
   const V2i film = scene.camera.settings().resolution;
-  if (getenv("LP")) return atoi(getenv("LP"));
   return int(std::clamp(double(film.x) * film.y * pixel_samples * part, least, most));
 }
 

@@ -12,10 +12,12 @@ namespace {
 
 // What the region around counts beside a region's own: so many rays, or points.
 constexpr float trials_around = 2, points_around = 4;
-// Of samples of a sky, those by its cells, where that pays: where the expected square falls to this part at least.
-constexpr float by_cells = 0.75f, pays_below = 0.7f;
+// A sky is drawn by its cells where the expected square falls to this part at least.
+constexpr float pays_below = 0.7f;
+// Of a sky's samples, those that are drawn by luminance, and evenly, whatever was seen.
+constexpr float by_luminance = 0.08f, by_area = 0.04f;
 // What is left to choices that learning found to bring nothing.
-constexpr float least_class = 0.1f, least_light = 0.25f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
+constexpr float least_class = 0.1f, least_light = 0.15f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
 
 }  // namespace
 
@@ -113,16 +115,21 @@ void LightStatistics::lean_on(int region, int parent) {
 // Writes a sky's share and cdf. Returns what a region gets from it, as far as rays by Bsdfs do not find it as well.
 float LightStatistics::sky_values(int region, size_t sky, float* out) const {
   const Part* const part = parts(region) + sky * SkyCells::count;
-  double sum = 0, before = 0, after = 0, below = 0;
-  for (int i = 0; i < SkyCells::count; ++i) sum += part[i].weight();
-  for (int i = 0; i < SkyCells::count && sum > 0; ++i) {
-    const double own = std::max(part[i].own, 1e-5f), learned = part[i].weight() / sum;
-    before += part[i].square / own;
-    after += part[i].square / ((1 - by_cells) * own + by_cells * learned);
+  const SkyCells& cells = choices_.skies[sky].second;
+  double sum = 0, luminance = 0, before = 0, after = 0, below = 0;
+  for (int i = 0; i < SkyCells::count; ++i) {
+    sum += part[i].weight();
+    luminance += cells.luminance(i);
+  }
+  const double even = 1.0 / SkyCells::count;
+  for (int i = 0; i < SkyCells::count; ++i) {
+    const double seen = sum > 0 ? part[i].weight() / sum : even;
+    const double learned = (1 - by_luminance - by_area) * seen + by_luminance * cells.luminance(i) / luminance + by_area * even;
+    before += part[i].square / std::max(part[i].own, 1e-5f);
+    after += part[i].square / learned;
     out[1 + i] = float(below += learned);
   }
-  out[0] = after < pays_below * before ? by_cells : 0;
-  if (!(sum > 0)) std::fill_n(out + 1, SkyCells::count, 1.0f);
+  out[0] = after < pays_below * before;
   out[SkyCells::count] = 1;
   const ByCosine& c = cosines(region)[sky];
   const float deviation = pi * std::sqrt(std::max(c.square - c.sum * c.sum, 0.0f));

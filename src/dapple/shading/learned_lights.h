@@ -20,7 +20,7 @@ class LearnedLights {
   /// A region's values, one after the other.
   struct Layout {
     int unbounded = 0, skies = 0, pairs = 0;
-    static constexpr int per_sky = 1 + SkyCells::count;
+    static constexpr int per_sky = 1 + SkyCells::count;  ///< whether it is drawn by its cells, and their cdf
     int sky_at(int sky) const { return 1 + unbounded + sky * per_sky; }
     int odds_at() const { return sky_at(skies); }
     int size() const { return odds_at() + pairs; }
@@ -51,14 +51,13 @@ class LearnedLights {
   size_t bytes() const;
 
  private:
-  /// Share of the samples of a light that are drawn by its cells, and the cells' cdf; null: none are.
-  const float* sky_values(int index, const LightReceiver& to) const {
+  /// The cdf of the cells of a light, where it is drawn by these; null: by itself.
+  const float* cells_of(int index, const LightReceiver& to) const {
     const int sky = sky_of_[size_t(index)];
     if (sky < 0) return nullptr;
     const float* v = to.region.values + layout_.sky_at(sky);
-    return v[0] > 0 ? v : nullptr;
+    return v[0] > 0 ? v + 1 : nullptr;
   }
-  float learned_pdf(int sky, const float* values, const V3f& wi) const;
 
   RegionTree regions_;
   LightTree::Crown crown_;

@@ -26,6 +26,7 @@ RegionTree::RegionTree(std::span<const LightReceiver> points) {
   Node& root = nodes_.emplace_back();
   parents_.push_back(-1);
   root.region.fill(0);
+  table_.resize(size_t(1) << 3 * top);
   if (points.empty()) return;
   Box3f box;
   for (const LightReceiver& at : points) box.extendBy(at.p);
@@ -35,6 +36,20 @@ RegionTree::RegionTree(std::span<const LightReceiver> points) {
   std::vector<int> inside(points.size());
   std::iota(inside.begin(), inside.end(), 0);
   build(0, points, inside, corner_, side_, 0);
+  fill_table(0, 0, 0, 0, 0);
+}
+
+// Of the cubes of depth `top` in a node's, whose place among those of its depth is x, y, z.
+void RegionTree::fill_table(int32_t node, int depth, int x, int y, int z) {
+  const int32_t children = nodes_[size_t(node)].children;
+  if (depth < top && children > 0) {
+    for (int o = 0; o < 8; ++o) fill_table(children + o, depth + 1, 2 * x + (o & 1), 2 * y + (o >> 1 & 1), 2 * z + (o >> 2));
+    return;
+  }
+  const int n = 1 << (top - depth);
+  for (int k = z * n; k < (z + 1) * n; ++k)
+    for (int j = y * n; j < (y + 1) * n; ++j)
+      for (int i = x * n; i < (x + 1) * n; ++i) table_[size_t((k << top | j) << top | i)] = {node, depth};
 }
 
 // Makes regions of a node, whose `region` are those of the cube around, and the nodes below.
@@ -67,16 +82,20 @@ void RegionTree::build(size_t node, std::span<const LightReceiver> points, std::
 }
 
 const RegionTree::Node& RegionTree::node_at(const V3f& p, float* side) const {
-  const V3f q = (p - corner_) * (1 / side_);
-  float s = side_;
-  const Node* node = &nodes_[0];
-  V3f middle(0.5f);
-  for (float half = 0.25f; node->children > 0; half /= 2, s /= 2) {
-    const int x = q.x >= middle.x, y = q.y >= middle.y, z = q.z >= middle.z;
-    middle += V3f(x ? half : -half, y ? half : -half, z ? half : -half);
-    node = &nodes_[size_t(node->children + x + 2 * y + 4 * z)];
+  // Bit by bit from the top, the coordinates say which child comes next.
+  constexpr float cubes = float(1 << max_depth);
+  const V3f q = (p - corner_) * (cubes / side_);
+  const auto digits = [](float v) { return int(std::clamp(v, 0.0f, cubes - 1)); };
+  const int x = digits(q.x), y = digits(q.y), z = digits(q.z);
+  constexpr int below = max_depth - top;
+  const Start start = table_[size_t((z >> below << top | y >> below) << top | x >> below)];
+  const Node* node = &nodes_[size_t(start.node)];
+  int depth = start.depth;
+  for (; node->children > 0; ++depth) {
+    const int bit = max_depth - 1 - depth;
+    node = &nodes_[size_t(node->children + (x >> bit & 1) + 2 * (y >> bit & 1) + 4 * (z >> bit & 1))];
   }
-  if (side) *side = s;
+  if (side) *side = side_ / float(1 << depth);
   return *node;
 }
 

@@ -37,11 +37,18 @@ class RegionTree {
     std::array<int32_t, kinds> region;
   };
   static constexpr int max_depth = 12;
+  static constexpr int top = 4;  ///< levels that a table saves from walking through
 
   static int kind(const LightReceiver& at);
   const Node& node_at(const V3f& p, float* side) const;
   void build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner, float side, int depth);
 
+  void fill_table(int32_t node, int depth, int x, int y, int z);
+
+  struct Start {
+    int32_t node = 0, depth = 0;
+  };
+  std::vector<Start> table_;  // by cube of depth `top`
   V3f corner_{0, 0, 0};
   float side_ = 1;
   std::vector<Node> nodes_;
