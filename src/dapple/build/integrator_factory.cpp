@@ -138,7 +138,7 @@ size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
 
 // A few hundredths of the image's work.
 int learning_paths(const scene::Scene& scene, int pixel_samples) {
-  constexpr double least = 1024, most = 16384, part = 1.0 / 128;
+  constexpr double least = 512, most = 32768, part = 1.0 / 256;
   const V2i film = scene.camera.settings().resolution;
   return int(std::clamp(double(film.x) * film.y * pixel_samples * part, least, most));
 }
@@ -366,6 +366,15 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
+  if (r.light_learning.value_or(true)) {
+    path::PathIntegrator::Settings p;
+    p.diffuse_bounces = std::max(s.shading.bounces, 1);
+    p.seed = seed;
+    p.masks = s.masks;
+    p.far_ground = s.far_ground;
+    p.learning_paths = learning_paths(scene, samples);
+    s.shading.learned_lights = path::PathIntegrator(scene, p).learned_lights();
+  }
   return std::make_unique<distribution::DistributionIntegrator>(scene, s);
 }
 

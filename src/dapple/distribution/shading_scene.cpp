@@ -32,7 +32,7 @@ ShadingScene::ShadingScene(const scene::Scene& of, const ShadingSettings& with, 
       settings(with),
       materials(of, with.caustics),
       tracer(of, materials, true, with.visibility),
-      direct(of, tracer, with.shadow_rays),
+      direct(of, tracer, with.shadow_rays, with.learned_lights),
       surface_media(of),
       common_area(common_cell(of)),
       linker_(of, materials, patches_of) {}

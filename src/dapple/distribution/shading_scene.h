@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "dapple/distribution/shading_place.h"
 #include "dapple/distribution/shading_workspace.h"
 #include "dapple/light/direct_light.h"
@@ -19,6 +21,7 @@ struct ShadingSettings {
   uint64_t seed = 0;
   /// Masks in place of shadow rays; null: none. Must outlive what shades.
   const shading::Visibility* visibility = nullptr;
+  std::shared_ptr<const shading::LearnedLights> learned_lights;  ///< null: none
 
   int diffuse_ray_count(const Place& place, int share) const { return diffuse_rays.at(place.list_depth(), share); }
   int diffuse_ray_count(const Place& place, const integrate::PointBatch& b, int k) const {

@@ -49,8 +49,9 @@ bool has_veils(const scene::Scene& scene) {
 
 }  // namespace
 
-DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays)
-    : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays) {
+DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays,
+                         std::shared_ptr<const shading::LearnedLights> learned)
+    : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays), learned_(std::move(learned)) {
   const bool veiled = (tracer.draws_opacity() && has_veils(scene)) || tracer.draws_sheets();
   for (const auto& light : scene.lights) {
     one_ray_serves_.push_back(light->is_delta() && !veiled);
@@ -65,7 +66,14 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
 }
 
 shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
-  return {P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, time, b.bsdf[k].has_transmission()};
+  return {P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, time, b.bsdf[k].has_transmission(), false, region(b, k)};
+}
+
+// The same for all rays of a point, wherever they start.
+shading::LightRegion DirectLight::region(const PointBatch& b, int k) const {
+  if (!learned_) return {};
+  const Bsdf& bsdf = b.bsdf[k];
+  return learned_->region({b.surface[k].P, bsdf.normal_towards(b.wo[k]), b.time[k], bsdf.has_transmission()}, b.key[k]);
 }
 
 void DirectLight::add_environment(const V3f& o, const V3f& d, LightSums& L, int p) const {
@@ -187,7 +195,7 @@ void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, 
       u[end - begin] = {w.u0[jobs[end]], w.u1[jobs[end]]};
     shading::LightSample* const drawn = w.drawn + w.drawn_count;
     w.drawn_count += int(end - begin);
-    const uint32_t found = light < 0 ? 0 : scene_.lights[size_t(light)]->sample_all(to, {u, end - begin}, drawn);
+    const uint32_t found = light < 0 ? 0 : shading::sample_light(*scene_.lights[size_t(light)], light, to, {u, end - begin}, drawn);
     for (size_t i = begin; i < end; ++i)
       w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
   }
@@ -265,7 +273,7 @@ void DirectLight::trace(LightWorkspace& w) const {
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
 float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
                            int rays, int diffuse_depth) const {
-  const float pdf = scene_.lights[index]->pdf(to, wi, s.P, s.Ng);
+  const float pdf = shading::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng);
   if (!chooses()) return pdf * float(rays_to(index, rays, diffuse_depth));
   return pdf * float(rays * lights_apart) * scene_.light_sampler->probability(to, int(index));
 }
@@ -275,10 +283,13 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
     const int k = r.point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
     r.L.clear(i);
     const V3f d = r.rays.direction(i);
-    const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
-      const float weight = r.pdf[i] > 0 ? power_heuristic(r.pdf[i], density(to, light, d, s, rays, diffuse_depth)) : 1;
+      float weight = 1;
+      if (r.pdf[i] > 0) {
+        const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);
+        weight = power_heuristic(r.pdf[i], density(to, light, d, s, rays, diffuse_depth));
+      }
       r.L.add(i, Le * weight, group_[light]);
     };
     if (r.hits.geometry[i] == no_id) {
@@ -311,10 +322,11 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
     for (int k = 0; k < b.count; ++k) {
       if (i >= rays[k]) continue;
       const V3f& P = b.surface[k].P;
-      const shading::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
+      shading::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
+      if (learned_) to.region = learned_->region(to, b.key[k]);
       const auto chosen = scene_.light_sampler->select(to, w.u2[k]);
       shading::LightSample light;
-      if (chosen.light < 0 || !scene_.lights[size_t(chosen.light)]->sample(to, V2f(w.u0[k], w.u1[k]), &light)) continue;
+      if (chosen.light < 0 || !shading::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to, V2f(w.u0[k], w.u1[k]), &light)) continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
       const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));
       const ShadowRay ray(to.p, light, P);

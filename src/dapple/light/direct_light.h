@@ -3,6 +3,7 @@
 
 #include "dapple/integrate/ray_list.h"
 #include "dapple/light/light_workspace.h"
+#include "dapple/shading/learned_lights.h"
 
 namespace dapple::light {
 
@@ -13,8 +14,10 @@ class DirectLight {
  public:
   static constexpr int lights_apart = 6, sky_times = 4, sky_rays = 16;
 
-  /// `shadow_rays`: a point and light, by diffuse depth. The scene and the tracer must outlive this object.
-  DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays);
+  /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing. The others must outlive
+  /// this object.
+  DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
+              std::shared_ptr<const shading::LearnedLights> learned = nullptr);
 
   /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a
   /// sun may be painted.
@@ -44,6 +47,7 @@ class DirectLight {
   }
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
+  shading::LightRegion region(const integrate::PointBatch& b, int k) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays,
                 int diffuse_depth) const;
   void draw(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
@@ -57,6 +61,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const integrate::RayTracer& tracer_;
   const integrate::RayList shadow_rays_;
+  const std::shared_ptr<const shading::LearnedLights> learned_;
   bool throws_edges_ = false, glints_ = false;
   std::vector<uint8_t> one_ray_serves_, sky_, group_;  // by light
 };
