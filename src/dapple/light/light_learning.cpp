@@ -21,6 +21,8 @@ using shading::SkyCells;
 constexpr int strata = 4;  // of a sky, along a side: a ray each
 constexpr int more_sky_rays = 8;  // of a sky, where the first found it
 constexpr int lamp_rays = 4;
+// Of points, those in regions that must gain, or all is left as it was: samples by what was learned cost more.
+constexpr double least_gaining = 0.25;
 constexpr size_t chunk = 512;  // points
 constexpr uint32_t for_learning = 7;
 
@@ -228,18 +230,19 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
   size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) + (choices.tree->empty() ? 0 : lamp_rays);
   std::vector<LightSeen> seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) { o.observe(points[i], uint32_t(i), out); });
   for (size_t i = 0; i < points.size(); ++i) statistics.add(home[i], {&seen[i * each], each}, strata * strata);
-  std::vector<float> values = statistics.values(regions);
+  LightStatistics::Learned learned = statistics.learned(regions);
+  if (learned.gaining < least_gaining) return nullptr;
   if (!choices.skies.empty()) {
     const shading::LearnedLights::Layout layout{choices.unbounded, int(choices.skies.size()), choices.crown.pairs()};
     each = choices.skies.size() * more_sky_rays;
     seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) {
-      o.observe_skies(points[i], uint32_t(i), layout, values.data() + size_t(home[i]) * size_t(layout.size()), out);
+      o.observe_skies(points[i], uint32_t(i), layout, learned.values.data() + size_t(home[i]) * size_t(layout.size()), out);
     });
     for (size_t i = 0; i < points.size(); ++i) statistics.add_to_skies(home[i], {&seen[i * each], each}, more_sky_rays);
-    values = statistics.values(regions);
+    learned = statistics.learned(regions);
   }
   return std::make_shared<const shading::LearnedLights>(std::move(regions), std::move(choices.crown), choices.unbounded,
-                                                        std::move(choices.skies), std::move(values), scene.lights.size());
+                                                        std::move(choices.skies), std::move(learned.values), scene.lights.size());
 }
 
 }  // namespace dapple::light

@@ -54,17 +54,20 @@ void LightStatistics::add_to_skies(int region, std::span<const LightSeen> seen, 
   for (size_t i = 0; i < seen.size(); ++i) part[i / size_t(rays) * SkyCells::count + seen[i].choice].add(seen[i]);
 }
 
-std::vector<float> LightStatistics::values(const shading::RegionTree& regions) const {
+LightStatistics::Learned LightStatistics::learned(const shading::RegionTree& regions) const {
   LightStatistics means = *this;
   const int n = int(regions.size());
   for (int r = n - 1; r > 0; --r) means.add_to_parent(r, regions.parent(r));
   const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
-  std::vector<float> values(size_t(n) * size_t(layout.size()));
+  Learned out{std::vector<float>(size_t(n) * size_t(layout.size()))};
+  double gaining = 0, all = 0;
   for (int r = 0; r < n; ++r) {
     means.lean_on(r, regions.parent(r));
-    means.write(r, values.data() + size_t(r) * size_t(layout.size()));
+    if (means.write(r, out.values.data() + size_t(r) * size_t(layout.size()))) gaining += points_[size_t(r)];
+    all += points_[size_t(r)];
   }
-  return values;
+  out.gaining = all > 0 ? gaining / all : 0;
+  return out;
 }
 
 void LightStatistics::add_to_parent(int region, int parent) {
@@ -112,8 +115,8 @@ void LightStatistics::lean_on(int region, int parent) {
   }
 }
 
-// Writes a sky's share and cdf. Returns what a region gets from it, as far as rays by Bsdfs do not find it as well.
-float LightStatistics::sky_values(int region, size_t sky, float* out) const {
+// Writes whether a sky is drawn by its cells, and their cdf. Its light counts as far as rays by Bsdfs do not find it as well.
+LightStatistics::Worth LightStatistics::sky_values(int region, size_t sky, float* out) const {
   const Part* const part = parts(region) + sky * SkyCells::count;
   const SkyCells& cells = choices_.skies[sky].second;
   double sum = 0, luminance = 0, before = 0, after = 0, below = 0;
@@ -133,11 +136,11 @@ float LightStatistics::sky_values(int region, size_t sky, float* out) const {
   out[SkyCells::count] = 1;
   const ByCosine& c = cosines(region)[sky];
   const float deviation = pi * std::sqrt(std::max(c.square - c.sum * c.sum, 0.0f));
-  return std::max(std::min(float(sum), deviation), least_sky * float(sum));
+  return {std::max(std::min(float(sum), deviation), least_sky * float(sum)), out[0] > 0};
 }
 
-// Writes the odds of the crown's pairs. Returns what a region gets from lamps.
-float LightStatistics::lamp_values(int region, float* odds) const {
+// Writes the odds of the crown's pairs.
+LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) const {
   const Leaf* const leaf = leaves(region);
   const auto visibility = [&](size_t i) {
     return leaf[i].sent > 0 ? std::clamp(std::sqrt(leaf[i].arrived / leaf[i].sent), least_visibility, 1.0f) : 1;
@@ -157,15 +160,26 @@ float LightStatistics::lamp_values(int region, float* odds) const {
     below[size_t(pair)] = {first.arrives + second.arrives, first.sent + second.sent};
     odds[pair] = std::clamp(first.visibility() / second.visibility(), 1 / most_odds, most_odds);
   }
-  float sum = 0;
-  for (size_t i = 0; i < leaf_count_; ++i) sum += leaf[i].sent > 0 ? std::sqrt(leaf[i].arrived * leaf[i].sent) : 0;
-  return sum;
+  // Expected squares of samples by what lamps send, and by the root of sent times arriving light.
+  float sent = 0, arrived = 0, light = 0;
+  for (size_t i = 0; i < leaf_count_; ++i) {
+    sent += leaf[i].sent;
+    arrived += leaf[i].arrived;
+    light += std::sqrt(std::max(leaf[i].arrived * leaf[i].sent, 0.0f));
+  }
+  return {light, sqr(light) < pays_below * sent * arrived};
 }
 
-void LightStatistics::write(int region, float* out) const {
+// Whether the region gains.
+bool LightStatistics::write(int region, float* out) const {
   const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
   std::vector<float> weight(size_t(choices_.unbounded));
-  for (size_t i = 0; i < choices_.skies.size(); ++i) weight[size_t(choices_.slot_of_sky[i])] = sky_values(region, i, out + layout.sky_at(int(i)));
+  bool gains = false;
+  for (size_t i = 0; i < choices_.skies.size(); ++i) {
+    const Worth sky = sky_values(region, i, out + layout.sky_at(int(i)));
+    weight[size_t(choices_.slot_of_sky[i])] = sky.light;
+    gains |= sky.gains;
+  }
   for (size_t i = 0; i < choices_.others.size(); ++i)
     weight[size_t(choices_.slot_of_other[i])] = std::sqrt(parts(region)[choices_.skies.size() * SkyCells::count + i].square);
   double unbounded = 0, below = 0;
@@ -175,8 +189,10 @@ void LightStatistics::write(int region, float* out) const {
     below += unbounded > 0 ? least_light * even + (1 - least_light) * weight[i] / unbounded : even;
     out[1 + i] = i + 1 == weight.size() ? 1 : float(below);
   }
-  const double lamps = leaf_count_ > 0 ? lamp_values(region, out + layout.odds_at()) : 0, all = unbounded + lamps;
+  const Worth lamps = leaf_count_ > 0 ? lamp_values(region, out + layout.odds_at()) : Worth();
+  const double all = unbounded + lamps.light;
   out[0] = all > 0 ? float(least_class + (1 - 2 * least_class) * unbounded / all) : 0.5f;
+  return gains || lamps.gains;
 }
 
 }  // namespace dapple::light

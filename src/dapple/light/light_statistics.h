@@ -45,8 +45,11 @@ class LightStatistics {
   void add(int region, std::span<const LightSeen> seen, int rays);
   /// More of a point's rays, to cells of skies that were chosen anyhow, `rays` to each sky.
   void add_to_skies(int region, std::span<const LightSeen> seen, int rays);
-  /// LearnedLights' values.
-  std::vector<float> values(const shading::RegionTree& regions) const;
+  struct Learned {
+    std::vector<float> values;  ///< LearnedLights'
+    double gaining = 0;         ///< share of points in regions that have much less noise by them
+  };
+  Learned learned(const shading::RegionTree& regions) const;
 
  private:
   // Of a sky's cell, or of another light at infinity: trials, squares of the light, chances to be drawn without learning.
@@ -79,9 +82,14 @@ class LightStatistics {
   ByCosine* cosines(int region) { return cosines_.data() + size_t(region) * choices_.skies.size(); }
   void add_to_parent(int region, int parent);
   void lean_on(int region, int parent);
-  float sky_values(int region, size_t sky, float* out) const;
-  float lamp_values(int region, float* odds) const;
-  void write(int region, float* out) const;
+  /// What a region gets from lights, and whether the samples have much less noise.
+  struct Worth {
+    float light = 0;
+    bool gains = false;
+  };
+  Worth sky_values(int region, size_t sky, float* out) const;
+  Worth lamp_values(int region, float* odds) const;
+  bool write(int region, float* out) const;
 
   const LightChoices& choices_;
   const size_t part_count_, leaf_count_;
