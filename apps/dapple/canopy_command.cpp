@@ -8,6 +8,7 @@
 #include "dapple/canopyfile/canopy_solution.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/render/report.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
 
@@ -24,6 +25,7 @@ struct SolveOptions {
 };
 
 int solve(const SolveOptions& o) {
+  Interrupts interrupts("result");
   OutputFiles outputs;
   for (const auto& [option, path] :
        {std::pair{"--output", o.output}, {"--csv", o.csv}, {"--exr", o.exr}, {"--plot", o.plot}})
@@ -39,16 +41,17 @@ int solve(const SolveOptions& o) {
   const size_t layers = input.layers.size() * 2 + input.slabs;
   if (!o.exr.empty() && (input.wavelengths > 64 || layers * input.wavelengths > 8192))
     throw UsageError("--exr holds at most 64 wavelengths and 8192 wavelengths times slabs");
-  const CanopySolution solution =
-      canopyfile::solve_canopy(input, {.plots = !o.plot.empty(), .field = !o.exr.empty()});
+  const CanopySolution solution = canopyfile::solve_canopy(input, {.plots = !o.plot.empty(), .field = !o.exr.empty()});
   const std::string json = canopyfile::canopy_json(input, solution);
-  if (o.output.empty())
-    std::fputs(json.c_str(), stdout);
-  else
-    render::write_text(o.output, json);
-  if (!o.csv.empty()) render::write_text(o.csv, canopyfile::canopy_csv(input, solution));
+  if (o.output.empty()) std::fputs(json.c_str(), stdout);
+  const std::string csv = o.csv.empty() ? "" : canopyfile::canopy_csv(input, solution),
+                    plot = o.plot.empty() ? "" : canopyfile::canopy_svg(input, solution);
+  interrupts.begin_writing({o.output, o.csv, o.exr, o.plot});
+  if (!o.output.empty()) render::write_text(o.output, json);
+  if (!o.csv.empty()) render::write_text(o.csv, csv);
   if (!o.exr.empty()) canopyfile::write_canopy_exr(o.exr, input, solution);
-  if (!o.plot.empty()) render::write_text(o.plot, canopyfile::canopy_svg(input, solution));
+  if (!o.plot.empty()) render::write_text(o.plot, plot);
+  interrupts.end_writing();
   return static_cast<int>(ExitCode::done);
 }
 

@@ -11,6 +11,7 @@
 #include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
 #include "dapple/vegetation/canopy_survey.h"
+#include "interrupts.h"
 #include "output_files.h"
 
 namespace dapple::app {
@@ -122,6 +123,7 @@ json measured_json(const MeasureOptions& o, const CanopyScene& scene, const vege
 }
 
 int measure(const MeasureOptions& o) {
+  Interrupts interrupts("result");
   OutputFiles outputs;
   outputs.add("--output", o.output);
   outputs.check_input(o.scene);
@@ -154,10 +156,14 @@ int measure(const MeasureOptions& o) {
   add_light(scene, &j);
   j["quadrature"] = {{"nodes", 8}, {"modes", 6}, {"slabs", o.slabs}};
   j["measured"] = measured_json(o, s, *survey, clumping);
-  if (o.output.empty())
-    std::puts(j.dump(2).c_str());
-  else
-    render::write_text(o.output, j.dump(2) + "\n");
+  const std::string text = j.dump(2) + "\n";
+  if (o.output.empty()) {
+    std::fputs(text.c_str(), stdout);
+  } else {
+    interrupts.begin_writing({o.output});
+    render::write_text(o.output, text);
+    interrupts.end_writing();
+  }
   return static_cast<int>(ExitCode::done);
 }
 

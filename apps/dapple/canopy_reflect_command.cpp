@@ -10,6 +10,7 @@
 #include "dapple/render/report.h"
 #include "dapple/scene/relight.h"
 #include "dapple/shading/distant_light.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
 
@@ -92,6 +93,7 @@ std::string result_csv(const nlohmann::json& result) {
 
 int reflect(const ReflectOptions& o) {
   const Timer timer;
+  Interrupts interrupts("result");
   OutputFiles outputs;
   outputs.add("--output", o.output);
   outputs.add("--csv", o.csv);
@@ -126,11 +128,12 @@ int reflect(const ReflectOptions& o) {
     throw InputError(FileLoc{o.scene, 0, 0}, "no light comes from above; expected a distant or infinite light above the horizon, or --sun");
   const auto estimates = plot->measure(directions);
   const nlohmann::json result = result_json(o, s, height, sun, views, *plot, estimates);
-  if (o.output.empty())
-    std::puts(result.dump(2).c_str());
-  else
-    render::write_text(o.output, result.dump(2) + "\n");
+  const std::string text = result.dump(2) + "\n";
+  if (o.output.empty()) std::fputs(text.c_str(), stdout);
+  interrupts.begin_writing({o.output, o.csv});
+  if (!o.output.empty()) render::write_text(o.output, text);
   if (!o.csv.empty()) render::write_text(o.csv, result_csv(result));
+  interrupts.end_writing();
   char line[160];
   std::snprintf(line, sizeof line, "%zu views, %.1f million rays, %.1f s, %.0f MB", views.size(), double(plot->rays()) / 1e6,
                 timer.seconds(), double(process_peak_rss_bytes()) / 1e6);

@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
+#include "interrupts.h"
 
 namespace dapple::app {
 
@@ -56,6 +57,7 @@ std::string megabytes(size_t bytes) {
 void line(const char* name, const std::string& value) { std::printf("%-14s %s\n", name, value.c_str()); }
 
 int show(const InfoOptions& o) {
+  Interrupts interrupts("result");
   Diagnostics diagnostics(o.strict);
   const auto description = scenefile::read_pbrt(o.scene, diagnostics);
   build::BuildOptions options;

@@ -13,6 +13,7 @@
 #include "dapple/image/image_writer.h"
 #include "dapple/render/report.h"
 #include "dapple/vegetation/scene_mask.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
 #include "penumbra_options.h"
@@ -66,11 +67,18 @@ class PenumbraRun {
       if (scene_ && o_.mask_along == "sun" && i > 0) look_along(places[i]);
       frame(places[i], is_animation() ? int(i) + 1 : 0, sky_file);
     }
-    if (!o_.stats.empty()) render::write_text(o_.stats, report());
+    if (!o_.stats.empty()) writing({o_.stats}, [&] { render::write_text(o_.stats, report()); });
     return static_cast<int>(ExitCode::done);
   }
 
  private:
+  template <class F>
+  void writing(const std::vector<std::string>& paths, F write_all) {
+    interrupts_.begin_writing(paths);
+    write_all();
+    interrupts_.end_writing();
+  }
+
   bool is_animation() const { return o_.time_range.find('-') != std::string::npos; }
 
   void add_outputs(int frames) {
@@ -102,7 +110,7 @@ class PenumbraRun {
     if (o_.write_mask.empty()) return;
     image::OutputImage out = picture_of(planes_[0].mask.transmittance, 1);
     out.metadata = {{"comment", std::string("transmittance; a map seen from above: +x to the right, +y up")}};
-    image::write_image(o_.write_mask, out, {.type = image::SampleType::full_float});
+    writing({o_.write_mask}, [&] { image::write_image(o_.write_mask, out, {.type = image::SampleType::full_float}); });
   }
 
   void look_along(const SunPlace& sun) {
@@ -130,7 +138,9 @@ class PenumbraRun {
     const forest::Raster e = forest::ground_irradiance(planes_, sun, sky, settings_);
     const double seconds = timer.seconds();
     const RGB sun_open = sun ? sun->irradiance_horizontal() : RGB(), sky_open = sky ? sky->irradiance() : RGB();
-    write(e, place, number, (sun_open + sky_open).max());
+    std::vector<std::string> paths;
+    for (const std::string& output : o_.outputs) paths.push_back(number > 0 ? numbered(output, number) : output);
+    writing(paths, [&] { write(e, place, paths, (sun_open + sky_open).max()); });
 
     ordered_json j;
     if (!place.when.empty()) j["time"] = place.when;
@@ -145,9 +155,8 @@ class PenumbraRun {
     frames_.push_back(j);
   }
 
-  void write(const forest::Raster& e, const SunPlace& place, int number, float open) const {
-    for (const std::string& output : o_.outputs) {
-      const std::string path = number > 0 ? numbered(output, number) : output;
+  void write(const forest::Raster& e, const SunPlace& place, const std::vector<std::string>& paths, float open) const {
+    for (const std::string& path : paths) {
       const bool png = image::extension_of(path) == "png";
       image::OutputImage out = picture_of(e, png ? 1 / float(o_.png_white.value_or(std::max(double(open), 1e-9))) : 1);
       out.metadata = {{"Software", "Dapple " + render::version()},
@@ -182,6 +191,7 @@ class PenumbraRun {
   const PenumbraOptions& o_;
   const std::string command_line_;
   const Timer wall_;
+  Interrupts interrupts_{"image"};
   OutputFiles outputs_;
   std::vector<forest::TransformCount> transforms_;
   forest::PenumbraSettings settings_;

@@ -160,7 +160,7 @@ bool keeps_features(const std::vector<std::string>& aovs) {
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check_render_options(o);
-  Interrupts interrupts(o.quiet);
+  Interrupts interrupts("image", o.quiet);
   OutputFiles outputs;
   for (const std::string& path : o.outputs) outputs.add_image("--output", path);
   outputs.add("--stats", o.stats);
@@ -217,6 +217,9 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   denoising.denoise(film, interrupts.flag(), &output);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
   if (is_partial && result.samples == 0) keep_older_images(o, built, outputs, &paths);
+  std::vector<std::string> files = paths;
+  if (!o.stats.empty()) files.push_back(o.stats);
+  interrupts.begin_writing(files);
   for (const std::string& path : paths) render::write_output(path, film, output);
 
   if (film.dropped_samples() > 0)

@@ -26,6 +26,9 @@ std::string stem_of(const std::string& path) {
   const size_t name = path.find_last_of('/') + 1;  // npos + 1 is 0
   return path.substr(0, name + std::min(path.size() - name, longest_name - longest_end));
 }
+
+/// What the names of this process's parts of `target` begin with.
+std::string part_stem(const std::string& target) { return stem_of(target) + "." + std::to_string(::getpid()); }
 }  // namespace
 
 std::string link_target(const std::string& path) {
@@ -52,13 +55,23 @@ AtomicFile::AtomicFile(const std::string& path) : IOProxy(path, Write), path_(pa
   check_output_path(path);
   // Exclusively: a file of that name is somebody's, be it another process that writes to the same file.
   constexpr int attempts = 10000;
-  const std::string stem = stem_of(target_) + "." + std::to_string(::getpid());
+  const std::string stem = part_stem(target_);
   for (int i = 0; fd_ < 0 && i < attempts; ++i) {
     part_path_ = stem + (i > 0 ? "-" + std::to_string(i) : "") + ".part";
     fd_ = ::open(part_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (fd_ < 0 && errno != EEXIST) break;
   }
   if (fd_ < 0) fail(errno);
+}
+
+void AtomicFile::remove_parts_of_process(const std::string& path) {
+  const std::string stem = part_stem(link_target(path));
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_of(stem), ignored)) {
+    const std::string name = entry.path().filename().string(), begin = stem.substr(stem.find_last_of('/') + 1);
+    if (name.starts_with(begin) && name.ends_with(".part") && (name[begin.size()] == '.' || name[begin.size()] == '-'))
+      std::filesystem::remove(entry.path(), ignored);
+  }
 }
 
 AtomicFile::~AtomicFile() {

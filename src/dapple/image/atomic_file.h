@@ -18,6 +18,9 @@ class AtomicFile final : public OIIO::Filesystem::IOProxy {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
+  /// Removes what this process has not finished of `path`, where it is about to end without destructors.
+  static void remove_parts_of_process(const std::string& path);
+
   const std::string& part_path() const { return part_path_; }
   void commit();  ///< IoError if any write failed
   /// Throws IoError for a writer that gave up: with what the system said if a write failed, else with `why`.
