@@ -66,6 +66,18 @@ TEST(SceneOrigin, OfPointsAndTransformsGivesTheSceneOfTheOrigin) {
   expect_triangle_at(moving, at);
 }
 
+// At 5.4e6 floats are half a metre apart.
+TEST(SceneOrigin, PlotsOfCanopiesAreReadAsDoubles) {
+  const std::string leaf = R"(Shape "trianglemesh" "point3 P" [500000.125 5400000.125 300.125  500001.375 5400000.125 300.125  500000.125 5400001.375 301.375])";
+  const BuiltScene far = built(leaf, "Integrator \"canopy\" \"float plot\" [ 500000.2 500001.3 5400000.2 5400001.3 ]").scene;
+  ASSERT_TRUE(far.request.canopy_plot);
+  EXPECT_EQ(far.request.canopy_plot->min, Imath::V2d(500000.2, 5400000.2));
+  EXPECT_EQ(far.request.canopy_plot->max, Imath::V2d(500001.3, 5400001.3));
+  const BuiltScene near = built("Shape \"sphere\"", "Integrator \"canopy\" \"float plot\" [ -1.5 1 -2 .1 ]").scene;
+  EXPECT_EQ(near.request.canopy_plot->max, Imath::V2d(1, double(.1f)));
+  EXPECT_THROW(built("Shape \"sphere\"", "Integrator \"canopy\" \"float plot\" [ 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 ]"), InputError);
+}
+
 TEST(SceneOrigin, CanBeGiven) {
   const Built b = built("Shape \"sphere\"", "Option \"point3 origin\" [ 100 0 -7 ]");
   EXPECT_EQ(b.scene.origin, V3d(100, 0, -7));

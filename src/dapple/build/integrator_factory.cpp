@@ -91,7 +91,7 @@ void read_canopy(const BuildContext& context, IntegratorRequest* r) {
     throw InputError(e.loc, "\"slabs\" is " + std::to_string(*r->canopy_slabs) + "; it must be from 1 to " +
                                 std::to_string(max_canopy_slabs));
   if (e.params.find("plot")) {
-    const auto v = e.params.get_floats("plot");
+    const auto v = e.params.get_doubles("plot");
     if (v.size() != 4 || !(v[1] > v[0]) || !(v[3] > v[2]))
       throw InputError(e.loc, "\"plot\" must be x0 x1 y0 y1 in metres, x0 below x1 and y0 below y1");
     r->canopy_plot = Imath::Box2d(Imath::V2d(v[0], v[2]), Imath::V2d(v[1], v[3]));

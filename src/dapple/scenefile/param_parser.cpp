@@ -115,7 +115,9 @@ void ParamParser::read_values(Tokenizer* tokenizer, size_t most, Param* param) {
     Tokenizer again = *tokenizer;
     tokenizer->read_numbers(&numbers_, most);
     param->numbers = numbers_;
-    if (param->type != ParamType::point3 || !may_be_far(numbers_) || numbers_.size() % 3 != 0) return;
+    const bool is_short = param->type == ParamType::real && numbers_.size() <= ParamSet::most_exact;
+    if ((!is_short && (param->type != ParamType::point3 || numbers_.size() % 3 != 0)) || !may_be_far(numbers_)) return;
+    if (is_short) return again.read_numbers(&param->exact, most);
     std::vector<double> exact;
     again.read_numbers(&exact, most);
     param->base = take_off_base(exact, param->numbers);

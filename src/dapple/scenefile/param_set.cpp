@@ -197,6 +197,14 @@ std::span<const float> ParamSet::tuples(std::string_view name, ParamType type, s
 std::span<const float> ParamSet::get_floats(std::string_view name) const {
   return tuples(name, ParamType::real, 1);
 }
+
+std::vector<double> ParamSet::get_doubles(std::string_view name) const {
+  const auto floats = get_floats(name);
+  const Param* p = find(name);
+  if (floats.size() > most_exact) wrong(*p, "at most " + std::to_string(most_exact) + " numbers");
+  return p && !p->exact.empty() ? p->exact : std::vector<double>(floats.begin(), floats.end());
+}
+
 std::span<const float> ParamSet::get_points2(std::string_view name) const {
   return tuples(name, ParamType::point2, 2);
 }

@@ -44,6 +44,7 @@ struct Param {
   std::string name;
   FileLoc loc;
   std::vector<float> numbers;        ///< real, point*, vector*, normal, rgb, blackbody, spectrum
+  std::vector<double> exact;         ///< `numbers` of a short real list as written, where floats may not be enough; else empty
   V3d base{0, 0, 0};                 ///< of point3: what is to be added to each point (far_points.h); 0 but far from the origin
   std::vector<int32_t> integers;     ///< integer; boolean as 0 and 1
   std::vector<std::string> strings;  ///< string, texture, named spectrum
@@ -84,6 +85,9 @@ class ParamSet {
   int get_choice(std::string_view name, const std::vector<std::string_view>& legal, int fallback) const;
 
   std::span<const float> get_floats(std::string_view name) const;
+  /// The same as written, of at most most_exact values; InputError for more.
+  std::vector<double> get_doubles(std::string_view name) const;
+  static constexpr size_t most_exact = 16;
   std::span<const int32_t> get_ints(std::string_view name) const;
   std::span<const std::string> get_strings(std::string_view name) const;
   /// Flat coordinates; InputError unless the count is a multiple of the type's size.
