@@ -43,7 +43,8 @@ TEST(ExitCode, WrongUseIs2) {
   EXPECT_EQ(run_dapple({"render", cornell, "--resolution", "16"}, 60).exit_code, 2);
   EXPECT_EQ(run_dapple({"render", cornell, "--opacity-cache", "perhaps"}, 60).exit_code, 2);
   EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--light-groups", "--integrator", "ao"}).exit_code, 2);
-  for (const char* option : {"--shading-rate", "--cache-mb", "--cache-width", "--irradiance-accuracy", "--max-distance", "--pixel-noise", "--time-limit", "--noise-target"})
+  for (const char* option : {"--shading-rate", "--cache-mb", "--cache-width", "--irradiance-accuracy", "--max-distance",
+                             "--pixel-noise", "--time-limit", "--noise-target"})
     EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", option, "nan"}).exit_code, 2) << option;
 }
 
@@ -52,7 +53,8 @@ TEST(ExitCode, NumbersOutOfRangeAreShortlyNamed) {
   const auto check = [](const std::string& option, const std::string& value, const std::string& expected) {
     const ProcessResult result = run_dapple({"render", cornell, "-o", "unused.exr", option, value}, 60);
     EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.output.find(option + ": must be " + expected + ", not " + value), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find(option + ": must be " + expected + ", not " + value), std::string::npos)
+        << result.output;
   };
   for (const char* option : {"--pixel-samples", "--max-distance", "--pixel-noise", "--time-limit", "--noise-target"})
     for (const char* bad : {"0", "-1", "many"}) check(option, bad, "above 0");
@@ -63,7 +65,8 @@ TEST(ExitCode, NumbersOutOfRangeAreShortlyNamed) {
 TEST(ExitCode, FullStandardOutputIs4) {
   ScratchFolder folder;
   const std::string canopy = folder.file("canopy.json");
-  std::ofstream(canopy) << R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
+  std::ofstream(canopy)
+      << R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
     "ground": {"reflectance": 0.1}, "sky": {"type": "uniform", "irradiance_W_m2": 1}})";
   const auto check = [](std::vector<std::string> arguments, int code) {
     arguments.insert(arguments.begin(), {"/bin/sh", "-c", "exec \"$0\" \"$@\" > /dev/full", DAPPLE_BINARY});
@@ -79,21 +82,110 @@ TEST(ExitCode, FullStandardOutputIs4) {
 }
 
 // Whatever the limit cuts is refused whole.
+constexpr const char* plot = R"(Camera "perspective"
+WorldBegin
+LightSource "distant" "rgb L" [ 2 2 2 ] "point3 from" [ 1 0 2 ] "point3 to" [ 0 0 0 ]
+Shape "bilinearmesh" "point3 P" [ -2 -2 0  2 -2 0  -2 2 0  2 2 0 ]
+Material "diffusetransmission" Translate 0 0 1
+Shape "sphere" "float radius" .5
+)";
+constexpr const char* canopy =
+    R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
+  "ground": {"reflectance": 0.1}, "sky": {"type": "uniform", "irradiance_W_m2": 1}})";
+
+// Every output of the program, without room for it: a limit in KiB here, which fails as a full disk does.
 TEST(ExitCode, LimitOfFileSizesIs4) {
-  for (const std::string name : {"a.exr", "a.png"}) {
+  const std::string render = "render plot.pbrt -q --pixel-samples 1 --integrator path ",
+                    noise = "render '" + std::string(cornell) +
+                            "' -q --float --pixel-samples 1 --integrator path --resolution 256x256 ";
+  const std::string penumbra = "penumbra --mask-scene plot.pbrt --mask-width 4 --height 1 --sun-irradiance 1 ",
+                    reflect = "canopy reflect plot.pbrt --samples 16 --view 0,0 ";
+  const struct {
+    std::string command, output;
+    int limit = 0;
+    std::string kept = {};  ///< a smaller output that fits
+  } table[] = {{noise + "-o a.exr", "a.exr", 8},
+               {noise + "-o a.png", "a.png", 8},
+               {noise + "--tiled -o a.exr", "a.exr", 300},  // in the second row of tiles
+               {noise + "--tiled --multi-part --aov all -o a.exr", "a.exr", 300},
+               {noise + "--multi-part --aov all -o a.exr", "a.exr", 8},
+               {render + "-o a.exr", "a.exr"},
+               {render + "-o a.exr --multi-part --aov all", "a.exr"},
+               {render + "--resolution 4x4 -o a.png --stats a.json", "a.json", 1, "a.png"},
+               {penumbra + "--mask-pixels 64x64 -o a.exr", "a.exr"},
+               {penumbra + "--mask-pixels 64x64 -o a.png", "a.png"},
+               {penumbra + "--mask-pixels 64x64 -o a.exr --write-mask mask.exr", "mask.exr"},
+               {penumbra + "--mask-pixels 4x4 -o a.png --stats a.json", "a.json", 1, "a.png"},
+               {"canopy solve canopy.json -o a.json", "a.json"},
+               {"canopy solve canopy.json --csv a.csv", "a.csv"},
+               {"canopy solve canopy.json --exr a.exr", "a.exr"},
+               {"canopy solve canopy.json --plot a.svg", "a.svg"},
+               {"canopy measure plot.pbrt --gap-rays 256 -o a.json", "a.json"},
+               {reflect + "-o a.json", "a.json"},
+               {reflect + "--csv a.csv", "a.csv"}};
+  for (const auto& row : table) {
     ScratchFolder folder;
-    const std::string command = "ulimit -f 8; exec '" + std::string(DAPPLE_BINARY) + "' render '" + cornell + "' -q --float --pixel-samples 1 --integrator path --resolution 256x256 -o " + name;
+    std::ofstream(folder.file("plot.pbrt")) << plot;
+    std::ofstream(folder.file("canopy.json")) << canopy;
+    // What the program says goes through a pipe, to which the limit does not apply.
+    const std::string command = "(ulimit -f " + std::to_string(row.limit) + "; exec '" + std::string(DAPPLE_BINARY) +
+                                "' " + row.command + ") 2>&1 | cat; exit ${PIPESTATUS[0]}";
     const ProcessResult result = run_process({"/bin/bash", "-c", command}, 60, folder.path().string());
-    EXPECT_EQ(result.exit_code, 4) << result.output;
-    EXPECT_NE(result.output.find("cannot write \"" + name + "\": File too large"), std::string::npos) << result.output;
-    EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "something was left behind";
+    EXPECT_EQ(result.exit_code, 4) << row.command << "\n" << result.output;
+    EXPECT_NE(result.output.find("cannot write \"" + row.output + "\": "), std::string::npos) << row.command << "\n"
+                                                                                              << result.output;
+    EXPECT_NE(result.output.find("File too large"), std::string::npos) << row.command << "\n" << result.output;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      const std::string name = entry.path().filename();
+      EXPECT_TRUE(name == "plot.pbrt" || name == "canopy.json" || name == row.kept) << row.command << " left " << name;
+    }
+  }
+}
+
+// Textures are written anew for reading at many scales.
+TEST(ExitCode, LimitOfFileSizesOfTexturesIs4) {
+  ScratchFolder folder;
+  const ProcessResult picture = run_dapple(
+      {"render", cornell, "-o", folder.file("a.exr"), "--float", "--pixel-samples", "1", "--resolution", "256x256"},
+      60);
+  ASSERT_EQ(picture.exit_code, 0) << picture.output;
+  std::ofstream(folder.file("scene.pbrt"))
+      << "Camera \"perspective\"\nWorldBegin\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\"\n"
+         "Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n";
+  const std::string command = "ulimit -f 200; exec '" + std::string(DAPPLE_BINARY) + "' render scene.pbrt -q -o b.exr";
+  const ProcessResult result = run_process({"/bin/bash", "-c", command}, 60, folder.path().string());
+  EXPECT_EQ(result.exit_code, 4) << result.output;
+  EXPECT_NE(result.output.find("cannot write temporary texture"), std::string::npos) << result.output;
+}
+
+// A device that is always full.
+TEST(ExitCode, FullDevicesAre4) {
+  ScratchFolder folder;
+  std::ofstream(folder.file("plot.pbrt")) << plot;
+  std::ofstream(folder.file("canopy.json")) << canopy;
+  for (const std::string command :
+       {"canopy measure plot.pbrt --gap-rays 256", "canopy reflect plot.pbrt --samples 16 --view 0,0"}) {
+    const ProcessResult result =
+        run_process({"/bin/bash", "-c", "exec '" + std::string(DAPPLE_BINARY) + "' " + command + " > /dev/full"}, 60,
+                    folder.path().string());
+    EXPECT_EQ(result.exit_code, 4) << command << "\n" << result.output;
+    EXPECT_NE(result.output.find("cannot write to standard output"), std::string::npos) << command << "\n"
+                                                                                        << result.output;
+  }
+  for (const std::string command :
+       {"canopy solve canopy.json -o /dev/full", "render plot.pbrt -o a.exr --stats /dev/full"}) {
+    const ProcessResult result = run_process(
+        {"/bin/bash", "-c", "exec '" + std::string(DAPPLE_BINARY) + "' " + command}, 60, folder.path().string());
+    EXPECT_EQ(result.exit_code, 4) << command << "\n" << result.output;
   }
 }
 
 TEST(ExitCode, UnknownCompressionIs2BeforeAnyWork) {
-  const ProcessResult result = run_dapple({"render", "no-such-scene.pbrt", "-o", "unused.exr", "--compression", "zap"}, 60);
+  const ProcessResult result =
+      run_dapple({"render", "no-such-scene.pbrt", "-o", "unused.exr", "--compression", "zap"}, 60);
   EXPECT_EQ(result.exit_code, 2) << result.output;
-  EXPECT_NE(result.output.find("unknown compression \"zap\", expected one of: none"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("unknown compression \"zap\", expected one of: none"), std::string::npos)
+      << result.output;
 }
 
 TEST(ExitCode, ViewsWithoutAConfigurationAre2BeforeAnyWork) {
@@ -116,9 +208,11 @@ TEST(ExitCode, BadResolutionAndCropAre2) {
   const auto check = [](const std::string& option, const std::string& text, const std::string& expected) {
     const ProcessResult result = run_dapple({"render", cornell, "-o", "unused.exr", option, text}, 60);
     EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.output.find(option + ": \"" + text + "\"; expected " + expected), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find(option + ": \"" + text + "\"; expected " + expected), std::string::npos)
+        << result.output;
   };
-  for (const char* bad : {"16", "16x", "x16", "16x16x16", "16,16", "0x16", "16x-1", "1.5x16", "0x10x16", "4294967312x16", "16x99999999999999999999"})
+  for (const char* bad : {"16", "16x", "x16", "16x16x16", "16,16", "0x16", "16x-1", "1.5x16", "0x10x16",
+                          "4294967312x16", "16x99999999999999999999"})
     check("--resolution", bad, "WIDTHxHEIGHT, such as 960x540");
   for (const char* bad : {"0,0,8", "0,0,8,8,8", "0,0,8,", "0,0,8,x", "0,0,4294967304,8", "0,0,8,99999999999999999999"})
     check("--crop", bad, "X0,Y0,X1,Y1 in pixels");
@@ -145,7 +239,8 @@ TEST(ExitCode, BadMaxPixelSamplesAre2) {
 TEST(ExitCode, BadMaxPixelSamplesOfSceneAre3) {
   ScratchFolder folder;
   const std::string scene = folder.file("samples.pbrt");
-  for (const char* bad : {"\"integer maxpixelsamples\" 0", "\"integer maxpixelsamples\" 2147483647", "\"float pixelnoise\" 0", "\"float pixelnoise\" -1"}) {
+  for (const char* bad : {"\"integer maxpixelsamples\" 0", "\"integer maxpixelsamples\" 2147483647",
+                          "\"float pixelnoise\" 0", "\"float pixelnoise\" -1"}) {
     std::ofstream(scene) << "Integrator \"distribution\" " << bad << "\nWorldBegin\n";
     const ProcessResult result = render_quickly({scene, "-o", folder.file("out.exr")});
     EXPECT_EQ(result.exit_code, 3) << bad << result.output;
@@ -164,12 +259,15 @@ TEST(ExitCode, CanopiesThatAreNoneAre3) {
   ScratchFolder folder;
   const std::string scene = folder.file("bare.pbrt");
   for (const char* integrator : {"canopy", "path"}) {
-    std::ofstream(scene) << "Camera \"perspective\"\nIntegrator \"" << integrator << "\"\nWorldBegin\nLightSource \"infinite\"\n";
+    std::ofstream(scene) << "Camera \"perspective\"\nIntegrator \"" << integrator
+                         << "\"\nWorldBegin\nLightSource \"infinite\"\n";
     const bool chosen = integrator == std::string("path");
-    const ProcessResult result = render_quickly(chosen ? std::vector<std::string>{scene, "-o", folder.file("a.exr"), "--integrator", "canopy"}
-                                                       : std::vector<std::string>{scene, "-o", folder.file("a.exr")});
+    const ProcessResult result =
+        render_quickly(chosen ? std::vector<std::string>{scene, "-o", folder.file("a.exr"), "--integrator", "canopy"}
+                              : std::vector<std::string>{scene, "-o", folder.file("a.exr")});
     EXPECT_EQ(result.exit_code, 3) << result.output;
-    EXPECT_NE(result.output.find(chosen ? "bare.pbrt with --integrator canopy:" : "bare.pbrt:2:1:"), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find(chosen ? "bare.pbrt with --integrator canopy:" : "bare.pbrt:2:1:"), std::string::npos)
+        << result.output;
   }
 }
 
@@ -189,24 +287,29 @@ TEST(ExitCode, BadShadowMasksAre3) {
   for (const char* bad : {"-1", "1025"}) check({"--mask-sky", bad}, "--mask-sky", "0 to 1024");
   for (const char* bad : {"0", "-1", "nan"}) check({"--mask-mb", bad}, "--mask-mb", "MB above 0");
   for (const char* bad : {"-1", "nan", "inf"}) check({"--far-ground", bad}, "--far-ground", "0 or more");
-  for (const char* bad : {"-1", "nan"}) check({"--far-ground", "5", "--ground-pixel", bad}, "--ground-pixel", "0 or more");
+  for (const char* bad : {"-1", "nan"})
+    check({"--far-ground", "5", "--ground-pixel", bad}, "--ground-pixel", "0 or more");
 
   ScratchFolder folder;
   const std::string scene = (folder.path() / "masks.pbrt").string();
-  std::ofstream(scene) << "Integrator \"distribution\" \"string sunshadows\" \"masks\" \"integer masklevels\" 3\nWorldBegin\n";
+  std::ofstream(scene)
+      << "Integrator \"distribution\" \"string sunshadows\" \"masks\" \"integer masklevels\" 3\nWorldBegin\n";
   const ProcessResult result = render_quickly({scene, "-o", (folder.path() / "out.exr").string()});
   EXPECT_EQ(result.exit_code, 3) << result.output;
   EXPECT_NE(result.output.find("masks.pbrt:1"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("masklevels"), std::string::npos) << result.output;
 
   // No sun: said once, and rays as ever. A pixel far too small for a sun's disc: refused.
-  const ProcessResult without = render_quickly({cornell, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks"});
+  const ProcessResult without =
+      render_quickly({cornell, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks"});
   EXPECT_EQ(without.exit_code, 0) << without.output;
   EXPECT_NE(without.output.find("no sun"), std::string::npos) << without.output;
   const std::string sunny = (folder.path() / "sunny.pbrt").string();
-  std::ofstream(sunny) << "LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\"\nWorldBegin\nLightSource \"sky\" \"float sunirradiance\" 1\n"
+  std::ofstream(sunny) << "LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\"\nWorldBegin\nLightSource \"sky\" \"float "
+                          "sunirradiance\" 1\n"
                           "Shape \"sphere\"\n";
-  const ProcessResult small = render_quickly({sunny, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks", "--mask-pixel", "1e-6"});
+  const ProcessResult small = render_quickly(
+      {sunny, "-o", (folder.path() / "out.exr").string(), "--sun-shadows", "masks", "--mask-pixel", "1e-6"});
   EXPECT_EQ(small.exit_code, 3) << small.output;
   EXPECT_NE(small.output.find("too wide"), std::string::npos) << small.output;
 }
@@ -236,15 +339,19 @@ AttributeEnd
   for (const char* integrator : {"path", "distribution"}) {
     const ProcessResult result = render_quickly({scene, "-o", folder.file("fog.png"), "--integrator", integrator});
     EXPECT_EQ(result.exit_code, 0) << result.output;
-    EXPECT_NE(result.output.find("fog.pbrt:5:1: medium \"fog\": \"density\" was above its bound of 1 at "), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("fog.pbrt:5:1: medium \"fog\": \"density\" was above its bound of 1 at "),
+              std::string::npos)
+        << result.output;
     EXPECT_NE(result.output.find("\"density\" was negative or not finite at "), std::string::npos) << result.output;
-    EXPECT_EQ(render_quickly({scene, "-o", folder.file("fog.png"), "--integrator", integrator, "--strict"}).exit_code, 3);
+    EXPECT_EQ(render_quickly({scene, "-o", folder.file("fog.png"), "--integrator", integrator, "--strict"}).exit_code,
+              3);
   }
 }
 
 TEST(Render, WritesExrAndPngOfOneRendering) {
   ScratchFolder folder;
-  const ProcessResult result = render_quickly({cornell, "-o", folder.file("image.exr"), "-o", folder.file("image.png")});
+  const ProcessResult result =
+      render_quickly({cornell, "-o", folder.file("image.exr"), "-o", folder.file("image.png")});
   EXPECT_EQ(result.exit_code, 0) << result.output;
   for (const char* name : {"image.exr", "image.png"}) {
     const Picture p = load_picture(folder.file(name));
@@ -275,7 +382,8 @@ TEST(Render, CropsEndAtTheImage) {
     EXPECT_EQ(p.height, 8) << crop;
   }
   for (const char* crop : {"-5,-5,0,8", "16,0,20,8", "5,5,4,8"})
-    EXPECT_EQ(render_quickly({cornell, "-o", folder.file("b.png"), "--crop=" + std::string(crop)}).exit_code, 2) << crop;
+    EXPECT_EQ(render_quickly({cornell, "-o", folder.file("b.png"), "--crop=" + std::string(crop)}).exit_code, 2)
+        << crop;
 }
 
 // Rationale: an option that does nothing is a mistake of somebody.
@@ -292,16 +400,23 @@ TEST(Render, NamesOptionsWithoutEffect) {
     EXPECT_TRUE(warns("a.exr", {option, "16"}, "--sun-shadows masks")) << option;
     EXPECT_FALSE(warns("a.exr", {option, "16", "--sun-shadows", "masks"}, "")) << option;
   }
-  const ProcessResult ao = render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", "ao", "--mask-levels", "16"});
+  const ProcessResult ao =
+      render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", "ao", "--mask-levels", "16"});
   EXPECT_NE(ao.output.find("--mask-levels has no effect with --integrator ao"), std::string::npos) << ao.output;
   EXPECT_TRUE(warns("a.exr", {"--ground-pixel", "1"}, "--far-ground"));
   EXPECT_FALSE(warns("a.exr", {"--ground-pixel", "1", "--far-ground", "5"}, ""));
-  for (const std::vector<std::string>& option : std::vector<std::vector<std::string>>{
-           {"--aov", "depth"}, {"--light-groups"}, {"--half"}, {"--float"}, {"--tiled"}, {"--multi-part"}, {"--compression", "zip"}}) {
+  for (const std::vector<std::string>& option : std::vector<std::vector<std::string>>{{"--aov", "depth"},
+                                                                                      {"--light-groups"},
+                                                                                      {"--half"},
+                                                                                      {"--float"},
+                                                                                      {"--tiled"},
+                                                                                      {"--multi-part"},
+                                                                                      {"--compression", "zip"}}) {
     EXPECT_TRUE(warns("a.png", option, "an output of type .exr")) << option[0];
     EXPECT_FALSE(warns("a.exr", option, "")) << option[0];
   }
-  for (const char* option : {"--view", "--display", "--ocio"}) EXPECT_TRUE(warns("a.exr", {option, "x"}, "an output of type .png")) << option;
+  for (const char* option : {"--view", "--display", "--ocio"})
+    EXPECT_TRUE(warns("a.exr", {option, "x"}, "an output of type .png")) << option;
   EXPECT_TRUE(warns("a.exr", {"--png-bits", "16"}, "an output of type .png"));
   EXPECT_FALSE(warns("a.png", {"--png-bits", "16"}, ""));
 }
@@ -367,7 +482,8 @@ TEST(Render, WritesTheLayersAskedFor) {
 TEST(Render, ShowsTheRadiosityCache) {
   ScratchFolder folder;
   const std::string out = folder.file("a.exr");
-  const std::vector<std::string> cached{"--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "2", "--shadow-rays", "1"};
+  const std::vector<std::string> cached{
+      "--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "2", "--shadow-rays", "1"};
   const auto run = [&](std::vector<std::string> options) {
     options.insert(options.begin(), {cornell, "-o", out});
     options.insert(options.end(), cached.begin() + 2, cached.end());
@@ -382,7 +498,8 @@ TEST(Render, ShowsTheRadiosityCache) {
     ASSERT_EQ(run({"--show-cache", view, "--integrator", "distribution"}), 0) << view;
     const auto in = OIIO::ImageInput::open(out);
     ASSERT_TRUE(in);
-    for (const char* channel : {"R", "cache_level.coarse", "cache_level.shaded", "cache_age", "cache_fills", "cache_reuse"})
+    for (const char* channel :
+         {"R", "cache_level.coarse", "cache_level.shaded", "cache_age", "cache_fills", "cache_reuse"})
       EXPECT_GE(in->spec().channelindex(channel), 0) << channel;
   }
 }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "tests/support/dapple_program.h"
@@ -25,7 +26,9 @@ TEST_P(Interrupt, WritesThePartialImage) {
   process.send(GetParam());
   const ProcessResult result = process.wait(60);
   EXPECT_EQ(result.exit_code, 130) << result.output;
-  EXPECT_NE(result.output.find("interrupted: finishing what is under way; once more stops at once\n"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("interrupted: finishing what is under way; once more stops at once\n"),
+            std::string::npos)
+      << result.output;
 
   // Light of any number of bounces, as far as it came: near the reference's mean, and finite.
   const Picture p = load_picture(image);
@@ -46,9 +49,11 @@ TEST(InterruptedFirstPass, KeepsTheOlderImage) {
   ScratchFolder folder;
   const std::string image = folder.file("image.exr"), partial = folder.file("image.partial.exr");
   const auto run = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> all{DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--resolution", "512x512"};
-    all.insert(all.end(), {"--threads", "1", "--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "64", "--shadow-rays", "4",
-                           "--radiosity-cache", "off", "--irradiance-interpolation", "off", "--denoise", "off"});
+    std::vector<std::string> all{DAPPLE_BINARY,  "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image,
+                                 "--resolution", "512x512"};
+    all.insert(all.end(), {"--threads", "1", "--integrator", "distribution", "--bounces", "1", "--diffuse-rays", "64",
+                           "--shadow-rays", "4", "--radiosity-cache", "off", "--irradiance-interpolation", "off",
+                           "--denoise", "off"});
     all.insert(all.end(), options.begin(), options.end());
     Process process(all);
     std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
@@ -73,8 +78,9 @@ TEST(InterruptedFirstPass, KeepsTheOlderImage) {
 
 TEST(SecondSignal, OfTheOtherKindEndsTheProgramAtOnce) {
   ScratchFolder folder;
-  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", folder.file("a.exr"), "--integrator", "distribution",
-                   "--diffuse-rays", "65536", "--radiosity-cache", "off", "--irradiance-interpolation", "off"});  // a block takes minutes
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", folder.file("a.exr"),
+                   "--integrator", "distribution", "--diffuse-rays", "65536", "--radiosity-cache", "off",
+                   "--irradiance-interpolation", "off"});  // a block takes minutes
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
   process.send(SIGINT);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -86,8 +92,8 @@ TEST(SecondSignal, OfTheOtherKindEndsTheProgramAtOnce) {
 TEST_P(Interrupt, StopsWithinABlock) {
   ScratchFolder folder;
   const std::string image = folder.file("a.exr");
-  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--integrator", "distribution",
-                   "--diffuse-rays", "65536", "--shadow-rays", "65536", "--resolution", "64x64"});
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--integrator",
+                   "distribution", "--diffuse-rays", "65536", "--shadow-rays", "65536", "--resolution", "64x64"});
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 15 : 2));
   const auto start = std::chrono::steady_clock::now();
   process.send(GetParam());
@@ -97,11 +103,13 @@ TEST_P(Interrupt, StopsWithinABlock) {
   EXPECT_TRUE(std::filesystem::exists(image));
 }
 
-// Before rendering begins, there is nothing to save. Dicing for so many pixels takes half a minute; it is to end long before.
+// Before rendering begins, there is nothing to save. Dicing for so many pixels takes half a minute; it is to end long
+// before.
 TEST_P(Interrupt, EndsLoadingAndSetUp) {
   ScratchFolder folder;
   const std::string image = folder.file("a.exr");
-  Process process({DAPPLE_BINARY, "render", source_path("scenes/subdivision/figures.pbrt"), "-o", image, "--resolution", "4096x4096", "--crop", "0,0,8,8"});
+  Process process({DAPPLE_BINARY, "render", source_path("scenes/subdivision/figures.pbrt"), "-o", image, "--resolution",
+                   "4096x4096", "--crop", "0,0,8,8"});
   std::this_thread::sleep_for(std::chrono::milliseconds(sanitized() ? 5000 : 2500));
   process.send(GetParam());
   const ProcessResult result = process.wait(sanitized() ? 60 : 8);
@@ -112,16 +120,155 @@ TEST_P(Interrupt, EndsLoadingAndSetUp) {
 TEST(Hangup, IsIgnoredWhereItWasFromTheStart) {
   ScratchFolder folder;
   const std::string image = folder.file("a.exr");
-  Process process({"/usr/bin/env", "--ignore-signal=HUP", DAPPLE_BINARY, "render", source_path("scenes/cornell-box/cornell.pbrt"), "-o", image,
-                   "--resolution", "64x64", "--pixel-samples", "1000000", "--time-limit", sanitized() ? "20" : "3"});
+  Process process({"/usr/bin/env", "--ignore-signal=HUP", DAPPLE_BINARY, "render",
+                   source_path("scenes/cornell-box/cornell.pbrt"), "-o", image, "--resolution", "64x64",
+                   "--pixel-samples", "1000000", "--time-limit", sanitized() ? "20" : "3"});
   std::this_thread::sleep_for(std::chrono::seconds(sanitized() ? 10 : 1));
   process.send(SIGHUP);
   const ProcessResult result = process.wait(90);
   EXPECT_EQ(result.exit_code, 0) << result.output;
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM, SIGHUP),
-                         [](const auto& test) { return test.param == SIGINT ? "SIGINT" : test.param == SIGTERM ? "SIGTERM" : "SIGHUP"; });
+constexpr const char* plot = R"(Camera "perspective"
+WorldBegin
+LightSource "distant" "rgb L" [ 2 2 2 ] "point3 from" [ 1 0 2 ] "point3 to" [ 0 0 0 ]
+Shape "bilinearmesh" "point3 P" [ -2 -2 0  2 -2 0  -2 2 0  2 2 0 ]
+Material "diffusetransmission"
+Translate 0 0 1
+Shape "sphere" "float radius" .5
+)";
+
+/// Layers that take seconds to solve.
+std::string thick_canopy() {
+  std::string layers, spectrum, light;
+  for (int i = 0; i < 12; ++i)
+    spectrum += (i ? ", " : "") + std::string(".4"), light += (i ? ", " : "") + std::string("100");
+  for (int i = 0; i < 10; ++i)
+    layers += std::string(i ? ", " : "") + R"({"bottom_m": )" + std::to_string(i) + R"(, "top_m": )" +
+              std::to_string(i + 1) + R"(, "leaf_area_index": 1, "reflectance": [)" + spectrum +
+              R"(], "transmittance": [)" + spectrum + "]}";
+  return R"({"layers": [)" + layers + R"(], "ground": {"reflectance": [)" + spectrum +
+         R"(]}, "sky": {"type": "uniform", "irradiance_W_m2": [)" + light +
+         R"(]}, "quadrature": {"nodes": 24, "modes": 12, "slabs": 10}})";
+}
+
+// All that the other commands do takes minutes here, but for `solve` with its second. There is nothing to save.
+TEST_P(Interrupt, EndsOtherCommands) {
+  const struct {
+    const char* name;
+    std::vector<std::string> arguments;
+    int after_ms;
+  } commands[] = {
+      {"solve", {"canopy", "solve", "canopy.json", "-o", "out.json", "--exr", "out.exr"}, 50},
+      {"measure", {"canopy", "measure", "plot.pbrt", "--gap-rays", "268435456", "-o", "out.json"}, 500},
+      {"reflect", {"canopy", "reflect", "plot.pbrt", "--samples", "4194304", "--view", "0,0", "-o", "out.json"}, 500},
+      {"penumbra",
+       {"penumbra", "--mask-scene", "plot.pbrt", "--mask-width", "4", "--height", "1", "--sun-irradiance", "1",
+        "--mask-pixels", "4096x4096", "--mask-samples", "1024", "-o", "out.exr"},
+       500}};
+  for (const auto& command : commands) {
+    ScratchFolder folder;
+    std::ofstream(folder.file("plot.pbrt")) << plot;
+    std::ofstream(folder.file("canopy.json")) << thick_canopy();
+    std::vector<std::string> arguments{DAPPLE_BINARY};
+    arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
+    Process process(arguments, folder.path().string());
+    ASSERT_TRUE(process.wait_until_it_answers(GetParam(), 60)) << process.output();
+    std::this_thread::sleep_for(std::chrono::milliseconds(command.after_ms));
+    const auto start = std::chrono::steady_clock::now();
+    process.send(GetParam());
+    const ProcessResult result = process.wait(90);
+    EXPECT_EQ(result.exit_code, 130) << command.name << ": " << result.output;
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), sanitized() ? 30 : 3)
+        << command.name;
+    EXPECT_NE(result.output.find("interrupted: there is no "), std::string::npos)
+        << command.name << ": " << result.output;
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), std::filesystem::directory_iterator()),
+              2)
+        << command.name;
+  }
+}
+
+bool is_writing(const ScratchFolder& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    if (entry.path().extension() == ".part") return true;
+  return false;
+}
+
+// While an image with its layers is written, seconds long: one signal lets it be completed, and says so; a second one
+// ends the program, and no part of a file is left. Writers of several parts make their file by themselves.
+TEST(InterruptedWriting, CompletesTheFileOrLeavesNone) {
+  for (const std::string parts : {"", "--multi-part"})
+    for (const bool twice : {false, true}) {
+      ScratchFolder folder;
+      std::ofstream(folder.file("plot.pbrt")) << plot;
+      std::vector<std::string> arguments{
+          DAPPLE_BINARY,  "render",    "plot.pbrt",       "-o", "a.exr",     "--aov", "all",
+          "--resolution", "1024x1024", "--pixel-samples", "1",  "--bounces", "0"};
+      if (!parts.empty()) arguments.push_back(parts);
+      Process process(arguments, folder.path().string());
+      ASSERT_TRUE(process.wait_until_it_answers(SIGTERM, 60)) << process.output();
+      for (int i = 0; i < 12000 && !is_writing(folder) && !std::filesystem::exists(folder.file("a.exr")); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      process.send(SIGTERM);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (twice) process.send(SIGINT);
+      const ProcessResult result = process.wait(120);
+      if (twice) {
+        EXPECT_EQ(result.signal, SIGINT) << result.output;
+        EXPECT_FALSE(std::filesystem::exists(folder.file("a.exr")));
+      } else {
+        EXPECT_EQ(result.exit_code, 130) << result.output;
+        EXPECT_NE(result.output.find("interrupted when the image was whole"), std::string::npos) << result.output;
+        EXPECT_EQ(load_picture(folder.file("a.exr")).width, 1024);
+      }
+      EXPECT_FALSE(is_writing(folder)) << parts;
+    }
+}
+
+// Pictures of a day that were written before the signal are whole, and it is said.
+TEST(InterruptedWriting, KeepsTheFramesBefore) {
+  ScratchFolder folder;
+  std::ofstream(folder.file("plot.pbrt")) << plot;
+  Process process({DAPPLE_BINARY,
+                   "penumbra",
+                   "--mask-scene",
+                   "plot.pbrt",
+                   "--mask-width",
+                   "4",
+                   "--height",
+                   "1",
+                   "--sun-irradiance",
+                   "1",
+                   "--mask-pixels",
+                   "256x256",
+                   "--mask-samples",
+                   "1",
+                   "--location",
+                   "0,0",
+                   "--date",
+                   "2024-06-21",
+                   "--time-range",
+                   "08:00-16:00",
+                   "--frames",
+                   "4000",
+                   "-o",
+                   "day.exr"},
+                  folder.path().string());
+  const std::string third = folder.file("day.0003.exr");
+  for (int i = 0; i < 12000 && !std::filesystem::exists(third); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  process.send(SIGINT);
+  const ProcessResult result = process.wait(90);
+  EXPECT_EQ(result.exit_code, 130) << result.output;
+  EXPECT_NE(result.output.find("the files written before are whole"), std::string::npos) << result.output;
+  EXPECT_EQ(load_picture(third).width, 256);
+  EXPECT_FALSE(is_writing(folder));
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, testing::Values(SIGINT, SIGTERM, SIGHUP), [](const auto& test) {
+  return test.param == SIGINT ? "SIGINT" : test.param == SIGTERM ? "SIGTERM" : "SIGHUP";
+});
 
 }  // namespace
 }  // namespace dapple::test

@@ -12,6 +12,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/image/atomic_file.h"
+#include "dapple/image/mip_pyramid.h"
 #include "tests/image/temporary_folder.h"
 
 namespace dapple::image {
@@ -276,6 +277,23 @@ TEST(ImageWriter, FailuresLeaveTheOldFileAndNoRest) {
     EXPECT_GT(read_bytes(folder.file(name)).size(), 20000u);
   }
   EXPECT_EQ(folder.names().size(), 2u);
+}
+
+// Rationale: OpenEXR's tiled writers wait without end where writing goes on after an error. The limit is passed within
+// the second row of tiles.
+TEST(ImageWriter, FailuresInLaterTilesEnd) {
+  const TemporaryFolder folder;
+  OutputImage noise = make_picture(256, 256);
+  for (ImageLayer& layer : noise.layers)
+    for (size_t i = 0; i < layer.pixels.size(); ++i) layer.pixels[i] = to_unit_float(mix(i));
+  Image texture(256, 256, 3);
+  for (size_t i = 0; i < texture.pixels().size(); ++i) texture.pixels()[i] = to_unit_float(mix(i));
+  const FileSizeLimit limit(100000);
+  for (const bool multi_part : {false, true})
+    EXPECT_THROW(write_exr(folder.file("a.exr"), noise, {.multi_part = multi_part, .tile_size = 64}), IoError)
+        << multi_part;
+  EXPECT_TRUE(folder.names().empty());
+  EXPECT_THROW(write_mip_pyramid(folder.file("texture.exr"), texture, SampleType::half_float), IoError);
 }
 
 // Rationale: a file beside the output is the user's, whatever its name, and two processes may write to one name.

@@ -65,6 +65,19 @@ void Process::send(int signal) {
   kill(pid_, signal);
 }
 
+bool Process::wait_until_it_answers(int signal, double timeout) const {
+  for (const double start = now(); now() - start < timeout;) {
+    std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+    for (std::string word; status >> word;)
+      if (uint64_t caught = 0; word == "SigCgt:" && status >> std::hex >> caught && (caught >> (signal - 1) & 1))
+        return true;
+    siginfo_t ended{};
+    if (waitid(P_PID, id_t(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 || ended.si_pid != 0) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
 std::string Process::output() const {
   std::ostringstream text;
   text << std::ifstream(folder_.file("output"), std::ios::binary).rdbuf();

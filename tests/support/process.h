@@ -42,6 +42,9 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send(int signal);
+  /// Waits until it answers the signal by code of its own: before, a program is still being loaded. False where it
+  /// ended or took `timeout` seconds.
+  bool wait_until_it_answers(int signal, double timeout) const;
   std::string output() const;  ///< so far
   /// Waits for its end, and kills it after `timeout` seconds.
   ProcessResult wait(double timeout);
