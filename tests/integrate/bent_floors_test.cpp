@@ -59,8 +59,8 @@ Shape "bilinearmesh" "point3 P" [ -5 4 0  5 4 0  -5 4 3  5 4 3 ]
       const auto built = test::build_text(text);
       PathIntegrator::Settings path;
       path.diffuse_bounces = 1;
-      const RGB right = test::render_built(built, 128, path).mean();
-      test::expect_near(test::render_built(built, 16, cached(1)).mean(), right, 0.015f, std::string(material) + " from " + std::to_string(int(angle)));
+      const RGB right = test::render_built(built, 256, path).mean();
+      test::expect_near(test::render_built(built, 16, cached(1)).mean(), right, 1e-6f, std::string(material) + " from " + std::to_string(int(angle)));
     }
 }
 

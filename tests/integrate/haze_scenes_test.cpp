@@ -106,11 +106,11 @@ Shape "bilinearmesh" "point3 P" [ 2 -1 .8  1 -1.5 .8  2 1 1  1 1 2 ]
     for (const int bounces : {0, 3}) {
       PathIntegrator::Settings path;
       path.diffuse_bounces = bounces;
-      const RGB right = render_built(built, 512, path).mean();
+      const RGB right = render_built(built, 2048, path).mean();
       DistributionIntegrator::Settings settings = cached(bounces);
       settings.shading.shadow_rays = {16};
       settings.shading.diffuse_rays = {64, 16};
-      test::expect_near(render_built(built, 64, settings).mean(), right, 0.015f, std::string(place.name) + ", " + std::to_string(bounces) + " bounces");
+      test::expect_near(render_built(built, 64, settings).mean(), right, 1e-6f, std::string(place.name) + ", " + std::to_string(bounces) + " bounces");
     }
   }
 }

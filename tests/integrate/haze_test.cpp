@@ -73,7 +73,7 @@ class SurfacesInHaze : public testing::TestWithParam<Haze> {};
 TEST_P(SurfacesInHaze, AreLitAsByPaths) {
   const auto built = build_text(GetParam().text);
   for (const int n : {0, 3})
-    expect_near(render_built(built, 16, settings(n)).mean(), render_built(built, 1024, bounces(n, 16)).mean(), .013f,
+    expect_near(render_built(built, 16, settings(n)).mean(), render_built(built, 2048, bounces(n, 16)).mean(), 1e-6f,
                 std::to_string(n));
 }
 

@@ -102,8 +102,9 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
     }
     return sum / n;
   };
-  const Bsdf layered[] = {Bsdf::make_coated_diffuse(RGB(0.5f), 1.5f, 0, 0, {}), Bsdf::make_coated_diffuse(RGB(0.9f), 1.33f, 0.1f, 0.1f, {}),
-                          Bsdf::make_subsurface(1.4f, 0, 0, RGB(1), RGB(0.9f), 0, RGB(0.6f))};
+  const Bsdf layered[] = {Bsdf::make_coated_diffuse(RGB(0.5f), 1.5f, 0, 0, {}),
+                          Bsdf::make_coated_diffuse(RGB(0.9f), 1.33f, 0.1f, 0.1f, {}),
+                          Bsdf::make_subsurface(1.4f, 0, 0, RGB(1), RGB(0.9f), 0, {{{0.6f}, {0.6f}, {0.6f}}})};
   for (const Bsdf& b : layered) {
     Bsdf whole = b, under = b, coat = b;
     whole.flatten();
@@ -122,10 +123,14 @@ TEST(Coat, PartsOfAFlattenedOneAddUp) {
   coat.keep_coat(V3f(0, 0, 1));
   EXPECT_EQ(Bsdf::make_diffuse(RGB(0.5f)).crossing(0.3f).g, 1);
   for (const float theta : {10.0f, 50.0f, 70.0f, 80.0f}) {
-    const float from_under = test::directional_albedo(varnish, up(theta, 0), 40000).g - test::directional_albedo(coat, up(theta, 0), 40000).g;
-    EXPECT_NEAR(under.reflectance.g * under.crossing(std::cos(theta * pi / 180)).g, from_under, (theta > 75 ? 0.1f : 0.02f) * from_under) << theta;
+    const float from_under = test::directional_albedo(varnish, up(theta, 0), 40000).g -
+                             test::directional_albedo(coat, up(theta, 0), 40000).g;
+    EXPECT_NEAR(under.reflectance.g * under.crossing(std::cos(theta * pi / 180)).g, from_under,
+                (theta > 75 ? 0.1f : 0.02f) * from_under)
+        << theta;
   }
-  Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, 0, 0, {}), flat = metal, rest = metal;
+  Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, 0, 0, {}), flat = metal,
+       rest = metal;
   flat.flatten();
   rest.flatten();
   rest.remove_coat();
@@ -156,7 +161,8 @@ TEST(Coat, AlbedoFollowsRoughness) {
     const Bsdf metal = Bsdf::make_coated_conductor(test::gold_eta, test::gold_k, 0.1f, 0.1f, 1.5f, alpha, alpha, {});
     EXPECT_NEAR(metal.albedo().g, mean_albedo(metal), 0.06f) << alpha;
   }
-  for (const float alpha : {0.0f, 0.5f}) EXPECT_NEAR(Bsdf::make_coated_diffuse(RGB(0.5f), 1, alpha, alpha, {}).albedo().g, 0.49f, 0.05f);  // no coat
+  for (const float alpha : {0.0f, 0.5f})
+    EXPECT_NEAR(Bsdf::make_coated_diffuse(RGB(0.5f), 1, alpha, alpha, {}).albedo().g, 0.49f, 0.05f);  // no coat
 }
 
 // A coat lies on both sides of what it covers, whichever way its normals point.

@@ -23,14 +23,8 @@ Part parts_of(const Bsdf& b) {
   return b.reflects_only ? part_reflection : part_both;
 }
 
-/// Chance with which diffuse_transmission reflects.
-float reflect_chance(const Bsdf& b) {
-  const float r = b.reflectance.max(), t = b.transmittance.max();
-  return r + t > 0 ? r / (r + t) : 0;
-}
-
 bool sample_diffuse_transmission(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, BsdfSample* out) {
-  const float chance = reflect_chance(b);
+  const float chance = b.reflect_chance();
   V3f wi = square_to_cosine_hemisphere(u2);
   if (wo.z == 0 || wi.z <= 0 || (b.reflectance.is_black() && b.transmittance.is_black())) return false;
   const bool reflected = u1 < chance;
@@ -54,14 +48,15 @@ bool finish(bool ok, const InterfaceSample<Weight>& s, BsdfSample* out) {
   return true;
 }
 
-// What single scattering among facets loses, up to half from inside, is drawn anew: many internal reflections would make a dark body of it.
-// Reciprocity says how much of it leaves: of what is lost from inside a share of (.2 + .22 alpha^2) / ior^2, our fit to our
-// own integration for indices from 1.2 to 1.8 and all roughnesses.
+// What single scattering among facets loses, up to half from inside, is drawn anew: many internal reflections would
+// make a dark body of it. Reciprocity says how much of it leaves: of what is lost from inside a share of (.2 + .22
+// alpha^2) / ior^2, our fit to our own integration for indices from 1.2 to 1.8 and all roughnesses.
 bool sample_lossless(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) {
   constexpr int max_draws = 64;
   const DielectricInterface boundary = dielectric_of(b);
   InterfaceSample<float> s;
-  if (b.reflects_only || boundary.is_smooth()) return finish(boundary.sample(wo, u1, u2, Transport::radiance, parts_of(b), &s), s, out);
+  if (b.reflects_only || boundary.is_smooth())
+    return finish(boundary.sample(wo, u1, u2, Transport::radiance, parts_of(b), &s), s, out);
   KeyedRng rng(key);
   const float leaving = (0.2f + 0.11f * (sqr(b.alpha_x) + sqr(b.alpha_y))) / sqr(b.ior);
   Part parts = part_both;
@@ -130,25 +125,31 @@ float ggx_mean_albedo(float alpha_x, float alpha_y) {
   return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
 }
 
-// What becomes of diffuse light at a rough dielectric: what is scattered more than once between its facets is lost. Our fits to our own
-// integration, within 0.006 for indices from 1.33 to 1.8.
+// What becomes of diffuse light at a rough dielectric: what is scattered more than once between its facets is lost. Our
+// fits to our own integration, within 0.006 for indices from 1.33 to 1.8.
 
 /// The share that it mirrors of light from above, where a smooth one mirrors `smooth`.
-float rough_coat_reflectance(float a, float smooth) { return smooth > 0 ? smooth / (1 + 0.157f / smooth * a * (1 + a)) : 0; }
+float rough_coat_reflectance(float a, float smooth) {
+  return smooth > 0 ? smooth / (1 + 0.157f / smooth * a * (1 + a)) : 0;
+}
 
 /// The share of what crosses a smooth one that crosses it, either way.
-float rough_coat_crossing(float a) { return 1 + a * (0.105f + a * (-0.417f + 0.167f * a)); }
+float rough_coat_crossing(float a) {
+  return 1 + a * (0.105f + a * (-0.417f + 0.167f * a));
+}
 
 /// The share that it sends back of light from below, where a smooth one sends back `smooth`.
-float rough_coat_return(float a, float smooth) { return smooth > 0 ? smooth / (1 + 1.65f * std::pow(a, 1.74f) / std::pow(smooth, 1.3f)) : 0; }
+float rough_coat_return(float a, float smooth) {
+  return smooth > 0 ? smooth / (1 + 1.65f * std::pow(a, 1.74f) / std::pow(smooth, 1.3f)) : 0;
+}
 
 // Of which the coat mirrors `mirrored`.
 RGB coated_albedo(const Bsdf& b, float* mirrored) {
   const bool diffuse = b.base == BsdfKind::diffuse;
   const RGB base = diffuse ? b.reflectance : mean_fresnel(b.eta, b.k) * ggx_mean_albedo(b.base_alpha_x, b.base_alpha_y);
   const float rough = std::min(mean_alpha(b.alpha_x, b.alpha_y), 1.0f), crossing = rough_coat_crossing(rough);
-  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal under a smooth coat sends
-  // it back about as it came.
+  // A diffuse base spreads light over the hemisphere, of which the share entered / ior^2 leaves; a smooth metal under a
+  // smooth coat sends it back about as it came.
   const float spread = diffuse ? 1 : std::min(2 * (mean_alpha(b.base_alpha_x, b.base_alpha_y) + rough), 1.0f);
   RGB sum;
   for (int c = 0; c < 3; ++c) {
@@ -247,46 +248,36 @@ Bsdf Bsdf::make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_
   return b;
 }
 
-Bsdf Bsdf::make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g, RGB reflectance) {
+Bsdf Bsdf::make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g,
+                           const std::array<HalfSpaceTable::Entry, 3>& inside) {
   Bsdf b = make_dielectric(ior, alpha_x, alpha_y);
   b.kind = BsdfKind::subsurface;
   b.extinction = sigma_t;
   b.medium_albedo = albedo;
   b.g = g;
-  b.reflectance = reflectance;
   for (int c = 0; c < 3; ++c) {
-    const float reduced = albedo[c] * (1 - g) / (1 - albedo[c] * g);
-    b.k[c] = std::min(std::sqrt(std::max(1 - reduced, 0.0f)), 0.999f);
+    const HalfSpaceTable::Entry& entry = inside[size_t(c)];
+    b.reflectance[c] = entry.reflectance;
+    for (size_t k = 0; k < 3; ++k) b.escape_terms[k][c] = entry.escape[k];
   }
-  static const QuadratureRule rule = gauss_legendre(16, 0, 1);
-  RGB mean;
-  for (size_t i = 0; i < rule.x.size(); ++i) mean += b.escape(float(rule.x[i])) * float(2 * rule.x[i] * rule.w[i]);
-  b.eta = RGB(1) / mean;
   return b;
 }
 
 Bsdf Bsdf::make_entering(const Bsdf& boundary) {
   Bsdf b = make_diffuse(RGB(1));
   b.ior = boundary.ior;
-  b.k = boundary.k;
-  b.eta = boundary.eta * float(1 - fresnel_diffuse(double(boundary.ior)));
+  b.escape_terms = boundary.escape_terms;
+  for (RGB& term : b.escape_terms) term *= float(1 - fresnel_diffuse(double(boundary.ior)));
   b.extinction = boundary.extinction;
   return b;
 }
 
-// 1 - sqrt(1 - albedo) H(mu) at the cosine inside, times what the boundary lets through.
 RGB Bsdf::escape(float cosine) const {
   const float c = std::abs(cosine), sin2 = (1 - c * c) / (ior * ior);
   if (sin2 >= 1) return {};
   const float mu = std::sqrt(1 - sin2), through = 1 - fresnel_dielectric(c, ior);
-  const float logarithm = mu > 0 ? std::log((1 + mu) / mu) / 2 : 0;
-  RGB out;
-  for (int i = 0; i < 3; ++i) {
-    const float r0 = (1 - k[i]) / (1 + k[i]), albedo = 1 - k[i] * k[i];
-    const float h = 1 / (1 - albedo * mu * (r0 + (1 - 2 * r0 * mu) * logarithm));
-    out[i] = std::max(1 - k[i] * h, 0.0f) * through;
-  }
-  return out;
+  const RGB shape = escape_shape(escape_terms, mu);
+  return RGB(std::max(shape.r, 0.0f), std::max(shape.g, 0.0f), std::max(shape.b, 0.0f)) * through;
 }
 
 Bsdf Bsdf::make_passthrough() {
@@ -295,158 +286,9 @@ Bsdf Bsdf::make_passthrough() {
   return b;
 }
 
-namespace {
-
-V3f mirrored_at(const V3f& w, const V3f& n) { return w - n * (2 * dot(w, n)); }
-
-/// S, for the cosines of wi with either normal and that between these.
-float shadowing(float geometric, float shading, float between) {
-  const float ratio = std::min(1.0f, geometric / std::max(shading * between, 1e-9f));
-  return ratio * (2 - ratio);
-}
-
-}  // namespace
-
-float Bsdf::mean_terminator() const {
-  if (!bent) return 1;
-  constexpr int steps = 32;  // of the angle between the normals, to 90 degrees
-  static const std::array<float, steps + 1> means = [] {
-    std::array<float, steps + 1> out;
-    constexpr int across = 32, around = 128;
-    for (int i = 0; i <= steps; ++i) {
-      const float t = float(i) * (pi / 2) / steps, between = std::cos(t);
-      double sum = 0;
-      int above = 0;
-      for (int a = 0; a < across; ++a)
-        for (int b = 0; b < around; ++b) {  // equal shares of cosine-weighted solid angle about the shading normal
-          const float r = std::sqrt((float(a) + 0.5f) / across), z = std::sqrt(1 - r * r);
-          const float geometric = std::sin(t) * r * std::cos((float(b) + 0.5f) * (2 * pi / around)) + between * z;
-          if (!(geometric > 0)) continue;
-          sum += double(shadowing(geometric, z, between));
-          ++above;
-        }
-      out[size_t(i)] = float(sum / above);
-    }
-    return out;
-  }();
-  const float x = std::acos(std::clamp(dot(frame.n, ng), 0.0f, 1.0f)) * (steps / (pi / 2));
-  const int i = std::min(int(x), steps - 1);
-  return lerp(x - float(i), means[size_t(i)], means[size_t(i) + 1]);
-}
-
-void Bsdf::bend(const V3f& Ng) {
-  bent = true;
-  ng = dot(frame.n, Ng) < 0 ? -Ng : Ng;
-}
-
-void Bsdf::keep_surface(const Bsdf& of) {
-  frame = of.frame;
-  bent = of.bent;
-  ng = of.ng;
-}
-
-float Bsdf::terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const {
-  const float above = dot(wi, geometric), seen = dot(wi, shading);
-  if (!(above * seen > 0)) return 0;
-  return shadowing(std::abs(above), std::abs(seen), std::abs(dot(shading, geometric)));
-}
-
-// The shading frame, turned towards wo as far as that the cosine of wo is half of what it is for the geometric normal, at most .1: continuous
-// where it begins, and as much seen from below as from above.
-Frame Bsdf::frame_seen_from(const V3f& wo) const {
-  const float geometric = dot(ng, wo), sign = geometric < 0 ? -1.0f : 1.0f;
-  const float cosine = sign * dot(frame.n, wo), least = std::min(0.5f * std::abs(geometric), 0.1f);
-  if (cosine >= least) return frame;
-  const V3f along = frame.n - wo * (sign * cosine);
-  const float l2 = length2(along);
-  if (!(l2 > 1e-12f)) return frame;
-  return Frame(normalize(along * (std::sqrt(1 - sqr(least)) / std::sqrt(l2)) + wo * (sign * least)), frame.s);
-}
-
-// Where a kind that is not diffuse sends light, folded at the surface: what is reflected (transmitted) and would leave on the other (same) side of
-// the geometric normal is mirrored there. So the densities and values of wi and of its mirror image add up.
-RGB Bsdf::eval_pdf_folded(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
-  Bsdf seen = *this;
-  seen.bent = false;
-  seen.frame = frame_seen_from(wo);
-  const bool reflects = side(wo) * side(wi) > 0;
-  if (kind == BsdfKind::coated && !reflects) return {};
-  const float seen_o = dot(seen.frame.n, wo);
-  RGB sum;
-  for (const V3f& w : {wi, mirrored_at(wi, ng)}) {
-    const float cosine = dot(seen.frame.n, w);
-    if (cosine == 0 || (cosine * seen_o > 0) != reflects) continue;
-    float density = 0;
-    RGB f;
-    if (kind == BsdfKind::coated) {
-      // Light from a diffuse base knows of the terminator; of what is below the surface only the coat mirrors.
-      const float below = base != BsdfKind::diffuse ? 1 : w == wi ? terminator(wi) : 0;
-      const Coat coat(seen);
-      const float turn = seen_o < 0 ? -1.0f : 1.0f;
-      const V3f o = seen.frame.to_local(wo) * turn, i = seen.frame.to_local(w) * turn;
-      f = coat.eval(o, i, key, below);
-      density = coat.pdf(o, i);
-    } else {
-      f = seen.eval_pdf_general(wo, w, key, &density);
-    }
-    sum += f * std::abs(cosine);
-    *pdf += density;
-  }
-  const float cosine = std::abs(dot(frame.n, wi));
-  return cosine > 0 ? sum * (1 / cosine) : RGB();
-}
-
-RGB Bsdf::eval_pdf_bent(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const {
-  if (!is_diffuse()) return eval_pdf_folded(wo, wi, key, pdf);
-  const float passed = terminator(wi), cosine = std::abs(dot(frame.n, wi)), o = side(wo);
-  if (!(passed > 0) || o == 0 || kind == BsdfKind::black) return {};
-  const bool reflected = o * side(wi) > 0;
-  if (kind == BsdfKind::diffuse) {
-    if (!reflected) return {};
-    *pdf = cosine * inv_pi;
-    return reflectance * (passed * inv_pi);
-  }
-  const float chance = reflect_chance(*this);
-  *pdf = (reflected ? chance : 1 - chance) * cosine * inv_pi;
-  return (reflected ? reflectance : transmittance) * (passed * inv_pi);
-}
-
-bool Bsdf::sample_bent(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const {
-  const float o = side(wo);
-  if (o == 0) return false;
-  if (is_diffuse()) {
-    if (kind == BsdfKind::black) return false;
-    const float chance = kind == BsdfKind::diffuse ? 1 : reflect_chance(*this);
-    const bool reflected = u1 < chance;
-    const float p = reflected ? chance : 1 - chance;
-    V3f local = square_to_cosine_hemisphere(u2);
-    const float density = p * local.z * inv_pi;
-    if ((o > 0) != reflected) local.z = -local.z;
-    const V3f wi = frame.to_world(local);
-    const float passed = terminator(wi);
-    if (!(passed > 0) || !(density > 0)) return false;
-    *out = {wi, (reflected ? reflectance : transmittance) * (passed / p), density, Lobe::diffuse, !reflected, 1};
-    return true;
-  }
-  Bsdf seen = *this;
-  seen.bent = false;
-  seen.frame = frame_seen_from(wo);
-  if (kind == BsdfKind::coated) {  // its value, which takes a random walk, is found once, below
-    const float turn = dot(seen.frame.n, wo) < 0 ? -1.0f : 1.0f;
-    if (!Coat(seen).sample_direction(seen.frame.to_local(wo) * turn, u1, u2, out)) return false;
-    out->wi = seen.frame.to_world(out->wi * turn);
-  } else if (!seen.sample_general(wo, u1, u2, key, out)) {
-    return false;
-  }
-  if ((side(out->wi) * o > 0) == out->transmitted) out->wi = mirrored_at(out->wi, ng);
-  if (side(out->wi) == 0) out->wi = normalize(out->wi + ng * (out->transmitted == (o < 0) ? 1e-5f : -1e-5f));
-  if (!(out->pdf > 0)) return true;
-  float pdf = 0;
-  const RGB f = eval_pdf_folded(wo, out->wi, key, &pdf);
-  if (!(pdf > 0)) return false;
-  out->pdf = pdf;
-  if (kind != BsdfKind::subsurface) out->weight = f * (std::abs(dot(frame.n, out->wi)) / pdf);  // that one loses nothing
-  return true;
+float Bsdf::reflect_chance() const {
+  const float r = reflectance.max(), t = transmittance.max();
+  return r + t > 0 ? r / (r + t) : 0;
 }
 
 RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t key, float* pdf) const {
@@ -457,7 +299,7 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
     case BsdfKind::diffuse_transmission: {
       if (wo.z == 0 || wi.z == 0) return {};
       const bool reflected = wo.z * wi.z > 0;
-      const float chance = reflect_chance(*this);
+      const float chance = reflect_chance();
       *pdf = (reflected ? chance : 1 - chance) * std::abs(wi.z) * inv_pi;
       return (reflected ? reflectance : transmittance) * inv_pi;
     }
@@ -521,7 +363,8 @@ bool Bsdf::is_delta() const {
 
 bool Bsdf::has_transmission() const {
   const bool boundary = kind == BsdfKind::dielectric || kind == BsdfKind::subsurface;
-  return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::thin_dielectric || kind == BsdfKind::passthrough || (boundary && !reflects_only);
+  return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::thin_dielectric || kind == BsdfKind::passthrough ||
+         (boundary && !reflects_only);
 }
 
 RGB Bsdf::albedo() const {
@@ -567,7 +410,10 @@ void Bsdf::remove_coat() {
 
 float Bsdf::roughen(float least_alpha) {
   if (kind != BsdfKind::conductor && !is_coat()) return 1;
-  const auto reflected = [&] { return is_coat() ? rough_coat_reflectance(std::min(mean_alpha(alpha_x, alpha_y), 1.0f), mirrored) : ggx_mean_albedo(alpha_x, alpha_y); };
+  const auto reflected = [&] {
+    return is_coat() ? rough_coat_reflectance(std::min(mean_alpha(alpha_x, alpha_y), 1.0f), mirrored)
+                     : ggx_mean_albedo(alpha_x, alpha_y);
+  };
   const float before = reflected();
   constexpr float as_diffuse = 0.5f;
   if (least_alpha >= as_diffuse) {
@@ -589,7 +435,8 @@ void Bsdf::keep_coat(const V3f& wo) {
   if (!coated_diffuse && layered.kind != BsdfKind::subsurface) return;
   *this = make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
   keep_surface(layered);
-  if (coated_diffuse && side(wo) < 0) frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n, ng = -ng;  // coats are on both sides
+  if (coated_diffuse && side(wo) < 0)
+    frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n, ng = -ng;  // coats are on both sides
   reflects_only = true;
   mirrored = float(fresnel_diffuse(double(ior)));
 }

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+
 #include "dapple/base/hash.h"
 #include "dapple/base/rgb.h"
 #include "dapple/base/vec.h"
+#include "dapple/numeric/half_space.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/shading/lobes.h"
 
@@ -11,16 +14,19 @@ namespace dapple::shading {
 
 /// Varnish, glazes and wet surfaces, of index 1.5 (Schlick 1994).
 struct CommonCoat {
-  static constexpr float normal = 0.04f, mean = normal + (1 - normal) / 21;  ///< reflectance at normal incidence, and of diffuse light
+  /// Reflectance at normal incidence, and of diffuse light.
+  static constexpr float normal = 0.04f, mean = normal + (1 - normal) / 21;
   static float reflectance(float cosine) {
     const float grazing = 1 - std::min(std::abs(cosine), 1.0f);
     return normal + (1 - normal) * sqr(sqr(grazing)) * grazing;
   }
 };
 
-/// What a coat that mirrors this share of diffuse light lets through at this cosine, over its mean, if it does so as the common coat does.
+/// What a coat that mirrors this share of diffuse light lets through at this cosine, over its mean, if it does so as
+/// the common coat does.
 inline float through_coat(float mirrored, float cosine) {
-  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) / (1 - std::min(mirrored, 0.99f));
+  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) /
+         (1 - std::min(mirrored, 0.99f));
 }
 
 enum class BsdfKind : uint8_t {
@@ -40,8 +46,8 @@ enum class BsdfKind : uint8_t {
 struct BsdfSample {
   V3f wi{0, 0, 1};
   RGB weight;
-  /// Of all lobes together, solid angle; 0 for delta and passthrough lobes, and for what light does that a rough subsurface boundary scatters
-  /// more than once: MIS leaves those out.
+  /// Of all lobes together, solid angle; 0 for delta and passthrough lobes, and for what light does that a rough
+  /// subsurface boundary scatters more than once: MIS leaves those out.
   float pdf = 0;
   Lobe lobe = Lobe::none;
   bool transmitted = false;
@@ -61,11 +67,12 @@ struct CoatLayer {
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
 /// transport: a refraction scales by 1 / eta^2.
 ///
-/// Reflection and transmission are told apart by the geometric normal, where set_geometric_normal() has said that it differs from the shading
-/// frame's ("bent"; docs/design/024): nothing passes a surface that reflects. Then
-///   - diffuse kinds scatter by f terminator(wi), which does not depend on wo but for its side: dark where wi is below either normal;
-///   - of other kinds what would leave on the wrong side is mirrored at the surface, and a viewer below the shading normal sees the surface
-///     with a normal that is bent less.
+/// Reflection and transmission are told apart by the geometric normal, where set_geometric_normal() has said that it
+/// differs from the shading frame's ("bent"; docs/design/024): nothing passes a surface that reflects. Then
+///   - diffuse kinds scatter by f terminator(wi), which does not depend on wo but for its side: dark where wi is below
+///     either normal;
+///   - of other kinds what would leave on the wrong side is mirrored at the surface, and a viewer below the shading
+///     normal sees the surface with a normal that is bent less.
 /// All kinds but dielectric are the same from both sides.
 ///
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
@@ -83,15 +90,17 @@ struct Bsdf {
   float thickness = 0, g = 0;                ///< coated: CoatLayer's
   RGB medium_albedo;                         ///< coated: CoatLayer's
   float coat_return = 0;  ///< coated over diffuse: share of the base's light a smooth coat sends back to it
-  /// subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is the share of the light that
-  /// entered which leaves again; k and eta are parameters of crossing().
+  /// subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is the share
+  /// of the light that entered which leaves again.
   RGB extinction;
-  bool reflects_only = false;  ///< dielectric, subsurface: transmission is somebody else's
-  float mirrored = 0;          ///< made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
-                               ///< keep_coat(): the share of diffuse light that it would mirror if it were smooth
-  float removed_coat = 0;      ///< mirrored, once remove_coat() has taken it from reflectance
-  bool bent = false;           ///< the frame's normal is not ng
-  V3f ng{0, 0, 1};             ///< geometric normal, on the side of the frame's; set where bent
+  std::array<RGB, 3> escape_terms{};  ///< subsurface: of crossing(), HalfSpaceTable's
+  bool reflects_only = false;         ///< dielectric, subsurface: transmission is somebody else's
+  /// Made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
+  /// keep_coat(): the share of diffuse light that it would mirror if it were smooth.
+  float mirrored = 0;
+  float removed_coat = 0;  ///< mirrored, once remove_coat() has taken it from reflectance
+  bool bent = false;       ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};         ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -105,14 +114,17 @@ struct Bsdf {
   /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
   static Bsdf make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
                                     float alpha_y, const CoatLayer& layer);
-  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; g: of the phase function; reflectance: of what enters (numeric/half_space.h).
-  static Bsdf make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g, RGB reflectance);
-  /// Diffuse, white, and lit through the boundary of a subsurface Bsdf: radiance by it is the light that enters / pi, as it counts for
-  /// diffusion: times crossing().
+  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; g: of the phase function; inside: what leaves of the light that enters,
+  /// by channel.
+  static Bsdf make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g,
+                              const std::array<HalfSpaceTable::Entry, 3>& inside);
+  /// Diffuse, white, and lit through the boundary of a subsurface Bsdf: radiance by it is the light that enters / pi,
+  /// as it counts for diffusion: times crossing().
   static Bsdf make_entering(const Bsdf& boundary);
   static Bsdf make_passthrough();
 
-  /// To be called when the frame is as it stays. Ng: unit, on either side; within a twelfth of a degree of the frame's normal it counts as equal.
+  /// To be called when the frame is as it stays. Ng: unit, on either side; within a twelfth of a degree of the frame's
+  /// normal it counts as equal.
   void set_geometric_normal(const V3f& Ng) {
     if (std::abs(dot(frame.n, Ng)) < 1 - 1e-6f) bend(Ng);
   }
@@ -120,23 +132,26 @@ struct Bsdf {
   float side(const V3f& w) const { return dot(bent ? ng : frame.n, w); }
   /// The shading normal on the side of the surface where w is.
   V3f normal_towards(const V3f& w) const { return side(w) < 0 ? -frame.n : frame.n; }
-  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = 2 G - G^2 with G = min(1, cos_g / (cos_s cos_t)), for the cosines of
-  /// wi with the geometric and the shading normal and that between these: Chiang et al. 2019 (Taming the shadow terminator) with a parabola, which
-  /// loses at most .087 of an even sky, in place of their cubic, which loses .114. 0 below either normal, 1 where the normal is not bent.
+  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = 2 G - G^2 with G = min(1, cos_g /
+  /// (cos_s cos_t)), for the cosines of wi with the geometric and the shading normal and that between these: Chiang et
+  /// al. 2019 (Taming the shadow terminator) with a parabola, which loses at most .087 of an even sky, in place of
+  /// their cubic, which loses .114. 0 below either normal, 1 where the normal is not bent.
   float terminator(const V3f& wi) const { return bent ? terminator(wi, frame.n, ng) : 1; }
-  /// What an even sky keeps of the terminator: the mean of S over the directions above both normals, weighted by the cosine with the shading normal.
+  /// What an even sky keeps of the terminator: the mean of S over the directions above both normals, weighted by the
+  /// cosine with the shading normal.
   float mean_terminator() const;
   /// The same as terminator() where both normals have turned, as on a surface that moves.
   float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
 
-  /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by reciprocity that which enters:
-  /// Fresnel transmittance times the share that escapes from a half-space (Chandrasekhar's H in the approximation of Hapke 2002). For
-  /// make_entering's, times the diffuse transmittance of the boundary; else the mean over a hemisphere of radiance 1 is 1. One for other
+  /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by
+  /// reciprocity that which enters: Fresnel transmittance times the radiance below the boundary of a half-space
+  /// (HalfSpaceLight), so that a flat body returns of light from any one direction what it should. For make_entering's,
+  /// times the diffuse transmittance of the boundary; else the mean over a hemisphere of radiance 1 is 1. One for other
   /// diffuse Bsdfs, but for what remove_coat() left: what the coat lets through there, over its mean.
   RGB crossing(float cosine) const {
     if (removed_coat > 0) return RGB(through_coat(removed_coat, cosine));
     if (extinction.is_black()) return RGB(1);
-    return eta * escape(cosine);
+    return escape(cosine);
   }
 
   /// f(wo, wi), without the cosine; delta lobes excluded. `key` seeds the stochastic estimate of layered kinds, ignored
@@ -154,26 +169,29 @@ struct Bsdf {
   /// True if only delta lobes scatter: no light sampling is needed.
   bool is_delta() const;
   bool has_transmission() const;
+  /// Chance with which diffuse_transmission reflects.
+  float reflect_chance() const;
   /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
   bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
-  /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus transmitted. Exact for
-  /// diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within 0.01 for rough ones of indices around 1.5;
-  /// within 0.03 for conductors. Rough dielectrics: as if smooth; metal under a coat: between a mirror and a diffuse base by the roughness of
-  /// both, within 0.06; an absorbing layer under a rough coat: as long as under a smooth one; a scattering one: as if it absorbed 1 - albedo of
-  /// what it absorbs at albedo 0. Those are within 0.25.
+  /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus
+  /// transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within
+  /// 0.01 for rough ones of indices around 1.5; within 0.03 for conductors. Rough dielectrics: as if smooth; metal
+  /// under a coat: between a mirror and a diffuse base by the roughness of both, within 0.06; an absorbing layer under
+  /// a rough coat: as long as under a smooth one; a scattering one: as if it absorbed 1 - albedo of what it absorbs at
+  /// albedo 0. Those are within 0.25.
   RGB albedo() const;
-  /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter. Glass and what is not
-  /// there stay as they are.
+  /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter.
+  /// Glass and what is not there stay as they are.
   void flatten();
   /// Of what flatten() has made diffuse, leaves what comes from under the coat: see crossing().
   void remove_coat();
-  /// Metal and what keep_coat() left become as rough as this at least, and from .5 on diffuse. Returns what to multiply by for the same albedo
-  /// on average.
+  /// Metal and what keep_coat() left become as rough as this at least, and from .5 on diffuse. Returns what to multiply
+  /// by for the same albedo on average.
   float roughen(float least_alpha);
   /// Made by keep_coat().
   bool is_coat() const { return kind == BsdfKind::dielectric && reflects_only; }
-  /// Leaves what a coat, on the side of wo, or the boundary of a subsurface body mirrors: all that remove_coat() leaves out. Black for other
-  /// kinds.
+  /// Leaves what a coat, on the side of wo, or the boundary of a subsurface body mirrors: all that remove_coat() leaves
+  /// out. Black for other kinds.
   void keep_coat(const V3f& wo);
 
  private:

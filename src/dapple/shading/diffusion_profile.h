@@ -28,10 +28,6 @@ struct ReducedMedium {
   ReducedMedium(float sigma_t, float full_albedo, float g)
       : extinction(sigma_t * (1 - full_albedo * g)), albedo(full_albedo * (1 - g) / (1 - full_albedo * g)) {}
 };
-/// The albedo, with g, of which ReducedMedium has this one.
-inline float unreduced_albedo(float reduced, float g) {
-  return reduced / (1 - g + reduced * g);
-}
 
 /// The profile of one channel, cut off at a distance r_max; what is beyond is made up for.
 class DiffusionProfile {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/subsurface_material.h"
 
-#include "dapple/shading/diffusion_profile.h"
-
 namespace dapple::shading {
 
 namespace {
@@ -21,7 +19,7 @@ SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, Inte
       ior_(ior),
       roughness_(std::move(roughness)),
       interior_(std::move(interior)),
-      table_(double(ior)) {
+      table_(double(ior), double(interior_.g)) {
   settle(all_constant(roughness_.u, roughness_.v) && interior_.is_constant());
 }
 
@@ -38,24 +36,28 @@ void SubsurfaceMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
 }
 
 Bsdf SubsurfaceMaterial::from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const {
-  RGB sigma_t, albedo, reflectance;
+  RGB sigma_t, albedo;
+  std::array<HalfSpaceTable::Entry, 3> inside;
   for (int c = 0; c < 3; ++c) {
     const float a = clean(sigma_a[c] * interior_.scale), s = clean(sigma_s[c] * interior_.scale);
     sigma_t[c] = a + s;
     albedo[c] = sigma_t[c] > 0 ? s / sigma_t[c] : 0;
-    reflectance[c] = table_.reflectance(ReducedMedium(sigma_t[c], albedo[c], interior_.g).albedo);
+    inside[size_t(c)] = table_.at(albedo[c]);
   }
-  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, reflectance);
+  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
 }
 
 Bsdf SubsurfaceMaterial::from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const {
-  RGB sigma_t, albedo, share;
+  RGB sigma_t, albedo;
+  std::array<HalfSpaceTable::Entry, 3> inside;
   for (int c = 0; c < 3; ++c) {
-    share[c] = reflectance[c] > 0 ? std::min(reflectance[c], 1.0f) : 0;
+    const float share = reflectance[c] > 0 ? std::min(reflectance[c], 1.0f) : 0;
     sigma_t[c] = clean(1 / (mean_free_path[c] * interior_.scale));
-    albedo[c] = unreduced_albedo(table_.albedo(share[c]), interior_.g);
+    albedo[c] = table_.albedo(share);
+    inside[size_t(c)] = table_.at(albedo[c]);
+    inside[size_t(c)].reflectance = share;
   }
-  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, share);
+  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
 }
 
 }  // namespace dapple::shading

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "dapple/numeric/half_space.h"
@@ -23,7 +24,7 @@ struct InteriorInput {
 
 /// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say
 /// what is below the point where light enters, or where it is seen. From coefficients to reflectance and back by
-/// numeric/half_space.h and similarity.
+/// numeric/half_space.h.
 class SubsurfaceMaterial final : public SurfaceMaterial {
  public:
   SubsurfaceMaterial(float ior, RoughnessInput roughness, InteriorInput interior, SurfaceDetail detail);
