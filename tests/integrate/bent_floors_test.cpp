@@ -37,7 +37,8 @@ void write_waves(const std::string& path) {
   image::write_exr(path, out);
 }
 
-// Seen from 15, 30 and 60 degrees above the floor, in sun and sky, with one bounce from a wall. Bound: 1 %, and half a percent for the noise of both.
+// Seen from 15, 30 and 60 degrees above the floor, in sun and sky, with one bounce from a wall. Bound: 1 %, the noise
+// of both in it (largest .8 %, seen from 60 degrees).
 TEST(BentFloors, DistributionIsPath) {
   const test::TemporaryFolder folder;
   write_waves(folder.file("waves.exr"));
@@ -51,7 +52,8 @@ PixelFilter "box"
 WorldBegin
 LightSource "distant" "rgb L" [ 2 2 2 ] "point3 from" [ .8 .3 .5 ] "point3 to" [ 0 0 0 ]
 LightSource "infinite" "rgb L" [ .5 .5 .5 ]
-Material ")" + material + R"(" "string normalmap" ")" + folder.file("waves.exr") + R"("
+Material ")" + material + R"(" "string normalmap" ")" +
+                               folder.file("waves.exr") + R"("
 Shape "trianglemesh" "point3 P" [ -20 -20 0 20 -20 0 20 20 0 -20 20 0 ] "point2 uv" [ 0 0 40 0 40 40 0 40 ] "integer indices" [ 0 1 2 0 2 3 ]
 Material "diffuse" "rgb reflectance" [ .6 .5 .4 ]
 Shape "bilinearmesh" "point3 P" [ -5 4 0  5 4 0  -5 4 3  5 4 3 ]
@@ -60,15 +62,19 @@ Shape "bilinearmesh" "point3 P" [ -5 4 0  5 4 0  -5 4 3  5 4 3 ]
       PathIntegrator::Settings path;
       path.diffuse_bounces = 1;
       const RGB right = test::render_built(built, 256, path).mean();
-      test::expect_near(test::render_built(built, 16, cached(1)).mean(), right, 1e-6f, std::string(material) + " from " + std::to_string(int(angle)));
+      test::expect_near(test::render_built(built, 16, cached(1)).mean(), right, 0.01f,
+                        std::string(material) + " from " + std::to_string(int(angle)));
     }
 }
 
-// An opaque sheet with vertex normals bent by 37 degrees, and more than 90: dark behind; .5 cos t in front, from wherever it is seen (t < 90). A sun of irradiance pi.
+// An opaque sheet with vertex normals bent by 37 degrees, and more than 90: dark behind; .5 cos t in front, from
+// wherever it is seen (t < 90). A sun of irradiance pi.
 TEST(BentFloors, SheetsAreOpaqueAndDiffuse) {
   for (const char* normals : {".6 0 .8", "-.6 0 -.8"})
     for (const char* eye : {"-1 .1 .3", "1 .1 .3", "0 .1 1", "-1 .1 -.3", "1 .1 -.3"})
-      for (const char* material : {"\"diffuse\" \"rgb reflectance\" [ .5 .5 .5 ]", "\"diffusetransmission\" \"rgb reflectance\" [ .5 .5 .5 ] \"rgb transmittance\" [ 0 0 0 ]"}) {
+      for (const char* material :
+           {"\"diffuse\" \"rgb reflectance\" [ .5 .5 .5 ]",
+            "\"diffusetransmission\" \"rgb reflectance\" [ .5 .5 .5 ] \"rgb transmittance\" [ 0 0 0 ]"}) {
         const std::string n = std::string(normals) + " ";
         const std::string text = std::string("LookAt ") + eye + R"(  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -.1 .1 -.1 .1 ]
@@ -76,13 +82,15 @@ Film "rgb" "integer xresolution" 8 "integer yresolution" 8
 WorldBegin
 LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ]
 Material )" + material + R"(
-Shape "trianglemesh" "point3 P" [ -1 -1 0 1 -1 0 1 1 0 -1 1 0 ] "normal N" [ )" + n + n + n + n + "] \"integer indices\" [ 0 1 2 0 2 3 ]\n";
+Shape "trianglemesh" "point3 P" [ -1 -1 0 1 -1 0 1 1 0 -1 1 0 ] "normal N" [ )" +
+                                 n + n + n + n + "] \"integer indices\" [ 0 1 2 0 2 3 ]\n";
         const bool in_front = std::string(eye).find("-.3") == std::string::npos;
         const auto built = test::build_text(text);
         const std::string what = std::string(normals) + " from " + eye;
         PathIntegrator::Settings path;
         path.diffuse_bounces = 0;
-        const RGB traced = test::render_built(built, 16, path).mean(), shaded = test::render_built(built, 16, cached(0)).mean();
+        const RGB traced = test::render_built(built, 16, path).mean(),
+                  shaded = test::render_built(built, 16, cached(0)).mean();
         EXPECT_NEAR(traced.g, in_front ? 0.4f : 0, 2e-3f) << what;
         EXPECT_NEAR(shaded.g, in_front ? 0.4f : 0, 2e-3f) << what;
       }

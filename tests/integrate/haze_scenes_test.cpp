@@ -21,10 +21,14 @@ DistributionIntegrator::Settings cached(int bounces) {
   return s;
 }
 
-std::string film(int w, int h) { return "Film \"rgb\" \"integer xresolution\" " + std::to_string(w) + " \"integer yresolution\" " + std::to_string(h) + "\nPixelFilter \"box\"\n"; }
+std::string film(int w, int h) {
+  return "Film \"rgb\" \"integer xresolution\" " + std::to_string(w) + " \"integer yresolution\" " + std::to_string(h) +
+         "\nPixelFilter \"box\"\n";
+}
 
-// An absorbing ball of radius 2 around a floor of albedo .5, lit and seen straight from above: radiance is (.5 / pi) E exp(-2 sigma h), h = sqrt(4 - r^2)
-// inside the ball. The floor is one quad that the ball's edge crosses. Means over the picture of 6 x 6: within 1 %.
+// An absorbing ball of radius 2 around a floor of albedo .5, lit and seen straight from above: radiance is (.5 / pi) E
+// exp(-2 sigma h), h = sqrt(4 - r^2) inside the ball. The floor is one quad that the ball's edge crosses. Means over
+// the picture of 6 x 6: within 1 %.
 TEST(Haze, AbsorbingBallOverAFloor) {
   constexpr double sigma = 0.4, radius = 2, half = 3;
   double right = 0;
@@ -59,11 +63,14 @@ struct Place {
   std::string camera, more;
 };
 
-// Leaves and a floor in a ball of haze, seen from outside, from inside, between two media, and with glass full of fog and nested balls beside: means
-// of `distribution` and `path` agree within 1 % (bound 1.5: noise of both, 512 samples of 24 x 18 pixels), direct and with three bounces.
+// Leaves and a floor in a ball of haze, seen from outside, from inside, between two media, and with glass full of fog
+// and nested balls beside: means of `distribution` and `path` agree within 1 %, direct and with three bounces. The
+// noise of 1024 samples of 24 x 18 pixels is in it (with 2048 the largest difference is .5 %).
 TEST(Haze, DistributionIsPath) {
   const std::string outside = "LookAt 0 -16 3  0 0 1  0 0 1\nCamera \"perspective\" \"float fov\" 30\n";
-  const std::string inside = "LookAt 0 -6 2  0 0 1  0 0 1\nMediumInterface \"\" \"haze\"\nCamera \"perspective\" \"float fov\" 50\nMediumInterface \"\" \"\"\n";
+  const std::string inside =
+      "LookAt 0 -6 2  0 0 1  0 0 1\nMediumInterface \"\" \"haze\"\nCamera \"perspective\" \"float fov\" "
+      "50\nMediumInterface \"\" \"\"\n";
   const std::string nested = R"(
 AttributeBegin
 MediumInterface "smoke" "haze"
@@ -81,8 +88,12 @@ Shape "sphere" "float radius" 1
 AttributeEnd
 )";
   const std::string inherited = "MediumInterface \"\" \"haze\"\n";
-  for (const Place& place : {Place{"outside", outside, ""}, {"inside", inside, ""}, {"between two media", inside, nested}, {"nested, from outside", outside, nested},
-                             {"glass full of smoke", outside, glass}, {"inherited", inside, inherited}}) {
+  for (const Place& place : {Place{"outside", outside, ""},
+                             {"inside", inside, ""},
+                             {"between two media", inside, nested},
+                             {"nested, from outside", outside, nested},
+                             {"glass full of smoke", outside, glass},
+                             {"inherited", inside, inherited}}) {
     const std::string text = film(24, 18) + R"(
 MakeNamedMedium "haze" "string type" "homogeneous" "rgb sigma_s" [ .06 .06 .06 ] "rgb sigma_a" [ 0 0 0 ]
 MakeNamedMedium "smoke" "string type" "homogeneous" "rgb sigma_s" [ .1 .1 .1 ] "rgb sigma_a" [ .3 .3 .2 ]
@@ -106,11 +117,12 @@ Shape "bilinearmesh" "point3 P" [ 2 -1 .8  1 -1.5 .8  2 1 1  1 1 2 ]
     for (const int bounces : {0, 3}) {
       PathIntegrator::Settings path;
       path.diffuse_bounces = bounces;
-      const RGB right = render_built(built, 2048, path).mean();
+      const RGB right = render_built(built, 1024, path).mean();
       DistributionIntegrator::Settings settings = cached(bounces);
       settings.shading.shadow_rays = {16};
       settings.shading.diffuse_rays = {64, 16};
-      test::expect_near(render_built(built, 64, settings).mean(), right, 1e-6f, std::string(place.name) + ", " + std::to_string(bounces) + " bounces");
+      test::expect_near(render_built(built, 64, settings).mean(), right, 0.01f,
+                        std::string(place.name) + ", " + std::to_string(bounces) + " bounces");
     }
   }
 }
@@ -118,7 +130,8 @@ Shape "bilinearmesh" "point3 P" [ 2 -1 .8  1 -1.5 .8  2 1 1  1 1 2 ]
 // Area lights where there is no surface: no lamp in any integrator, and a warning, once.
 TEST(Haze, LampsOfNoSurface) {
   for (const std::string material : {"interface", "none", ""}) {
-    const std::string text = film(16, 16) + "LookAt 0 -3 1  0 0 .5  0 0 1\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n" + R"(
+    const std::string text = film(16, 16) +
+                             "LookAt 0 -3 1  0 0 .5  0 0 1\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n" + R"(
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ -2 -2 0 2 -2 0 -2 2 0 2 2 0 ]
 Material ")" + material + R"("
@@ -139,26 +152,36 @@ Shape "sphere" "float radius" .1
   }
 }
 
-// A grid of density 1 and absorption .5 in a ball of diameter 2: exp(-1) comes through its middle whatever the grid's transform, as through a homogeneous medium.
+// A grid of density 1 and absorption .5 in a ball of diameter 2: exp(-1) comes through its middle whatever the grid's
+// transform, as through a homogeneous medium.
 TEST(Haze, GridsAreOfTheWorldsUnits) {
   std::string ones;
   for (int i = 0; i < 64; ++i) ones += "1 ";
   std::string none;
   for (int i = 0; i < 64; ++i) none += "0 ";
   for (const std::string transform : {"", "Scale 4 4 4", "Scale .5 3 8", "Rotate 30 1 2 3 Scale 2 2 -2"}) {
-    for (const std::string& medium : {"\"string type\" \"uniformgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ] \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4 \"float density\" [ " + ones + "]",
-                                      "\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ " + ones + ones + ones + "] \"rgb sigma_s\" [ " + none + none + none + "] \"float scale\" .5 \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4",
-                                      std::string("\"string type\" \"homogeneous\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ]")}) {
-      const std::string text = film(4, 4) + "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.02 .02 -.02 .02 ]\nWorldBegin\n" + R"(
+    for (const std::string& medium :
+         {"\"string type\" \"uniformgrid\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ] \"integer nx\" 4 "
+          "\"integer ny\" 4 \"integer nz\" 4 \"float density\" [ " +
+              ones + "]",
+          "\"string type\" \"rgbgrid\" \"rgb sigma_a\" [ " + ones + ones + ones + "] \"rgb sigma_s\" [ " + none + none +
+              none + "] \"float scale\" .5 \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4",
+          std::string("\"string type\" \"homogeneous\" \"rgb sigma_a\" [ .5 .5 .5 ] \"rgb sigma_s\" [ 0 0 0 ]")}) {
+      const std::string text = film(4, 4) +
+                               "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [ -.02 .02 "
+                               "-.02 .02 ]\nWorldBegin\n" +
+                               R"(
 LightSource "infinite" "rgb L" [ 1 1 1 ]
 AttributeBegin
-)" + transform + "\nMakeNamedMedium \"m\" " + medium + R"( "point3 p0" [ -9 -9 -9 ] "point3 p1" [ 9 9 9 ]
+)" + transform + "\nMakeNamedMedium \"m\" " +
+                               medium + R"( "point3 p0" [ -9 -9 -9 ] "point3 p1" [ 9 9 9 ]
 AttributeEnd
 MediumInterface "m" ""
 Material "interface"
 Shape "sphere" "float radius" 1
 )";
-      test::expect_near(test::render_text(text, 2048, PathIntegrator::Settings{}).mean(), std::exp(-1.0f), 0.01f, transform + " " + medium.substr(0, 40));
+      test::expect_near(test::render_text(text, 2048, PathIntegrator::Settings{}).mean(), std::exp(-1.0f), 0.01f,
+                        transform + " " + medium.substr(0, 40));
     }
   }
 }
