@@ -12,6 +12,7 @@
 #include "dapple/denoise/weights.h"
 #include "dapple/image/exr_file.h"
 #include "dapple/image/image_writer.h"
+#include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
 #include "progress_bar.h"
@@ -131,6 +132,7 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
 
 int denoise_file(const DenoiseOptions& o) {
   const Timer timer;
+  Interrupts interrupts("image", o.quiet);
   OutputFiles outputs;
   outputs.add_image("--output", o.output);
   outputs.check_inputs({o.input, o.weights});
@@ -151,7 +153,9 @@ int denoise_file(const DenoiseOptions& o) {
     denoise_picture(o.input, picture, networks, &file);
     done += (done.empty() ? "" : ", ") + title(picture.colour);
   }
+  interrupts.begin_writing({o.output});
   file.write(o.output);
+  interrupts.end_writing();
   log_info(o.output + ": " + done + " denoised in " + format_seconds(timer.seconds()));
   return static_cast<int>(ExitCode::done);
 }

@@ -158,6 +158,22 @@ TEST(ExitCode, LimitOfFileSizesOfTexturesIs4) {
   EXPECT_NE(result.output.find("cannot write temporary texture"), std::string::npos) << result.output;
 }
 
+// The limit is passed in the second row of tiles of the denoised image. Weights come with the program.
+TEST(ExitCode, LimitOfFileSizesOfDenoisedImagesIs4) {
+  ScratchFolder folder;
+  const ProcessResult picture =
+      run_dapple({"render", cornell, "-q", "-o", folder.file("a.exr"), "--float", "--tiled", "--integrator", "path",
+                  "--pixel-samples", "1", "--resolution", "256x256", "--denoise", "off"},
+                 60);
+  ASSERT_EQ(picture.exit_code, 0) << picture.output;
+  const std::string command = "ulimit -f 300; exec '" + std::string(DAPPLE_BINARY) + "' denoise a.exr -q -o b.exr";
+  const ProcessResult result = run_process({"/bin/bash", "-c", command}, 60, folder.path().string());
+  EXPECT_EQ(result.exit_code, 4) << result.output;
+  EXPECT_NE(result.output.find("cannot write \"b.exr\": File too large"), std::string::npos) << result.output;
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), std::filesystem::directory_iterator()),
+            1);
+}
+
 // A device that is always full.
 TEST(ExitCode, FullDevicesAre4) {
   ScratchFolder folder;

@@ -14,6 +14,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/image/exr_header.h"
 #include "dapple/image/image_output.h"
+#include "dapple/image/pixel_writer.h"
 
 namespace dapple::image {
 
@@ -146,7 +147,7 @@ void ExrFile::write(const std::string& path) const {
     if (!opened) return false;
     for (size_t i = 0; i < specs.size(); ++i) {
       if (i > 0 && !out.open(name, specs[i], OIIO::ImageOutput::AppendSubimage)) return false;
-      if (!out.write_image(OIIO::TypeDesc::UNKNOWN, parts_[i].pixels.data())) return false;
+      if (!write_pixels(out, OIIO::TypeDesc::UNKNOWN, parts_[i].pixels.data())) return false;
     }
     return true;
   });

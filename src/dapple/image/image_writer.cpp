@@ -144,7 +144,7 @@ void write_exr(const std::string& path, const OutputImage& image, const ExrOptio
     for (size_t i = 0; i < groups.size(); ++i) {
       if (i > 0 && !out.open(part, specs[i], OIIO::ImageOutput::AppendSubimage)) return false;
       const std::vector<float> pixels = interleave(image, groups[i], specs[i]);
-      if (!write_pixels(out, pixels.data())) return false;
+      if (!write_pixels(out, OIIO::TypeDesc::FLOAT, pixels.data())) return false;
     }
     return true;
   });

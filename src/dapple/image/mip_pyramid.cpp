@@ -90,7 +90,7 @@ void write_mip_pyramid(const std::string& path, Image image, SampleType type) {
     spec.height = spec.full_height = image.height();
     if (!out->open(path, spec, first ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendMIPLevel))
       fail(out->geterror());
-    if (!write_pixels(*out, image.pixels().data())) fail(out->geterror());
+    if (!write_pixels(*out, OIIO::TypeDesc::FLOAT, image.pixels().data())) fail(out->geterror());
     if (image.width() == 1 && image.height() == 1) break;
     image = half_size(image);
   }
