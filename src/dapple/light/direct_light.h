@@ -41,10 +41,9 @@ class DirectLight {
                     integrate::LightSums& L, int p) const;
 
  private:
-  /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share, and to a sky as well where it
-  /// is known which part of it is seen.
+  /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share.
   int rays_to(size_t light, int rays, int diffuse_depth) const {
-    return sky_[light] && !learned_ ? rays * std::clamp(sky_rays / shadow_rays_.at(diffuse_depth), 1, sky_times) : rays;
+    return sky_[light] ? rays * std::clamp(sky_rays / shadow_rays_.at(diffuse_depth), 1, sky_times) : rays;
   }
   bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
   shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
