@@ -150,7 +150,8 @@ MakeIntegrator make_path(const scene::Scene& scene, int bounces) {
   return [&scene, s] { return std::make_unique<path::PathIntegrator>(scene, s); };
 }
 
-MakeIntegrator make_distribution(const scene::Scene& scene, int bounces, const std::vector<int>& shadow_rays, const std::vector<int>& diffuse_rays, int samples, bool cache) {
+MakeIntegrator make_distribution(const scene::Scene& scene, int bounces, const std::vector<int>& shadow_rays,
+                                 const std::vector<int>& diffuse_rays, int samples, bool cache) {
   distribution::DistributionIntegrator::Settings s;
   s.shading.bounces = bounces;
   s.shading.shadow_rays = integrate::RayList(shadow_rays), s.shading.diffuse_rays = integrate::RayList(diffuse_rays);
@@ -170,8 +171,12 @@ int main(int argc, char** argv) {
   app.option_defaults()->always_capture_default();
   app.add_option("scene", file)->required();
   app.add_option("--integrator", integrator)->check(CLI::IsMember({"path", "distribution"}));
-  app.add_option("--shadow-rays", shadow_rays, "distribution: of a point to a light, by diffuse depth: 64,16")->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_option("--diffuse-rays", diffuse_rays, "distribution: of a point, by diffuse depth: 1024,16")->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--shadow-rays", shadow_rays, "distribution: of a point to a light, by diffuse depth: 64,16")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  app.add_option("--diffuse-rays", diffuse_rays, "distribution: of a point, by diffuse depth: 1024,16")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
   app.add_flag("--no-cache", no_cache, "distribution: without the radiosity cache");
   app.add_option("--size", size, "pixels each way");
   app.add_option("--samples", samples, "camera samples a pixel");
@@ -186,7 +191,9 @@ int main(int argc, char** argv) {
     options.film.resolution = V2i(size, size);
     const build::BuiltScene built = build::load_scene(file, options, diagnostics);
     Bench bench(built, static_cast<uint32_t>(samples),
-                integrator == "path" ? make_path(*built.scene, bounces) : make_distribution(*built.scene, bounces, shadow_rays, diffuse_rays, samples, !no_cache));
+                integrator == "path"
+                    ? make_path(*built.scene, bounces)
+                    : make_distribution(*built.scene, bounces, shadow_rays, diffuse_rays, samples, !no_cache));
     set_thread_count(1);
     bench.record();
 

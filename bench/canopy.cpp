@@ -135,21 +135,46 @@ void cost_of_nodes(benchmark::State& state) {
   const Canopy c = canopy(3, 8, true);
   for (auto _ : state) benchmark::DoNotOptimize(CanopySolver(c, options(int(state.range(0)), 4)).operator_bytes());
 }
-BENCHMARK(cost_of_nodes)->ArgName("nodes")->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Arg(32)->Arg(64)->Unit(benchmark::kMillisecond);
+BENCHMARK(cost_of_nodes)
+    ->ArgName("nodes")
+    ->Arg(2)
+    ->Arg(4)
+    ->Arg(8)
+    ->Arg(16)
+    ->Arg(32)
+    ->Arg(64)
+    ->Unit(benchmark::kMillisecond);
 
 void cost_of_modes(benchmark::State& state) {
   threads(1);
   const Canopy c = canopy(3, 8, true);
   for (auto _ : state) benchmark::DoNotOptimize(CanopySolver(c, options(8, int(state.range(0)))).operator_bytes());
 }
-BENCHMARK(cost_of_modes)->ArgName("modes")->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Arg(32)->Unit(benchmark::kMillisecond);
+BENCHMARK(cost_of_modes)
+    ->ArgName("modes")
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(4)
+    ->Arg(8)
+    ->Arg(16)
+    ->Arg(32)
+    ->Unit(benchmark::kMillisecond);
 
 void cost_of_slabs(benchmark::State& state) {
   threads(1);
   const Canopy c = canopy(3, int(state.range(0)), true);
   for (auto _ : state) benchmark::DoNotOptimize(CanopySolver(c, options(8, 4)).operator_bytes());
 }
-BENCHMARK(cost_of_slabs)->ArgName("slabs")->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(16)->Arg(32)->Arg(64)->Unit(benchmark::kMillisecond);
+BENCHMARK(cost_of_slabs)
+    ->ArgName("slabs")
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(4)
+    ->Arg(8)
+    ->Arg(16)
+    ->Arg(32)
+    ->Arg(64)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

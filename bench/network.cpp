@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame, and of the network's bare convolutions: the same primitives, layouts and
-// threads without what lies between them. The tiles of frames beyond 2.1 million pixels overlap; their bare convolutions are not shown.
+// bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame, and of the network's bare convolutions: the same
+// primitives, layouts and threads without what lies between them. The tiles of frames beyond 2.1 million pixels
+// overlap; their bare convolutions are not shown.
 #include <cstdio>
 #include <cstdlib>
 
@@ -16,7 +17,8 @@ int main(int argc, char** argv) {
   set_thread_count(argc > 3 ? std::atoi(argv[3]) : 2);
   const denoise::Denoiser denoiser(denoise::weights_path(denoise::feature_weights));
   image::Image colour(w, h, 3), albedo(w, h, 3), normal(w, h, 3);
-  for (size_t i = 0; i < colour.pixels().size(); ++i) colour.pixels()[i] = float(i * 2654435761u % 1000) / 1000, albedo.pixels()[i] = .5f;
+  for (size_t i = 0; i < colour.pixels().size(); ++i)
+    colour.pixels()[i] = float(i * 2654435761u % 1000) / 1000, albedo.pixels()[i] = .5f;
   const int padded_w = (w + 15) / 16 * 16, padded_h = (h + 15) / 16 * 16;
   const double flops = denoiser.network().flops(padded_w, padded_h);
   std::printf("%d x %d, %d threads, %s\n", w, h, thread_count(), denoise::instruction_set().c_str());

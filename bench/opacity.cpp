@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_opacity SCENE: whole frames of a scene with cut-out surfaces, without the opacity cache, with it (empty at first), and, where
-// alpha is a picture, with a plain decoded one-channel mask in its place; in alternation. User processor seconds of rendering. Prints JSON.
+// bench_opacity SCENE: whole frames of a scene with cut-out surfaces, without the opacity cache, with it (empty at
+// first), and, where alpha is a picture, with a plain decoded one-channel mask in its place; in alternation. User
+// processor seconds of rendering. Prints JSON.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -59,7 +60,8 @@ class PlainMask final : public trace::OpacityTest {
     const auto row = [&](int j) { return (j % mask->height + mask->height) % mask->height * mask->width; };
     const int x0 = column(int(fx)), x1 = column(int(fx) + 1), y0 = row(int(fy)), y1 = row(int(fy) + 1);
     const auto at = [mask](int i) { return float(mask->texels[size_t(i)]); };
-    return ((at(y0 + x0) * (1 - dx) + at(y0 + x1) * dx) * (1 - dy) + (at(y1 + x0) * (1 - dx) + at(y1 + x1) * dx) * dy) * (1 / 255.0f);
+    return ((at(y0 + x0) * (1 - dx) + at(y0 + x1) * dx) * (1 - dy) + (at(y1 + x0) * (1 - dx) + at(y1 + x1) * dx) * dy) *
+           (1 / 255.0f);
   }
 
  private:
@@ -93,7 +95,9 @@ class PlainMask final : public trace::OpacityTest {
 double microseconds_a_hit(const scene::Scene& scene) {
   constexpr int n = 20000;
   uint32_t geometry = 0;
-  while (geometry < scene.bindings.size() && (!scene.bindings[geometry].alpha || scene.bindings[geometry].alpha->constant())) ++geometry;
+  while (geometry < scene.bindings.size() &&
+         (!scene.bindings[geometry].alpha || scene.bindings[geometry].alpha->constant()))
+    ++geometry;
   if (geometry == scene.bindings.size()) throw std::runtime_error("nothing in the scene is cut out");
   KeyedRng rng(1);
   float sum = 0;
@@ -158,7 +162,10 @@ int run(const Options& o) {
   request = request.over(built.request);
 
   const PlainMask mask(scene);
-  nlohmann::ordered_json result{{"scene", o.scene}, {"integrator", o.integrator}, {"rays", o.rays}, {"microseconds_a_hit", microseconds_a_hit(scene)}};
+  nlohmann::ordered_json result{{"scene", o.scene},
+                                {"integrator", o.integrator},
+                                {"rays", o.rays},
+                                {"microseconds_a_hit", microseconds_a_hit(scene)}};
   set_thread_count(o.threads);
   for (int i = 0; i < o.repeats; ++i) {
     const Frame off = render(built, request, o.samples);
@@ -177,8 +184,11 @@ int run(const Options& o) {
     }
     scene.traced.set_opacity_test(&scene);
     result["traced"] = {{"shadow", on.rays.shadow}, {"diffuse", on.rays.diffuse}, {"all", on.rays.total()}};
-    result["cache"] = {{"lookups", state.counts.lookups}, {"hits", state.counts.hits}, {"fills", state.counts.fills},
-                       {"bytes", state.bytes}, {"fill_seconds", state.counts.fill_seconds}};
+    result["cache"] = {{"lookups", state.counts.lookups},
+                       {"hits", state.counts.hits},
+                       {"fills", state.counts.fills},
+                       {"bytes", state.bytes},
+                       {"fill_seconds", state.counts.fill_seconds}};
     result["difference"] = compared(off.film, on.film);
   }
   std::printf("%s\n", result.dump(2).c_str());

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance under a mask of 2048 x 2048 pixels by sun and sky, against the bare Fourier transforms of the same sizes that it needs. The counter `ratio` is
-// the median over rounds of one over the other, both timed in turns. The aim: at most 2.5.
+// Irradiance under a mask of 2048 x 2048 pixels by sun and sky, against the bare Fourier transforms of the same sizes
+// that it needs. The counter `ratio` is the median over rounds of one over the other, both timed in turns. The aim: at
+// most 2.5.
+#include "dapple/forest/penumbra.h"
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -10,7 +13,6 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
-#include "dapple/forest/penumbra.h"
 #include "dapple/numeric/fft.h"
 
 namespace {
@@ -21,7 +23,8 @@ CanopyMask leaves(int n, bool periodic) {
   CanopyMask mask{Raster(n, n, 1), 0.01, periodic};
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x)
-      mask.transmittance.row(0, y)[x] = dapple::to_unit_float(dapple::hash(uint64_t(x / 5), uint64_t(y / 7))) < 0.7f ? 0.0f : 1.0f;
+      mask.transmittance.row(0, y)[x] =
+          dapple::to_unit_float(dapple::hash(uint64_t(x / 5), uint64_t(y / 7))) < 0.7f ? 0.0f : 1.0f;
   return mask;
 }
 
@@ -41,7 +44,8 @@ double bare(const std::vector<TransformCount>& transforms, const CanopyMask& mas
         for (int x = 0; x < t.nx; ++x) row[size_t(x)] = double(from[x % m.width]);
         return true;
       });
-    for (int i = 0; i < t.inverse; ++i) fft.inverse(spectrum, rows, [](int, std::span<const double> row) { benchmark::DoNotOptimize(row.data()); });
+    for (int i = 0; i < t.inverse; ++i)
+      fft.inverse(spectrum, rows, [](int, std::span<const double> row) { benchmark::DoNotOptimize(row.data()); });
     seconds += timer.seconds();
   }
   return seconds;
@@ -52,7 +56,8 @@ void sun_and_sky(benchmark::State& state) {
   dapple::set_thread_count(0);
   const CanopyMask mask = leaves(2048, state.range(0) != 0);
   constexpr double degree = std::numbers::pi / 180;
-  const SunDisc sun(40 * degree, 1, dapple::RGB(800), state.range(2) ? LimbDarkening::hestroffer_magnan : LimbDarkening::none);
+  const SunDisc sun(40 * degree, 1, dapple::RGB(800),
+                    state.range(2) ? LimbDarkening::hestroffer_magnan : LimbDarkening::none);
   const SkyDome sky = SkyDome::uniform().with_irradiance(100);
   const CanopyPlane plane{mask, 20};
   std::vector<double> ratios;
@@ -73,7 +78,12 @@ void sun_and_sky(benchmark::State& state) {
   state.counters["ratio"] = ratios[ratios.size() / 2];
   state.counters["transforms_s"] = transform_seconds;
 }
-BENCHMARK(sun_and_sky)->ArgNames({"periodic", "coarse_sky", "colour"})->ArgsProduct({{0, 1}, {0, 1}, {0, 1}})->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(3);
+BENCHMARK(sun_and_sky)
+    ->ArgNames({"periodic", "coarse_sky", "colour"})
+    ->ArgsProduct({{0, 1}, {0, 1}, {0, 1}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(3);
 
 }  // namespace
 

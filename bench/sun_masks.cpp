@@ -88,7 +88,8 @@ std::vector<RGB> by_rays(const scene::Scene& scene, const Receivers& r, const fo
           const size_t at = first + size_t(k);
           const V2f p = samples.point(r.set[at], i) * tangent;
           const V3f d = normalize(frame.to_light + frame.x * p.x + frame.y * p.y);
-          const V3f o = integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at], 0}, d);
+          const V3f o =
+              integrate::offset_origin(integrate::RayOrigin{r.P[at], r.N[at], V3f(0, 0, 0), r.error[at], 0}, d);
           rays.set(k * n + i, o + d * ahead, d, infinity, 0.5f, uint32_t(at * size_t(n)) + uint32_t(i));
         }
       scene.traced.transmitted(rays, count * n, passed);

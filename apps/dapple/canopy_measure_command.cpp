@@ -92,7 +92,8 @@ void add_light(const scene::Scene& scene, json* j) {
   }
 }
 
-json measured_json(const MeasureOptions& o, const CanopyScene& scene, const vegetation::CanopySurvey& s, const vegetation::Clumping& clumping) {
+json measured_json(const MeasureOptions& o, const CanopyScene& scene, const vegetation::CanopySurvey& s,
+                   const vegetation::Clumping& clumping) {
   const forest::LeafSurvey& a = s.areas;
   json j;
   j["scene"] = o.scene;
@@ -135,7 +136,7 @@ int measure(const MeasureOptions& o) {
   std::optional<vegetation::CanopySurvey> survey;
   try {
     survey = vegetation::survey_canopy(scene, vegetation::optics_of_geometries(scene),
-                                      {s.area, o.slabs, o.inclinations, ground_materials(s.description, o.ground)});
+                                       {s.area, o.slabs, o.inclinations, ground_materials(s.description, o.ground)});
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected leaves over the plot");
   }
@@ -149,9 +150,11 @@ int measure(const MeasureOptions& o) {
   for (int k = 0; k < survey->areas.frame().kinds; ++k)
     for (int slab = 0; slab < o.slabs; ++slab)
       if (survey->areas.area(slab, k) > 0) j["layers"].push_back(layer_of(*survey, slab, k, omega));
-  if (!j.contains("layers")) throw InputError(FileLoc{o.scene, 0, 0}, "no leaf lies over the plot; expected some area there");
+  if (!j.contains("layers"))
+    throw InputError(FileLoc{o.scene, 0, 0}, "no leaf lies over the plot; expected some area there");
   if (j["layers"].size() > 1000)
-    throw UsageError("--slabs is " + std::to_string(o.slabs) + ": with this scene's materials that makes more than 1000 layers");
+    throw UsageError("--slabs is " + std::to_string(o.slabs) +
+                     ": with this scene's materials that makes more than 1000 layers");
   j["ground"]["reflectance"] = survey->ground;
   add_light(scene, &j);
   j["quadrature"] = {{"nodes", 8}, {"modes", 6}, {"slabs", o.slabs}};
@@ -173,11 +176,15 @@ Command add_canopy_measure(CLI::App& app) {
   auto o = std::make_shared<MeasureOptions>();
   add_scene_options(app, o.get());
   app.add_option("--slabs", o->slabs, "Of equal height, from the ground to the top")->check(CLI::Range(1, 1000));
-  app.add_option("--inclinations", o->inclinations, "Equal bins of the leaves' inclination, 0 to 90 degrees")->check(CLI::Range(1, 180));
-  app.add_option("--ground", o->ground, "Named material of the ground; by default opaque shapes that span the plot are the ground");
-  app.add_option("--gap-rays", o->gap_rays, "Rays a direction that measure gaps, for the clumping index")->check(CLI::Range(256, 1 << 28));
+  app.add_option("--inclinations", o->inclinations, "Equal bins of the leaves' inclination, 0 to 90 degrees")
+      ->check(CLI::Range(1, 180));
+  app.add_option("--ground", o->ground,
+                 "Named material of the ground; by default opaque shapes that span the plot are the ground");
+  app.add_option("--gap-rays", o->gap_rays, "Rays a direction that measure gaps, for the clumping index")
+      ->check(CLI::Range(256, 1 << 28));
   app.add_flag("--no-clumping", o->no_clumping, "Clumping index 1 in the layers: leaves at random");
-  app.add_option("--sun", o->sun, "ZENITH,AZIMUTH in degrees: the file's sun, irradiance 1, in place of the scene's lights");
+  app.add_option("--sun", o->sun,
+                 "ZENITH,AZIMUTH in degrees: the file's sun, irradiance 1, in place of the scene's lights");
   app.add_option("-o,--output", o->output, "Result as JSON for `dapple canopy solve`; without it, on standard output");
   return [o] { return measure(*o); };
 }

@@ -59,8 +59,9 @@ std::vector<SkyAngles> views_of(const ReflectOptions& o, const std::optional<Sky
   return views;
 }
 
-nlohmann::json result_json(const ReflectOptions& o, const CanopyScene& s, double height, const std::optional<SkyAngles>& sun,
-                           const std::vector<SkyAngles>& views, const path::PlotReflectance& plot,
+nlohmann::json result_json(const ReflectOptions& o, const CanopyScene& s, double height,
+                           const std::optional<SkyAngles>& sun, const std::vector<SkyAngles>& views,
+                           const path::PlotReflectance& plot,
                            const std::vector<path::PlotReflectance::Estimate>& estimates) {
   nlohmann::json j;
   j["scene"] = o.scene;
@@ -83,9 +84,11 @@ std::string result_csv(const nlohmann::json& result) {
   for (const auto& v : result["view"])
     for (int c = 0; c < 3; ++c) {
       char line[160];
-      std::snprintf(line, sizeof line, "%.10g,%.10g,%c,%.8g,%.3g\n", v["zenith_deg"].get<double>(), v["azimuth_deg"].get<double>(), "RGB"[c],
-                    v["reflectance_factor"][size_t(c)].is_null() ? NAN : v["reflectance_factor"][size_t(c)].get<double>(),
-                    v["standard_error"][size_t(c)].is_null() ? NAN : v["standard_error"][size_t(c)].get<double>());
+      std::snprintf(
+          line, sizeof line, "%.10g,%.10g,%c,%.8g,%.3g\n", v["zenith_deg"].get<double>(),
+          v["azimuth_deg"].get<double>(), "RGB"[c],
+          v["reflectance_factor"][size_t(c)].is_null() ? NAN : v["reflectance_factor"][size_t(c)].get<double>(),
+          v["standard_error"][size_t(c)].is_null() ? NAN : v["standard_error"][size_t(c)].get<double>());
       text += line;
     }
   return text;
@@ -120,12 +123,15 @@ int reflect(const ReflectOptions& o) {
   std::unique_ptr<path::PlotReflectance> plot;
   try {
     plot = std::make_unique<path::PlotReflectance>(
-        scene, path::PlotReflectance::Settings{s.area, float(height - s.built->origin.z), uint32_t(o.samples), o.replicates, o.seed});
+        scene, path::PlotReflectance::Settings{s.area, float(height - s.built->origin.z), uint32_t(o.samples),
+                                               o.replicates, o.seed});
   } catch (const std::invalid_argument& problem) {
-    throw InputError(FileLoc{o.scene, 0, 0}, std::string(problem.what()) + "; expected a sun (distant) and a sky (infinite), or --sun");
+    throw InputError(FileLoc{o.scene, 0, 0},
+                     std::string(problem.what()) + "; expected a sun (distant) and a sky (infinite), or --sun");
   }
   if (plot->irradiance() == std::array<double, 3>{})
-    throw InputError(FileLoc{o.scene, 0, 0}, "no light comes from above; expected a distant or infinite light above the horizon, or --sun");
+    throw InputError(FileLoc{o.scene, 0, 0},
+                     "no light comes from above; expected a distant or infinite light above the horizon, or --sun");
   const auto estimates = plot->measure(directions);
   const nlohmann::json result = result_json(o, s, height, sun, views, *plot, estimates);
   const std::string text = result.dump(2) + "\n";
@@ -135,8 +141,8 @@ int reflect(const ReflectOptions& o) {
   if (!o.csv.empty()) render::write_text(o.csv, result_csv(result));
   interrupts.end_writing();
   char line[160];
-  std::snprintf(line, sizeof line, "%zu views, %.1f million rays, %.1f s, %.0f MB", views.size(), double(plot->rays()) / 1e6,
-                timer.seconds(), double(process_peak_rss_bytes()) / 1e6);
+  std::snprintf(line, sizeof line, "%zu views, %.1f million rays, %.1f s, %.0f MB", views.size(),
+                double(plot->rays()) / 1e6, timer.seconds(), double(process_peak_rss_bytes()) / 1e6);
   log_info(line);
   return static_cast<int>(ExitCode::done);
 }
@@ -149,9 +155,12 @@ Command add_canopy_reflect(CLI::App& app) {
   app.add_option("--height", o->height, "Of the plot, m; by default the top of the scene");
   app.add_option("--sun", o->sun, "ZENITH,AZIMUTH in degrees, in place of the scene's lights");
   app.add_option("--view", o->views, "ZENITH,AZIMUTH in degrees, from which the plot is seen; may be repeated");
-  app.add_option("--principal-plane", o->principal_plane, "FROM,TO,STEP in degrees: views in the sun's plane, negative on its side");
-  app.add_option("--samples", o->samples, "Paths a view and replicate; best a power of two")->check(CLI::Range(1, 1 << 28));
-  app.add_option("--replicates", o->replicates, "Independent estimates, whose spread gives the standard error")->check(CLI::Range(2, 4096));
+  app.add_option("--principal-plane", o->principal_plane,
+                 "FROM,TO,STEP in degrees: views in the sun's plane, negative on its side");
+  app.add_option("--samples", o->samples, "Paths a view and replicate; best a power of two")
+      ->check(CLI::Range(1, 1 << 28));
+  app.add_option("--replicates", o->replicates, "Independent estimates, whose spread gives the standard error")
+      ->check(CLI::Range(2, 4096));
   app.add_option("--seed", o->seed, "Of all random numbers");
   app.add_option("-o,--output", o->output, "Result as JSON; without it, on standard output");
   app.add_option("--csv", o->csv, "The same numbers as one table");

@@ -10,7 +10,8 @@ namespace dapple::app {
 
 V3f SkyAngles::direction() const {
   const double s = std::sin(zenith_deg * degree);
-  return V3f(V3d(s * std::cos(azimuth_deg * degree), s * std::sin(azimuth_deg * degree), std::cos(zenith_deg * degree)));
+  return V3f(
+      V3d(s * std::cos(azimuth_deg * degree), s * std::sin(azimuth_deg * degree), std::cos(zenith_deg * degree)));
 }
 
 SkyAngles angles_of(const std::string& option, const std::string& text) {
@@ -26,7 +27,8 @@ void add_scene_options(CLI::App& command, CanopySceneOptions* o) {
   command.add_option("--period", o->period, "X0,X1,Y0,Y1: repeat this part of the scene without end");
   command.add_option("--area", o->area, "X0,X1,Y0,Y1 of the plot; by default that of --period, or the whole scene's");
   command.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
-  command.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
+  command.add_flag("--keep-going", o->keep_going,
+                   "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
   add_threads(command, o->threads);
 }
 
@@ -47,7 +49,8 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");
   const V3d& origin = scene.built->origin;
   const Imath::V2d corner(origin.x, origin.y);
-  scene.area = !area.isEmpty() ? Box2f(V2f(area.min - corner), V2f(area.max - corner)) : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
+  scene.area = !area.isEmpty() ? Box2f(V2f(area.min - corner), V2f(area.max - corner))
+                               : Box2f(V2f(box.min.x, box.min.y), V2f(box.max.x, box.max.y));
   if (!(scene.area.max.x > scene.area.min.x) || !(scene.area.max.y > scene.area.min.y))
     throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no extent along x or y; expected a plot, or --area");
   return scene;

@@ -54,7 +54,9 @@ std::string megabytes(size_t bytes) {
   return text;
 }
 
-void line(const char* name, const std::string& value) { std::printf("%-14s %s\n", name, value.c_str()); }
+void line(const char* name, const std::string& value) {
+  std::printf("%-14s %s\n", name, value.c_str());
+}
 
 int show(const InfoOptions& o) {
   Interrupts interrupts("result");
@@ -66,37 +68,41 @@ int show(const InfoOptions& o) {
   const scene::Scene& scene = *built.scene;
 
   std::vector<scenefile::ShapeEntity> shapes = description.shapes;
-  for (const auto& object : description.objects) shapes.insert(shapes.end(), object.shapes.begin(), object.shapes.end());
+  for (const auto& object : description.objects)
+    shapes.insert(shapes.end(), object.shapes.begin(), object.shapes.end());
   const Primitives n = count_primitives(scene.traced);
   const V2i r = scene.film.resolution;
   const Box3f box = scene.traced.bounds();
 
   line("scene", o.scene);
   const build::IntegratorRequest request = built.request.over(build::preset_request(built.request.preset));
-  line("film", std::to_string(r.x) + " x " + std::to_string(r.y) + ", " + std::to_string(*request.pixel_samples) + " samples a pixel");
-  line("integrator", built.request.type + (built.request.bounces ? ", bounces " + std::to_string(*built.request.bounces)
-                                                                 : ", maxdepth " + std::to_string(*built.request.max_depth)));
+  line("film", std::to_string(r.x) + " x " + std::to_string(r.y) + ", " + std::to_string(*request.pixel_samples) +
+                   " samples a pixel");
+  line("integrator",
+       built.request.type + (built.request.bounces ? ", bounces " + std::to_string(*built.request.bounces)
+                                                   : ", maxdepth " + std::to_string(*built.request.max_depth)));
   line("camera", description.camera.type.empty() ? "perspective" : description.camera.type);
   line("shapes", count_types(shapes));
   line("primitives", std::to_string(n.triangles) + " triangles, " + std::to_string(n.quads) + " quads, " +
-                         std::to_string(n.quadrics) + " quadrics, " + std::to_string(n.curve_segments) + " curve segments, " +
-                         (n.disks ? std::to_string(n.disks) + " disks, " : "") +
-                         std::to_string(n.patches) + " diced patches of " + std::to_string(n.micropolygons) + " micropolygons");
+                         std::to_string(n.quadrics) + " quadrics, " + std::to_string(n.curve_segments) +
+                         " curve segments, " + (n.disks ? std::to_string(n.disks) + " disks, " : "") +
+                         std::to_string(n.patches) + " diced patches of " + std::to_string(n.micropolygons) +
+                         " micropolygons");
   line("objects", std::to_string(description.objects.size()) + " definitions, " +
                       std::to_string(scene.traced.instance_count()) + " instances");
   char bounds[160];
   const V3d& origin = built.origin;
   const V3d least = V3d(box.min) + origin, most = V3d(box.max) + origin;
   const bool is_far = origin != V3d(0, 0, 0);
-  std::snprintf(bounds, sizeof bounds, is_far ? "%.10g %.10g %.10g to %.10g %.10g %.10g" : "%g %g %g to %g %g %g", least.x, least.y, least.z, most.x, most.y,
-                most.z);
+  std::snprintf(bounds, sizeof bounds, is_far ? "%.10g %.10g %.10g to %.10g %.10g %.10g" : "%g %g %g to %g %g %g",
+                least.x, least.y, least.z, most.x, most.y, most.z);
   line("bounds", box.isEmpty() ? "empty" : bounds);
   std::snprintf(bounds, sizeof bounds, "%.10g %.10g %.10g", origin.x, origin.y, origin.z);
   if (is_far) line("origin", bounds);
   line("materials", count_types(description.materials));
   line("textures", count_types(description.textures));
-  line("lights", count_types(description.lights) + "; " + std::to_string(scene.lights.size() - description.lights.size()) +
-                     " emitting primitives");
+  line("lights", count_types(description.lights) + "; " +
+                     std::to_string(scene.lights.size() - description.lights.size()) + " emitting primitives");
   line("media", count_types(description.media));
   line("memory", megabytes(built.times.shape_bytes) + " shapes, " + megabytes(scene.traced.acceleration_bytes()) +
                      " acceleration, " + megabytes(process_peak_rss_bytes()) + " peak");
@@ -112,7 +118,8 @@ Command add_info(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
-  app.add_flag("--keep-going", o->keep_going, "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
+  app.add_flag("--keep-going", o->keep_going,
+               "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
   return [o] { return show(*o); };
 }
 

@@ -111,11 +111,14 @@ void Interrupts::end_writing() {
   end_program();
 }
 
-const std::atomic<bool>& Interrupts::flag() const { return interrupted; }
+const std::atomic<bool>& Interrupts::flag() const {
+  return interrupted;
+}
 
 void Interrupts::end_program() const {
   image::TemporaryFolder::remove_of_process();
-  log_warning(std::string("interrupted") + (written_ > 0 ? ": the files written before are whole, others are not there" : ": there is no " + result_));
+  log_warning(std::string("interrupted") + (written_ > 0 ? ": the files written before are whole, others are not there"
+                                                         : ": there is no " + result_));
   std::_Exit(static_cast<int>(ExitCode::interrupted));
 }
 
@@ -129,7 +132,8 @@ void Interrupts::watch() {
   if (!interrupted) return;
   if (take_from_work(Phase::ended)) end_program();
   if (!quiet_ && phase_ != Phase::ended)  // the progress bar of a terminal makes room
-    std::fprintf(stderr, "%sinterrupted: finishing what is under way; once more stops at once\n", isatty(STDERR_FILENO) ? "\r\033[K" : "");
+    std::fprintf(stderr, "%sinterrupted: finishing what is under way; once more stops at once\n",
+                 isatty(STDERR_FILENO) ? "\r\033[K" : "");
   if (phase_ == Phase::rendering) wait_for_signal(grace_ns);
   abandon_ = true;
   while (phase_ != Phase::ended && second_signal == 0) wait_for_signal();

@@ -11,10 +11,11 @@
 
 namespace dapple::app {
 
-/// What SIGINT, SIGTERM and SIGHUP do to a command. While it works towards its first result there is nothing to save: the program ends with exit
-/// code 130, whatever library is at work. While an image is rendered the flag is set at once, and the token some tenths of a second later, by
-/// which time light work is finished. Files that are being written are completed first. A second signal ends the program at once, without its
-/// unfinished files. A program that began with SIGHUP ignored (nohup) goes on to ignore it. One object at a time.
+/// What SIGINT, SIGTERM and SIGHUP do to a command. While it works towards its first result there is nothing to save:
+/// the program ends with exit code 130, whatever library is at work. While an image is rendered the flag is set at
+/// once, and the token some tenths of a second later, by which time light work is finished. Files that are being
+/// written are completed first. A second signal ends the program at once, without its unfinished files. A program that
+/// began with SIGHUP ignored (nohup) goes on to ignore it. One object at a time.
 class Interrupts {
  public:
   /// `result` is what there is none of when work ends early, "image"; quiet commands do not say what they wait for.

@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
   const int code = run_guarded(argc, argv);
   errno = 0;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
-  dapple::log_error(std::string("cannot write to standard output") + (errno ? std::string(": ") + std::strerror(errno) : ""));
+  dapple::log_error(std::string("cannot write to standard output") +
+                    (errno ? std::string(": ") + std::strerror(errno) : ""));
   return code == 0 ? static_cast<int>(dapple::ExitCode::io) : code;
 }

@@ -50,7 +50,8 @@ std::vector<double> numbers(std::string_view text, char mark, size_t count) {
   return parse_list<double>(text, mark, count);
 }
 
-std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected) {
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count,
+                               const std::string& expected) {
   const std::vector<double> v = numbers(text, ',', count);
   if (v.empty()) refuse(option, text, expected);
   return v;
@@ -58,7 +59,8 @@ std::vector<double> numbers_of(const std::string& option, const std::string& tex
 
 void check_range(const std::string& option, double value, double low, double high, const std::string& units) {
   if (!(value >= low && value <= high))
-    throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) + units);
+    throw UsageError(option + " is " + shown(value) + ", expected a number from " + shown(low) + " to " + shown(high) +
+                     units);
 }
 
 Imath::Box2d rectangle(const std::string& option, const std::string& text) {
@@ -89,7 +91,9 @@ CLI::Validator non_negative() {
 }
 
 void add_threads(CLI::App& app, int& threads) {
-  app.add_option("--threads", threads, "Threads; 0 = all processors")->check(CLI::Range(0, 1024))->capture_default_str();
+  app.add_option("--threads", threads, "Threads; 0 = all processors")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
 }
 
 }  // namespace dapple::app

@@ -18,7 +18,8 @@ std::vector<double> numbers(std::string_view text, char mark, size_t count);
 // What follows throws UsageError, with the option, what it was given and what is legal.
 
 /// `count` numbers between commas.
-std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count, const std::string& expected);
+std::vector<double> numbers_of(const std::string& option, const std::string& text, size_t count,
+                               const std::string& expected);
 void check_range(const std::string& option, double value, double low, double high, const std::string& units);
 /// "X0,X1,Y0,Y1", metres.
 Imath::Box2d rectangle(const std::string& option, const std::string& text);

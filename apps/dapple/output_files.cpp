@@ -17,7 +17,8 @@ namespace {
 std::string plain_name(const std::string& path) {
   std::error_code ignored;
   const std::filesystem::path p(image::link_target(path));
-  return (std::filesystem::weakly_canonical(p.has_parent_path() ? p.parent_path() : ".", ignored) / p.filename()).string();
+  return (std::filesystem::weakly_canonical(p.has_parent_path() ? p.parent_path() : ".", ignored) / p.filename())
+      .string();
 }
 
 }  // namespace
@@ -30,7 +31,8 @@ std::optional<OutputFiles::Identity> OutputFiles::identity(const std::string& pa
 
 void OutputFiles::add(Output output) {
   const auto refuse = [&](const Output& other) {
-    throw UsageError(output.what + " and " + other.what + " would both write \"" + output.path + "\"; expected a file for each");
+    throw UsageError(output.what + " and " + other.what + " would both write \"" + output.path +
+                     "\"; expected a file for each");
   };
   const auto [named, is_new] = by_name_.emplace(plain_name(output.path), output);
   if (!is_new) refuse(named->second);
@@ -62,7 +64,8 @@ void OutputFiles::check_input(const std::string& path) const {
   const auto found = id ? existing_.find(*id) : existing_.end();
   if (found == existing_.end()) return;
   const Output& output = found->second;
-  const std::string message = output.what + " would overwrite \"" + output.path + "\", which is read; expected another file";
+  const std::string message =
+      output.what + " would overwrite \"" + output.path + "\", which is read; expected another file";
   if (!output.place.empty()) throw InputError(FileLoc{output.place, 0, 0}, message + ", or one given by -o");
   throw UsageError(message);
 }

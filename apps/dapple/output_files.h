@@ -10,11 +10,12 @@
 
 namespace dapple::app {
 
-/// The files that a command is going to write, known before it works: none may be another one, nor a file that the command reads. Two names of
-/// one file (links, "./") count as one.
+/// The files that a command is going to write, known before it works: none may be another one, nor a file that the
+/// command reads. Two names of one file (links, "./") count as one.
 class OutputFiles {
  public:
-  /// Of an option; an empty path is an option that was not given. UsageError if it is an output already, IoError if it cannot be written.
+  /// Of an option; an empty path is an option that was not given. UsageError if it is an output already, IoError if it
+  /// cannot be written.
   void add(const std::string& option, const std::string& path);
   /// The same, and UsageError unless it is named as an image.
   void add_image(const std::string& option, const std::string& path);

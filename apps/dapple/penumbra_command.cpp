@@ -25,7 +25,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr char axes[] =
-    "irradiance in W m^-2 of the ground under the middle of each pixel of the mask; a map seen from above: +x (azimuth 0) to the right, +y (azimuth 90 degrees) up";
+    "irradiance in W m^-2 of the ground under the middle of each pixel of the mask; a map seen from above: +x (azimuth "
+    "0) to the right, +y (azimuth 90 degrees) up";
 
 /// Name of picture `frame`, from 1, of an animation.
 std::string numbered(const std::string& path, int frame) {
@@ -83,7 +84,8 @@ class PenumbraRun {
 
   void add_outputs(int frames) {
     for (const std::string& path : o_.outputs)
-      for (int i = std::min(frames, 1); i <= frames; ++i) outputs_.add_image("--output", i > 0 ? numbered(path, i) : path);
+      for (int i = std::min(frames, 1); i <= frames; ++i)
+        outputs_.add_image("--output", i > 0 ? numbered(path, i) : path);
     outputs_.add("--stats", o_.stats);
     if (!o_.write_mask.empty()) outputs_.add_image("--write-mask", o_.write_mask);
     outputs_.check_inputs(o_.masks);
@@ -103,8 +105,9 @@ class PenumbraRun {
         planes_.push_back({forest::CanopyMask::from_image(image, o_.mask_width, o_.periodic, loc), o_.heights[i]});
         const forest::Raster &a = planes_[0].mask.transmittance, &b = planes_[i].mask.transmittance;
         if (a.width != b.width || a.height != b.height)
-          throw InputError(loc, "this mask has " + std::to_string(b.width) + " x " + std::to_string(b.height) + " pixels, expected " +
-                                    std::to_string(a.width) + " x " + std::to_string(a.height) + ", as the first");
+          throw InputError(loc, "this mask has " + std::to_string(b.width) + " x " + std::to_string(b.height) +
+                                    " pixels, expected " + std::to_string(a.width) + " x " + std::to_string(a.height) +
+                                    ", as the first");
       }
     }
     if (o_.write_mask.empty()) return;
@@ -126,7 +129,8 @@ class PenumbraRun {
     const V3d& origin = scene_->origin;
     view.centre_x -= origin.x, view.centre_y -= origin.y;
     view.plane -= origin.z, view.ground -= origin.z;
-    if (o_.mask_along == "sun") view.direction = forest::sky_direction(sun.zenith_deg * degree, sun.azimuth_deg * degree);
+    if (o_.mask_along == "sun")
+      view.direction = forest::sky_direction(sun.zenith_deg * degree, sun.azimuth_deg * degree);
     planes_ = {{mask_of_scene(*scene_->scene, view, o_.periodic), o_.heights[0]}};
   }
 
@@ -146,7 +150,8 @@ class PenumbraRun {
     if (!place.when.empty()) j["time"] = place.when;
     j["sun_zenith_deg"] = place.zenith_deg;
     j["sun_azimuth_deg"] = place.azimuth_deg;
-    j["open_irradiance"] = {{"sun", {sun_open.r, sun_open.g, sun_open.b}}, {"sky", {sky_open.r, sky_open.g, sky_open.b}}};
+    j["open_irradiance"] = {{"sun", {sun_open.r, sun_open.g, sun_open.b}},
+                            {"sky", {sky_open.r, sky_open.g, sky_open.b}}};
     j["mean_irradiance"] = {e.mean(0), e.mean(1), e.mean(2)};
     const auto [low, high] = std::minmax_element(e.values.begin(), e.values.end());
     j["least_irradiance"] = *low;
@@ -179,9 +184,14 @@ class PenumbraRun {
     j["wall_seconds"] = wall_.seconds();
     j["cpu_seconds"] = process_cpu_seconds();
     j["peak_rss_bytes"] = process_peak_rss_bytes();
-    j["mask"] = {{"width", mask.transmittance.width}, {"height", mask.transmittance.height}, {"pitch_m", mask.pitch}, {"periodic", mask.periodic}};
+    j["mask"] = {{"width", mask.transmittance.width},
+                 {"height", mask.transmittance.height},
+                 {"pitch_m", mask.pitch},
+                 {"periodic", mask.periodic}};
     for (const forest::CanopyPlane& plane : planes_)
-      j["mask"]["sheets"].push_back({{"height_m", plane.height}, {"mean_transmittance", {plane.mask.mean(0), plane.mask.mean(1), plane.mask.mean(2)}}});
+      j["mask"]["sheets"].push_back(
+          {{"height_m", plane.height},
+           {"mean_transmittance", {plane.mask.mean(0), plane.mask.mean(1), plane.mask.mean(2)}}});
     for (const forest::TransformCount& t : transforms_)
       j["transforms"].push_back({{"width", t.nx}, {"height", t.ny}, {"forward", t.forward}, {"inverse", t.inverse}});
     j["frames"] = frames_;

@@ -45,8 +45,8 @@ struct SunPlace {
   std::string when;  ///< "2024-06-21 09:30" of an animation
 };
 
-/// One place, or those of an animation. InputError where an option is out of range or the sun is below the horizon, naming option and range;
-/// UsageError where options do not go together.
+/// One place, or those of an animation. InputError where an option is out of range or the sun is below the horizon,
+/// naming option and range; UsageError where options do not go together.
 std::vector<SunPlace> sun_places(const PenumbraOptions& o);
 
 /// InputError for numbers out of range. Files are not read.
@@ -61,6 +61,7 @@ std::pair<double, double> mask_centre(const PenumbraOptions& o);
 std::optional<forest::SunDisc> make_sun(const PenumbraOptions& o, const SunPlace& place);
 /// The sky's file is read by read_sky_file, once.
 std::optional<forest::SkyDome> read_sky_file(const PenumbraOptions& o);
-std::optional<forest::SkyDome> make_sky(const PenumbraOptions& o, const SunPlace& place, const std::optional<forest::SkyDome>& file);
+std::optional<forest::SkyDome> make_sky(const PenumbraOptions& o, const SunPlace& place,
+                                        const std::optional<forest::SkyDome>& file);
 
 }  // namespace dapple::app

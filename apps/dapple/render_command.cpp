@@ -28,7 +28,8 @@ std::string joined(const std::vector<std::string>& paths) {
   return text;
 }
 
-std::vector<std::string> output_paths(const RenderOptions& o, const build::BuiltScene& built, Diagnostics& diagnostics) {
+std::vector<std::string> output_paths(const RenderOptions& o, const build::BuiltScene& built,
+                                      Diagnostics& diagnostics) {
   if (!o.outputs.empty()) return o.outputs;
   // Only the name: a scene file must not write to other folders.
   const std::string from_scene = std::filesystem::path(built.film.filename).filename().string();
@@ -38,23 +39,26 @@ std::vector<std::string> output_paths(const RenderOptions& o, const build::Built
   while (scene_name.has_extension()) scene_name = scene_name.stem();
   const std::string path = scene_name.filename().string() + ".exr";
   if (!from_scene.empty())
-    diagnostics.warn(FileLoc{built.film.place, 0, 0},
-                     "\"filename\" is \"" + from_scene + "\"; only .exr and .png are written: the image becomes \"" + path + "\"");
+    diagnostics.warn(
+        FileLoc{built.film.place, 0, 0},
+        "\"filename\" is \"" + from_scene + "\"; only .exr and .png are written: the image becomes \"" + path + "\"");
   return {path};
 }
 
 // The path tracer runs prelighting and opacity alone.
-void warn_of_unused_stages(const scene::Scene& scene, const FileLoc& loc, const std::string& integrator, Diagnostics& diagnostics) {
+void warn_of_unused_stages(const scene::Scene& scene, const FileLoc& loc, const std::string& integrator,
+                           Diagnostics& diagnostics) {
   using shading::Stage;
   for (const shading::MaterialPtr& material : scene.materials)
     for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
       if (material->stages().has(stage))
-        diagnostics.unsupported(loc, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator " + integrator,
-                                "what its prelighting gives; --integrator distribution runs all stages");
+        diagnostics.unsupported(
+            loc, "a shader's " + std::string(shading::stage_names[size_t(stage)]) + " with --integrator " + integrator,
+            "what its prelighting gives; --integrator distribution runs all stages");
 }
 
-// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not what the scene
-// asks for.
+// Says what went wrong in shaders that are not ours, and in patterns that break their bounds. True if the image is not
+// what the scene asks for.
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
   shading::ShaderFaults faults = shading::shader_faults(scene.materials);
   shading::add_light_faults(scene.lights, &faults);
@@ -78,7 +82,8 @@ M44f from_file(const M44f& m, const V3d& origin) {
   return M44f(shift * M44d(m));
 }
 
-render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built, const std::string& command_line) {
+render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built,
+                                       const std::string& command_line) {
   render::OutputSettings s;
   s.origin = built.origin;
   s.aovs = render::parse_aovs(o.aovs);
@@ -110,7 +115,9 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
 }
 
 // A limit of time or noise without a number of samples leaves the number open.
-bool has_open_samples(const RenderOptions& o) { return o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0); }
+bool has_open_samples(const RenderOptions& o) {
+  return o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
+}
 
 render::StopRules stop_rules(const RenderOptions& o, const build::IntegratorRequest& settled) {
   render::StopRules rules;
@@ -118,13 +125,15 @@ render::StopRules stop_rules(const RenderOptions& o, const build::IntegratorRequ
   rules.noise_target = o.noise_target;
   rules.pixel_noise = *settled.pixel_noise;
   if (has_open_samples(o)) {
-    if (o.max_pixel_samples > 0) throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
+    if (o.max_pixel_samples > 0)
+      throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
     rules.pixel_samples = uint32_t(build::max_pixel_samples);
   } else {
     rules.pixel_samples = uint32_t(*settled.pixel_samples);
     rules.max_pixel_samples = uint32_t(settled.max_pixel_samples.value_or(0));
     if (o.max_pixel_samples > 0 && rules.max_pixel_samples < rules.pixel_samples)
-      throw UsageError("--max-pixel-samples is below the " + std::to_string(rules.pixel_samples) + " camera samples that each pixel gets");
+      throw UsageError("--max-pixel-samples is below the " + std::to_string(rules.pixel_samples) +
+                       " camera samples that each pixel gets");
   }
   if (o.pixel_noise > 0 && rules.max_pixel_samples <= rules.pixel_samples)
     throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
@@ -135,11 +144,13 @@ render::StopRules stop_rules(const RenderOptions& o, const build::IntegratorRequ
 std::string samples_text(const render::SessionResult& r, const scene::Film& film) {
   const std::string samples = std::to_string(r.samples), unit = " samples a pixel";
   if (r.max_samples == r.samples) return samples + unit;
-  return samples + " to " + std::to_string(r.max_samples) + unit + " (" + std::to_string(std::lround(film.mean_samples())) + " on average)";
+  return samples + " to " + std::to_string(r.max_samples) + unit + " (" +
+         std::to_string(std::lround(film.mean_samples())) + " on average)";
 }
 
 // An image of which no pass was finished is nearly black: it goes beside what is there already.
-void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, OutputFiles& outputs, std::vector<std::string>* paths) {
+void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, OutputFiles& outputs,
+                       std::vector<std::string>* paths) {
   for (std::string& path : *paths) {
     if (!std::filesystem::exists(path)) continue;
     const std::filesystem::path p(path);
@@ -147,14 +158,16 @@ void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, O
     outputs.add_image("the partial image", partial);
     outputs.check_inputs({o.scene, o.ocio});
     outputs.check_inputs(built.named_files);
-    log_warning("no pass was finished: \"" + path + "\" is left as it was, and what is there of the new image goes to \"" + partial + "\"");
+    log_warning("no pass was finished: \"" + path +
+                "\" is left as it was, and what is there of the new image goes to \"" + partial + "\"");
     path = partial;
   }
 }
 
 // Albedo and normals come from elsewhere (FrameDenoising).
 bool keeps_features(const std::vector<std::string>& aovs) {
-  return std::any_of(aovs.begin(), aovs.end(), [](const std::string& aov) { return aov != "albedo" && aov != "normal"; });
+  return std::any_of(aovs.begin(), aovs.end(),
+                     [](const std::string& aov) { return aov != "albedo" && aov != "normal"; });
 }
 
 int render_scene(const RenderOptions& o, const std::string& command_line) {
@@ -193,9 +206,10 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const Timer set_up;
   const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
-  const std::unique_ptr<const integrate::Integrator> integrator = build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
-  denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples), std::max(rules.pixel_samples, rules.max_pixel_samples),
-                           request.seed.value_or(0), &output);
+  const std::unique_ptr<const integrate::Integrator> integrator =
+      build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
+  denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples),
+                           std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();
 
   scene::Film::Settings film_settings = built.scene->film;
@@ -224,7 +238,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
 
   if (film.dropped_samples() > 0)
     log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
-  if (film.dropped_features() > 0) log_warning(std::to_string(film.dropped_features()) + " numbers of AOVs were not finite and count as 0");
+  if (film.dropped_features() > 0)
+    log_warning(std::to_string(film.dropped_features()) + " numbers of AOVs were not finite and count as 0");
   render::RunReport report;
   report.scene_path = o.scene;
   report.command_line = command_line;
@@ -241,11 +256,13 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
-  const std::string summary = joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
-                              samples_text(result, film) + ", " + format_seconds(result.seconds) + " (" +
-                              format_seconds(report.wall_seconds) + " with loading)";
+  const std::string summary = joined(paths) + ": " + std::to_string(film.width()) + " x " +
+                              std::to_string(film.height()) + ", " + samples_text(result, film) + ", " +
+                              format_seconds(result.seconds) + " (" + format_seconds(report.wall_seconds) +
+                              " with loading)";
   if (is_partial || interrupts.flag()) {
-    log_warning(summary + (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));
+    log_warning(summary +
+                (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));
     return static_cast<int>(ExitCode::interrupted);
   }
   log_info(summary);

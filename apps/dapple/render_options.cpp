@@ -39,7 +39,8 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.integrator.empty()) r.place = o.scene + " with --integrator " + o.integrator;
   r.preset = o.preset;
   r.seed = o.seed;
-  if (o.pixel_samples > 0) r.pixel_samples = r.max_pixel_samples = o.pixel_samples;  // no more, unless that is asked for too
+  if (o.pixel_samples > 0)
+    r.pixel_samples = r.max_pixel_samples = o.pixel_samples;  // no more, unless that is asked for too
   if (o.max_pixel_samples > 0) r.max_pixel_samples = o.max_pixel_samples;
   if (o.pixel_noise > 0) r.pixel_noise = float(o.pixel_noise);
   if (o.bounces >= 0) r.bounces = o.bounces;
@@ -65,11 +66,13 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (o.canopy_slabs > 0) r.canopy_slabs = o.canopy_slabs;
   if (!o.canopy_plot.empty()) r.canopy_plot = rectangle("--canopy-plot", o.canopy_plot);
   r.masks = o.masks;
-  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb", "--far-ground", "--ground-pixel"});
+  r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb",
+                                         "--far-ground", "--ground-pixel"});
   return r;
 }
 
-void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request, const std::vector<std::string>& paths) {
+void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request,
+                    const std::vector<std::string>& paths) {
   const std::string& integrator = request.type;
   const auto warn = [&](bool given, const char* option, std::initializer_list<std::string_view> users) {
     if (given && std::find(users.begin(), users.end(), integrator) == users.end())
@@ -95,13 +98,16 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
   warn(o.specular_depth >= 0, "--specular-depth", {"path", "distribution", "canopy"});
   if (o.specular_depth >= 0 && integrator == "path" && !request.bounces)
-    log_warning("--specular-depth has no effect with --integrator path without --bounces: the scene's maxdepth counts scatterings of all kinds");
+    log_warning(
+        "--specular-depth has no effect with --integrator path without --bounces: the scene's maxdepth counts "
+        "scatterings of all kinds");
   warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution", "canopy"});
   warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution", "canopy"});
   const auto warn_without = [](bool without, bool given, const char* option, const char* needed) {
     if (without && given) log_warning(std::string(option) + " has no effect without " + needed);
   };
-  const bool no_masks = request.masks.sun_shadows.value_or("rays") != "masks", no_far_ground = !(request.masks.far_ground.value_or(0) > 0);
+  const bool no_masks = request.masks.sun_shadows.value_or("rays") != "masks",
+             no_far_ground = !(request.masks.far_ground.value_or(0) > 0);
   const auto warn_of_masks = [&](bool without, bool given, const char* option, const char* needed) {
     warn(given, option, {"path", "distribution", "canopy"});
     warn_without(without && integrator != "ao", given, option, needed);
@@ -112,7 +118,8 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn_of_masks(no_masks, o.masks.mb.has_value(), "--mask-mb", "--sun-shadows masks");
   warn_of_masks(no_far_ground, o.masks.ground_pixel.has_value(), "--ground-pixel", "--far-ground");
   const auto none_is = [&](const char* extension) {
-    return std::none_of(paths.begin(), paths.end(), [&](const std::string& path) { return image::extension_of(path) == extension; });
+    return std::none_of(paths.begin(), paths.end(),
+                        [&](const std::string& path) { return image::extension_of(path) == extension; });
   };
   const bool no_exr = none_is("exr"), no_png = none_is("png");
   warn_without(no_exr, !o.aovs.empty(), "--aov", "an output of type .exr");
@@ -134,9 +141,14 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
 void check_render_options(const RenderOptions& o) {
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
-  for (const auto& [name, value] : {std::pair{"--shading-rate", o.shading_rate}, {"--cache-mb", o.cache_mb}, {"--cache-width", o.cache_width},
-                                    {"--irradiance-accuracy", o.irradiance_accuracy}, {"--max-distance", o.max_distance},
-                                    {"--pixel-noise", o.pixel_noise}, {"--time-limit", o.time_limit}, {"--noise-target", o.noise_target}})
+  for (const auto& [name, value] : {std::pair{"--shading-rate", o.shading_rate},
+                                    {"--cache-mb", o.cache_mb},
+                                    {"--cache-width", o.cache_width},
+                                    {"--irradiance-accuracy", o.irradiance_accuracy},
+                                    {"--max-distance", o.max_distance},
+                                    {"--pixel-noise", o.pixel_noise},
+                                    {"--time-limit", o.time_limit},
+                                    {"--noise-target", o.noise_target}})
     if (std::isnan(value)) throw UsageError(std::string(name) + " is not a number");  // ranges let it through
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   render::parse_aovs(o.aovs);
@@ -148,10 +160,12 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("-o,--output", o.outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
   app.add_option("--integrator", o.integrator, "Light transport: path, distribution, canopy, ao [the scene's]")
-      ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
-  app.add_option("--preset", o.preset, "Quality where neither options nor the scene say: draft, preview, final [preview]")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
+  app.add_option("--preset", o.preset,
+                 "Quality where neither options nor the scene say: draft, preview, final [preview]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(build::preset_names), std::end(build::preset_names))));
-  app.add_option("--bounces", o.bounces, 
+  app.add_option("--bounces", o.bounces,
                  "Diffuse bounces of indirect light; 0 = direct light only "
                  "[the scene's maxdepth - 1, with distribution at most the preset's; canopy: 0]")
       ->check(non_negative());
@@ -164,20 +178,26 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--subsurface-rays", o.subsurface_rays,
                  "distribution: probes of a subsurface body around a shading point [the preset's]")
       ->check(CLI::Range(1, build::max_rays));
-  app.add_option("--shading-rate", o.shading_rate, "distribution: pixels a shading point [the preset's]")->check(CLI::Range(0.01, 1024.0));
+  app.add_option("--shading-rate", o.shading_rate, "distribution: pixels a shading point [the preset's]")
+      ->check(CLI::Range(0.01, 1024.0));
   app.add_option("--pixel-points", o.pixel_points,
-                 "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0, or more than 16 = all [the preset's]")
+                 "distribution: most leaves, and other patches of few points, to be shaded of what a pixel sees; 0, or "
+                 "more than 16 = all [the preset's]")
       ->check(CLI::Range(0, build::max_pixel_points));
   app.add_option("--light-learning", o.light_learning,
-                 "path, canopy, distribution: light samples go where a few paths before rendering found that lights and sky are seen: on, off [on]")
+                 "path, canopy, distribution: light samples go where a few paths before rendering found that lights "
+                 "and sky are seen: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--caustics", o.caustics,
-                 "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as diffuse there) "
+                 "distribution: light that metal and coats mirror to diffuse surfaces is sharp: on, off (they count as "
+                 "diffuse there) "
                  "[off in preset draft]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--radiosity-cache", o.radiosity_cache, "distribution: diffuse rays end in the radiosity cache: on, off [on]")
+  app.add_option("--radiosity-cache", o.radiosity_cache,
+                 "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--subsurface-cache", o.subsurface_cache, "distribution: the light that enters subsurface bodies is cached: on, off [on]")
+  app.add_option("--subsurface-cache", o.subsurface_cache,
+                 "distribution: the light that enters subsurface bodies is cached: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-width", o.cache_width,
                  "distribution: cells of the radiosity cache, in widths of what a diffuse ray stands for; "
@@ -188,11 +208,14 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
                  "[on, but for --diffuse-rays below 64]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--irradiance-accuracy", o.irradiance_accuracy,
-                 "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and slower [the preset's]")
+                 "distribution: how far hemispheres reach, of the distance to what they see; smaller is better and "
+                 "slower [the preset's]")
       ->check(CLI::Range(0.001, 10.0));
-  app.add_option("--opacity-cache", o.opacity_cache, "Opacity by textures and shaders is cached for rays of all kinds: on, off [on]")
+  app.add_option("--opacity-cache", o.opacity_cache,
+                 "Opacity by textures and shaders is cached for rays of all kinds: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--cache-mb", o.cache_mb, "Memory of all caches of view-independent results, MB [100]")->check(CLI::Range(0.0, 1e6));
+  app.add_option("--cache-mb", o.cache_mb, "Memory of all caches of view-independent results, MB [100]")
+      ->check(CLI::Range(0.0, 1e6));
   app.add_option("--sun-shadows", o.masks.sun_shadows,
                  "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o.masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
@@ -201,38 +224,49 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
                  "masks: also of this many directions of the sky, z up; 0 to 1024 [0: rays to the sky are traced]");
   app.add_option("--mask-mb", o.masks.mb, "masks: memory of their tiles, MB [512]");
   app.add_option("--far-ground", o.masks.far_ground,
-                 "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy above it, in place of rays; 0: nowhere [0]");
+                 "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy "
+                 "above it, in place of rays; 0: nowhere [0]");
   app.add_option("--ground-pixel", o.masks.ground_pixel, "far ground: side of a pixel, scene units; 0: by itself [0]");
   app.add_option("--max-distance", o.max_distance, "ao: reach of its rays, scene units [infinite]")->check(positive());
   app.add_flag("--color-bleeding", o.color_bleeding, "ao: surfaces tint what is near");
-  app.add_option("--canopy-gather", o.canopy_gather, "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")
+  app.add_option("--canopy-gather", o.canopy_gather,
+                 "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")
       ->check(CLI::IsMember({"on", "off"}));
-  app.add_option("--canopy-plot", o.canopy_plot, "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
-  app.add_option("--canopy-slabs", o.canopy_slabs, "canopy: slabs of its height [20]")->check(CLI::Range(1, build::max_canopy_slabs));
+  app.add_option("--canopy-plot", o.canopy_plot,
+                 "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
+  app.add_option("--canopy-slabs", o.canopy_slabs, "canopy: slabs of its height [20]")
+      ->check(CLI::Range(1, build::max_canopy_slabs));
   app.add_option("--pixel-samples", o.pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")
       ->check(positive());
-  app.add_option("--max-pixel-samples", o.max_pixel_samples,
-                 "Blocks of the image that are noisier than --pixel-noise get more camera samples, up to so many a pixel "
-                 "[--pixel-samples, without that the scene's or the preset's]")
+  app.add_option(
+         "--max-pixel-samples", o.max_pixel_samples,
+         "Blocks of the image that are noisier than --pixel-noise get more camera samples, up to so many a pixel "
+         "[--pixel-samples, without that the scene's or the preset's]")
       ->check(CLI::Range(1, build::max_pixel_samples));
-  app.add_option("--pixel-noise", o.pixel_noise, "Relative standard error of the pixels of a block that needs no more samples [0.07]")
+  app.add_option("--pixel-noise", o.pixel_noise,
+                 "Relative standard error of the pixels of a block that needs no more samples [0.07]")
       ->check(positive());
   app.add_option("--time-limit", o.time_limit, "Stop after the pass that reaches this many seconds of rendering [none]")
       ->check(positive());
-  app.add_option("--noise-target", o.noise_target, "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
+  app.add_option("--noise-target", o.noise_target,
+                 "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
       ->check(positive());
   app.add_option("--resolution", o.resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o.crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   add_threads(app, o.threads);
   app.add_option("--seed", o.seed, "Seed of all random numbers [the scene's or 0]");
   app.add_option("--aov", o.aovs,
-                 "Further layers of an EXR: albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
+                 "Further layers of an EXR: "
+                 "albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
                  "or all; cache_level,cache_age,cache_fills,cache_reuse [none]");
   app.add_flag("--light-groups", o.light_groups,
-               "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to the image [none]");
-  app.add_option("--show-cache", o.show_cache,
-                 "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
-      ->check(CLI::IsMember(std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
+               "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to "
+               "the image [none]");
+  app.add_option(
+         "--show-cache", o.show_cache,
+         "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(render::cache_view_names), std::end(render::cache_view_names))));
   app.add_option("--denoise", o.denoise,
                  "The image without its noise, and as rendered in layer noisy of an EXR: on, off "
                  "[on with distribution in presets draft and preview, else off]")
@@ -244,14 +278,16 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_flag("--float", o.full_float, "32-bit float EXR [as the scene says]");
   app.add_flag("--tiled", o.tiled, "Tiled EXR [scanlines]");
   app.add_flag("--multi-part", o.multi_part, "One EXR part for each layer [one part]");
-  app.add_option("--compression", o.compression, "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab [zip]");
+  app.add_option("--compression", o.compression,
+                 "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab [zip]");
   app.add_option("--png-bits", o.png_bits, "Bits of a PNG channel [8]")->check(CLI::IsMember({8, 16}));
   app.add_option("--view", o.view, "OpenColorIO view for PNG [plain sRGB]");
   app.add_option("--display", o.display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o.ocio, "OpenColorIO configuration file [$OCIO]");
   app.add_flag("--strict", o.strict, "Whatever would be a warning about the scene is an error");
-  app.add_flag("--keep-going", o.keep_going,
-               "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
+  app.add_flag(
+      "--keep-going", o.keep_going,
+      "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
   app.add_flag("-q,--quiet", o.quiet, "No progress, no information; warnings and errors only");
 }
 

@@ -14,10 +14,13 @@ namespace dapple::app {
 struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
-  std::string irradiance_interpolation, caustics, light_learning, crop, resolution, aovs, stats, view, display, ocio, compression;
-  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0, pixel_points = -1, subsurface_rays = 0;
+  std::string irradiance_interpolation, caustics, light_learning, crop, resolution, aovs, stats, view, display, ocio,
+      compression;
+  int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0,
+      pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
-  double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1, cache_width = 0, irradiance_accuracy = 0;
+  double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1,
+         cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
@@ -33,7 +36,9 @@ void check_render_options(const RenderOptions& o);
 /// UsageError for lists of rays that are none.
 build::IntegratorRequest integrator_request(const RenderOptions& o);
 
-/// Names options that the integrator, or the images, have no use for. UsageError or IoError for a view of OpenColorIO that there is not.
-void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request, const std::vector<std::string>& paths);
+/// Names options that the integrator, or the images, have no use for. UsageError or IoError for a view of OpenColorIO
+/// that there is not.
+void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request,
+                    const std::vector<std::string>& paths);
 
 }  // namespace dapple::app

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A honeycomb before a lamp that has an area: black tubes let through what goes along them. Of the light at angle theta to a tube of
-// width w and length l, two circles whose middles are l tan(theta) apart overlap in what passes.
+// A honeycomb before a lamp that has an area: black tubes let through what goes along them. Of the light at angle theta
+// to a tube of width w and length l, two circles whose middles are l tan(theta) apart overlap in what passes.
 #include <dapple/shading/plugin.h>
 
 namespace {

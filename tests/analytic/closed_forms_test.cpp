@@ -16,8 +16,8 @@ constexpr const char* film = R"(Film "rgb" "integer xresolution" 16 "integer yre
 PixelFilter "box"
 )";
 
-// Inside a sphere that emits 1 and reflects a everywhere, radiance after n reflections is the geometric sum 1 + a + ... + a^n. With b
-// bounces of indirect light the camera sees emission, direct light and b bounces: n = b + 1.
+// Inside a sphere that emits 1 and reflects a everywhere, radiance after n reflections is the geometric sum 1 + a + ...
+// + a^n. With b bounces of indirect light the camera sees emission, direct light and b bounces: n = b + 1.
 TEST(Furnace, SphereSumsTheGeometricSeries) {
   const std::string scene = std::string(film) + R"(Camera "spherical" "string mapping" "equirectangular"
 WorldBegin
@@ -39,7 +39,7 @@ Shape "sphere" "float radius" 2
 struct FurnaceCase {
   const char* name;
   const char* material;
-  float albedo;     ///< radiance expected where the object is, 1 where lossless
+  float albedo;  ///< radiance expected where the object is, 1 where lossless
   float tolerance;
 };
 
@@ -57,19 +57,24 @@ Shape "sphere" "float radius" 1
   expect_near(render_text(scene, 256, bounces(200, 200)).mean(), RGB(c.albedo), c.tolerance, c.name);
 }
 
-// At a field of view of 30 degrees from 3 m the unit sphere (half-angle 19.5 degrees) fills the square image but for the corners, where
-// the sky shows: so cases with albedo below one are lossless ones scaled by eye-independent factors only in the sphere's part.
+// At a field of view of 30 degrees from 3 m the unit sphere (half-angle 19.5 degrees) fills the square image but for
+// the corners, where the sky shows: so cases with albedo below one are lossless ones scaled by eye-independent factors
+// only in the sphere's part.
 INSTANTIATE_TEST_SUITE_P(
     Materials, UniformSky,
-    testing::Values(FurnaceCase{"diffuse", R"(Material "diffuse" "rgb reflectance" [ 1 1 1 ])", 1, .004f},
-                    FurnaceCase{"transmission", R"(Material "diffusetransmission" "rgb reflectance" [ .5 .5 .5 ] "rgb transmittance" [ .5 .5 .5 ])", 1, .004f},
-                    FurnaceCase{"glass", R"(Material "dielectric" "float eta" 1.5)", 1, .004f},
-                    FurnaceCase{"thin", R"(Material "thindielectric" "float eta" 1.5)", 1, .004f},
-                    FurnaceCase{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)", 1, .02f},
-                    FurnaceCase{"interface", R"(Material "interface")", 1, .001f}),
+    testing::Values(
+        FurnaceCase{"diffuse", R"(Material "diffuse" "rgb reflectance" [ 1 1 1 ])", 1, .004f},
+        FurnaceCase{"transmission",
+                    R"(Material "diffusetransmission" "rgb reflectance" [ .5 .5 .5 ] "rgb transmittance" [ .5 .5 .5 ])",
+                    1, .004f},
+        FurnaceCase{"glass", R"(Material "dielectric" "float eta" 1.5)", 1, .004f},
+        FurnaceCase{"thin", R"(Material "thindielectric" "float eta" 1.5)", 1, .004f},
+        FurnaceCase{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)", 1, .02f},
+        FurnaceCase{"interface", R"(Material "interface")", 1, .001f}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-// A point light of intensity I at height h over a diffuse floor of reflectance rho: radiance below it is rho / pi * I / h^2.
+// A point light of intensity I at height h over a diffuse floor of reflectance rho: radiance below it is rho / pi * I /
+// h^2.
 TEST(DirectLight, PointLightFallsOffWithTheSquare) {
   const std::string scene = std::string(film) + R"(LookAt 0 0 10  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -.01 .01 -.01 .01 ]
@@ -116,8 +121,8 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   expect_near(render_text(scene, 256, bounces(0)).mean(), .5f * inv_pi * pi * 3 * F, .01f, "rectangle");
 }
 
-// A light that shines to one side is dark on the other: rounding puts points of it before or behind its own plane, from where it fills half of
-// all directions.
+// A light that shines to one side is dark on the other: rounding puts points of it before or behind its own plane, from
+// where it fills half of all directions.
 TEST(DirectLight, BackOfALightIsDark) {
   for (const char* shape : {R"(Shape "bilinearmesh" "point3 P" [ -3.9 -1 1  -3.9 -1 3  -3.9 1 1  -3.9 1 3 ])",
                             R"(Shape "trianglemesh" "point3 P" [ -3.9 -2 0  -3.9 0 5  -3.9 2 0 ])",
@@ -134,8 +139,9 @@ AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
   }
 }
 
-// Two infinite parallel planes, the lower of reflectance a, the upper emitting 1 and reflecting b: the radiance of the lower plane is
-// a (1 + b L): L = a / (1 - a b). Large planes stand in for infinite ones: the error is of order (distance / size)^2.
+// Two infinite parallel planes, the lower of reflectance a, the upper emitting 1 and reflecting b: the radiance of the
+// lower plane is a (1 + b L): L = a / (1 - a b). Large planes stand in for infinite ones: the error is of order
+// (distance / size)^2.
 TEST(Interreflection, ParallelPlanes) {
   const std::string scene = std::string(film) + R"(LookAt 0 0 .5  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -.1 .1 -.1 .1 ]
@@ -163,8 +169,8 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ] "float alpha"
   expect_near(render_text(scene, 256, bounces(0)).mean(), .7f, .01f, "alpha");
 }
 
-// Two black panes of opacities a and b, by channel, before a sky of 1: L = (1 - a) (1 - b). A white floor below them shows the same, lit by
-// that sky or by a sun of irradiance pi. An interface between them changes nothing.
+// Two black panes of opacities a and b, by channel, before a sky of 1: L = (1 - a) (1 - b). A white floor below them
+// shows the same, lit by that sky or by a sun of irradiance pi. An interface between them changes nothing.
 TEST(Opacity, DiffersByChannel) {
   const std::string panes = R"(
 Texture "pane" "spectrum" "scale" "rgb tex" [ .8 .4 0 ] "float scale" .5
@@ -174,7 +180,8 @@ Shape "bilinearmesh" "point3 P" [ -400 -400 3  400 -400 3  -400 400 3  400 400 3
 Shape "bilinearmesh" "point3 P" [ -400 -400 2  400 -400 2  -400 400 2  400 400 2 ] "texture opacity" "pane"
 AttributeEnd
 )";
-  const std::string interface = R"(AttributeBegin Material "interface" Shape "bilinearmesh" "point3 P" [ -400 -400 2.5  400 -400 2.5  -400 400 2.5  400 400 2.5 ] AttributeEnd
+  const std::string interface =
+      R"(AttributeBegin Material "interface" Shape "bilinearmesh" "point3 P" [ -400 -400 2.5  400 -400 2.5  -400 400 2.5  400 400 2.5 ] AttributeEnd
 )";
   const std::string sky = std::string(film) + R"(LookAt 0 0 1  0 0 9  0 1 0
 Camera "orthographic"
@@ -185,13 +192,15 @@ LightSource "infinite" "rgb L" [ 1 1 1 ]
     return std::string(film) + R"(LookAt 0 0 1  0 0 0  0 1 0
 Camera "orthographic"
 WorldBegin
-)" + light + R"(
+)" + light +
+           R"(
 Material "diffuse" "rgb reflectance" [ 1 1 1 ]
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
 )" + panes;
   };
   const std::string lit_by_sky = floor(R"(LightSource "infinite" "rgb L" [ 1 1 1 ])");
-  const std::string sun = floor(R"(LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ])");
+  const std::string sun = floor(
+      R"(LightSource "distant" "rgb L" [ 3.14159265 3.14159265 3.14159265 ] "point3 from" [ 0 0 1 ] "point3 to" [ 0 0 0 ])");
   const RGB expected(0.5f * 0.6f, 0.75f * 0.8f, 0.95f);
   for (const std::string& scene : {sky, lit_by_sky, sun, sky + interface, lit_by_sky + interface, sun + interface}) {
     expect_near(render_text(scene, 1024, bounces(0)).mean(), expected, .01f, "path");
@@ -204,12 +213,13 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   for (const bool bleeding : {false, true}) {
     path::AmbientOcclusion::Settings occlusion;
     occlusion.color_bleeding = bleeding;
-    expect_near(test::render_built(built, 64, path::AmbientOcclusion(*built.scene, occlusion)).mean(), expected, .01f, "ambient occlusion");
+    expect_near(test::render_built(built, 64, path::AmbientOcclusion(*built.scene, occlusion)).mean(), expected, .01f,
+                "ambient occlusion");
   }
 }
 
-// A quad that crosses the image at constant speed covers each pixel of its path for a share of the shutter time. It moves by its own width
-// across a window of that width: mean coverage 1/2.
+// A quad that crosses the image at constant speed covers each pixel of its path for a share of the shutter time. It
+// moves by its own width across a window of that width: mean coverage 1/2.
 TEST(MotionBlur, TransformAndDeformationCoverAlike) {
   const std::string head = std::string(film) + R"(LookAt 0 0 5  0 0 0  0 1 0
 Camera "orthographic" "float shutteropen" 0 "float shutterclose" 1
@@ -244,7 +254,8 @@ Material "coateddiffuse" "float roughness" .2
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ -1 -1 -.5  1 -1 -.5  0 0 1 ]
 )";
   const auto direct = render_text(head + place + shape, 512, bounces(2));
-  const auto instanced = render_text(head + "ObjectBegin \"o\"\n" + shape + "ObjectEnd\n" + place + "ObjectInstance \"o\"\n", 512, bounces(2));
+  const auto instanced = render_text(
+      head + "ObjectBegin \"o\"\n" + shape + "ObjectEnd\n" + place + "ObjectInstance \"o\"\n", 512, bounces(2));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(direct.mean()[c], instanced.mean()[c], .005f * direct.mean()[c]);
 }
 
@@ -263,7 +274,8 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 4 6 5 4 7 6 ]
   expect_near(render_text(scene, 16, bounces(0)).mean(), std::exp(-.5f), .002f, "slab");
 }
 
-// A medium that scatters and does not absorb is invisible under a uniform sky, with or without a boundary that is not there.
+// A medium that scatters and does not absorb is invisible under a uniform sky, with or without a boundary that is not
+// there.
 TEST(Media, ScatteringFurnace) {
   const std::string scene = std::string(film) + R"(LookAt 0 -4 0  0 0 0  0 0 1
 Camera "perspective" "float fov" 25

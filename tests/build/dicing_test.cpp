@@ -87,8 +87,8 @@ size_t vertices_in(const Built& b) {
   return n;
 }
 
-// A floor that begins below the camera would ask for any number of micropolygons there. Its patch gets at most 16 pieces for each pixel along
-// the picture: 16 x 16 = 256 along a side.
+// A floor that begins below the camera would ask for any number of micropolygons there. Its patch gets at most 16
+// pieces for each pixel along the picture: 16 x 16 = 256 along a side.
 TEST(DicedShapes, WhatIsCloseToTheCameraIsBoundedByThePicture) {
   const std::string small = R"(LookAt 0 0 -5  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -97,18 +97,22 @@ WorldBegin
 LightSource "infinite"
 )";
   const std::string floor =
-      "Shape \"catmullclark\" \"point3 P\" [-1e4 -1 -1e4  1e4 -1 -1e4  1e4 -1 1e4  -1e4 -1 1e4] \"integer indices\" [0 1 2 3]\n";
+      "Shape \"catmullclark\" \"point3 P\" [-1e4 -1 -1e4  1e4 -1 -1e4  1e4 -1 1e4  -1e4 -1 1e4] \"integer indices\" [0 "
+      "1 2 3]\n";
   const Built b = build_scene_text(floor, small);
   EXPECT_LE(b.grids(0).micropolygon_count(), 256u * 256u);
   EXPECT_GE(b.grids(0).micropolygon_count(), 128u * 128u);
   EXPECT_EQ(b.messages, std::vector<std::string>());
   // 1024 patches, each as wide: the scene's budget holds them, 2^21 vertices and 64 a pixel.
-  const std::string displaced = "Shape \"trianglemesh\" \"point3 P\" [-1e5 -1 -1e5  1e5 -1 -1e5  1e5 -1 1e5] \"integer indices\" [0 1 2] "
-                                "\"float displacement\" 50 \"float shadingrate\" 1e-6\n";
+  const std::string displaced =
+      "Shape \"trianglemesh\" \"point3 P\" [-1e5 -1 -1e5  1e5 -1 -1e5  1e5 -1 1e5] \"integer indices\" [0 1 2] "
+      "\"float displacement\" 50 \"float shadingrate\" 1e-6\n";
   const Built many = build_scene_text(displaced + displaced + displaced, small);
   EXPECT_LE(vertices_in(many), (size_t(1) << 21) + 64u * 256u + 3);
   EXPECT_GT(vertices_in(many), size_t(1) << 18);
-  EXPECT_EQ(std::count_if(many.messages.begin(), many.messages.end(), [](const std::string& m) { return m.find("so that the scene has") != m.npos; }), 1);
+  EXPECT_EQ(std::count_if(many.messages.begin(), many.messages.end(),
+                          [](const std::string& m) { return m.find("so that the scene has") != m.npos; }),
+            1);
 }
 
 // Shapes that together want more than the scene may have are coarsened, those of less than their share are left alone.
@@ -126,11 +130,13 @@ TEST(DicedShapes, TheSceneKeepsToABudget) {
 // The limit of a triangle's subdivision does not depend on the levels but for how finely it is cut: 4^levels triangles.
 TEST(LoopShapes, DeepLevelsAreHeldToANumberOfTrianglesInAll) {
   const auto triangle = [](int levels) {
-    return "Shape \"loopsubdiv\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 0 1] \"integer levels\" " + std::to_string(levels) + "\n";
+    return "Shape \"loopsubdiv\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 0 1] \"integer levels\" " +
+           std::to_string(levels) + "\n";
   };
   const auto faces = [](const Built& b) {
     size_t n = 0;
-    for (uint32_t g = 0; g < b.built.scene->traced.geometry_count(); ++g) n += std::get<trace::MeshPtr>(b.built.scene->traced.shape(g))->face_count();
+    for (uint32_t g = 0; g < b.built.scene->traced.geometry_count(); ++g)
+      n += std::get<trace::MeshPtr>(b.built.scene->traced.shape(g))->face_count();
     return n;
   };
   EXPECT_EQ(faces(build_scene_text(triangle(5))), 1024u);
@@ -143,19 +149,23 @@ TEST(LoopShapes, DeepLevelsAreHeldToANumberOfTrianglesInAll) {
 // Positions and normals of a surface do not depend on who cut its polygons.
 TEST(LoopShapes, PolygonsAreCutIntoTriangles) {
   const auto mesh_of = [](const Built& b) { return std::get<trace::MeshPtr>(b.built.scene->traced.shape(0)); };
-  const std::string cube_points = "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
+  const std::string cube_points =
+      "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
   const std::string quads = "\"integer indices\" [0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7] ";
   const std::string cut =
       "\"integer indices\" [0 3 2 0 2 1  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7] ";
   // A C seen from above: a fan from its first corner would lie outside.
-  const std::string c_shape = "Shape \"loopsubdiv\" \"integer levels\" 0 \"point3 P\" [2 1 0  2 2 0  0 2 0  0 0 0  2 0 0  1 .5 0  1 1.5 0] ";
-  const Built by_sizes = build_scene_text(cube_points + quads + "\"integer faceverts\" [4 4 4 4 4 4]"), by_hand = build_scene_text(cube_points + cut);
+  const std::string c_shape =
+      "Shape \"loopsubdiv\" \"integer levels\" 0 \"point3 P\" [2 1 0  2 2 0  0 2 0  0 0 0  2 0 0  1 .5 0  1 1.5 0] ";
+  const Built by_sizes = build_scene_text(cube_points + quads + "\"integer faceverts\" [4 4 4 4 4 4]"),
+              by_hand = build_scene_text(cube_points + cut);
   EXPECT_EQ(by_sizes.messages, Messages());
   EXPECT_EQ(mesh_of(by_sizes)->P, mesh_of(by_hand)->P);
   EXPECT_EQ(mesh_of(by_sizes)->indices, mesh_of(by_hand)->indices);
   const Built diced = build_scene_text(cube_points + quads + "\"integer faceverts\" [4 4 4 4 4 4] \"bool diced\" true");
   EXPECT_EQ(diced.messages, Messages());
-  EXPECT_EQ(diced.grids(0).grids.size(), build_scene_text(cube_points + cut + "\"bool diced\" true").grids(0).grids.size());
+  EXPECT_EQ(diced.grids(0).grids.size(),
+            build_scene_text(cube_points + cut + "\"bool diced\" true").grids(0).grids.size());
 
   const Built c = build_scene_text(c_shape + "\"integer indices\" [0 1 2 3 4 5 6] \"integer faceverts\" [7]");
   ASSERT_EQ(mesh_of(c)->indices.size(), 15u);
@@ -166,10 +176,14 @@ TEST(LoopShapes, PolygonsAreCutIntoTriangles) {
 }
 
 TEST(LoopShapes, SayThatTheyTakeTriangles) {
-  const std::string cube_points = "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
-  expect_error(cube_points + "\"integer indices\" [0 3 2 1]", "\"indices\" has 4 numbers; expected a multiple of 3, or \"faceverts\"");
-  expect_error(cube_points + "\"integer indices\" [0 3 2 1] \"integer faceverts\" [3]", "\"faceverts\" adds up to 3 corners");
-  const Built quads = build_scene_text(cube_points + "\"integer indices\" [0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7]");
+  const std::string cube_points =
+      "Shape \"loopsubdiv\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1] ";
+  expect_error(cube_points + "\"integer indices\" [0 3 2 1]",
+               "\"indices\" has 4 numbers; expected a multiple of 3, or \"faceverts\"");
+  expect_error(cube_points + "\"integer indices\" [0 3 2 1] \"integer faceverts\" [3]",
+               "\"faceverts\" adds up to 3 corners");
+  const Built quads =
+      build_scene_text(cube_points + "\"integer indices\" [0 3 2 1  4 5 6 7  0 1 5 4  1 2 6 5  2 3 7 6  3 0 4 7]");
   ASSERT_EQ(quads.messages.size(), 1u);
   EXPECT_TRUE(quads.says("use \"catmullclark\""));
   const Built pairs = build_scene_text(cube_points + "\"integer indices\" [0 1  0 3 2] \"integer faceverts\" [2 3]");
@@ -182,13 +196,15 @@ TEST(LoopShapes, WhatCannotBeSubdividedIsSaidOnce) {
   constexpr int n = 66000;
   std::string points = "0 0 0", corners;
   for (int i = 0; i < n; ++i) {
-    points += " " + std::to_string(std::cos(2 * pi * float(i) / n)) + " " + std::to_string(std::sin(2 * pi * float(i) / n)) + " 0";
+    points += " " + std::to_string(std::cos(2 * pi * float(i) / n)) + " " +
+              std::to_string(std::sin(2 * pi * float(i) / n)) + " 0";
     corners += " 0 " + std::to_string(1 + i) + " " + std::to_string(1 + (i + 1) % n);
   }
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
-  expect_error("Shape \"loopsubdiv\" \"integer levels\" 1 \"point3 P\" [" + points + "] \"integer indices\" [" + corners + "]",
-               "the mesh cannot be subdivided: vertex with valence 66000 > 65535 max");
+  expect_error(
+      "Shape \"loopsubdiv\" \"integer levels\" 1 \"point3 P\" [" + points + "] \"integer indices\" [" + corners + "]",
+      "the mesh cannot be subdivided: vertex with valence 66000 > 65535 max");
   EXPECT_EQ(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
 }
 

@@ -144,18 +144,22 @@ TEST_F(LightFactory, ProjectionAndGoniometric) {
   EXPECT_NEAR(light(R"(LightSource "goniometric" "string filename" "white.exr" "float power" 30)")->power(1), 30, 1e-3);
 }
 
-const char* const checks = R"(Texture "checks" "spectrum" "checkerboard" "float uscale" 2 "float vscale" 2 "rgb tex1" [ 4 4 4 ] "rgb tex2" [ 0 0 0 ]
+const char* const checks =
+    R"(Texture "checks" "spectrum" "checkerboard" "float uscale" 2 "float vscale" 2 "rgb tex1" [ 4 4 4 ] "rgb tex2" [ 0 0 0 ]
 )";
 
 TEST_F(LightFactory, TexturesShineFromAreasAndOverDirections) {
   const std::string c = checks;
-  const auto area = area_lights(c + R"(AreaLightSource "diffuse" "texture L" "checks" "float scale" 2 Shape "bilinearmesh" "point3 P" [ 0 0 0  1 0 0  0 1 0  1 1 0 ])");
+  const auto area = area_lights(
+      c +
+      R"(AreaLightSource "diffuse" "texture L" "checks" "float scale" 2 Shape "bilinearmesh" "point3 P" [ 0 0 0  1 0 0  0 1 0  1 1 0 ])");
   ASSERT_EQ(area.size(), 1u);
   EXPECT_EQ(area[0]->emitted({0.25f, 0.25f, 0}, {0, 0, 1}, {0.25f, 0.25f}, {0, 0, 1}), RGB(8));
   EXPECT_EQ(area[0]->emitted({0.75f, 0.25f, 0}, {0, 0, 1}, {0.75f, 0.25f}, {0, 0, 1}), RGB(0));
   EXPECT_NEAR(area[0]->power(1), 4 * pi, 1e-3);
   // The spot's picture: its axis is at u = v = 1/2, and its cone touches the edges.
-  const auto spot = light(c + R"(LightSource "spot" "texture I" "checks" "float coneangle" 45 "float conedeltaangle" 0)");
+  const auto spot =
+      light(c + R"(LightSource "spot" "texture I" "checks" "float coneangle" 45 "float conedeltaangle" 0)");
   EXPECT_FLOAT_EQ(sampled(*spot, {0.5f, 0.5f, 1}).radiance.g, 4 / 1.5f);
   LightSample s;
   EXPECT_FALSE(spot->sample({.p = V3f(-0.5f, 0.5f, 1)}, {0, 0}, &s));
@@ -167,8 +171,13 @@ TEST_F(LightFactory, TexturesShineFromAreasAndOverDirections) {
 }
 
 TEST_F(LightFactory, Decay) {
-  EXPECT_FLOAT_EQ(sampled(*light(R"(LightSource "point" "float falloff" 1 "float falloffdistance" 2)"), {4, 0, 0}).radiance.g, 0.125f);
-  EXPECT_FLOAT_EQ(sampled(*light(R"(LightSource "spot" "float decaydistances" [ 1 3 ] "float decay" [ 1 0 ])"), {0, 0, 2}).radiance.g, 0.125f);
+  EXPECT_FLOAT_EQ(
+      sampled(*light(R"(LightSource "point" "float falloff" 1 "float falloffdistance" 2)"), {4, 0, 0}).radiance.g,
+      0.125f);
+  EXPECT_FLOAT_EQ(
+      sampled(*light(R"(LightSource "spot" "float decaydistances" [ 1 3 ] "float decay" [ 1 0 ])"), {0, 0, 2})
+          .radiance.g,
+      0.125f);
   expect_error(R"(LightSource "point" "float falloff" -1)", "expected an exponent");
   expect_error(R"(LightSource "point" "float falloffdistance" 0)", "above 0");
   expect_error(R"(LightSource "point" "float decaydistances" [ 1 3 ] "float decay" [ 1 ])", "expected as many");
@@ -177,7 +186,8 @@ TEST_F(LightFactory, Decay) {
   expect_error(R"(LightSource "spot" "texture I" "absent")", "\"absent\" is not defined");
 }
 
-// Sun and sky: power on a disk across the zenith's direction; what is looked up is the sky's radiance, and below the mask the mask's share of it.
+// Sun and sky: power on a disk across the zenith's direction; what is looked up is the sky's radiance, and below the
+// mask the mask's share of it.
 TEST_F(LightFactory, SkyAndCanopy) {
   write_grey("half.exr", 2, 2, 0.5f);
   const auto sky = light(R"(LightSource "sky" "float skyirradiance" 6.2831853 "string skymodel" "uniform")");
@@ -185,7 +195,8 @@ TEST_F(LightFactory, SkyAndCanopy) {
   EXPECT_NEAR(sky->environment_at({0, 0, 0}, {0, 0, 1}, 0).g, 2, 1e-4);
   EXPECT_TRUE(sky->environment_at({0, 0, 0}, {0, 0, -1}, 0).is_black());
   EXPECT_NEAR(sky->power(1), pi * 2 * 2 * pi, 1e-2);
-  const auto canopy = light(R"(LightSource "canopy" "string mask" "half.exr" "float maskwidth" 4 "float height" 3 "rgb skyirradiance" [ 3.1415927 0 0 ] "bool periodic" true)");
+  const auto canopy = light(
+      R"(LightSource "canopy" "string mask" "half.exr" "float maskwidth" 4 "float height" 3 "rgb skyirradiance" [ 3.1415927 0 0 ] "bool periodic" true)");
   EXPECT_NEAR(canopy->environment_at({0, 0, 0}, {0, 0, 1}, 0).r, 0.5f, 1e-4);
   EXPECT_NEAR(canopy->environment_at({0, 0, 4}, {0, 0, 1}, 0).r, 1, 1e-4);
   const auto sun = light(R"(LightSource "sky" "float sunirradiance" 10 "float sunzenith" 30)");
@@ -195,13 +206,17 @@ TEST_F(LightFactory, SkyAndCanopy) {
   const std::string half = R"(LightSource "canopy" "string mask" "half.exr" "float skyirradiance" 1 )";
   expect_error(R"(LightSource "canopy" "float skyirradiance" 1)", "needs a mask");
   expect_error(half, "\"maskwidth\" is -1, expected the width");
-  expect_error(half + R"("float maskwidth" 1 "float height" 0)", "\"height\" is 0, expected the height of the mask above the ground");
+  expect_error(half + R"("float maskwidth" 1 "float height" 0)",
+               "\"height\" is 0, expected the height of the mask above the ground");
   expect_error(half + R"("float maskwidth" 1 "float height" 1 "float sunzenith" 90)", "\"sunzenith\" is 90");
   expect_error("Scale 1 1 2 " + half + R"("float maskwidth" 1 "float height" 1)", "scale all axes alike");
   expect_error(R"(LightSource "sky" "float sunirradiance" -1)", "from 0 upwards");
-  expect_error(R"(LightSource "sky" "float skyirradiance" 1 "string skymodel" "preetham" "float turbidity" 1)", "1.9 to 10");
+  expect_error(R"(LightSource "sky" "float skyirradiance" 1 "string skymodel" "preetham" "float turbidity" 1)",
+               "1.9 to 10");
   write_grey("two.exr", 2, 2, 2);
-  expect_error(R"(LightSource "canopy" "string mask" "two.exr" "float skyirradiance" 1 "float maskwidth" 1 "float height" 1)", "from 0 to 1");
+  expect_error(
+      R"(LightSource "canopy" "string mask" "two.exr" "float skyirradiance" 1 "float maskwidth" 1 "float height" 1)",
+      "from 0 to 1");
 }
 
 TEST_F(LightFactory, BadInputIsAnErrorWithItsPlace) {
@@ -229,10 +244,12 @@ TEST_F(LightFactory, UnusedParametersAndStandInsAreNamed) {
 }
 
 TEST_F(LightFactory, PortalsTurnWithTheLight) {
-  const auto window = light(R"(Rotate 90 0 1 0 LightSource "infinite" "rgb L" [ 3 3 3 ] "point3 portal" [ -1 -1 2  -1 1 2  1 1.0005 2  1 -1 2 ])");
+  const auto window = light(
+      R"(Rotate 90 0 1 0 LightSource "infinite" "rgb L" [ 3 3 3 ] "point3 portal" [ -1 -1 2  -1 1 2  1 1.0005 2  1 -1 2 ])");
   EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(1, 0, 0), 0).g, 3);
   EXPECT_EQ(window->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 0);
-  const auto sky = light(R"(LightSource "sky" "float skyirradiance" 1 "point3 portal" [ -1 -1 2  -1 1 2  1 1 2  1 -1 2 ])");
+  const auto sky =
+      light(R"(LightSource "sky" "float skyirradiance" 1 "point3 portal" [ -1 -1 2  -1 1 2  1 1 2  1 -1 2 ])");
   EXPECT_GT(sky->environment_at(V3f(0, 0, 0), V3f(0, 0, 1), 0).g, 0);
   EXPECT_EQ(sky->environment_at(V3f(0, 0, 0), normalize(V3f(1, 0, 1)), 0).g, 0);
   expect_error(R"(LightSource "infinite" "point3 portal" [ 0 0 0  1 0 0  1 1 0 ])", "3 points");

@@ -59,11 +59,14 @@ void expect_contains(const std::string& text, const std::string& part) {
 
 TEST(MaterialFactory, DiffuseTransmissionThatCreatesEnergyIsNamed) {
   const auto messages = [](const std::string& r, const std::string& t, const std::string& rest = "") {
-    return build("Material \"diffusetransmission\" \"rgb reflectance\" [" + r + "] \"rgb transmittance\" [" + t + "] " + rest).messages;
+    return build("Material \"diffusetransmission\" \"rgb reflectance\" [" + r + "] \"rgb transmittance\" [" + t + "] " +
+                 rest)
+        .messages;
   };
   const auto two = messages("1 1 1", "1 1 1");
   ASSERT_EQ(two.size(), 1u);
-  expect_contains(two[0], "test.pbrt:2:1: material \"diffusetransmission\": \"reflectance\" and \"transmittance\" add up to 2");
+  expect_contains(two[0],
+                  "test.pbrt:2:1: material \"diffusetransmission\": \"reflectance\" and \"transmittance\" add up to 2");
   EXPECT_EQ(messages(".1 .1 .6", ".1 .1 .5").size(), 1u);
   EXPECT_EQ(messages(".3 .3 .3", ".3 .3 .3", "\"float scale\" 2").size(), 1u);
   EXPECT_TRUE(messages(".9 .3 .6", ".1 .7 .4").empty());
@@ -225,7 +228,8 @@ TEST(MaterialFactory, WarnsOfWhatItMends) {
 }
 
 TEST(MaterialFactory, StandInsAreNamedOnce) {
-  const Built built = build("Material \"hair\"\nMaterial \"hair\"\nMaterial \"measured\" \"string filename\" \"x.bsdf\"");
+  const Built built =
+      build("Material \"hair\"\nMaterial \"hair\"\nMaterial \"measured\" \"string filename\" \"x.bsdf\"");
   EXPECT_EQ(built.unsupported.size(), 2u);
   ASSERT_EQ(built.materials.size(), 4u);
   EXPECT_EQ(built.messages.size(), 2u) << "unused parameters?";
@@ -243,14 +247,19 @@ TEST(MaterialFactory, SubsurfaceByAllItsParameterisations) {
   EXPECT_NEAR(skin.medium_albedo.r, 0.74f / 0.772f, 1e-5f);
   EXPECT_GT(skin.reflectance.r, 2 * skin.reflectance.b);  // skin is reddish
   // pbrt's default is whole milk.
-  EXPECT_EQ(constant_of("Material \"subsurface\"").extinction, constant_of("Material \"subsurface\" \"string name\" \"Wholemilk\"").extinction);
+  EXPECT_EQ(constant_of("Material \"subsurface\"").extinction,
+            constant_of("Material \"subsurface\" \"string name\" \"Wholemilk\"").extinction);
   EXPECT_EQ(constant_of("Material \"subsurface\" \"string name\" \"Spectralon\"").reflectance, RGB(1));
-  const Bsdf given = constant_of("Material \"subsurface\" \"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ 3 3 3 ] \"float g\" .5 \"float eta\" 1.5 \"float scale\" 2");
+  const Bsdf given = constant_of(
+      "Material \"subsurface\" \"rgb sigma_a\" [ 1 1 1 ] \"rgb sigma_s\" [ 3 3 3 ] \"float g\" .5 \"float eta\" 1.5 "
+      "\"float scale\" 2");
   EXPECT_NEAR(given.extinction.r, 8, 1e-4f);
   EXPECT_NEAR(given.medium_albedo.g, 0.75f, 1e-5f);
   EXPECT_EQ(given.g, 0.5f);
   EXPECT_EQ(given.ior, 1.5f);
-  const Bsdf colour = constant_of("Material \"subsurface\" \"rgb reflectance\" [ .7 .4 .2 ] \"rgb mfp\" [ .5 .5 .5 ] \"float scale\" 4 \"float roughness\" .25");
+  const Bsdf colour = constant_of(
+      "Material \"subsurface\" \"rgb reflectance\" [ .7 .4 .2 ] \"rgb mfp\" [ .5 .5 .5 ] \"float scale\" 4 \"float "
+      "roughness\" .25");
   EXPECT_NEAR(colour.extinction.b, 0.5f, 1e-5f);
   EXPECT_NEAR(colour.reflectance.r, 0.7f, 1e-4f);
   EXPECT_EQ(colour.alpha_x, 0.5f);

@@ -82,14 +82,18 @@ TEST_F(MediumFactory, RgbGridAndItsPlace) {
 // Density x of the world over a box from 0 to 2: optical depths 2 sigma_t.
 TEST_F(MediumFactory, Pattern) {
   const std::string ramp = R"(Texture "x" "float" "coordinate" "string which" "x" "string space" "world" )";
-  const RGB d = depth(ramp + R"(Scale 2 1 1 MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" 2
-  "rgb sigma_a" [ .1 .2 .3 ] "rgb sigma_s" [ 0 0 .1 ])", along, 10);
+  const RGB d =
+      depth(ramp + R"(Scale 2 1 1 MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" 2
+  "rgb sigma_a" [ .1 .2 .3 ] "rgb sigma_s" [ 0 0 .1 ])",
+            along, 10);
   EXPECT_NEAR(d.r, 0.2, 0.01);
   EXPECT_NEAR(d.g, 0.4, 0.01);
   EXPECT_NEAR(d.b, 0.8, 0.02);
   EXPECT_EQ(diagnostics_.count(), 0u);
-  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x")", "expected \"float maxdensity\"");
-  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" -1)", "negative");
+  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x")",
+               "expected \"float maxdensity\"");
+  expect_error(ramp + R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "x" "float maxdensity" -1)",
+               "negative");
   expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "float density" -1)", "negative");
   expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "texture density" "y" "float maxdensity" 1)", "\"y\"");
   expect_error(R"(MakeNamedMedium "p" "string type" "pattern" "point3 p1" [ 1 0 1 ])", "no volume");
@@ -132,8 +136,8 @@ TEST(SceneBuilder, SaysThatThereIsNoLightWhereNothingGlows) {
   const auto messages = [](const std::string& emission) {
     Diagnostics diagnostics;
     const auto description = scenefile::parse_pbrt(
-        "Camera \"perspective\" WorldBegin MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" " + emission +
-            " MediumInterface \"m\" \"\" Material \"interface\" Shape \"sphere\"\n",
+        "Camera \"perspective\" WorldBegin MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" " +
+            emission + " MediumInterface \"m\" \"\" Material \"interface\" Shape \"sphere\"\n",
         "glow.pbrt", "", diagnostics);
     build_scene(description, {}, diagnostics);
     return diagnostics.messages();

@@ -18,7 +18,8 @@ struct Built {
 
 Built built(const std::string& world, const std::string& head = "") {
   Diagnostics diagnostics(false);
-  const std::string camera = head + "\nCamera \"perspective\" Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n";
+  const std::string camera =
+      head + "\nCamera \"perspective\" Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n";
   const auto description =
       scenefile::parse_pbrt(camera + "WorldBegin\nLightSource \"infinite\"\n" + world, "test.pbrt", ".", diagnostics);
   Built b{build_scene(description, {}, diagnostics), {}};
@@ -43,8 +44,8 @@ void expect_triangle_at(const BuiltScene& scene, const V3d& at) {
 
 TEST(SceneOrigin, IsZeroNearAndOnAGridFar) {
   EXPECT_EQ(origin_of(Box3d(V3d(-5), V3d(100))), V3d(0));
-  EXPECT_EQ(origin_of(Box3d(V3d(100), V3d(110))), V3d(0));           // 100 is not far
-  EXPECT_EQ(origin_of(Box3d(V3d(1000), V3d(1100))), V3d(0));         // 10 extents
+  EXPECT_EQ(origin_of(Box3d(V3d(100), V3d(110))), V3d(0));    // 100 is not far
+  EXPECT_EQ(origin_of(Box3d(V3d(1000), V3d(1100))), V3d(0));  // 10 extents
   const V3d far = origin_of(Box3d(V3d(5e5, 5.4e6, 300), V3d(5e5 + 10, 5.4e6 + 10, 302)));
   EXPECT_LT((far - V3d(5e5, 5.4e6, 300)).length(), 8 * 10.0 * std::sqrt(3.0));
   for (int k = 0; k < 3; ++k) EXPECT_EQ(std::fmod(far[k], 64), 0);  // the power of two from 4 extents on
@@ -52,14 +53,19 @@ TEST(SceneOrigin, IsZeroNearAndOnAGridFar) {
 }
 
 TEST(SceneOrigin, OfPointsAndTransformsGivesTheSceneOfTheOrigin) {
-  const std::string own = R"(Shape "trianglemesh" "point3 P" [500000.125 5400000.125 300.125  500001.375 5400000.125 300.125  500000.125 5400001.375 301.375])";
+  const std::string own =
+      R"(Shape "trianglemesh" "point3 P" [500000.125 5400000.125 300.125  500001.375 5400000.125 300.125  500000.125 5400001.375 301.375])";
   const std::string local = R"("point3 P" [.125 .125 .125  1.375 .125 .125  .125 1.375 1.375])";
   const V3d at(500000, 5400000, 300);
   expect_triangle_at(built(own).scene, at);
   expect_triangle_at(built("Translate 500000 5400000 300 Shape \"trianglemesh\" " + local).scene, at);
-  expect_triangle_at(built("ObjectBegin \"o\" Shape \"trianglemesh\" " + local + " ObjectEnd Translate 500000 5400000 300 ObjectInstance \"o\"").scene, at);
+  expect_triangle_at(built("ObjectBegin \"o\" Shape \"trianglemesh\" " + local +
+                           " ObjectEnd Translate 500000 5400000 300 ObjectInstance \"o\"")
+                         .scene,
+                     at);
   // The definition lies far out and its instance brings it back.
-  const BuiltScene back = built("ObjectBegin \"o\" " + own + " ObjectEnd Translate -500000 -5400000 -300 ObjectInstance \"o\"").scene;
+  const BuiltScene back =
+      built("ObjectBegin \"o\" " + own + " ObjectEnd Translate -500000 -5400000 -300 ObjectInstance \"o\"").scene;
   EXPECT_EQ(back.origin, V3d(0));
   expect_triangle_at(back, V3d(0));
   const BuiltScene moving = built("ActiveTransform EndTime Translate 0 0 0.0000001 ActiveTransform All " + own).scene;
@@ -68,14 +74,18 @@ TEST(SceneOrigin, OfPointsAndTransformsGivesTheSceneOfTheOrigin) {
 
 // At 5.4e6 floats are half a metre apart.
 TEST(SceneOrigin, PlotsOfCanopiesAreReadAsDoubles) {
-  const std::string leaf = R"(Shape "trianglemesh" "point3 P" [500000.125 5400000.125 300.125  500001.375 5400000.125 300.125  500000.125 5400001.375 301.375])";
-  const BuiltScene far = built(leaf, "Integrator \"canopy\" \"float plot\" [ 500000.2 500001.3 5400000.2 5400001.3 ]").scene;
+  const std::string leaf =
+      R"(Shape "trianglemesh" "point3 P" [500000.125 5400000.125 300.125  500001.375 5400000.125 300.125  500000.125 5400001.375 301.375])";
+  const BuiltScene far =
+      built(leaf, "Integrator \"canopy\" \"float plot\" [ 500000.2 500001.3 5400000.2 5400001.3 ]").scene;
   ASSERT_TRUE(far.request.canopy_plot);
   EXPECT_EQ(far.request.canopy_plot->min, Imath::V2d(500000.2, 5400000.2));
   EXPECT_EQ(far.request.canopy_plot->max, Imath::V2d(500001.3, 5400001.3));
   const BuiltScene near = built("Shape \"sphere\"", "Integrator \"canopy\" \"float plot\" [ -1.5 1 -2 .1 ]").scene;
   EXPECT_EQ(near.request.canopy_plot->max, Imath::V2d(1, double(.1f)));
-  EXPECT_THROW(built("Shape \"sphere\"", "Integrator \"canopy\" \"float plot\" [ 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 ]"), InputError);
+  EXPECT_THROW(
+      built("Shape \"sphere\"", "Integrator \"canopy\" \"float plot\" [ 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 ]"),
+      InputError);
 }
 
 TEST(SceneOrigin, CanBeGiven) {
@@ -86,7 +96,8 @@ TEST(SceneOrigin, CanBeGiven) {
 }
 
 TEST(SceneOrigin, TooMuchExtentIsSaidOnce) {
-  const Built b = built("Translate 1e7 0 0 Shape \"sphere\" Translate 2 0 0 Shape \"sphere\" Translate -2e7 0 0 Shape \"sphere\"");
+  const Built b =
+      built("Translate 1e7 0 0 Shape \"sphere\" Translate 2 0 0 Shape \"sphere\" Translate -2e7 0 0 Shape \"sphere\"");
   ASSERT_EQ(b.messages.size(), 1u);
   EXPECT_NE(b.messages[0].find("steps of single precision"), std::string::npos) << b.messages[0];
 }
@@ -107,8 +118,9 @@ TEST(FarPoints, FloatsKeepTheirValues) {
 
 // Shutter half open: a definition's moving sphere is where the instance's transform takes it.
 TEST(MovingShapes, InDefinitionsMove) {
-  const Built b = built("ObjectBegin \"o\" ActiveTransform EndTime Translate 4 0 0 ActiveTransform All Shape \"sphere\" ObjectEnd "
-                        "Translate 10 0 0 ObjectInstance \"o\"");
+  const Built b = built(
+      "ObjectBegin \"o\" ActiveTransform EndTime Translate 4 0 0 ActiveTransform All Shape \"sphere\" ObjectEnd "
+      "Translate 10 0 0 ObjectInstance \"o\"");
   EXPECT_TRUE(b.messages.empty()) << b.messages[0];
   const Box3f box = b.scene.scene->traced.bounds();
   EXPECT_NEAR(box.min.x, 9, 1e-4);

@@ -235,12 +235,14 @@ TEST(PatternNodes, ChainsOfAHundredThousand) {
   }
 }
 
-// Each noise needs the width of the one that warps it: programs must grow with the number of noises, not with two or three to its power.
+// Each noise needs the width of the one that warps it: programs must grow with the number of noises, not with two or
+// three to its power.
 TEST(PatternNodes, NoisesThatWarpNoises) {
   std::string text = "Texture \"n0\" \"float\" \"perlin\"\n";
   for (int i = 1; i < 60; ++i) {
     const char* const kind = i % 3 == 0 ? "worley" : i % 3 == 1 ? "perlin" : "fbm";
-    text += "Texture \"n" + std::to_string(i) + "\" \"float\" \"" + kind + "\" \"texture x\" \"n" + std::to_string(i - 1) + "\"\n";
+    text += "Texture \"n" + std::to_string(i) + "\" \"float\" \"" + kind + "\" \"texture x\" \"n" +
+            std::to_string(i - 1) + "\"\n";
   }
   const TestScene scene(text, R"("texture f" "n59")");
   EXPECT_TRUE(std::isfinite(value_at(*scene.library.float_texture(scene.params(), "f", 0), 0.3f, 0.4f)));

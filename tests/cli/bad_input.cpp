@@ -97,34 +97,29 @@ TEST_P(RefusedScene, NamesThePlace) {
   EXPECT_EQ(result.exit_code, 3) << result.output;
   EXPECT_NE(result.output.find(GetParam().place), std::string::npos) << result.output;
 }
-INSTANTIATE_TEST_SUITE_P(Faults, RefusedScene,
-                         testing::Values(Refused{"include_missing.pbrt", "include_missing.pbrt:7"},
-                                         Refused{"indices_out_of_range.pbrt", "indices_out_of_range.pbrt:7"},
-                                         Refused{"points_nan.pbrt", "points_nan.pbrt:7"},
-                                         Refused{"material_undefined.pbrt", "material_undefined.pbrt:7"},
-                                         Refused{"object_missing.pbrt", "object_missing.pbrt:7"},
-                                         Refused{"texture_missing.pbrt", "texture_missing.pbrt:7"},
-                                         Refused{"resolution_zero.pbrt", "resolution_zero.pbrt:1"},
-                                         Refused{"unterminated_string.pbrt", "unterminated_string.pbrt:7"},
-                                         Refused{"ply_count_lie.pbrt", "count_lie.ply"},
-                                         Refused{"ply_not_ply.pbrt", "not_ply.ply:1"},
-                                         Refused{"ply_ascii_words.pbrt", "ascii_words.ply:"},
-                                         Refused{"plugin_missing.pbrt", "plugin_missing.pbrt:7"},
-                                         Refused{"plugin_not_elf.pbrt", "plugin_not_elf.pbrt:7"},
-                                         Refused{"plugin_device.pbrt", "plugin_device.pbrt:7"},
-                                         Refused{"plugin_unnamed.pbrt", "plugin_unnamed.pbrt:7"},
-                                         Refused{"light_texture_missing.pbrt", "light_texture_missing.pbrt:7"},
-                                         Refused{"light_decay_backwards.pbrt", "light_decay_backwards.pbrt:7"},
-                                         Refused{"motion_mirrors.pbrt", "motion_mirrors.pbrt:7"},
-                                         Refused{"camera_mirrors.pbrt", "camera_mirrors.pbrt:3"},
-                                         Refused{"instance_tiny.pbrt", "instance_tiny.pbrt:7"},
-                                         Refused{"instance_flat.pbrt", "instance_flat.pbrt:7"},
-                                         Refused{"instance_far.pbrt", "instance_far.pbrt:7"},
-                                         Refused{"camera_far.pbrt", "camera_far.pbrt:3"},
-                                         Refused{"window_huge.pbrt", "window_huge.pbrt:3"},
-                                         Refused{"filter_huge.pbrt", "filter_huge.pbrt:5"},
-                                         Refused{"wrong_type.pbrt", "wrong_type.pbrt:7"}),
-                         [](const auto& test) { return std::to_string(test.index); });
+INSTANTIATE_TEST_SUITE_P(
+    Faults, RefusedScene,
+    testing::Values(
+        Refused{"include_missing.pbrt", "include_missing.pbrt:7"},
+        Refused{"indices_out_of_range.pbrt", "indices_out_of_range.pbrt:7"},
+        Refused{"points_nan.pbrt", "points_nan.pbrt:7"},
+        Refused{"material_undefined.pbrt", "material_undefined.pbrt:7"},
+        Refused{"object_missing.pbrt", "object_missing.pbrt:7"},
+        Refused{"texture_missing.pbrt", "texture_missing.pbrt:7"},
+        Refused{"resolution_zero.pbrt", "resolution_zero.pbrt:1"},
+        Refused{"unterminated_string.pbrt", "unterminated_string.pbrt:7"},
+        Refused{"ply_count_lie.pbrt", "count_lie.ply"}, Refused{"ply_not_ply.pbrt", "not_ply.ply:1"},
+        Refused{"ply_ascii_words.pbrt", "ascii_words.ply:"}, Refused{"plugin_missing.pbrt", "plugin_missing.pbrt:7"},
+        Refused{"plugin_not_elf.pbrt", "plugin_not_elf.pbrt:7"}, Refused{"plugin_device.pbrt", "plugin_device.pbrt:7"},
+        Refused{"plugin_unnamed.pbrt", "plugin_unnamed.pbrt:7"},
+        Refused{"light_texture_missing.pbrt", "light_texture_missing.pbrt:7"},
+        Refused{"light_decay_backwards.pbrt", "light_decay_backwards.pbrt:7"},
+        Refused{"motion_mirrors.pbrt", "motion_mirrors.pbrt:7"},
+        Refused{"camera_mirrors.pbrt", "camera_mirrors.pbrt:3"}, Refused{"instance_tiny.pbrt", "instance_tiny.pbrt:7"},
+        Refused{"instance_flat.pbrt", "instance_flat.pbrt:7"}, Refused{"instance_far.pbrt", "instance_far.pbrt:7"},
+        Refused{"camera_far.pbrt", "camera_far.pbrt:3"}, Refused{"window_huge.pbrt", "window_huge.pbrt:3"},
+        Refused{"filter_huge.pbrt", "filter_huge.pbrt:5"}, Refused{"wrong_type.pbrt", "wrong_type.pbrt:7"}),
+    [](const auto& test) { return std::to_string(test.index); });
 
 // The scenes of several megabytes: deep nesting, many names, one long name.
 std::string repeated(int n, const std::function<std::string(int)>& text) {
@@ -160,7 +155,8 @@ TEST(LargeBadScene, LongList) {
 }
 // Every ray would have to try each of them.
 TEST(LargeBadScene, CoincidentInstances) {
-  check_text("ObjectBegin \"o\"\nShape \"sphere\"\nObjectEnd\n" + repeated(100000, [](int) { return "ObjectInstance \"o\"\n"; }));
+  check_text("ObjectBegin \"o\"\nShape \"sphere\"\nObjectEnd\n" +
+             repeated(100000, [](int) { return "ObjectInstance \"o\"\n"; }));
 }
 
 // OpenEXR's damaged files, as a texture and as an environment.

@@ -170,7 +170,8 @@ TEST(CanopyFile, HostileFiles) {
     EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
   };
   says(run_dapple({"canopy", "solve", "/"}, 60), "/: cannot read the file: Is a directory");
-  says(run_dapple({"canopy", "solve", "no-such-file.json"}, 60), "no-such-file.json: cannot read the file: No such file");
+  says(run_dapple({"canopy", "solve", "no-such-file.json"}, 60),
+       "no-such-file.json: cannot read the file: No such file");
   const Solved overflow = solve("{\"layers\": 1e999}");
   says(overflow.process, ".json: a number is too large: '1e999'");
   EXPECT_EQ(overflow.process.output.find("exception"), std::string::npos) << overflow.process.output;

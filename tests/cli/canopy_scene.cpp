@@ -50,15 +50,15 @@ std::string disk_table(int count, double radius, double half, double low, double
   for (int i = 0; i < count; ++i) {
     const double z = 2 * next() - 1, phi = 2 * std::acos(-1.0) * next(), s = std::sqrt(1 - z * z);
     char line[160];
-    std::snprintf(line, sizeof line, "%g %.5f %.5f %.5f %.6f %.6f %.6f\n", radius, half * (2 * next() - 1), half * (2 * next() - 1),
-                  low + (high - low) * next(), s * std::cos(phi), s * std::sin(phi), z);
+    std::snprintf(line, sizeof line, "%g %.5f %.5f %.5f %.6f %.6f %.6f\n", radius, half * (2 * next() - 1),
+                  half * (2 * next() - 1), low + (high - low) * next(), s * std::cos(phi), s * std::sin(phi), z);
     text += line;
   }
   return text;
 }
 
-// Rationale: a Lambertian plane reflects its reflectance in every direction. Expectation: that, in all channels, with no spread; the
-// irradiance of the sun on the level.
+// Rationale: a Lambertian plane reflects its reflectance in every direction. Expectation: that, in all channels, with
+// no spread; the irradiance of the sun on the level.
 TEST(CanopyReflect, GroundAlone) {
   const Ran run = run_on("reflect", sun_and_ground, {"--view", "0,0", "--view", "60,200", "--samples", "256"});
   ASSERT_EQ(run.process.exit_code, 0) << run.process.output;
@@ -70,9 +70,10 @@ TEST(CanopyReflect, GroundAlone) {
   EXPECT_NEAR(run.result["irradiance_W_m2"][0].get<double>(), 2 * 2 / std::sqrt(5.0), 1e-6);
 }
 
-// Rationale: energy. Leaves that absorb nothing over ground that absorbs nothing, repeated without end, send all light back: the mean of
-// the reflectance factor over the hemisphere, weighted by the projected solid angle, is 1, whatever the leaves are like.
-// Expectation: 1 within 4 standard errors of that mean, which is below half a percent. Breaks if copies across borders are missing.
+// Rationale: energy. Leaves that absorb nothing over ground that absorbs nothing, repeated without end, send all light
+// back: the mean of the reflectance factor over the hemisphere, weighted by the projected solid angle, is 1, whatever
+// the leaves are like. Expectation: 1 within 4 standard errors of that mean, which is below half a percent. Breaks if
+// copies across borders are missing.
 TEST(CanopyReflect, PeriodicFurnaceGivesBackAllLight) {
   const std::string scene = R"(
 WorldBegin
@@ -91,7 +92,8 @@ Shape "disks" "point3 P" [ -1 .9 .5  .3 0 1.4 ] "normal N" [ 1 1 1  0 .3 1 ] "fl
   std::vector<double> weights;
   for (int i = 0; i < zeniths; ++i)
     for (int a = 0; a < azimuths; ++a) {
-      const double zenith = std::asin(std::sqrt((i + 0.5) / zeniths)) * 180 / std::acos(-1.0);  // equal projected solid angles
+      const double zenith =
+          std::asin(std::sqrt((i + 0.5) / zeniths)) * 180 / std::acos(-1.0);  // equal projected solid angles
       options.insert(options.end(), {"--view", std::to_string(zenith) + "," + std::to_string(45.0 * a + 7)});
     }
   const Ran run = run_on("reflect", scene, options);
@@ -108,14 +110,17 @@ Shape "disks" "point3 P" [ -1 .9 .5  .3 0 1.4 ] "normal N" [ 1 1 1  0 .3 1 ] "fl
   }
 }
 
-// Rationale: the result is a property of the scene. Expectation: the same text for one thread and for three; the same numbers within their
-// errors where the same leaves are cut by the cell's border elsewhere, and where the cell is two by two of the smaller one.
+// Rationale: the result is a property of the scene. Expectation: the same text for one thread and for three; the same
+// numbers within their errors where the same leaves are cut by the cell's border elsewhere, and where the cell is two
+// by two of the smaller one.
 TEST(CanopyReflect, DependsOnNeitherThreadsNorTheCell) {
   ScratchFolder folder;
   std::ofstream(folder.file("leaves.def")) << disk_table(400, 0.2, 2, 0.3, 3);
-  const std::string scene = std::string(sun_and_ground) + "ObjectBegin \"cloud\"\nNamedMaterial \"leaf\"\nShape \"disks\" \"string filename\" [ \"" +
+  const std::string scene = std::string(sun_and_ground) +
+                            "ObjectBegin \"cloud\"\nNamedMaterial \"leaf\"\nShape \"disks\" \"string filename\" [ \"" +
                             folder.file("leaves.def") + "\" ]\nObjectEnd\nObjectInstance \"cloud\"\n";
-  const std::vector<std::string> common{"--height", "3.5", "--principal-plane=-60,60,40", "--samples", "2048", "--replicates", "8"};
+  const std::vector<std::string> common{"--height",     "3.5", "--principal-plane=-60,60,40", "--samples", "2048",
+                                        "--replicates", "8"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.end(), common.begin(), common.end());
     Ran run = run_on("reflect", scene, more);
@@ -136,12 +141,15 @@ TEST(CanopyReflect, DependsOnNeitherThreadsNorTheCell) {
     }
 }
 
-// Rationale: disks and quadrics are the same surfaces to Embree and to us. Expectation: one leaf as a cloud of one disk, as a quadric and as
-// a polygon of many corners measure the same area, and reflect the same within four standard errors.
+// Rationale: disks and quadrics are the same surfaces to Embree and to us. Expectation: one leaf as a cloud of one
+// disk, as a quadric and as a polygon of many corners measure the same area, and reflect the same within four standard
+// errors.
 TEST(CanopyMeasure, DisksAreDisks) {
   const std::string leaf = std::string(sun_and_ground) + "NamedMaterial \"leaf\"\n";
-  const std::string cloud = leaf + "Shape \"disks\" \"point3 P\" [ .2 .1 1 ] \"normal N\" [ 1 0 1 ] \"float radius\" [ .8 ]\n";
-  const std::string quadric = leaf + "AttributeBegin Translate .2 .1 1 Rotate 45 0 1 0 Shape \"disk\" \"float radius\" [ .8 ] AttributeEnd\n";
+  const std::string cloud =
+      leaf + "Shape \"disks\" \"point3 P\" [ .2 .1 1 ] \"normal N\" [ 1 0 1 ] \"float radius\" [ .8 ]\n";
+  const std::string quadric =
+      leaf + "AttributeBegin Translate .2 .1 1 Rotate 45 0 1 0 Shape \"disk\" \"float radius\" [ .8 ] AttributeEnd\n";
   const Ran a = run_on("measure", cloud, {"--slabs", "1"}), b = run_on("measure", quadric, {"--slabs", "1"});
   ASSERT_EQ(a.process.exit_code, 0) << a.process.output;
   ASSERT_EQ(b.process.exit_code, 0) << b.process.output;
@@ -150,13 +158,16 @@ TEST(CanopyMeasure, DisksAreDisks) {
   EXPECT_NEAR(b.result["measured"]["leaf_area_index"].get<double>(), index, 1e-5);
   const std::vector<std::string> options{"--view", "30,40", "--samples", "4096", "--height", "3"};
   const json x = run_on("reflect", cloud, options).result, y = run_on("reflect", quadric, options).result;
-  const double error = std::hypot(x["view"][0]["standard_error"][0].get<double>(), y["view"][0]["standard_error"][0].get<double>());
-  EXPECT_NEAR(x["view"][0]["reflectance_factor"][0].get<double>(), y["view"][0]["reflectance_factor"][0].get<double>(), 4 * error + 1e-6);
+  const double error =
+      std::hypot(x["view"][0]["standard_error"][0].get<double>(), y["view"][0]["standard_error"][0].get<double>());
+  EXPECT_NEAR(x["view"][0]["reflectance_factor"][0].get<double>(), y["view"][0]["reflectance_factor"][0].get<double>(),
+              4 * error + 1e-6);
   EXPECT_LT(error, 0.005);
 }
 
-// Rationale: leaf area by height, by hand: a rectangle of 1 x .5 m, inclined by asin(.8), instanced at twice the size, and bark,
-// a closed tube of which half counts. Expectation: areas to rounding, each slab of equal height the same share, one inclination bin.
+// Rationale: leaf area by height, by hand: a rectangle of 1 x .5 m, inclined by asin(.8), instanced at twice the size,
+// and bark, a closed tube of which half counts. Expectation: areas to rounding, each slab of equal height the same
+// share, one inclination bin.
 TEST(CanopyMeasure, AreaByHeightInclinationAndMaterial) {
   const std::string scene = std::string(sun_and_ground) + R"(
 ObjectBegin "tree"
@@ -184,15 +195,18 @@ AttributeBegin Scale 2 2 2 ObjectInstance "tree" AttributeEnd
   EXPECT_NEAR(run.result["sun"]["zenith_deg"].get<double>(), std::atan(0.5) * 180 / std::acos(-1.0), 1e-4);
 }
 
-// Rationale: a dense layer of small leaves at random is what the plane-parallel equations describe. Expectation: clumping index 1 within
-// .04 (400 leaves), and `measure` piped into `solve` gives the reflectance factors that paths see, within 3 percent and four standard errors:
-// away from the hot spot, which leaves without size have not.
+// Rationale: a dense layer of small leaves at random is what the plane-parallel equations describe. Expectation:
+// clumping index 1 within .04 (400 leaves), and `measure` piped into `solve` gives the reflectance factors that paths
+// see, within 3 percent and four standard errors: away from the hot spot, which leaves without size have not.
 TEST(CanopyMeasure, SolvedStatisticsReflectAsTheSceneDoes) {
   ScratchFolder folder;
   std::ofstream(folder.file("leaves.def")) << disk_table(24000, 0.03, 2, 0, 8);
-  const std::string scene = folder.file("scene.pbrt"), file = folder.file("canopy.json"), solved = folder.file("solved.json");
-  std::ofstream(scene) << sun_and_ground << "NamedMaterial \"leaf\"\nShape \"disks\" \"string filename\" [ \"leaves.def\" ]\n";
-  ASSERT_EQ(run_dapple({"canopy", "measure", scene, "--period=-2,2,-2,2", "--slabs", "8", "-o", file}, 120).exit_code, 0);
+  const std::string scene = folder.file("scene.pbrt"), file = folder.file("canopy.json"),
+                    solved = folder.file("solved.json");
+  std::ofstream(scene) << sun_and_ground
+                       << "NamedMaterial \"leaf\"\nShape \"disks\" \"string filename\" [ \"leaves.def\" ]\n";
+  ASSERT_EQ(run_dapple({"canopy", "measure", scene, "--period=-2,2,-2,2", "--slabs", "8", "-o", file}, 120).exit_code,
+            0);
   json canopy = json::parse(std::ifstream(file));
   EXPECT_NEAR(canopy["measured"]["leaf_area_index"].get<double>(), 24000 * std::acos(-1.0) * 0.0009 / 16, 1e-3);
   EXPECT_NEAR(canopy["measured"]["clumping"]["index"].get<double>(), 1, 0.04);
@@ -201,19 +215,23 @@ TEST(CanopyMeasure, SolvedStatisticsReflectAsTheSceneDoes) {
   ASSERT_EQ(run_dapple({"canopy", "solve", file, "-o", solved}, 60).exit_code, 0);
   const json expected = json::parse(std::ifstream(solved));
   const std::string traced = folder.file("traced.json");
-  const ProcessResult run = run_dapple({"canopy", "reflect", scene, "--period=-2,2,-2,2", "--height", "9", "--view", "30,180", "--view", "55,90",
-                                        "--samples", "4096", "--replicates", "8", "-o", traced}, 240);
+  const ProcessResult run =
+      run_dapple({"canopy", "reflect", scene, "--period=-2,2,-2,2", "--height", "9", "--view", "30,180", "--view",
+                  "55,90", "--samples", "4096", "--replicates", "8", "-o", traced},
+                 240);
   ASSERT_EQ(run.exit_code, 0) << run.output;
   const json got = json::parse(std::ifstream(traced));
   for (size_t v = 0; v < 2; ++v)
     for (size_t c = 0; c < 3; ++c) {
-      const double x = expected["view"][v]["reflectance_factor"][c].get<double>(), y = got["view"][v]["reflectance_factor"][c].get<double>();
-      EXPECT_NEAR(x, y, 0.03 * y + 4 * got["view"][v]["standard_error"][c].get<double>()) << "view " << v << " channel " << c;
+      const double x = expected["view"][v]["reflectance_factor"][c].get<double>(),
+                   y = got["view"][v]["reflectance_factor"][c].get<double>();
+      EXPECT_NEAR(x, y, 0.03 * y + 4 * got["view"][v]["standard_error"][c].get<double>())
+          << "view " << v << " channel " << c;
     }
 }
 
-// Rationale: of what moves, areas are counted at the middle of the shutter, so gaps have to be too. A leaf that shades all of the plot then, and is
-// far beside it when the shutter opens and closes. Expectation: no gap.
+// Rationale: of what moves, areas are counted at the middle of the shutter, so gaps have to be too. A leaf that shades
+// all of the plot then, and is far beside it when the shutter opens and closes. Expectation: no gap.
 TEST(CanopyMeasure, GapsAreThoseOfTheMiddleOfTheShutter) {
   const std::string moving = std::string(sun_and_ground) + R"(
 NamedMaterial "leaf"
@@ -237,7 +255,8 @@ struct BadRun {
 
 class BadCanopyScene : public testing::TestWithParam<BadRun> {};
 
-// Rationale: bad input. Expectation: exit code 2 for options and 3 for scenes, and a message with what is wrong and what is legal.
+// Rationale: bad input. Expectation: exit code 2 for options and 3 for scenes, and a message with what is wrong and
+// what is legal.
 TEST_P(BadCanopyScene, IsNamed) {
   const BadRun& bad = GetParam();
   const Ran run = run_on(bad.command, std::string(sun_and_ground) + bad.scene, bad.options);
@@ -251,10 +270,25 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadRun{"Period", "reflect", {"--period", "0,1,2"}, "", 2, "--period: \"0,1,2\"; expected X0,X1,Y0,Y1"},
         BadRun{"EmptyPeriod", "reflect", {"--period", "1,1,0,2"}, "", 2, "expected X0 below X1"},
-        BadRun{"HugeArea", "measure", {"--area", "0,1e10,0,1"}, "", 2, "--area is 1e+10, expected a number from -1000000000 to 1000000000 m"},
-        BadRun{"HexadecimalArea", "measure", {"--area", "0,0x10,0,1"}, "", 2, "--area: \"0,0x10,0,1\"; expected X0,X1,Y0,Y1 in metres"},
+        BadRun{"HugeArea",
+               "measure",
+               {"--area", "0,1e10,0,1"},
+               "",
+               2,
+               "--area is 1e+10, expected a number from -1000000000 to 1000000000 m"},
+        BadRun{"HexadecimalArea",
+               "measure",
+               {"--area", "0,0x10,0,1"},
+               "",
+               2,
+               "--area: \"0,0x10,0,1\"; expected X0,X1,Y0,Y1 in metres"},
         BadRun{"AreaOfNaN", "measure", {"--area", "0,nan,0,1"}, "", 2, "--area: \"0,nan,0,1\""},
-        BadRun{"ViewBelow", "reflect", {"--view", "95,0"}, "", 2, "--view zenith is 95, expected a number from 0 to 89.9 degrees"},
+        BadRun{"ViewBelow",
+               "reflect",
+               {"--view", "95,0"},
+               "",
+               2,
+               "--view zenith is 95, expected a number from 0 to 89.9 degrees"},
         BadRun{"Azimuth", "reflect", {"--view", "5,1000"}, "", 2, "--view azimuth is 1000"},
         BadRun{"SunBelow", "reflect", {"--sun", "91,0"}, "", 2, "--sun zenith is 91"},
         BadRun{"Plane", "reflect", {"--principal-plane=0,60,0"}, "", 2, "--principal-plane STEP is 0"},
@@ -265,16 +299,51 @@ INSTANTIATE_TEST_SUITE_P(
         BadRun{"NoSlabs", "measure", {"--slabs", "0"}, "", 2, "--slabs"},
         BadRun{"Inclinations", "measure", {"--inclinations", "1000"}, "", 2, "--inclinations"},
         BadRun{"GapRays", "measure", {"--gap-rays", "1"}, "", 2, "--gap-rays"},
-        BadRun{"UnknownGround", "measure", {"--ground", "sand"}, "", 2, "--ground: no material is named \"sand\"; expected one of: leaf, soil"},
+        BadRun{"UnknownGround",
+               "measure",
+               {"--ground", "sand"},
+               "",
+               2,
+               "--ground: no material is named \"sand\"; expected one of: leaf, soil"},
         BadRun{"NoLeaves", "measure", {}, "", 3, "no surfaces above the ground"},
         BadRun{"LampAmongLeaves", "reflect", {}, "LightSource \"point\"\n", 3, "lights that are not at infinity"},
-        BadRun{"TooManyCells", "reflect", {"--period", "0,0.001,0,0.001"}, "Shape \"sphere\"\n", 3, "more than 10,000 cells"},
+        BadRun{"TooManyCells",
+               "reflect",
+               {"--period", "0,0.001,0,0.001"},
+               "Shape \"sphere\"\n",
+               3,
+               "more than 10,000 cells"},
         BadRun{"NoSuchTable", "reflect", {}, "Shape \"disks\" \"string filename\" [ \"no.def\" ]\n", 3, "no.def"},
-        BadRun{"NormalsMissing", "reflect", {}, "Shape \"disks\" \"point3 P\" [ 0 0 1 ]\n", 3, "\"N\" has 0 values; expected one for each of the 1"},
-        BadRun{"Radius", "reflect", {}, "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ] \"float radius\" [ -1 ]\n", 3, "it must be above 0"},
-        BadRun{"RadiusCount", "reflect", {}, "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ] \"float radius\" [ 1 2 ]\n", 3, "expected 1 or 1"},
-        BadRun{"ZeroNormal", "reflect", {}, "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 0 ]\n", 3, "has no length"},
-        BadRun{"Ellipses", "reflect", {}, "Scale 1 2 1\nShape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ]\n", 3, "ellipses"}),
+        BadRun{"NormalsMissing",
+               "reflect",
+               {},
+               "Shape \"disks\" \"point3 P\" [ 0 0 1 ]\n",
+               3,
+               "\"N\" has 0 values; expected one for each of the 1"},
+        BadRun{"Radius",
+               "reflect",
+               {},
+               "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ] \"float radius\" [ -1 ]\n",
+               3,
+               "it must be above 0"},
+        BadRun{"RadiusCount",
+               "reflect",
+               {},
+               "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ] \"float radius\" [ 1 2 ]\n",
+               3,
+               "expected 1 or 1"},
+        BadRun{"ZeroNormal",
+               "reflect",
+               {},
+               "Shape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 0 ]\n",
+               3,
+               "has no length"},
+        BadRun{"Ellipses",
+               "reflect",
+               {},
+               "Scale 1 2 1\nShape \"disks\" \"point3 P\" [ 0 0 1 ] \"normal N\" [ 0 0 1 ]\n",
+               3,
+               "ellipses"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(CanopyReflect, NoLightFromAbove) {
@@ -282,7 +351,8 @@ TEST(CanopyReflect, NoLightFromAbove) {
 WorldBegin
 LightSource "distant" "point3 from" [ 0 0 -1 ] "point3 to" [ 0 0 0 ]
 Shape "disk"
-)", {});
+)",
+                         {});
   EXPECT_EQ(run.process.exit_code, 3);
   EXPECT_NE(run.process.output.find("no light comes from above"), std::string::npos) << run.process.output;
 }

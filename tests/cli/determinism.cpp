@@ -28,7 +28,8 @@ class AnyScene : public testing::TestWithParam<Case> {
     if (!std::filesystem::exists(scene_)) GTEST_SKIP() << "absent: " << scene_;
   }
   Picture render_with(std::vector<std::string> options) const {
-    options.insert(options.end(), {"--resolution", "96x64", "--pixel-samples", "7", "--float", "--integrator", GetParam().integrator});
+    options.insert(options.end(),
+                   {"--resolution", "96x64", "--pixel-samples", "7", "--float", "--integrator", GetParam().integrator});
     if (GetParam().integrator == std::string("distribution"))
       options.insert(options.end(), {"--bounces", "1", "--shadow-rays", "1", "--diffuse-rays", "2"});
     return render(scene_, options);
@@ -53,13 +54,15 @@ TEST_P(AnyScene, CropShowsThatPartOfTheWhole) {
   EXPECT_TRUE(same_bits(crop(whole, 21, 13, 60, 50), render_with({"--crop", "21,13,60,50"})));
 }
 
-// Numbers of rays that fill no batch and no packet evenly: which of a point's rays are traced together must not depend on the points beside it.
+// Numbers of rays that fill no batch and no packet evenly: which of a point's rays are traced together must not depend
+// on the points beside it.
 TEST(ManyRays, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
   for (const char* interpolation : {"on", "off"}) {
     const auto render_with = [&](const char* threads, const char* cache_mb) {
       return render(source_path("scenes/cornell-box/cornell.pbrt"),
-                    {"--integrator", "distribution", "--resolution", "40x40", "--pixel-samples", "3", "--float", "--bounces", "2", "--shadow-rays", "40,20", "--diffuse-rays",
-                     "100,17", "--irradiance-interpolation", interpolation, "--threads", threads, "--cache-mb", cache_mb});
+                    {"--integrator", "distribution", "--resolution", "40x40", "--pixel-samples", "3", "--float",
+                     "--bounces", "2", "--shadow-rays", "40,20", "--diffuse-rays", "100,17",
+                     "--irradiance-interpolation", interpolation, "--threads", threads, "--cache-mb", cache_mb});
     };
     const Picture one = render_with("1", "100");
     EXPECT_TRUE(same_bits(one, render_with("2", "0.2"))) << interpolation;
@@ -73,9 +76,10 @@ constexpr const char* stairs = "../shared/scenes/staircase2/scene-v4.pbrt";
 constexpr const char* leaves = "../shared/scenes/forest/forest-cutout.pbrt";
 constexpr const char* crowns = "../shared/scenes/forest/forest-above.pbrt";
 INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
-                         testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"}, Case{leaves, "path"},
-                                         Case{cornell, "distribution"}, Case{stairs, "distribution"},
-                                         Case{leaves, "distribution"}, Case{crowns, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
+                         testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"},
+                                         Case{leaves, "path"}, Case{cornell, "distribution"},
+                                         Case{stairs, "distribution"}, Case{leaves, "distribution"},
+                                         Case{crowns, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
                          [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace

@@ -38,16 +38,20 @@ class Outputs : public testing::Test {
     std::ofstream(file("more.pbrt")) << "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"tex.png\"\n"
                                         "Material \"diffuse\" \"texture reflectance\" \"t\"\n"
                                         "Shape \"plymesh\" \"string filename\" \"mesh.ply\"\n";
-    std::ofstream(file("mesh.ply")) << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                                       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    std::ofstream(file("mesh.ply"))
+        << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     if (!fs::exists(file("tex.png"))) {
       // Any image will do: one rendered without the texture.
       std::ofstream(file("plain.pbrt")) << "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\n";
-      ASSERT_EQ(run({"render", "plain.pbrt", "-o", "tex.png", "--resolution", "2x2", "--pixel-samples", "1"}).exit_code, 0);
+      ASSERT_EQ(run({"render", "plain.pbrt", "-o", "tex.png", "--resolution", "2x2", "--pixel-samples", "1"}).exit_code,
+                0);
     }
   }
 
-  ProcessResult run(const std::vector<std::string>& arguments) const { return run_dapple(arguments, 60, folder_.path().string()); }
+  ProcessResult run(const std::vector<std::string>& arguments) const {
+    return run_dapple(arguments, 60, folder_.path().string());
+  }
 
   /// Renders, and expects this exit code, these words, and no file but those of the scene, which are as they were.
   void expect_refused(const std::vector<std::string>& options, int exit_code, const std::string& words) {
@@ -55,7 +59,8 @@ class Outputs : public testing::Test {
     arguments.insert(arguments.end(), options.begin(), options.end());
     const auto state = [&] {
       std::map<std::string, std::string> files;
-      for (const auto& entry : fs::directory_iterator(folder_.path())) files[entry.path().filename()] = text_of(entry.path());
+      for (const auto& entry : fs::directory_iterator(folder_.path()))
+        files[entry.path().filename()] = text_of(entry.path());
       return files;
     };
     const auto before = state();
@@ -91,7 +96,8 @@ TEST_F(Outputs, AreNotInputs) {
 
   // An old image is overwritten as ever.
   for (int i = 0; i < 2; ++i) {
-    const ProcessResult result = run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr", "--stats", "a.json"});
+    const ProcessResult result =
+        run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr", "--stats", "a.json"});
     EXPECT_EQ(result.exit_code, 0) << result.output;
   }
 }
@@ -125,10 +131,13 @@ TEST_F(Outputs, OfOtherKindsAreNamed) {
   write_scene("out.jpg");
   const ProcessResult result = run({"render", "scene.pbrt", "--pixel-samples", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_NE(result.output.find("scene.pbrt:3:1: \"filename\" is \"out.jpg\"; only .exr and .png are written"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("scene.pbrt:3:1: \"filename\" is \"out.jpg\"; only .exr and .png are written"),
+            std::string::npos)
+      << result.output;
   EXPECT_TRUE(fs::exists(file("scene.exr")));
   expect_refused({"--strict"}, 3, "out.jpg");
-  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr"}).output.find("out.jpg"), std::string::npos);
+  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr"}).output.find("out.jpg"),
+            std::string::npos);
   write_scene("OUT.PNG");
   EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1"}).exit_code, 0);
   EXPECT_TRUE(fs::exists(file("OUT.PNG")));
@@ -136,7 +145,8 @@ TEST_F(Outputs, OfOtherKindsAreNamed) {
 
 TEST_F(Outputs, OfPenumbraAreNotInputs) {
   write_scene("a.exr");
-  std::vector<std::string> arguments{"penumbra", "--mask", "tex.png", "--mask-width", "1", "--height", "1", "--sun-irradiance", "1"};
+  std::vector<std::string> arguments{"penumbra", "--mask",           "tex.png", "--mask-width", "1", "--height",
+                                     "1",        "--sun-irradiance", "1"};
   const auto with = [&](const std::vector<std::string>& options) {
     std::vector<std::string> all = arguments;
     all.insert(all.end(), options.begin(), options.end());
@@ -145,7 +155,8 @@ TEST_F(Outputs, OfPenumbraAreNotInputs) {
   EXPECT_EQ(with({"-o", "tex.png"}).exit_code, 2);
   EXPECT_EQ(with({"-o", "a.exr", "--stats", "a.exr"}).exit_code, 2);
   EXPECT_EQ(with({"-o", "a.exr", "--write-mask", "a.exr"}).exit_code, 2);
-  const std::vector<std::string> day{"--location", "0,0", "--date", "2024-06-21", "--time-range", "11:00-13:00", "--frames", "2"};
+  const std::vector<std::string> day{"--location",   "0,0",         "--date",   "2024-06-21",
+                                     "--time-range", "11:00-13:00", "--frames", "2"};
   fs::copy_file(file("tex.png"), file("f.0002.png"));
   arguments[2] = "f.0002.png";
   arguments.insert(arguments.end(), day.begin(), day.end());
@@ -155,14 +166,16 @@ TEST_F(Outputs, OfPenumbraAreNotInputs) {
   EXPECT_FALSE(fs::exists(file("f.0001.png")));
   for (int i = 0; i < 2; ++i) EXPECT_EQ(with({"-o", "g.png", "-o", "g.exr", "--stats", "g.json"}).exit_code, 0);
 
-  arguments = {"penumbra", "--mask-scene", "scene.pbrt", "--mask-width", "1", "--height", "1", "--sun-irradiance", "1", "--mask-pixels", "4x4"};
+  arguments = {"penumbra", "--mask-scene",     "scene.pbrt", "--mask-width",  "1",  "--height",
+               "1",        "--sun-irradiance", "1",          "--mask-pixels", "4x4"};
   EXPECT_EQ(with({"-o", "b.exr", "--stats", "mesh.ply"}).exit_code, 2);
   EXPECT_EQ(with({"-o", "b.exr"}).exit_code, 0);
 }
 
 TEST_F(Outputs, OfCanopyAreNotInputs) {
   write_scene("a.exr");
-  std::ofstream(file("canopy.json")) << R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
+  std::ofstream(file("canopy.json"))
+      << R"({"layers": [{"bottom_m": 0, "top_m": 1, "leaf_area_index": 1, "reflectance": 0.1, "transmittance": 0.1}],
     "ground": {"reflectance": 0.1}, "sky": {"type": "uniform", "irradiance_W_m2": 1}})";
   EXPECT_EQ(run({"canopy", "solve", "canopy.json", "-o", "canopy.json"}).exit_code, 2);
   EXPECT_EQ(run({"canopy", "solve", "canopy.json", "-o", "out.json", "--csv", "out.json"}).exit_code, 2);

@@ -28,7 +28,9 @@ void write_mask(const std::string& path, int width, int height, const std::funct
   image::write_exr(path, out);
 }
 
-float leaves(int x, int y) { return (x / 5 + y / 3) % 2 ? 0.1f : 0.9f; }
+float leaves(int x, int y) {
+  return (x / 5 + y / 3) % 2 ? 0.1f : 0.9f;
+}
 
 std::string bytes_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -40,13 +42,15 @@ class PenumbraCommand : public testing::Test {
   PenumbraCommand() { write_mask(mask_, 40, 30, leaves); }
 
   ProcessResult run(std::vector<std::string> options, const std::string& mask = "mask.exr") {
-    std::vector<std::string> arguments{"penumbra", "--mask", mask, "--mask-width", "4", "--height", "2", "-o", "out.exr"};
+    std::vector<std::string> arguments{"penumbra", "--mask", mask, "--mask-width", "4",
+                                       "--height", "2",      "-o", "out.exr"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return run_dapple(arguments, 60, folder_.path().string());
   }
   /// As run, with the default of one option replaced.
   ProcessResult run_with(const std::string& option, const std::string& value) {
-    std::vector<std::string> arguments{"penumbra", "--mask", "mask.exr", "--mask-width", "4", "--height", "2", "--sun-irradiance", "100", "-o", "out.exr"};
+    std::vector<std::string> arguments{"penumbra", "--mask",           "mask.exr", "--mask-width", "4",      "--height",
+                                       "2",        "--sun-irradiance", "100",      "-o",           "out.exr"};
     const auto at = std::find(arguments.begin(), arguments.end(), option);
     if (at != arguments.end())
       at[1] = value;
@@ -59,19 +63,23 @@ class PenumbraCommand : public testing::Test {
   const std::string mask_ = folder_.file("mask.exr"), out_ = folder_.file("out.exr");
 };
 
-// Rationale: the stable options. Expectation: the sun's beam moves the mask towards it by h tan(zenith): here 3 pixels to the right and 4 up, and the uniform
-// sky of a mask that repeats adds up to the mask's mean.
+// Rationale: the stable options. Expectation: the sun's beam moves the mask towards it by h tan(zenith): here 3 pixels
+// to the right and 4 up, and the uniform sky of a mask that repeats adds up to the mask's mean.
 TEST_F(PenumbraCommand, SunAndSky) {
-  const double zenith = std::atan(0.5 / 2) * 180 / std::numbers::pi, azimuth = std::atan2(4.0, 3.0) * 180 / std::numbers::pi;
-  const ProcessResult sun = run({"--sun-zenith", std::to_string(zenith), "--sun-azimuth", std::to_string(azimuth), "--sun-irradiance", "100", "--sun-diameter", ".001",
-                                 "--sky-irradiance", "0", "--periodic"});
+  const double zenith = std::atan(0.5 / 2) * 180 / std::numbers::pi,
+               azimuth = std::atan2(4.0, 3.0) * 180 / std::numbers::pi;
+  const ProcessResult sun =
+      run({"--sun-zenith", std::to_string(zenith), "--sun-azimuth", std::to_string(azimuth), "--sun-irradiance", "100",
+           "--sun-diameter", ".001", "--sky-irradiance", "0", "--periodic"});
   ASSERT_EQ(sun.exit_code, 0) << sun.output;
   const Picture e = load_picture(out_);
   ASSERT_EQ(e.width, 40);
   ASSERT_EQ(e.height, 30);
   for (int y = 0; y < 30; ++y)
     for (int x = 0; x < 40; ++x)
-      EXPECT_NEAR(e.at(x, y)[0], 100 * std::cos(zenith * std::numbers::pi / 180) * double(leaves((x + 3) % 40, (y + 26) % 30)), 0.01) << x << "," << y;
+      EXPECT_NEAR(e.at(x, y)[0],
+                  100 * std::cos(zenith * std::numbers::pi / 180) * double(leaves((x + 3) % 40, (y + 26) % 30)), 0.01)
+          << x << "," << y;
 
   const ProcessResult sky = run({"--sky", "uniform", "--sky-irradiance", "50", "--periodic", "--stats", "stats.json"});
   ASSERT_EQ(sky.exit_code, 0) << sky.output;
@@ -85,7 +93,8 @@ TEST_F(PenumbraCommand, SunAndSky) {
 TEST_F(PenumbraCommand, SameBytesForAnyNumberOfThreads) {
   std::string first;
   for (const char* threads : {"1", "2", "4"}) {
-    const ProcessResult r = run({"--sun-zenith", "35", "--sun-irradiance", "800", "--sky", "preetham", "--sky-irradiance", "100", "--threads", threads});
+    const ProcessResult r = run({"--sun-zenith", "35", "--sun-irradiance", "800", "--sky", "preetham",
+                                 "--sky-irradiance", "100", "--threads", threads});
     ASSERT_EQ(r.exit_code, 0) << r.output;
     const std::string bytes = bytes_of(out_);
     if (first.empty()) first = bytes;
@@ -94,17 +103,19 @@ TEST_F(PenumbraCommand, SameBytesForAnyNumberOfThreads) {
 }
 
 TEST_F(PenumbraCommand, AnimatesADay) {
-  const ProcessResult r = run({"--sun-irradiance", "800", "--location", "47,8", "--date", "2024-06-21", "--time-range", "06:00-16:00", "--frames", "3", "-o", "day.png",
-                               "--stats", "stats.json"});
+  const ProcessResult r = run({"--sun-irradiance", "800", "--location", "47,8", "--date", "2024-06-21", "--time-range",
+                               "06:00-16:00", "--frames", "3", "-o", "day.png", "--stats", "stats.json"});
   ASSERT_EQ(r.exit_code, 0) << r.output;
-  for (const char* name : {"out.0001.exr", "out.0003.exr", "day.0002.png"}) EXPECT_TRUE(std::filesystem::exists(folder_.file(name))) << name;
+  for (const char* name : {"out.0001.exr", "out.0003.exr", "day.0002.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder_.file(name))) << name;
   const json frames = json::parse(std::ifstream(folder_.file("stats.json")))["frames"];
   ASSERT_EQ(frames.size(), 3u);
   EXPECT_LT(std::abs(frames[0]["sun_azimuth_deg"].get<double>()), 25);  // in the east, +x
   EXPECT_LT(frames[1]["sun_zenith_deg"].get<double>(), 26);
   EXPECT_EQ(frames[2]["time"], "2024-06-21 16:00 UT");
   // At night there is none.
-  const ProcessResult night = run({"--sun-irradiance", "800", "--location", "47,8", "--date", "2024-06-21", "--time-range", "01:00-02:00"});
+  const ProcessResult night =
+      run({"--sun-irradiance", "800", "--location", "47,8", "--date", "2024-06-21", "--time-range", "01:00-02:00"});
   EXPECT_EQ(night.exit_code, 3) << night.output;
   EXPECT_NE(night.output.find("above the horizon"), std::string::npos) << night.output;
 }
@@ -114,9 +125,10 @@ TEST_F(PenumbraCommand, MaskFromAScene) {
     LightSource "infinite"
     Shape "bilinearmesh" "point3 P" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]
     Shape "bilinearmesh" "point3 P" [ 0 0 1  1 0 1  0 1 1  1 1 1 ])";
-  const ProcessResult r = run_dapple({"penumbra", "--mask-scene", "post.pbrt", "--mask-pixels", "16x8", "--mask-width", "4", "--height", "1", "--sun-irradiance", "1",
-                                      "--write-mask", "made.exr", "-o", "out.exr"},
-                                     60, folder_.path().string());
+  const ProcessResult r =
+      run_dapple({"penumbra", "--mask-scene", "post.pbrt", "--mask-pixels", "16x8", "--mask-width", "4", "--height",
+                  "1", "--sun-irradiance", "1", "--write-mask", "made.exr", "-o", "out.exr"},
+                 60, folder_.path().string());
   ASSERT_EQ(r.exit_code, 0) << r.output;
   const Picture made = load_picture(folder_.file("made.exr"));
   for (int y = 0; y < 8; ++y)
@@ -124,7 +136,9 @@ TEST_F(PenumbraCommand, MaskFromAScene) {
 }
 
 TEST_F(PenumbraCommand, BadNumbersAreNamed) {
-  const struct { const char *option, *value, *says; } cases[] = {
+  const struct {
+    const char *option, *value, *says;
+  } cases[] = {
       {"--height", "0", "--height is 0, expected metres above 0"},
       {"--height", "-3", "--height is -3"},
       {"--height", "nan", "--height is nan"},
@@ -149,17 +163,25 @@ TEST_F(PenumbraCommand, BadNumbersAreNamed) {
   };
   for (const auto& c : cases) {
     const ProcessResult r = run_with(c.option, c.value);
-    EXPECT_EQ(r.exit_code, std::string(c.option) == "--mask-scene" ? 2 : 3) << c.option << " " << c.value << ": " << r.output;
+    EXPECT_EQ(r.exit_code, std::string(c.option) == "--mask-scene" ? 2 : 3)
+        << c.option << " " << c.value << ": " << r.output;
     EXPECT_NE(r.output.find(c.says), std::string::npos) << r.output;
     EXPECT_FALSE(std::filesystem::exists(out_));
   }
-  for (const char* option : {"--frames", "--height", "--sky-irradiance"}) EXPECT_EQ(run_with(option, "many").exit_code, 2) << option;
+  for (const char* option : {"--frames", "--height", "--sky-irradiance"})
+    EXPECT_EQ(run_with(option, "many").exit_code, 2) << option;
   EXPECT_EQ(run({"--height", "3", "--sun-irradiance", "1"}).exit_code, 2) << "two heights for one mask";
   EXPECT_EQ(run({}).exit_code, 2) << "no light";
   EXPECT_EQ(run({"--sun-irradiance", "1", "--date", "2024-01-01"}).exit_code, 2);
-  EXPECT_EQ(run({"--sun-irradiance", "1", "--location", "91,0", "--date", "2024-01-01", "--time-range", "12:00"}).exit_code, 3);
-  EXPECT_EQ(run({"--sun-irradiance", "1", "--location", "0,0", "--date", "2023-02-29", "--time-range", "12:00"}).exit_code, 3);
-  EXPECT_EQ(run({"--sun-irradiance", "1", "--location", "0,0", "--date", "2023-02-28", "--time-range", "13:00-12:00"}).exit_code, 3);
+  EXPECT_EQ(
+      run({"--sun-irradiance", "1", "--location", "91,0", "--date", "2024-01-01", "--time-range", "12:00"}).exit_code,
+      3);
+  EXPECT_EQ(
+      run({"--sun-irradiance", "1", "--location", "0,0", "--date", "2023-02-29", "--time-range", "12:00"}).exit_code,
+      3);
+  EXPECT_EQ(run({"--sun-irradiance", "1", "--location", "0,0", "--date", "2023-02-28", "--time-range", "13:00-12:00"})
+                .exit_code,
+            3);
 }
 
 TEST_F(PenumbraCommand, BadMasksAreNamed) {

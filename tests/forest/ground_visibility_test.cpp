@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include "dapple/forest/ground_visibility.h"
+
+#include <gtest/gtest.h>
 
 namespace dapple::forest {
 namespace {
@@ -34,8 +34,8 @@ GroundLight plot() {
   return g;
 }
 
-// Rationale: maps of the same rectangle are read between the middles of their own pixels, whatever their number. Expectation: closed forms; the rest of a batch,
-// in any order, is another's.
+// Rationale: maps of the same rectangle are read between the middles of their own pixels, whatever their number.
+// Expectation: closed forms; the rest of a batch, in any order, is another's.
 TEST(GroundVisibility, ReadsItsMapsAndLeavesTheRest) {
   const GroundVisibility g(plot(), std::make_shared<Half>());
   const V3f aside = normalize(V3f(1, 0, 1));
@@ -45,12 +45,12 @@ TEST(GroundVisibility, ReadsItsMapsAndLeavesTheRest) {
     rays.P[i] = P, rays.Ng[i] = n, rays.d[i] = d, rays.key[i] = 0;
   };
   add({0, 0, 0}, up, up);
-  add({0, 0, 0.5f}, up, up);                        // above the ground
-  add({0, 0.3f, 0}, -up, aside);                    // between the sky's two pixels
-  add({0, 0, 0}, {1, 0, 0}, up);                    // upright
+  add({0, 0, 0.5f}, up, up);      // above the ground
+  add({0, 0.3f, 0}, -up, aside);  // between the sky's two pixels
+  add({0, 0, 0}, {1, 0, 0}, up);  // upright
   add({0.5f, 0, 0.05f}, normalize(V3f(-0.1f, 0, 1)), aside);
-  add({3, 0, 0.3f}, up, up);                        // beside the plot
-  add({1.5f, 0, 0.15f}, up, aside);                 // beyond the middle of the sky's last pixel
+  add({3, 0, 0.3f}, up, up);         // beside the plot
+  add({1.5f, 0, 0.15f}, up, aside);  // beyond the middle of the sky's last pixel
   RGB visible[7];
   g.visible(rays, visible);
   const RGB expected[] = {{0, 0.2f, 0.4f}, RGB(0.5f), RGB(0.5f), RGB(0.5f), RGB(0.75f), RGB(3.5f), RGB(1)};

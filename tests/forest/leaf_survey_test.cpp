@@ -14,8 +14,8 @@ LeafSurvey::Frame frame(std::vector<double> edges, int inclinations = 9) {
   return {Box2f(V2f(-1, -1), V2f(1, 1)), std::move(edges), inclinations, 2};
 }
 
-// Rationale: areas between two heights have closed forms. Expectation: those, to 1e-12: a slanted rectangle, and a disk whose segments are
-// acos(x) - x sqrt(1 - x^2).
+// Rationale: areas between two heights have closed forms. Expectation: those, to 1e-12: a slanted rectangle, and a disk
+// whose segments are acos(x) - x sqrt(1 - x^2).
 TEST(LeafSurvey, CutsAtSlabs) {
   LeafSurvey s(frame({0, 0.25, 1}));
   const V3d rectangle[4] = {{0, 0, 0}, {0, 0.5, 0}, {0.6, 0.5, 0.8}, {0.6, 0, 0.8}};
@@ -32,7 +32,8 @@ TEST(LeafSurvey, CutsAtSlabs) {
   EXPECT_NEAR(s.area(1), 0.5 * std::numbers::pi * r * r, 1e-12);
 }
 
-// Rationale: what lies in the plane of an edge, or beyond the slabs. Expectation: the slab above; the last slab on that side; nothing twice.
+// Rationale: what lies in the plane of an edge, or beyond the slabs. Expectation: the slab above; the last slab on that
+// side; nothing twice.
 TEST(LeafSurvey, EdgesAndBeyond) {
   LeafSurvey s(frame({0, 1, 2}));
   const auto square = [&s](double z) {
@@ -50,8 +51,8 @@ TEST(LeafSurvey, EdgesAndBeyond) {
   EXPECT_NEAR(s.area(1), 3 * std::numbers::pi / 4, 1e-12);
 }
 
-// Rationale: the plot's border. Expectation: a polygon over a corner of the plot counts its part in it; a disk half outside counts half, to the
-// 256-gon's 1e-4.
+// Rationale: the plot's border. Expectation: a polygon over a corner of the plot counts its part in it; a disk half
+// outside counts half, to the 256-gon's 1e-4.
 TEST(LeafSurvey, CutsAtThePlot) {
   LeafSurvey s(frame({0, 1}));
   const V3d square[4] = {{0.5, 0.5, 0.5}, {1.5, 0.5, 0.5}, {1.5, 1.5, 0.5}, {0.5, 1.5, 0.5}};
@@ -61,8 +62,8 @@ TEST(LeafSurvey, CutsAtThePlot) {
   EXPECT_NEAR(s.area(1), 0.08 * std::numbers::pi, 1e-4 * 0.08 * std::numbers::pi);
 }
 
-// Rationale: cutting loses nothing. Expectation: 1000 random triangles and disks within the plot have the same area in 1 slab and in 37, and
-// their inclinations add up to it.
+// Rationale: cutting loses nothing. Expectation: 1000 random triangles and disks within the plot have the same area in
+// 1 slab and in 37, and their inclinations add up to it.
 TEST(LeafSurvey, SlabsAddUp) {
   std::vector<double> edges;
   for (int i = 0; i <= 37; ++i) edges.push_back(i / 37.0);

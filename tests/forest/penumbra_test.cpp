@@ -45,8 +45,8 @@ double direct(const CanopyMask& mask, const LightRaster& light, double open, int
   return e;
 }
 
-// Rationale: the transforms, their padding and the origin. Expectation: the double sum on 32 x 32, and on sides that transform badly, to 1e-5, with
-// and without repetition, for sky and for sun.
+// Rationale: the transforms, their padding and the origin. Expectation: the double sum on 32 x 32, and on sides that
+// transform badly, to 1e-5, with and without repetition, for sky and for sun.
 TEST(Penumbra, EqualsDirectSummation) {
   for (const bool periodic : {false, true})
     for (const auto& [width, height] : {std::pair{32, 32}, {31, 17}, {22, 46}}) {
@@ -54,8 +54,8 @@ TEST(Penumbra, EqualsDirectSummation) {
       const double h = 3;
       const SkyDome sky = SkyDome::cie_clear(sky_direction(0.5, 1)).with_irradiance(100);
       const int reach = periodic ? 96 : 46;  // 8 heights; all of the mask
-      const LightRaster light = sky_raster([&](const V3d& w) { return sky.radiance(w) * float(w.z); }, sky.detail(), true, 0.25 / h,
-                                           {-reach, -reach, 2 * reach + 1, 2 * reach + 1});
+      const LightRaster light = sky_raster([&](const V3d& w) { return sky.radiance(w) * float(w.z); }, sky.detail(),
+                                           true, 0.25 / h, {-reach, -reach, 2 * reach + 1, 2 * reach + 1});
       const double held = light.weight.mean(0) * double(light.weight.values.size());
       PenumbraSettings every_cell;
       every_cell.sky_cell = 0;
@@ -63,18 +63,21 @@ TEST(Penumbra, EqualsDirectSummation) {
       const double open = periodic ? held + (100 - held) * mask.mean(0) : 100;
       for (int y = 0; y < height; y += 5)
         for (int x = 0; x < width; x += 3)
-          EXPECT_NEAR(e.at(0, x, y), direct(mask, light, open, x, y), 1e-3) << width << "x" << height << " at " << x << "," << y;
+          EXPECT_NEAR(e.at(0, x, y), direct(mask, light, open, x, y), 1e-3)
+              << width << "x" << height << " at " << x << "," << y;
 
       const SunDisc sun(40 * degree, 2, RGB(50), LimbDarkening::none, 0.08);
       const LightRaster disc = sun_raster(sun, 0.25 / h, {-100, -100, 200, 200});
       const Raster s = sun_irradiance(mask, h, sun);
       for (int y = 0; y < height; y += 5)
         for (int x = 0; x < width; x += 3)
-          EXPECT_NEAR(s.at(0, x, y), direct(mask, disc, 50 * std::cos(40 * degree), x, y), 5e-4) << width << "x" << height;
+          EXPECT_NEAR(s.at(0, x, y), direct(mask, disc, 50 * std::cos(40 * degree), x, y), 5e-4)
+              << width << "x" << height;
     }
 }
 
-// Expectation: light from one direction, through whole pixels, shifts the mask by h tan(zenith) against the sun's azimuth, and beyond the mask is open.
+// Expectation: light from one direction, through whole pixels, shifts the mask by h tan(zenith) against the sun's
+// azimuth, and beyond the mask is open.
 TEST(Penumbra, SmallSunShiftsTheMask) {
   const double pitch = 0.5, h = 2;
   for (const bool periodic : {false, true}) {
@@ -93,15 +96,21 @@ TEST(Penumbra, SmallSunShiftsTheMask) {
   }
 }
 
-// Expectation: through a hole of one pixel a sky of three unlike suns draws its picture, turned by half a turn and as large as the height says.
+// Expectation: through a hole of one pixel a sky of three unlike suns draws its picture, turned by half a turn and as
+// large as the height says.
 TEST(Penumbra, PinholeGivesTheSkyUpsideDown) {
   const int n = 41, hole = 20;
   const double pitch = 0.1, h = 4;
-  const CanopyMask mask = mask_of(n, n, pitch, false, [&](int x, int y) { return x == hole && y == hole ? 1.0f : 0.0f; });
-  const struct { int dx, dy; double power; } suns[] = {{12, 3, 5}, {-7, 9, 2}, {4, -16, 1}};  // dx to +x, dy to +y
+  const CanopyMask mask =
+      mask_of(n, n, pitch, false, [&](int x, int y) { return x == hole && y == hole ? 1.0f : 0.0f; });
+  const struct {
+    int dx, dy;
+    double power;
+  } suns[] = {{12, 3, 5}, {-7, 9, 2}, {4, -16, 1}};  // dx to +x, dy to +y
   for (const auto& s : suns) {
     const double r = std::hypot(s.dx, s.dy) * pitch;
-    const SunDisc sun(std::atan(r / h), std::atan2(double(s.dy), double(s.dx)), RGB(float(s.power)), LimbDarkening::none, 1e-4);
+    const SunDisc sun(std::atan(r / h), std::atan2(double(s.dy), double(s.dx)), RGB(float(s.power)),
+                      LimbDarkening::none, 1e-4);
     const Raster e = sun_irradiance(mask, h, sun);
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
@@ -123,7 +132,8 @@ TEST(Penumbra, PinholeGivesTheSkyUpsideDown) {
   EXPECT_GT(e.at(0, hole - 5, hole + 5), 100 * e.at(0, hole + 5, hole - 5));
 }
 
-// Expectation: behind an edge the disc of radius R leaves the circular segment 1/2 + (x sqrt(1 - x^2) + asin x) / pi, x in radii of its image.
+// Expectation: behind an edge the disc of radius R leaves the circular segment 1/2 + (x sqrt(1 - x^2) + asin x) / pi, x
+// in radii of its image.
 TEST(Penumbra, EdgeGivesTheCircularSegment) {
   const int n = 400;
   const double pitch = 0.002, h = 20;
@@ -141,34 +151,41 @@ TEST(Penumbra, EdgeGivesTheCircularSegment) {
   EXPECT_NEAR(dark.mean(0), e.mean(0), 1e-5);
 }
 
-// Expectation: of a uniform sky of radiance 1 / pi, |u|, |v| <= U holds (4 / pi) c atan c, c = U / sqrt(1 + U^2): the sky's raster, and the light through a
-// square opening.
+// Expectation: of a uniform sky of radiance 1 / pi, |u|, |v| <= U holds (4 / pi) c atan c, c = U / sqrt(1 + U^2): the
+// sky's raster, and the light through a square opening.
 TEST(Penumbra, UniformSkyThroughASquare) {
   const struct { double U, captured; } table[] = {{1, 0.554}, {2, 0.831}, {4, 0.951}, {8, 0.987}};
   for (const auto& t : table) {
     const double c = t.U / std::sqrt(1 + t.U * t.U), exact = 4 / pi_d * c * std::atan(c);
     EXPECT_NEAR(exact, t.captured, 6e-4);
     const int n = 31;  // the opening; the frame around it is black and 2000 times as high
-    const LightRaster light = sky_raster([](const V3d& w) { return RGB(float(w.z) * inv_pi); }, 10, true, 2 * t.U / n, {-n / 2, -n / 2, n, n});
+    const LightRaster light = sky_raster([](const V3d& w) { return RGB(float(w.z) * inv_pi); }, 10, true, 2 * t.U / n,
+                                         {-n / 2, -n / 2, n, n});
     EXPECT_NEAR(light.weight.mean(0) * n * n, exact, 2e-6) << t.U;
   }
   // Dark all around the opening as far as the mask reaches, 32 heights: beyond, 4.9e-4 of the light remains.
   const int n = 513, hole = 8;
-  const CanopyMask mask = mask_of(n, n, 0.125, false, [&](int x, int y) { return std::abs(x - n / 2) <= hole && std::abs(y - n / 2) <= hole ? 1.0f : 0.0f; });
-  const double U = (hole + 0.5) * 0.125, c = U / std::sqrt(1 + U * U), beyond = n / 2.0 * 0.125, d = beyond / std::sqrt(1 + beyond * beyond);
+  const CanopyMask mask = mask_of(n, n, 0.125, false, [&](int x, int y) {
+    return std::abs(x - n / 2) <= hole && std::abs(y - n / 2) <= hole ? 1.0f : 0.0f;
+  });
+  const double U = (hole + 0.5) * 0.125, c = U / std::sqrt(1 + U * U), beyond = n / 2.0 * 0.125,
+               d = beyond / std::sqrt(1 + beyond * beyond);
   const double expected = 4 / pi_d * (c * std::atan(c) + 0.25 * pi_d - d * std::atan(d));
   EXPECT_NEAR(sky_irradiance(mask, 1, SkyDome::uniform(), {.sky_cell = 0}).at(0, n / 2, n / 2), expected, 1e-5);
 }
 
-// Expectation: a mask of one number c gives c E0 where it repeats, for every light and height, also where pixels are far larger or smaller than the height.
+// Expectation: a mask of one number c gives c E0 where it repeats, for every light and height, also where pixels are
+// far larger or smaller than the height.
 TEST(Penumbra, ConstantMasksScaleTheLight) {
   const V3d towards = sky_direction(0.7, 1);
   for (const double h : {0.001, 1.0, 500.0}) {
     const CanopyMask mask = mask_of(16, 12, 0.1, true, [](int, int) { return 0.375f; });
-    for (const SkyDome& sky : {SkyDome::uniform(), SkyDome::cie_overcast(), SkyDome::cie_clear(towards), SkyDome::preetham(towards, 3)}) {
+    for (const SkyDome& sky :
+         {SkyDome::uniform(), SkyDome::cie_overcast(), SkyDome::cie_clear(towards), SkyDome::preetham(towards, 3)}) {
       const Raster e = sky_irradiance(mask, h, sky.with_irradiance(200));
       for (const float v : e.values) ASSERT_NEAR(v, 0.375 * (e.channels == 1 ? 200 : double(v) / 0.375), 0.02);
-      EXPECT_NEAR(e.channels == 1 ? e.mean(0) : 0.2126 * e.mean(0) + 0.7152 * e.mean(1) + 0.0722 * e.mean(2), 75, 0.02) << h;
+      EXPECT_NEAR(e.channels == 1 ? e.mean(0) : 0.2126 * e.mean(0) + 0.7152 * e.mean(1) + 0.0722 * e.mean(2), 75, 0.02)
+          << h;
     }
     for (const double zenith : {0.0, 60.0, 89.0}) {
       const Raster e = sun_irradiance(mask, h, SunDisc(zenith * degree, 1, RGB(100)));
@@ -177,26 +194,31 @@ TEST(Penumbra, ConstantMasksScaleTheLight) {
   }
 }
 
-// Rationale: energy. Expectation: under a mask that repeats the mean is the mask's times the open irradiance; under one that does not, what is missing
-// is what its opacity takes from the light that passes it: all of it, summed over the ground, where the ground is wide enough.
+// Rationale: energy. Expectation: under a mask that repeats the mean is the mask's times the open irradiance; under one
+// that does not, what is missing is what its opacity takes from the light that passes it: all of it, summed over the
+// ground, where the ground is wide enough.
 TEST(Penumbra, KeepsEnergy) {
   const CanopyMask tile = noise(48, 32, 0.05, true);
   EXPECT_NEAR(sun_irradiance(tile, 7, SunDisc(0.9, 0.4, RGB(300))).mean(0), 300 * std::cos(0.9) * tile.mean(0), 1e-2);
   EXPECT_NEAR(sky_irradiance(tile, 7, SkyDome::cie_overcast().with_irradiance(120)).mean(0), 120 * tile.mean(0), 2e-2);
 
-  CanopyMask leaf = mask_of(300, 300, 0.1, false, [](int x, int y) { return x >= 140 && x < 150 && y >= 120 && y < 130 ? 0.25f : 1.0f; });
+  CanopyMask leaf = mask_of(300, 300, 0.1, false,
+                            [](int x, int y) { return x >= 140 && x < 150 && y >= 120 && y < 130 ? 0.25f : 1.0f; });
   const Raster e = sun_irradiance(leaf, 5, SunDisc(0.6, 2.0, RGB(100)));
   const double open = 100 * std::cos(0.6);
   EXPECT_NEAR((open - e.mean(0)) * 300 * 300, open * 0.75 * 100, 0.02 * 75);
 }
 
-// Rationale: the sky on coarser cells than the mask. Expectation: within 2e-4 of the open irradiance of the sky on the cells of the mask.
+// Rationale: the sky on coarser cells than the mask. Expectation: within 2e-4 of the open irradiance of the sky on the
+// cells of the mask.
 TEST(Penumbra, CoarseSkyIsNearTheFineOne) {
   for (const bool periodic : {false, true}) {
-    const CanopyMask mask = mask_of(256, 256, 0.04, periodic, [](int x, int y) { return float((x / 32 + y / 16) % 2); });
+    const CanopyMask mask =
+        mask_of(256, 256, 0.04, periodic, [](int x, int y) { return float((x / 32 + y / 16) % 2); });
     const SkyDome sky = SkyDome::cie_clear(sky_direction(0.8, 0.3)).with_irradiance(1);
     const Raster fine = sky_irradiance(mask, 6, sky, {.sky_cell = 0}), coarse = sky_irradiance(mask, 6, sky);
-    for (size_t i = 0; i < fine.values.size(); i += 97) EXPECT_NEAR(coarse.values[i], fine.values[i], 2e-4) << i << " " << periodic;
+    for (size_t i = 0; i < fine.values.size(); i += 97)
+      EXPECT_NEAR(coarse.values[i], fine.values[i], 2e-4) << i << " " << periodic;
   }
 }
 
@@ -218,15 +240,18 @@ TEST(Penumbra, ColouredLeaves) {
   }
 }
 
-// Expectation: one sheet above the other: clear sheets change nothing, sheets of constants multiply, two equal half-open sheets merged at one height are one.
+// Expectation: one sheet above the other: clear sheets change nothing, sheets of constants multiply, two equal
+// half-open sheets merged at one height are one.
 TEST(Penumbra, SeveralSheets) {
   const CanopyMask clear = mask_of(16, 16, 0.2, true, [](int, int) { return 1.0f; });
   const CanopyMask half = mask_of(16, 16, 0.2, true, [](int, int) { return 0.5f; });
   const CanopyMask leaves = noise(16, 16, 0.2, true);
   const SunDisc sun(0.4, 1, RGB(100));
   const SkyDome sky = SkyDome::cie_overcast().with_irradiance(50);
-  const CanopyPlane alone[] = {{leaves, 4}}, with_clear[] = {{leaves, 4}, {clear, 9}}, with_half[] = {{leaves, 4}, {half, 9}};
-  const Raster e = ground_irradiance(alone, sun, sky), same = ground_irradiance(with_clear, sun, sky), dim = ground_irradiance(with_half, sun, sky);
+  const CanopyPlane alone[] = {{leaves, 4}}, with_clear[] = {{leaves, 4}, {clear, 9}},
+                    with_half[] = {{leaves, 4}, {half, 9}};
+  const Raster e = ground_irradiance(alone, sun, sky), same = ground_irradiance(with_clear, sun, sky),
+               dim = ground_irradiance(with_half, sun, sky);
   const PenumbraSettings merged{.planes = Planes::merged};
   const Raster same_merged = ground_irradiance(with_clear, sun, sky, merged);
   for (size_t i = 0; i < e.values.size(); ++i) {
@@ -240,8 +265,8 @@ TEST(Penumbra, SeveralSheets) {
   EXPECT_THROW(ground_irradiance(sunk, sun, sky), std::invalid_argument);
 }
 
-// Expectation: under an open uniform sky a surface of slope b gets (1 + cos b) / 2 of the level ground's; under leaves level ground gets what sky_irradiance says,
-// within the 3 % of nine harmonics. The sun's share is exact.
+// Expectation: under an open uniform sky a surface of slope b gets (1 + cos b) / 2 of the level ground's; under leaves
+// level ground gets what sky_irradiance says, within the 3 % of nine harmonics. The sun's share is exact.
 TEST(Penumbra, SurfacesOfAnyOrientation) {
   const CanopyMask clear = mask_of(8, 8, 1, false, [](int, int) { return 1.0f; });
   const OrientedSkylight open(clear, 5, SkyDome::uniform());

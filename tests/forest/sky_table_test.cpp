@@ -25,7 +25,8 @@ double at(const SkyTable& table, double row, double column, int w = 0) {
   return table.at(std::cos(pi_d / 2 * row / table.rows), 2 * pi_d * column / table.columns, w);
 }
 
-// Expectation: the value of a cell in its middle, linear between middles, also across azimuth 0; for azimuths of any number of turns.
+// Expectation: the value of a cell in its middle, linear between middles, also across azimuth 0; for azimuths of any
+// number of turns.
 TEST(SkyTable, IsBilinearAndGoesRound) {
   const SkyTable table = numbered(3);
   for (int r = 0; r < 3; ++r)
@@ -37,11 +38,14 @@ TEST(SkyTable, IsBilinearAndGoesRound) {
   for (const double turns : {-3.0, 1.0, 5.0}) EXPECT_NEAR(at(table, 1.3, 0.9 + 4 * turns), at(table, 1.3, 0.9), 1e-9);
 }
 
-// Expectation: the first row's value at the zenith, where a cosine may be above 1 by a rounding, and the last one's at the horizon.
+// Expectation: the first row's value at the zenith, where a cosine may be above 1 by a rounding, and the last one's at
+// the horizon.
 TEST(SkyTable, IsConstantAtZenithAndHorizon) {
   const SkyTable table = numbered(1);
-  for (const double mu : {1.0, std::nextafter(1.0, 2.0), 1 + 1e-9}) EXPECT_NEAR(table.at(mu, pi_d / 4, 0), 0, 1e-9) << mu;
-  for (const double mu : {1.0, std::nextafter(1.0, 2.0), 1 + 1e-9}) EXPECT_NEAR(table.at(mu, 7 * pi_d / 4, 0), 3, 1e-9) << mu;
+  for (const double mu : {1.0, std::nextafter(1.0, 2.0), 1 + 1e-9})
+    EXPECT_NEAR(table.at(mu, pi_d / 4, 0), 0, 1e-9) << mu;
+  for (const double mu : {1.0, std::nextafter(1.0, 2.0), 1 + 1e-9})
+    EXPECT_NEAR(table.at(mu, 7 * pi_d / 4, 0), 3, 1e-9) << mu;
   EXPECT_NEAR(table.at(0, pi_d / 4, 0), 20, 1e-9);
 }
 

@@ -26,7 +26,8 @@ TEST(SkyDome, Irradiances) {
   EXPECT_TRUE(overcast.radiance({0.6, 0, -0.8}).is_black());
 }
 
-// Expectation: a picture of one colour is a uniform sky; a picture keeps its directions: azimuth from +x to +y, zenith on top.
+// Expectation: a picture of one colour is a uniform sky; a picture keeps its directions: azimuth from +x to +y, zenith
+// on top.
 TEST(SkyDome, FromImages) {
   image::Image flat(32, 16, 3);
   for (float& v : flat.pixels()) v = 2;
@@ -39,15 +40,18 @@ TEST(SkyDome, FromImages) {
   EXPECT_FALSE(red.grey());
   EXPECT_NEAR(red.radiance(sky_direction(4.5 / 16 * pi_d, 8.5 / 32 * 2 * pi_d)).r, 5, 1e-4);
   image::Image black(4, 2, 1);
-  EXPECT_THROW(SkyDome::from_image(image::EnvironmentImage(black, std::nullopt, {})).with_irradiance(1), std::invalid_argument);
+  EXPECT_THROW(SkyDome::from_image(image::EnvironmentImage(black, std::nullopt, {})).with_irradiance(1),
+               std::invalid_argument);
 }
 
-// Preetham, Shirley and Smits 1999: at turbidity 2.5 and 45 degrees the zenith is blue and bluer than white, brighter about the sun, and the horizon is whiter
-// than the zenith. The zenith's chromaticity follows from their cubic: x = .2468, y = .2505 (by hand).
+// Preetham, Shirley and Smits 1999: at turbidity 2.5 and 45 degrees the zenith is blue and bluer than white, brighter
+// about the sun, and the horizon is whiter than the zenith. The zenith's chromaticity follows from their cubic: x =
+// .2468, y = .2505 (by hand).
 TEST(SkyDome, Preetham) {
   const V3d sun = sky_direction(45 * degree, 0);
   const SkyDome sky = SkyDome::preetham(sun, 2.5);
-  const RGB zenith = sky.radiance({0, 0, 1}), near_sun = sky.radiance(sky_direction(40 * degree, 0)), horizon = sky.radiance(sky_direction(88 * degree, 2));
+  const RGB zenith = sky.radiance({0, 0, 1}), near_sun = sky.radiance(sky_direction(40 * degree, 0)),
+            horizon = sky.radiance(sky_direction(88 * degree, 2));
   EXPECT_GT(zenith.b, 1.5f * zenith.r);
   EXPECT_GT(near_sun.luminance(), 2 * zenith.luminance());
   EXPECT_LT(horizon.b / horizon.r, zenith.b / zenith.r);
@@ -66,10 +70,12 @@ TEST(SkyDome, GoesIntoTheCanopySolver) {
   EXPECT_FALSE(other.grey);
   for (const double mu : {0.1, 0.5, 0.9})
     for (const double phi : {0.0, 2.0, 5.0})
-      for (int c = 0; c < 3; ++c) EXPECT_NEAR(other.radiance(mu, phi, c), sky.radiance(sky_direction(std::acos(mu), azimuth + phi))[c], 1e-5);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(other.radiance(mu, phi, c), sky.radiance(sky_direction(std::acos(mu), azimuth + phi))[c], 1e-5);
 }
 
-// Expectation: radiance over the disc adds up to the irradiances, with and without limb darkening, and samples have their density.
+// Expectation: radiance over the disc adds up to the irradiances, with and without limb darkening, and samples have
+// their density.
 TEST(SunDisc, RadianceAddsUp) {
   for (const LimbDarkening limb : {LimbDarkening::none, LimbDarkening::hestroffer_magnan})
     for (const double zenith : {0.0, 50.0, 85.0}) {
@@ -96,7 +102,8 @@ TEST(SunDisc, RadianceAddsUp) {
   EXPECT_THROW(SunDisc(0.1, 0, RGB(-1)), std::invalid_argument);
 }
 
-// Expectation: a cover over the left half leaves half, on the right hand of who faces the sun: in the south (azimuth -90 degrees here) that is west, -x.
+// Expectation: a cover over the left half leaves half, on the right hand of who faces the sun: in the south (azimuth
+// -90 degrees here) that is west, -x.
 TEST(SunDisc, Cover) {
   image::Image cover(2, 1, 1);
   cover.pixel(1, 0)[0] = 1;
@@ -108,20 +115,23 @@ TEST(SunDisc, Cover) {
   EXPECT_EQ(sun.radiance((middle - west * 0.002).normalized()).g, 0);
 }
 
-// The worked example of NREL's Solar Position Algorithm (Reda and Andreas 2004): 2003-10-17 12:30:30 MST at 39.742476 N, 105.1786 W: azimuth 194.34024, zenith
-// 50.11162 with refraction of .0167 degrees at that height and pressure. Within .02 degrees.
+// The worked example of NREL's Solar Position Algorithm (Reda and Andreas 2004): 2003-10-17 12:30:30 MST at 39.742476
+// N, 105.1786 W: azimuth 194.34024, zenith 50.11162 with refraction of .0167 degrees at that height and pressure.
+// Within .02 degrees.
 TEST(SunPosition, OfAnExample) {
   const SunPosition at = sun_position({39.742476, -105.1786, 2003, 10, 17, 19 + 30.0 / 60 + 30.0 / 3600});
   EXPECT_NEAR(at.zenith_deg, 50.11162 + 0.0167, 0.02);
   EXPECT_NEAR(at.compass_deg, 194.34024, 0.02);
 }
 
-// At an equinox the sun rises in the east and sets in the west; at noon of the solstices it stands 23.44 degrees from the equator.
+// At an equinox the sun rises in the east and sets in the west; at noon of the solstices it stands 23.44 degrees from
+// the equator.
 TEST(SunPosition, OfSeasons) {
   const SunPosition morning = sun_position({0, 0, 2024, 3, 20, 6.2});
   EXPECT_NEAR(morning.compass_deg, 90, 1);
   double highest = 180;
-  for (double hour = 11; hour < 13; hour += 0.01) highest = std::min(highest, sun_position({60, 0, 2024, 6, 20, hour}).zenith_deg);
+  for (double hour = 11; hour < 13; hour += 0.01)
+    highest = std::min(highest, sun_position({60, 0, 2024, 6, 20, hour}).zenith_deg);
   EXPECT_NEAR(highest, 60 - 23.44, 0.02);
   EXPECT_EQ(days_of_month(2000, 2), 29);
   EXPECT_EQ(days_of_month(1900, 2), 28);

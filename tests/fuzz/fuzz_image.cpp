@@ -28,9 +28,11 @@ void read(const std::string& path) {
 
 }  // namespace
 
-// libpng leaves errors by longjmp and so passes by the destructors of OpenImageIO's PNG reader: a leak that is neither ours nor
-// can be told from ours.
-extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
+// libpng leaves errors by longjmp and so passes by the destructors of OpenImageIO's PNG reader: a leak that is neither
+// ours nor can be told from ours.
+extern "C" const char* __asan_default_options() {
+  return "detect_leaks=0";
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const int fd = memfd_create("fuzz_image", 0);

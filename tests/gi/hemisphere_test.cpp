@@ -40,8 +40,8 @@ TEST(Hemisphere, StrataAreOfTheNumberAskedForAndCosineWeighted) {
   }
 }
 
-// Radiance 1 + a.d from above, none from below: E(n) = integral of (1 + a.d) (n.d) over the directions above that n faces. Its slope with n
-// along a tangent is that of pi (1 + 2/3 a.n).
+// Radiance 1 + a.d from above, none from below: E(n) = integral of (1 + a.d) (n.d) over the directions above that n
+// faces. Its slope with n along a tangent is that of pi (1 + 2/3 a.n).
 TEST(Hemisphere, TurnsOfTheNormalInLinearLight) {
   const V3f a(0.3f, -0.2f, 0.4f);
   const auto record = gather(4096, [&](const V3f& d) { return Arriving{RGB(1 + dot(a, d)), infinity}; });
@@ -55,7 +55,9 @@ TEST(Hemisphere, TurnsOfTheNormalInLinearLight) {
 // A small light: irradiance is linear in the normal, for turns of any size that still see it.
 TEST(Hemisphere, TurnsOfTheNormalUnderASmallLight) {
   const V3f to = normalize(V3f(0.4f, 0.2f, 1));
-  const auto record = gather(65536, [&](const V3f& d) { return Arriving{RGB(dot(d, to) > 0.995f ? 100.0f : 0.0f), 3}; });
+  const auto record = gather(65536, [&](const V3f& d) {
+    return Arriving{RGB(dot(d, to) > 0.995f ? 100.0f : 0.0f), 3};
+  });
   for (const V3f& n : {V3f(0.5f, 0, 1), V3f(-0.6f, 0.1f, 1), V3f(0, -0.3f, 1), V3f(0.4f, 0.2f, 1)}) {
     const V3f turned = normalize(n);
     EXPECT_NEAR(record.at(0, 0, turned).g / record.E.g, dot(turned, to) / to.z, 0.03) << n.x << " " << n.y;
@@ -74,7 +76,9 @@ TEST(Hemisphere, TurnsOfTheNormalUnderAUniformSky) {
 // Under a ceiling whose radiance grows along x, irradiance grows as much.
 TEST(Hemisphere, MovesUnderACeilingOfLinearLight) {
   const float height = 2, growth = 0.1f;
-  const auto record = gather(4096, [&](const V3f& d) { return Arriving{RGB(3 + growth * height * d.x / d.z), height / d.z}; });
+  const auto record = gather(4096, [&](const V3f& d) {
+    return Arriving{RGB(3 + growth * height * d.x / d.z), height / d.z};
+  });
   EXPECT_NEAR(record.E.g, 3 * pi, 1e-3);
   EXPECT_NEAR(record.by_place[0].g, pi * growth, 0.03 * pi * growth);
   EXPECT_NEAR(record.by_place[1].g, 0, 1e-3);
@@ -90,7 +94,8 @@ TEST(Hemisphere, MovesUnderASquareLight) {
     const int n = 400;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
-        const double px = corner.x + side * (i + 0.5) / n - x, py = corner.y + side * (j + 0.5) / n - y, r2 = px * px + py * py + 1;
+        const double px = corner.x + side * (i + 0.5) / n - x, py = corner.y + side * (j + 0.5) / n - y,
+                     r2 = px * px + py * py + 1;
         sum += 1 / (r2 * r2);
       }
     return sum * side * side / (n * n);
@@ -106,7 +111,8 @@ TEST(Hemisphere, MovesUnderASquareLight) {
   EXPECT_NEAR(record.at(0.2f, 0.1f, {0, 0, 1}).g, irradiance(0.2f, 0.1f), 0.02);
 }
 
-// Light that grows with time, by different shares from different directions; and light that stays, which a fit must not take for a change.
+// Light that grows with time, by different shares from different directions; and light that stays, which a fit must not
+// take for a change.
 TEST(Hemisphere, ChangesWithTime) {
   const HemisphereStrata strata(256);
   std::vector<RGB> grows, stays;
@@ -128,7 +134,9 @@ TEST(Hemisphere, ChangesWithTime) {
 }
 
 TEST(Hemisphere, IsTrustedNoFurtherThanItChangesByItself) {
-  const auto record = gather(64, [](const V3f& d) { return d.x > 0 ? Arriving{RGB(5), 1e-3f} : Arriving{RGB(), infinity}; });
+  const auto record = gather(64, [](const V3f& d) {
+    return d.x > 0 ? Arriving{RGB(5), 1e-3f} : Arriving{RGB(), infinity};
+  });
   EXPECT_LE(length(V3f(record.by_place[0].r, record.by_place[1].r, 0)), record.E.r / record.distance * 1.0001f);
   EXPECT_LE(record.distance, 1e-3f);
   EXPECT_EQ(record.at(-1, 0, {0, 0, 1}), RGB());

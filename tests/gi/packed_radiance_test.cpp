@@ -21,7 +21,8 @@ TEST(PackedRadiance, EveryCodeComesBack) {
 }
 
 TEST(PackedRadiance, WhatItCannotHold) {
-  for (const float zero : {0.0f, -0.0f, -1.0f, 0x1p-32f, 1e-40f, std::numeric_limits<float>::quiet_NaN()}) EXPECT_EQ(pack(zero), 0) << zero;
+  for (const float zero : {0.0f, -0.0f, -1.0f, 0x1p-32f, 1e-40f, std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_EQ(pack(zero), 0) << zero;
   for (const float huge : {1e30f, std::numeric_limits<float>::infinity()}) EXPECT_EQ(pack(huge), 0xffff) << huge;
 }
 

@@ -99,7 +99,8 @@ TEST(TileCache, StaysWithinItsMemory) {
   EXPECT_EQ(cache.evictions(), 19999 - cache.capacity());
 }
 
-// Memory is taken into use as entries come: all that a large cache was given is found again, at whatever size it grew to.
+// Memory is taken into use as entries come: all that a large cache was given is found again, at whatever size it grew
+// to.
 TEST(TileCache, GrowsWithoutLosing) {
   for (const size_t bytes : {size_t(3) << 20, size_t(10) << 20, size_t(64) << 20}) {
     TileCache cache(bytes, words);
@@ -119,8 +120,8 @@ TEST(TileCache, GrowsWithoutLosing) {
   }
 }
 
-// Entries that are being computed while the cache grows are pending wherever they belong, and found there in the end; what has been abandoned
-// is not.
+// Entries that are being computed while the cache grows are pending wherever they belong, and found there in the end;
+// what has been abandoned is not.
 TEST(TileCache, GrowsAroundWhatIsBeingComputed) {
   TileCache cache(size_t(8) << 20, words);
   constexpr uint64_t count = 3000;
@@ -256,7 +257,8 @@ TEST(TileCache, ReclaimedEntriesAreAddedTo) {
   EXPECT_EQ(cache.bytes_in_use(), TileCache::entry_bytes(words));
 }
 
-// Threads that want the same few keys, in a cache too small for them, and in one that grows meanwhile: whatever is read is whole and right.
+// Threads that want the same few keys, in a cache too small for them, and in one that grows meanwhile: whatever is read
+// is whole and right.
 class TileCacheThreads : public testing::TestWithParam<std::pair<size_t, uint64_t>> {};
 
 TEST_P(TileCacheThreads, ReadWhatIsWholeAndRight) {
@@ -285,7 +287,8 @@ TEST_P(TileCacheThreads, ReadWhatIsWholeAndRight) {
         case Found::pending:
           if (cache.wait(slot, entry.data())) wrong += !holds(key, entry);
           break;
-        case Found::refused: break;
+        case Found::refused:
+          break;
       }
     }
   };
@@ -295,7 +298,9 @@ TEST_P(TileCacheThreads, ReadWhatIsWholeAndRight) {
   EXPECT_EQ(wrong, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, TileCacheThreads, testing::Values(std::pair(size_t(4096), uint64_t(200)), std::pair(size_t(8) << 20, uint64_t(40000))));
+INSTANTIATE_TEST_SUITE_P(Sizes, TileCacheThreads,
+                         testing::Values(std::pair(size_t(4096), uint64_t(200)),
+                                         std::pair(size_t(8) << 20, uint64_t(40000))));
 
 }  // namespace
 }  // namespace dapple::gi

@@ -111,7 +111,8 @@ TEST(ReadImage, ExrIsItsDisplayWindow) {
     SCOPED_TRACE(std::to_string(c.x) + " " + std::to_string(c.full_x));
     const std::string path = folder.file("w.exr");
     OIIO::ImageSpec spec(c.w, c.h, 4, OIIO::TypeDesc::FLOAT);
-    spec.x = c.x, spec.y = c.y, spec.full_x = c.full_x, spec.full_y = c.full_y, spec.full_width = c.full_w, spec.full_height = c.full_h;
+    spec.x = c.x, spec.y = c.y, spec.full_x = c.full_x, spec.full_y = c.full_y, spec.full_width = c.full_w,
+    spec.full_height = c.full_h;
     std::vector<float> data;
     for (int y = c.y; y < c.y + c.h; ++y)
       for (int x = c.x; x < c.x + c.w; ++x) data.insert(data.end(), {float(x), float(y), 1, 1});
@@ -312,7 +313,9 @@ TEST(DamagedImages, PngChunksThatClaimTooMuch) {
     read_image(folder.file("lie.png"), {"scene", 1, 2});
     FAIL() << "the chunk was believed";
   } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("lie.png\" is damaged: its chunk tEXt at byte 33 claims 2147418120 bytes"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("lie.png\" is damaged: its chunk tEXt at byte 33 claims 2147418120 bytes"),
+              std::string::npos)
+        << e.what();
   }
   getrusage(RUSAGE_SELF, &after);
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 50 << 10);  // KiB

@@ -13,18 +13,22 @@
 namespace dapple::image {
 namespace {
 
-constexpr TextureFilter all_filters[] = {TextureFilter::point, TextureFilter::bilinear, TextureFilter::trilinear, TextureFilter::ewa};
+constexpr TextureFilter all_filters[] = {TextureFilter::point, TextureFilter::bilinear, TextureFilter::trilinear,
+                                         TextureFilter::ewa};
 constexpr int sizes[] = {64, 1536};  // held whole; paged in by tiles
 
-std::array<float, 3> look_up(const TextureHandle& texture, float s, float t, float width, TextureFilter filter, Wrap wrap = Wrap::repeat) {
+std::array<float, 3> look_up(const TextureHandle& texture, float s, float t, float width, TextureFilter filter,
+                             Wrap wrap = Wrap::repeat) {
   const float zero = 0;
   std::array<float, 3> out;
   texture.lookup({1, &s, &t, &width, &zero, &zero, &width}, {wrap, filter}, 3, out.data());
   return out;
 }
 
-// A leaf in every cell of 16 pixels, half as wide as the cell; its left half is .2 .6 .1, its right half .4 .8 .3; other pixels are black.
-Image leaves(int size, int channels, const std::function<float(float)>& alpha_of = [](float a) { return a; }) {
+// A leaf in every cell of 16 pixels, half as wide as the cell; its left half is .2 .6 .1, its right half .4 .8 .3;
+// other pixels are black.
+Image leaves(
+    int size, int channels, const std::function<float(float)>& alpha_of = [](float a) { return a; }) {
   Image image(size, size, channels);
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) {
@@ -44,7 +48,8 @@ OutputImage to_output(const Image& image) {
   return out;
 }
 
-// Half precision (2^-11 each of colour and weight), and a thousandth of the weight where nothing is, three texels of four.
+// Half precision (2^-11 each of colour and weight), and a thousandth of the weight where nothing is, three texels of
+// four.
 constexpr float close = 5e-3f;
 
 TEST(TextureWeight, WhatIsCutAwayHasNoColour) {
@@ -85,8 +90,11 @@ TEST(TextureWeight, GreyAndPartialAlphaAndOddSizes) {
       p[0] = right ? 0.4f : 0.2f, p[1] = p[0], p[2] = 1, p[3] = right ? 1 : 0.25f;
     }
   double sum = 0, weight = 0;
-  for (int i = 0; i < 37 * 23; ++i) sum += double(partial.pixels()[4 * size_t(i)] * partial.pixels()[4 * size_t(i) + 3]), weight += double(partial.pixels()[4 * size_t(i) + 3]);
-  EXPECT_NEAR(look_up(system.add(partial, TextureUse::color, "partial"), 0.5f, 0.5f, 300, TextureFilter::trilinear)[0], float(sum / weight), 2e-3f);
+  for (int i = 0; i < 37 * 23; ++i)
+    sum += double(partial.pixels()[4 * size_t(i)] * partial.pixels()[4 * size_t(i) + 3]),
+        weight += double(partial.pixels()[4 * size_t(i) + 3]);
+  EXPECT_NEAR(look_up(system.add(partial, TextureUse::color, "partial"), 0.5f, 0.5f, 300, TextureFilter::trilinear)[0],
+              float(sum / weight), 2e-3f);
   Image one(1, 1, 4);
   one.pixels()[0] = 0.5f, one.pixels()[3] = 0;
   EXPECT_EQ(look_up(system.add(one, TextureUse::color, "one"), 0.5f, 0.5f, 1, TextureFilter::bilinear)[0], 0.5f);
@@ -98,7 +106,8 @@ TEST(TextureWeight, AlphaThatIsTheSameEverywhereChangesNothing) {
     const TextureHandle with = system.add(leaves(64, 4, [&](float) { return alpha; }), TextureUse::color, "with");
     const TextureHandle without = system.add(leaves(64, 3), TextureUse::color, "without");
     for (const TextureFilter filter : all_filters)
-      for (const float width : {0.0f, 0.05f, 0.4f}) EXPECT_EQ(look_up(with, 0.31f, 0.72f, width, filter), look_up(without, 0.31f, 0.72f, width, filter));
+      for (const float width : {0.0f, 0.05f, 0.4f})
+        EXPECT_EQ(look_up(with, 0.31f, 0.72f, width, filter), look_up(without, 0.31f, 0.72f, width, filter));
   }
 }
 
@@ -124,8 +133,10 @@ TEST(TextureWeight, FilesOfAssociatedAlpha) {
   for (const char* name : {"scan.exr", "tiled.exr"}) {
     const TextureHandle texture = system.open(folder.file(name), Encoding::automatic(), TextureUse::color, {});
     EXPECT_NEAR(look_up(texture, 10 / 64.0f, 1 - 8 / 64.0f, 0, TextureFilter::point)[1], 0.8f, 2e-3f) << name;
-    EXPECT_NEAR(look_up(texture, 0.5f, 0.5f, 1, TextureFilter::trilinear)[1], (0.6f + 0.5f * 0.8f) / 1.5f, close) << name;
-    const TextureHandle raw = system.open(folder.file(name), Encoding::automatic(), TextureUse::color, {}, {TextureWeight::By::nothing, {}, {}, 1, false});
+    EXPECT_NEAR(look_up(texture, 0.5f, 0.5f, 1, TextureFilter::trilinear)[1], (0.6f + 0.5f * 0.8f) / 1.5f, close)
+        << name;
+    const TextureHandle raw = system.open(folder.file(name), Encoding::automatic(), TextureUse::color, {},
+                                          {TextureWeight::By::nothing, {}, {}, 1, false});
     EXPECT_NEAR(look_up(raw, 0.5f, 0.5f, 1, TextureFilter::trilinear)[1], 0.25f * (0.6f + 0.4f) / 2, close) << name;
   }
 }
@@ -142,7 +153,8 @@ TEST(TextureWeight, AnotherPictureOfTheSameSize) {
   write_exr(folder.file("small.exr"), to_output(small));
   TextureSystem system;
   const auto open = [&](const std::string& weight, bool invert) {
-    return system.open(folder.file("color.exr"), {}, TextureUse::color, {}, {TextureWeight::By::picture, folder.file(weight), {}, 1, invert});
+    return system.open(folder.file("color.exr"), {}, TextureUse::color, {},
+                       {TextureWeight::By::picture, folder.file(weight), {}, 1, invert});
   };
   EXPECT_NEAR(look_up(open("alpha.exr", false), 0.5f, 0.5f, 1, TextureFilter::ewa)[1], 0.7f, close);
   EXPECT_NEAR(look_up(open("inverse.exr", true), 0.5f, 0.5f, 1, TextureFilter::ewa)[1], 0.7f, close);

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/path/ambient_occlusion.h"
+
 #include <gtest/gtest.h>
 
-#include "dapple/path/ambient_occlusion.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
 namespace {
 
-// Between wide parallel planes a height h = 1 apart a ray of cosine c meets the other after h / c. With reach D those of c < h / D are
-// open: a share of (h / D)^2, cosine-weighted.
+// Between wide parallel planes a height h = 1 apart a ray of cosine c meets the other after h / c. With reach D those
+// of c < h / D are open: a share of (h / D)^2, cosine-weighted.
 RGB between_planes(const path::AmbientOcclusion::Settings& settings) {
   const auto built = test::build_text(R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
 LookAt 0 0 .5  0 0 0  0 1 0

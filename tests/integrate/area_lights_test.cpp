@@ -9,8 +9,10 @@ namespace {
 build::BuiltScene lamp(const std::string& parameters, const std::string& corner) {
   return test::build_text(R"(Camera "perspective"
 WorldBegin
-AreaLightSource "diffuse" )" + parameters + R"(
-Shape "trianglemesh" "point3 P" [ 0 0 0  2 0 0  2 1 0  )" + corner + R"( 0 ] "integer indices" [ 0 1 2  2 3 0 ]
+AreaLightSource "diffuse" )" +
+                          parameters + R"(
+Shape "trianglemesh" "point3 P" [ 0 0 0  2 0 0  2 1 0  )" +
+                          corner + R"( 0 ] "integer indices" [ 0 1 2  2 3 0 ]
 )");
 }
 
@@ -25,7 +27,9 @@ TEST(AreaLights, TwoTrianglesOfARectangleAreOneLight) {
 }
 
 // pbrt gives the power to each triangle.
-TEST(AreaLights, PowerIsThatOfEachTriangle) { EXPECT_EQ(lamp(R"("float power" 10 "rgb L" [ 1 1 1 ])", "0 1").scene->lights.size(), 2u); }
+TEST(AreaLights, PowerIsThatOfEachTriangle) {
+  EXPECT_EQ(lamp(R"("float power" 10 "rgb L" [ 1 1 1 ])", "0 1").scene->lights.size(), 2u);
+}
 
 // A texture over u, v lies on each triangle by itself.
 TEST(AreaLights, TextureLiesOnEachTriangle) {

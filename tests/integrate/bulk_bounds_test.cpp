@@ -9,8 +9,11 @@ namespace dapple::trace {
 namespace {
 
 std::string quad(float x, float y, float z, float size) {
-  const auto corner = [&](float u, float v) { return std::to_string(x + u * size) + " " + std::to_string(y + v * size) + " " + std::to_string(z) + " "; };
-  return "Shape \"bilinearmesh\" \"point3 P\" [ " + corner(-.5f, -.5f) + corner(.5f, -.5f) + corner(-.5f, .5f) + corner(.5f, .5f) + "]\n";
+  const auto corner = [&](float u, float v) {
+    return std::to_string(x + u * size) + " " + std::to_string(y + v * size) + " " + std::to_string(z) + " ";
+  };
+  return "Shape \"bilinearmesh\" \"point3 P\" [ " + corner(-.5f, -.5f) + corner(.5f, -.5f) + corner(-.5f, .5f) +
+         corner(.5f, .5f) + "]\n";
 }
 
 // A table of many tiles, in places of an object, on a ground of one quad that is a thousand times as wide.
@@ -18,7 +21,8 @@ TEST(BulkBounds, LeaveGroundsOut) {
   std::string text = "Camera \"perspective\"\nWorldBegin\nObjectBegin \"row\"\n";
   for (int i = 0; i < 20; ++i) text += quad(float(i), 0, 0, 1);
   text += "ObjectEnd\n" + quad(5000, 5000, -1, 20000);
-  for (int j = 0; j < 20; ++j) text += "AttributeBegin\nTranslate 0 " + std::to_string(j) + " 0\nObjectInstance \"row\"\nAttributeEnd\n";
+  for (int j = 0; j < 20; ++j)
+    text += "AttributeBegin\nTranslate 0 " + std::to_string(j) + " 0\nObjectInstance \"row\"\nAttributeEnd\n";
   const auto built = test::build_text(text);
   const Box3f box = bulk_bounds(built.scene->traced);
   EXPECT_NEAR(box.min.x, 1, 1);

@@ -11,9 +11,9 @@
 namespace dapple {
 namespace {
 
+using distribution::DistributionIntegrator;
 using gi::CacheLog;
 using integrate::CacheState;
-using distribution::DistributionIntegrator;
 using integrate::RayList;
 using test::build_text;
 using test::room;
@@ -56,7 +56,9 @@ TEST(CacheViews, LevelsAreTheSameForAnyMemoryAndThreads) {
       const auto other = render_views(built, settings(bytes));
       for_each_pixel(whole.film, [&](int x, int y, const scene::CacheUse& use) {
         const scene::CacheUse o = other.film.cache_use(x, y);
-        EXPECT_EQ(std::tie(use.coarse, use.medium, use.fine, use.shaded), std::tie(o.coarse, o.medium, o.fine, o.shaded)) << x << ", " << y;
+        EXPECT_EQ(std::tie(use.coarse, use.medium, use.fine, use.shaded),
+                  std::tie(o.coarse, o.medium, o.fine, o.shaded))
+            << x << ", " << y;
       });
     }
   set_thread_count(0);
@@ -66,7 +68,8 @@ TEST(CacheViews, AreOfTheSameImage) {
   const auto built = build_text(room);
   auto plain = settings(size_t(100) << 20);
   plain.log_caches = false;
-  EXPECT_TRUE(same_bits(render_views(built, settings(size_t(100) << 20)).film, test::render_built(built, 2, plain).film));
+  EXPECT_TRUE(
+      same_bits(render_views(built, settings(size_t(100) << 20)).film, test::render_built(built, 2, plain).film));
 }
 
 // In a closed sphere every diffuse ray meets what the cache serves, at the middle of nothing else.
@@ -88,7 +91,8 @@ Shape "sphere" "float radius" 2
 // The picture sends the rays of the rendering again: all that they read was read before.
 TEST(CacheViews, KnowWhatWasRead) {
   const auto built = build_text(room);
-  const auto much = render_views(built, settings(size_t(100) << 20)), little = render_views(built, settings(20000)), none = render_views(built, settings(0));
+  const auto much = render_views(built, settings(size_t(100) << 20)), little = render_views(built, settings(20000)),
+             none = render_views(built, settings(0));
   double fills[2] = {}, reuse[2] = {};
   for_each_pixel(much.film, [&](int x, int y, const scene::CacheUse& use) {
     const scene::CacheUse less = little.film.cache_use(x, y), nothing = none.film.cache_use(x, y);

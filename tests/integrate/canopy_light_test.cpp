@@ -17,7 +17,9 @@ constexpr int n = 32, fine = 4;  // pixels of mask and picture; irradiances of t
 constexpr double width = 3.2, height = 2, degree = std::numbers::pi / 180;
 
 /// Leaves of 2 x 2 pixels.
-float leaf(int x, int y) { return to_unit_float(hash(uint64_t(x / 2), uint64_t(y / 2))) < 0.55f ? 0.0f : 1.0f; }
+float leaf(int x, int y) {
+  return to_unit_float(hash(uint64_t(x / 2), uint64_t(y / 2))) < 0.55f ? 0.0f : 1.0f;
+}
 
 void write_mask(const std::string& path, int scale) {
   image::OutputImage out;
@@ -75,7 +77,8 @@ std::vector<double> irradiance(const scene::Film& film) {
 }
 
 /// Means within `mean`, averages of 8 x 8 pixels within `block`, both relative to the mean.
-void expect_alike(const std::vector<double>& e, const std::vector<double>& reference, double mean, double block, const std::string& what) {
+void expect_alike(const std::vector<double>& e, const std::vector<double>& reference, double mean, double block,
+                  const std::string& what) {
   double sum = 0, reference_sum = 0;
   for (size_t i = 0; i < e.size(); ++i) sum += e[i], reference_sum += reference[i];
   EXPECT_NEAR(sum / reference_sum, 1, mean) << what;
@@ -97,18 +100,21 @@ class CanopyLights : public testing::TestWithParam<Case> {
   }
   std::string light(const std::string& type) const {
     const Case& c = GetParam();
-    std::string text = "LightSource \"" + type + "\" \"float sunzenith\" 35 \"float sunazimuth\" 70 \"string skymodel\" \"clear\" ";
+    std::string text =
+        "LightSource \"" + type + "\" \"float sunzenith\" 35 \"float sunazimuth\" 70 \"string skymodel\" \"clear\" ";
     if (c.sun) text += "\"float sunirradiance\" 600 ";
     if (c.sky) text += "\"float skyirradiance\" 150 ";
-    if (type == "canopy") text += "\"string mask\" \"" + folder_.file("mask.exr") + "\" \"float maskwidth\" 3.2 \"float height\" 2 ";
+    if (type == "canopy")
+      text += "\"string mask\" \"" + folder_.file("mask.exr") + "\" \"float maskwidth\" 3.2 \"float height\" 2 ";
     if (type == "canopy" && c.periodic) text += "\"bool periodic\" true ";
     return text;
   }
   test::ScratchFolder folder_;
 };
 
-// Rationale: one model in two programs. Expectation: what the light gives to level ground is what the correlation says, by shadow rays of both integrators: means
-// within .5 %, blocks within 2.5 % (4096 samples of light a block of 8 x 8, whose spread is about the mean's: 3 standard deviations are 4.7 % / sqrt(samples / 1024)).
+// Rationale: one model in two programs. Expectation: what the light gives to level ground is what the correlation says,
+// by shadow rays of both integrators: means within .5 %, blocks within 2.5 % (4096 samples of light a block of 8 x 8,
+// whose spread is about the mean's: 3 standard deviations are 4.7 % / sqrt(samples / 1024)).
 TEST_P(CanopyLights, GiveTheIrradianceOfThePenumbra) {
   const std::vector<double> reference = expected(GetParam());
   const build::BuiltScene built = test::build_text(scene_text(light("canopy")));
@@ -122,33 +128,38 @@ TEST_P(CanopyLights, GiveTheIrradianceOfThePenumbra) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lights, CanopyLights,
-                         testing::Values(Case{"Sun", "", true, false, false}, Case{"Sky", "", false, true, false}, Case{"Both", "", true, true, false},
-                                         Case{"Periodic", "", true, true, true}),
+                         testing::Values(Case{"Sun", "", true, false, false}, Case{"Sky", "", false, true, false},
+                                         Case{"Both", "", true, true, false}, Case{"Periodic", "", true, true, true}),
                          [](const auto& chosen) { return chosen.param.name; });
 
 using CutSheets = CanopyLights;
 
-// Rationale: against ray tracing of the same leaves as geometry in one plane, cut out by alpha, under the same sun and sky. Expectation: the mean within 1 %, blocks
-// within 3 %.
+// Rationale: against ray tracing of the same leaves as geometry in one plane, cut out by alpha, under the same sun and
+// sky. Expectation: the mean within 1 %, blocks within 3 %.
 TEST_P(CutSheets, GiveTheIrradianceOfThePenumbra) {
   const build::BuiltScene built = test::build_text(scene_text(light("sky") + R"(
-    Texture "cut" "float" "imagemap" "string filename" ")" + folder_.file("cut.exr") + R"(" "string filter" "point" "bool invert" true
+    Texture "cut" "float" "imagemap" "string filename" ")" + folder_.file("cut.exr") +
+                                                              R"(" "string filter" "point" "bool invert" true
     Material "diffuse" "rgb reflectance" [ 0 0 0 ]
     Shape "bilinearmesh" "point3 P" [ -1.6 -1.6 2  1.6 -1.6 2  -1.6 1.6 2  1.6 1.6 2 ] "texture alpha" "cut")"));
-  expect_alike(irradiance(test::render_built(built, 256, test::bounces(0)).film), expected(GetParam()), 0.01, 0.03, "sheet");
+  expect_alike(irradiance(test::render_built(built, 256, test::bounces(0)).film), expected(GetParam()), 0.01, 0.03,
+               "sheet");
 }
 
-INSTANTIATE_TEST_SUITE_P(Lights, CutSheets, testing::Values(Case{"Sun", "", true, false, false}, Case{"Both", "", true, true, false}),
+INSTANTIATE_TEST_SUITE_P(Lights, CutSheets,
+                         testing::Values(Case{"Sun", "", true, false, false}, Case{"Both", "", true, true, false}),
                          [](const auto& chosen) { return chosen.param.name; });
 
-// Rationale: rays that find the light by chance. Expectation: a mirror shows the sheet; above it the open sky; samples agree with environment_at and pdf.
+// Rationale: rays that find the light by chance. Expectation: a mirror shows the sheet; above it the open sky; samples
+// agree with environment_at and pdf.
 TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
   CanopyMask mask{Raster(n, n, 1), width / n, true};
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) mask.transmittance.row(0, y)[x] = leaf(x, y);
   const SunDisc sun(0.5, 1, RGB(100));
   const Transform t = Transform::translate({5, 6, 7}) * Transform::rotate(30, {1, 2, 3}) * Transform::scale({2, 2, 2});
-  const CanopyLight light(CanopyLight::Sheet{mask, 2}, sun, SkyDome::preetham(sun.direction(), 3).with_irradiance(50), t);
+  const CanopyLight light(CanopyLight::Sheet{mask, 2}, sun, SkyDome::preetham(sun.direction(), 3).with_irradiance(50),
+                          t);
   int drawn = 0, agree = 0;
   for (uint32_t i = 0; i < 4000; ++i) {
     KeyedRng rng(i);
@@ -165,7 +176,8 @@ TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
   const V3f up = normalize(t.vector({0, 0, 1}));
   EXPECT_TRUE(light.environment_at(t.point({0, 0, 0}), -up, 0).is_black()) << "below the horizon";
   EXPECT_FALSE(light.environment_at(t.point({0, 0, 2.1f}), up, 0).is_black()) << "above the sheet";
-  EXPECT_THROW(CanopyLight(CanopyLight::Sheet{mask, 2}, sun, std::nullopt, Transform::scale({1, 1, 2})), std::invalid_argument);
+  EXPECT_THROW(CanopyLight(CanopyLight::Sheet{mask, 2}, sun, std::nullopt, Transform::scale({1, 1, 2})),
+               std::invalid_argument);
   EXPECT_THROW(CanopyLight(CanopyLight::Sheet{mask, 0}, sun, std::nullopt, Transform()), std::invalid_argument);
 }
 

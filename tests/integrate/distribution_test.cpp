@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distribution ray tracing on shading grids against closed forms, against the path tracer, and against itself: what is shaded how often.
+// Distribution ray tracing on shading grids against closed forms, against the path tracer, and against itself: what is
+// shaded how often.
 #include <gtest/gtest.h>
 
 #include "dapple/base/hash.h"
@@ -16,8 +17,8 @@ using shading::Stage;
 using test::build_text;
 using test::expect_near;
 using test::render_built;
-using test::same_bits;
 using test::render_text;
+using test::same_bits;
 
 DistributionIntegrator::Settings settings(int bounces, RayList shadow, RayList diffuse) {
   DistributionIntegrator::Settings s;
@@ -33,7 +34,8 @@ std::string film(int size) {
   return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
 }
 
-// As in tests/analytic: inside a sphere that emits 1 and reflects 1/2 radiance is the sum of 2^-i up to i = bounces + 1.
+// As in tests/analytic: inside a sphere that emits 1 and reflects 1/2 radiance is the sum of 2^-i up to i = bounces
+// + 1.
 TEST(DistributionFurnace, SphereSumsTheGeometricSeries) {
   const std::string scene = film(16) + R"(Camera "spherical" "string mapping" "equirectangular"
 WorldBegin
@@ -46,7 +48,8 @@ Shape "sphere" "float radius" 2
   for (int b = 0; b < 4; ++b) {
     power *= .5f;
     expected += power;
-    expect_near(render_text(scene, 4, settings(b, {4}, {4})).mean(), RGB(expected), .006f, std::to_string(b) + " bounces");
+    expect_near(render_text(scene, 4, settings(b, {4}, {4})).mean(), RGB(expected), .006f,
+                std::to_string(b) + " bounces");
   }
 }
 
@@ -62,14 +65,16 @@ LightSource "point" "rgb I" [ 1 1 1 ]
   const auto r = render_text(scene, 4, settings(2, {3, 2}, {5, 3}));
   const uint64_t all = r.result.stages[Stage::diffuselighting];
   EXPECT_EQ(r.result.stages[Stage::prelighting], all);
-  // all = n (1 + 5 + 15), one shadow ray each since the light is a point; but cells that are seen send up to four, to have shadows' edges as means.
+  // all = n (1 + 5 + 15), one shadow ray each since the light is a point; but cells that are seen send up to four, to
+  // have shadows' edges as means.
   const uint64_t n = all / 21;
   EXPECT_EQ(all, n * 21);
   EXPECT_EQ(r.result.rays.diffuse, n * (5 + 15));
   EXPECT_EQ(r.result.rays.shadow, n * (3 + 5 + 15));
 }
 
-// One bar a pixel stands in the sun, half as wide and not parallel to the pixels: points in the middle of cells would be light or dark.
+// One bar a pixel stands in the sun, half as wide and not parallel to the pixels: points in the middle of cells would
+// be light or dark.
 TEST(DistributionGrids, ShowTheMeanOfShadows) {
   constexpr int bars = 40, size = 20;
   std::string corners, indices;
@@ -84,7 +89,8 @@ Camera "orthographic" "float screenwindow" [ -.5 .5 -.5 .5 ]
 WorldBegin
 LightSource "distant" "point3 from" [ .3 .2 4 ] "point3 to" [ 0 0 0 ]
 Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
-Shape "bilinearmesh" "point3 P" [ )" + corners + "] \"integer indices\" [ " + indices + "]");
+Shape "bilinearmesh" "point3 P" [ )" +
+                                corners + "] \"integer indices\" [ " + indices + "]");
   const auto r = render_built(built, 16, settings(0, {4}, {1}));
   const float mean = r.mean().g;
   double square = 0;
@@ -104,7 +110,8 @@ Camera "orthographic" "float screenwindow" [ -.5 .5 -.5 .5 ]
 WorldBegin
 LightSource "distant" "point3 from" [ 0 1 -1 ] "point3 to" [ 0 0 0 ]
 Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
-Shape "bilinearmesh" "point3 P" [ -5 )" + y + "-9  5 " + y + "-9  -5 " + y + "1  5 " + y + "1 ]");
+Shape "bilinearmesh" "point3 P" [ -5 )" +
+                                  y + "-9  5 " + y + "-9  -5 " + y + "1  5 " + y + "1 ]");
     const auto r = render_built(built, 16, settings(0, {16}, {1}));
     for (int row = 0; row < size; ++row) {
       const float low = .5f - float(row + 1) / size, high = .5f - float(row) / size, lit = .5f / pi;
@@ -119,8 +126,9 @@ Shape "bilinearmesh" "point3 P" [ -5 )" + y + "-9  5 " + y + "-9  -5 " + y + "1 
   }
 }
 
-// Each of the many rays of a coat is one of those that its pixel has: what they meet in turn sends fewer. Reflections of reflections then
-// add little, where they would multiply: 16 rays a sample, a sixth of them reflected, at each of up to 16 coats.
+// Each of the many rays of a coat is one of those that its pixel has: what they meet in turn sends fewer. Reflections
+// of reflections then add little, where they would multiply: 16 rays a sample, a sixth of them reflected, at each of up
+// to 16 coats.
 TEST(DistributionRays, DoNotMultiplyBetweenCoats) {
   const auto built = build_text(film(8) + R"(Camera "spherical" "string mapping" "equirectangular"
 WorldBegin
@@ -144,7 +152,9 @@ struct Look {
   const char* name;
   const char* material;
 };
-void PrintTo(const Look& m, std::ostream* out) { *out << m.name; }
+void PrintTo(const Look& m, std::ostream* out) {
+  *out << m.name;
+}
 
 class DistributionUnderUniformSky : public testing::TestWithParam<Look> {};
 
@@ -163,12 +173,14 @@ Shape "sphere" "float radius" 1
 }
 INSTANTIATE_TEST_SUITE_P(
     Materials, DistributionUnderUniformSky,
-    testing::Values(Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ 1 1 1 ])"},
-                    Look{"transmission", R"(Material "diffusetransmission" "rgb reflectance" [ .5 .5 .5 ] "rgb transmittance" [ .5 .5 .5 ])"},
-                    Look{"glass", R"(Material "dielectric" "float eta" 1.5)"},
-                    Look{"thin", R"(Material "thindielectric" "float eta" 1.5)"},
-                    Look{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)"},
-                    Look{"interface", R"(Material "interface")"}),
+    testing::Values(
+        Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ 1 1 1 ])"},
+        Look{"transmission",
+             R"(Material "diffusetransmission" "rgb reflectance" [ .5 .5 .5 ] "rgb transmittance" [ .5 .5 .5 ])"},
+        Look{"glass", R"(Material "dielectric" "float eta" 1.5)"},
+        Look{"thin", R"(Material "thindielectric" "float eta" 1.5)"},
+        Look{"mirror", R"(Material "conductor" "rgb reflectance" [ 1 1 1 ] "float roughness" 0)"},
+        Look{"interface", R"(Material "interface")"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 // A room with everything in it, by both integrators.
@@ -189,7 +201,8 @@ Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 2 2  2 2 2 ]
 Material "diffuse" "rgb reflectance" [ .7 .1 .1 ]
 Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
 Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
-)" + material + R"(
+)" + material +
+         R"(
 ObjectBegin "ball"
 Shape "sphere" "float radius" .5
 ObjectEnd
@@ -203,8 +216,8 @@ ObjectInstance "ball"
 
 class DistributionAgainstPath : public testing::TestWithParam<Look> {};
 
-// Both estimate the same integral, but for layered materials at diffuse hits (their mean albedo) and interpolation: within 1 % of the mean, where
-// noise leaves .3 %.
+// Both estimate the same integral, but for layered materials at diffuse hits (their mean albedo) and interpolation:
+// within 1 % of the mean, where noise leaves .3 %.
 TEST_P(DistributionAgainstPath, InARoom) {
   const auto built = build_text(room(GetParam().material));
   auto s = settings(2, {8, 2}, {16, 2});
@@ -214,7 +227,8 @@ TEST_P(DistributionAgainstPath, InARoom) {
   expect_near(mean, expected, .01f, GetParam().name);
 }
 
-// The same with diffuse rays, and those of coats, that end in the cache. Cells in the ball's contact shadow add to the bias.
+// The same with diffuse rays, and those of coats, that end in the cache. Cells in the ball's contact shadow add to the
+// bias.
 TEST_P(DistributionAgainstPath, InARoomWithTheCache) {
   const auto built = build_text(room(GetParam().material));
   auto s = settings(2, {8, 2}, {64, 8});
@@ -226,15 +240,18 @@ TEST_P(DistributionAgainstPath, InARoomWithTheCache) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Materials, DistributionAgainstPath,
-    testing::Values(Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ])"},
-                    Look{"leaf", R"(Material "diffusetransmission" "rgb reflectance" [ .3 .3 .1 ] "rgb transmittance" [ .2 .4 .1 ])"},
-                    Look{"metal", R"(Material "conductor" "rgb reflectance" [ .9 .7 .4 ] "float roughness" .2)"},
-                    Look{"coated", R"(Material "coateddiffuse" "rgb reflectance" [ .6 .3 .2 ] "float roughness" .1)"},
-                    Look{"rough_glass", R"(Material "dielectric" "float eta" 1.3 "float roughness" .1)"},
-                    Look{"interface", R"(Material "interface")"}),
+    testing::Values(
+        Look{"diffuse", R"(Material "diffuse" "rgb reflectance" [ .5 .5 .5 ])"},
+        Look{"leaf",
+             R"(Material "diffusetransmission" "rgb reflectance" [ .3 .3 .1 ] "rgb transmittance" [ .2 .4 .1 ])"},
+        Look{"metal", R"(Material "conductor" "rgb reflectance" [ .9 .7 .4 ] "float roughness" .2)"},
+        Look{"coated", R"(Material "coateddiffuse" "rgb reflectance" [ .6 .3 .2 ] "float roughness" .1)"},
+        Look{"rough_glass", R"(Material "dielectric" "float eta" 1.3 "float roughness" .1)"},
+        Look{"interface", R"(Material "interface")"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-// Fog around a lamp and its shadow, scattered once. The path tracer does the same where neither diffuse nor specular scatterings may follow.
+// Fog around a lamp and its shadow, scattered once. The path tracer does the same where neither diffuse nor specular
+// scatterings may follow.
 TEST(DistributionMedia, ScatterOnce) {
   const auto built = build_text(film(32) + R"(LookAt 0 -3 1  0 0 .7  0 0 1
 MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [ .02 .05 .1 ] "rgb sigma_s" [ .3 .25 .2 ] "float g" .4
@@ -276,19 +293,23 @@ TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
   EXPECT_GT(unkept.result.stages[Stage::prelighting], whole.result.stages[Stage::prelighting]);
 }
 
-// Meshes much finer than a pixel, by one point for a group: leaves that turn anywhere, lit from the viewer, and a flattened instance of a
-// bumpy sheet. Shading one side for the other, or groups of the wrong size, would be wrong by tens of per cent.
+// Meshes much finer than a pixel, by one point for a group: leaves that turn anywhere, lit from the viewer, and a
+// flattened instance of a bumpy sheet. Shading one side for the other, or groups of the wrong size, would be wrong by
+// tens of per cent.
 TEST(DistributionGroups, LookLikeTheirPatches) {
   std::string leaves, sheet, indices;
   KeyedRng rng(1);
   const auto number = [&](float low, float high) { return std::to_string(low + (high - low) * rng.next()) + " "; };
-  const auto triple = [](const V3f& p) { return std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + " "; };
+  const auto triple = [](const V3f& p) {
+    return std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + " ";
+  };
   for (int leaf = 0; leaf < 4000; ++leaf) {
     const V3f n = normalize(square_to_sphere(V2f(rng.next(), rng.next())));
     V3f s, t;
     coordinate_system(n, &s, &t);
     const V3f c(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next() - 1);
-    for (const V2f& q : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) leaves += triple(c + (s * q.x + t * q.y) * 0.012f);
+    for (const V2f& q : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)})
+      leaves += triple(c + (s * q.x + t * q.y) * 0.012f);
     for (int v = 0; v < 4; ++v) indices += std::to_string(4 * leaf + v) + " ";
   }
   const std::string head = film(20) + R"(LookAt 0 0 4  0 0 0  0 1 0
@@ -304,20 +325,25 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
     expect_near(render_built(built, 64, s).mean(), render_built(built, 256, test::bounces(0)).mean(), tolerance, what);
   };
   // Which leaf stands for many is not which of them is seen most: some per cent.
-  compare("Shape \"bilinearmesh\" \"point3 P\" [ " + leaves + "] \"integer indices\" [ " + indices + "]", .1f, "leaves");
+  compare("Shape \"bilinearmesh\" \"point3 P\" [ " + leaves + "] \"integer indices\" [ " + indices + "]", .1f,
+          "leaves");
   std::string grid, quads;
   constexpr int n = 60;
   for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) grid += std::to_string(2.0f * float(i) / n - 1) + " " + std::to_string(2.0f * float(j) / n - 1) + " " + number(0, .01f);
+    for (int i = 0; i <= n; ++i)
+      grid += std::to_string(2.0f * float(i) / n - 1) + " " + std::to_string(2.0f * float(j) / n - 1) + " " +
+              number(0, .01f);
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      for (const int v : {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1}) quads += std::to_string(v) + " ";
+      for (const int v : {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1})
+        quads += std::to_string(v) + " ";
   const std::string mesh = "Shape \"bilinearmesh\" \"point3 P\" [ " + grid + "] \"integer indices\" [ " + quads + "]\n";
   compare("ObjectBegin \"s\"\n" + mesh + "ObjectEnd\nScale 1 1 1e-4\nObjectInstance \"s\"", .01f, "flattened");
   compare(mesh, .02f, "sheet");
 }
 
-// Of a patch of four by four points three columns are behind another one: these are shaded as far as what is seen lies between them and the fourth.
+// Of a patch of four by four points three columns are behind another one: these are shaded as far as what is seen lies
+// between them and the fourth.
 TEST(DistributionGrids, OfSmallPatchesOnlyWhatIsSeenIsShaded) {
   const auto points = [](const std::string& shapes) {
     const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
@@ -351,8 +377,8 @@ std::string cloud_of_leaves(int count) {
   return "Shape \"bilinearmesh\" \"point3 P\" [ " + leaves + "] \"integer indices\" [ " + indices + "]\n";
 }
 
-// Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the number of samples; the image's mean
-// stays, and it does not depend on threads or on what the store of grids forgets.
+// Hundreds of leaves in a pixel: only those that its first samples see, two sides of them, are shaded, whatever the
+// number of samples; the image's mean stays, and it does not depend on threads or on what the store of grids forgets.
 TEST(DistributionGroups, OfAPixelAreShadedFewTimes) {
   const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
 Camera "orthographic" "float screenwindow" [ -.8 .8 -.8 .8 ]
@@ -382,11 +408,13 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
   EXPECT_TRUE(same_bits(few.film, again.film));
 }
 
-// The leaves of a pixel send between them about as many rays as the one point of a wall would; those that are larger than pixels send all of them.
+// The leaves of a pixel send between them about as many rays as the one point of a wall would; those that are larger
+// than pixels send all of them.
 TEST(DistributionGroups, OfAPixelShareItsRays) {
   const auto render = [](const std::string& half, int pixel_points) {
     const auto built = build_text(film(8) + R"(LookAt 0 0 4  0 0 0  0 1 0
-Camera "orthographic" "float screenwindow" [ )" + "-" + half + " " + half + " -" + half + " " + half + R"( ]
+Camera "orthographic" "float screenwindow" [ )" +
+                                  "-" + half + " " + half + " -" + half + " " + half + R"( ]
 WorldBegin
 LightSource "infinite" "rgb L" [ 1 1 1 ]
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
@@ -413,10 +441,12 @@ Camera "perspective" "float fov" 60
 WorldBegin
 MakeNamedMaterial "paint" "string type" "diffuse" "rgb reflectance" [ 0 0 0 ]
 MakeNamedMaterial "varnish" "string type" "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "float roughness" .01
-)" + sources + R"(
+)" + sources +
+         R"(
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ -4 2 2.05  4 2 2.05  -4 2 5  4 2 5 ]
-)" + floor + R"(
+)" + floor +
+         R"(
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 2 0  4 2 0 ]
 )";
 }
@@ -438,7 +468,8 @@ void expect_as_path_traced(const std::string& scene, int path_samples, double er
 
 const std::string grey_varnish = R"(Material "coateddiffuse" "rgb reflectance" [ .5 .5 .5 ] "float roughness" .01)";
 
-// Above the lamp only what a polished black floor mirrors lights the wall: as a diffuse surface the floor would send it elsewhere.
+// Above the lamp only what a polished black floor mirrors lights the wall: as a diffuse surface the floor would send it
+// elsewhere.
 TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
   const std::string lamp = R"(AttributeBegin
   AreaLightSource "diffuse" "rgb L" [ 10 10 10 ]
@@ -446,7 +477,9 @@ TEST(DistributionCoats, MirrorWhatDiffuseRaysSee) {
 AttributeEnd)";
   expect_as_path_traced(wall_above(R"(NamedMaterial "varnish")", lamp), 4096, 0.02, true);
   expect_as_path_traced(wall_above(R"(ReverseOrientation NamedMaterial "varnish")", lamp), 4096, 0.02, true);
-  expect_as_path_traced(wall_above(R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)", lamp), 4096, 0.02, true);
+  expect_as_path_traced(
+      wall_above(R"(Material "mix" "string materials" [ "paint" "varnish" ] "float amount" .5)", lamp), 4096, 0.02,
+      true);
   expect_as_path_traced(wall_above(grey_varnish, lamp), 4096, 0.04, false);
 }
 
@@ -455,13 +488,19 @@ TEST(DistributionCoats, ShineInTheSun) {
   const std::string sun = R"(LightSource "distant" "point3 from" [ 0 -1 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
 NamedMaterial "paint"
 Shape "bilinearmesh" "point3 P" [ -9 .5 3.5  9 .5 3.5  -9 .5 7  9 .5 7 ])";
-  expect_as_path_traced(wall_above(R"(Material "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "bool remaproughness" false "float roughness" .2)", sun), 4096, 0.02, true);
+  expect_as_path_traced(
+      wall_above(
+          R"(Material "coateddiffuse" "rgb reflectance" [ 0 0 0 ] "bool remaproughness" false "float roughness" .2)",
+          sun),
+      4096, 0.02, true);
   expect_as_path_traced(wall_above(grey_varnish, sun), 65536, 0.04, false);
 }
 
 // The recursion is as deep as bounces and specular depth say: they are bounded.
 TEST(DistributionDepth, IsBounded) {
-  const auto with = [](const std::string& parameter) { return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n"); };
+  const auto with = [](const std::string& parameter) {
+    return build_text("Camera \"perspective\"\nIntegrator \"distribution\" " + parameter + "\nWorldBegin\n");
+  };
   EXPECT_THROW(with("\"integer bounces\" 33"), InputError);
   EXPECT_THROW(with("\"integer speculardepth\" 33"), InputError);
   const auto built = with("\"integer bounces\" 32");
@@ -510,10 +549,12 @@ MediumInterface "ink" "ink"
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ -.5 -.5 0  .5 -.5 0  -.5 .5 0  .5 .5 0 ]
 )");
-  expect_near(render_built(built, 16, settings(0, {1}, {1})).mean(), render_built(built, 64, test::bounces(0)).mean(), .01f, "ink");
+  expect_near(render_built(built, 16, settings(0, {1}, {1})).mean(), render_built(built, 64, test::bounces(0)).mean(),
+              .01f, "ink");
 }
 
-// A wall that fills the image has no silhouette at which more samples could find more: 4 x 4 tiles of cells one pixel large.
+// A wall that fills the image has no silhouette at which more samples could find more: 4 x 4 tiles of cells one pixel
+// large.
 TEST(DistributionGrids, AreShadedOnceHoweverManySamplesSeeThem) {
   const std::string scene = film(64) + R"(LookAt 0 0 1  0 0 0  0 1 0
 Camera "orthographic"
@@ -530,8 +571,9 @@ Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
   EXPECT_EQ(render_text(scene, 4, coarse).result.stages[Stage::prelighting], 16u * 16u);
 }
 
-// Slats much narrower than a pixel: each sample finds a few that none before it met. Expectation: their patterned shader runs in batches of 256
-// all the same, but for one in each of the seven passes and one where a list is full; by sample and block of pixels it would be hundreds.
+// Slats much narrower than a pixel: each sample finds a few that none before it met. Expectation: their patterned
+// shader runs in batches of 256 all the same, but for one in each of the seven passes and one where a list is full; by
+// sample and block of pixels it would be hundreds.
 TEST(DistributionGrids, OfManySamplesAreShadedInFullBatches) {
   std::string slats, indices;
   for (int i = 0; i < 3000; ++i) {
@@ -546,7 +588,8 @@ LightSource "point" "rgb I" [ 1 1 1 ] "point3 from" [ 0 0 1 ]
 Texture "noise" "float" "fbm"
 Texture "color" "spectrum" "scale" "texture scale" "noise" "rgb tex" [ .5 .5 .5 ]
 Material "diffuse" "texture reflectance" "color"
-Shape "bilinearmesh" "integer indices" [ )" + indices + "] \"point3 P\" [ " + slats + "]\n");
+Shape "bilinearmesh" "integer indices" [ )" +
+                                indices + "] \"point3 P\" [ " + slats + "]\n");
   auto s = settings(0, {1}, {1});
   s.pixel_points = 0;
   set_thread_count(1);
@@ -557,8 +600,8 @@ Shape "bilinearmesh" "integer indices" [ )" + indices + "] \"point3 P\" [ " + sl
   EXPECT_LE(r.result.stages.batches, points / 240 + 30);
 }
 
-// One thread has claimed all points and put them off, for want of a full batch, and is not called again: what another thread renders of the
-// same points must not wait for it, however much there is.
+// One thread has claimed all points and put them off, for want of a full batch, and is not called again: what another
+// thread renders of the same points must not wait for it, however much there is.
 TEST(DistributionGrids, ThatAnIdleThreadHasClaimedAreShadedByWhoNeedsThem) {
   const auto built = build_text(film(16) + R"(LookAt 0 0 1  0 0 0  0 1 0
 Camera "orthographic"
@@ -568,7 +611,8 @@ Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
 Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
 )");
   const DistributionIntegrator integrator(*built.scene, settings(0, {1}, {1}));
-  std::unique_ptr<integrate::Integrator::Workspace> workspaces[] = {integrator.make_workspace(), integrator.make_workspace()};
+  std::unique_ptr<integrate::Integrator::Workspace> workspaces[] = {integrator.make_workspace(),
+                                                                    integrator.make_workspace()};
   scene::Film image(built.scene->film);
   const Box2i all(V2i(0, 0), V2i(16, 16));
   integrator.render({all, 0, 1}, *workspaces[0], image);
@@ -578,7 +622,8 @@ Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]
   integrator.finish(workspaces, image);
   EXPECT_EQ(workspaces[0]->stages[Stage::prelighting], 0u);
   for (int y = 0; y < 16; ++y)
-    for (int x = 0; x < 16; ++x) expect_near(image.pixel(x, y), RGB(.5f), 1e-5f, "pixel " + std::to_string(x) + ", " + std::to_string(y));
+    for (int x = 0; x < 16; ++x)
+      expect_near(image.pixel(x, y), RGB(.5f), 1e-5f, "pixel " + std::to_string(x) + ", " + std::to_string(y));
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Penumbras in place of shadow rays on far ground, against the rays that they stand for.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "dapple/base/hash.h"
 #include "dapple/vegetation/ground_survey.h"
@@ -25,11 +24,13 @@ Film "rgb" "integer xresolution" [ 64 ] "integer yresolution" [ 64 ] PixelFilter
 WorldBegin
 )" + light + R"(
 Material "diffuse" "rgb reflectance" [ .5 .5 .5 ]
-Shape "bilinearmesh" "point3 P" [ )" + ground + " ]\n";
+Shape "bilinearmesh" "point3 P" [ )" +
+                     ground + " ]\n";
   KeyedRng rng(5);
   for (int i = 0; i < 60; ++i) {
     const float x = rng.next() * 8 - 4, y = rng.next() * 8 - 4, z = 2.5f + depth * rng.next();
-    text += fmt::format("Shape \"bilinearmesh\" \"point3 P\" [ {0} {1} {2}  {3} {1} {2}  {0} {4} {2}  {3} {4} {2} ]\n", x, y, z, x + 0.6f, y + 0.6f);
+    text += fmt::format("Shape \"bilinearmesh\" \"point3 P\" [ {0} {1} {2}  {3} {1} {2}  {0} {4} {2}  {3} {4} {2} ]\n",
+                        x, y, z, x + 0.6f, y + 0.6f);
   }
   return text;
 }
@@ -53,13 +54,15 @@ struct Case {
   const char* light;
   double block;  ///< bound
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.name;
+}
 
 class FarGround : public testing::TestWithParam<Case> {};
 
-// Rationale: a sheet's penumbra is exact, and a deep canopy's is so for the sun, whose shadows are put where they fall (illumination under trees, 3;
-// forest/penumbra.h). Expectation: the mean within 1 % of rays, and RMS of means of 8 x 8 pixels as the case says: of half a metre, with edges within some of
-// the ground's pixels of 2 cm.
+// Rationale: a sheet's penumbra is exact, and a deep canopy's is so for the sun, whose shadows are put where they fall
+// (illumination under trees, 3; forest/penumbra.h). Expectation: the mean within 1 % of rays, and RMS of means of 8 x 8
+// pixels as the case says: of half a metre, with edges within some of the ground's pixels of 2 cm.
 TEST_P(FarGround, HasTheShadowsOfRays) {
   const Case& c = GetParam();
   const auto built = build_text(scene(c.ground, c.depth, c.light));
@@ -76,7 +79,8 @@ TEST_P(FarGround, HasTheShadowsOfRays) {
     for (int x = 0; x < 64; x += 8) {
       double difference = 0;
       for (int k = 0; k < 64; ++k)
-        difference += double(penumbras.film.pixel(x + k % 8, y + k / 8).g) - double(rays.film.pixel(x + k % 8, y + k / 8).g);
+        difference +=
+            double(penumbras.film.pixel(x + k % 8, y + k / 8).g) - double(rays.film.pixel(x + k % 8, y + k / 8).g);
       squares += sqr(difference / 64 / mean);
     }
   EXPECT_LT(std::sqrt(squares / 64), c.block);
@@ -86,14 +90,16 @@ constexpr char sun[] = R"(LightSource "sky" "float sunzenith" 40 "float sunazimu
 constexpr char low_sun[] = R"(LightSource "sky" "float sunzenith" 65 "float sunazimuth" 200 "float sunirradiance" 6 )";
 constexpr char distant[] = R"(LightSource "distant" "point3 from" [ -1 2 3 ] "point3 to" [ 0 0 0 ] "float scale" 3 )";
 constexpr char sky[] = R"(LightSource "infinite" "rgb L" [ .5 .7 1 ] )";
-constexpr char clear_sky[] = R"(LightSource "sky" "string skymodel" "clear" "float sunzenith" 40 "float sunazimuth" 30 "float sunirradiance" 3 "float skyirradiance" 3 )";
+constexpr char clear_sky[] =
+    R"(LightSource "sky" "string skymodel" "clear" "float sunzenith" 40 "float sunazimuth" 30 "float sunirradiance" 3 "float skyirradiance" 3 )";
 
-INSTANTIATE_TEST_SUITE_P(All, FarGround,
-                         testing::Values(Case{"sheet_sun", level, 0, sun, 0.03}, Case{"sheet_low_sun", level, 0, low_sun, 0.03},
-                                         Case{"sheet_distant", level, 0, distant, 0.05}, Case{"sheet_sky", level, 0, sky, 0.02},
-                                         Case{"sheet_clear_sky", level, 0, clear_sky, 0.03}, Case{"slope_sun", slope, 0, sun, 0.03},
-                                         Case{"deep_sun", level, 2, sun, 0.03}, Case{"deep_sky", level, 2, sky, 0.02}),
-                         [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    All, FarGround,
+    testing::Values(Case{"sheet_sun", level, 0, sun, 0.03}, Case{"sheet_low_sun", level, 0, low_sun, 0.03},
+                    Case{"sheet_distant", level, 0, distant, 0.05}, Case{"sheet_sky", level, 0, sky, 0.02},
+                    Case{"sheet_clear_sky", level, 0, clear_sky, 0.03}, Case{"slope_sun", slope, 0, sun, 0.03},
+                    Case{"deep_sun", level, 2, sun, 0.03}, Case{"deep_sky", level, 2, sky, 0.02}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 /// A table on the ground, 1 m high and 1.2 m wide, in the middle.
 const std::string table = R"(Shape "bilinearmesh" "point3 P" [ -.6 -.6 1  .6 -.6 1  -.6 .6 1  .6 .6 1 ] )";
@@ -107,8 +113,8 @@ TEST(FarGround, LeavesWhatIsNearToRays) {
   EXPECT_TRUE(same_bits(rays.film, render_built(built, 1, settings).film));
 }
 
-// Rationale: what stands on the ground is not the ground. Expectation: the table's top, in the picture's middle, has the same bits as by rays; the ground
-// around it has the table's shadow.
+// Rationale: what stands on the ground is not the ground. Expectation: the table's top, in the picture's middle, has
+// the same bits as by rays; the ground around it has the table's shadow.
 TEST(FarGround, LeavesWhatStandsOnItToRays) {
   const auto built = build_text(scene(level, 0.5f, sun) + table);
   auto settings = direct_light(64);
@@ -122,10 +128,12 @@ TEST(FarGround, LeavesWhatStandsOnItToRays) {
   EXPECT_NEAR(penumbras.mean().g, rays.mean().g, 0.02f * rays.mean().g);
 }
 
-// Rationale: a sun that is too low is left to rays, and is not taken for the sky that it stands in. Expectation: nothing is told about its direction, but about
-// another as low; and the mean is that of rays.
+// Rationale: a sun that is too low is left to rays, and is not taken for the sky that it stands in. Expectation:
+// nothing is told about its direction, but about another as low; and the mean is that of rays.
 TEST(FarGround, LeavesLowSunsToRays) {
-  const auto built = build_text(scene(level, 0.5f, R"(LightSource "sky" "float sunzenith" 86 "float sunazimuth" 30 "float sunirradiance" 60 "float skyirradiance" 1 )"));
+  const auto built = build_text(scene(
+      level, 0.5f,
+      R"(LightSource "sky" "float sunzenith" 86 "float sunazimuth" 30 "float sunirradiance" 60 "float skyirradiance" 1 )"));
   auto settings = direct_light(64);
   const auto rays = render_built(built, 1, settings);
   settings.far_ground = far_ground(*built.scene, 1);
@@ -148,8 +156,9 @@ TEST(FarGround, ServesThePathTracer) {
   EXPECT_NEAR(penumbras.mean().g, rays.mean().g, 0.01f * rays.mean().g);
 }
 
-// Rationale: scenes without ground, without anything above it, without light from above, and those wider than the most pixels are no errors.
-// Expectation: no pixels or no light; open ground is fully lit; at a cut, what is within reach of what was not looked at is left out.
+// Rationale: scenes without ground, without anything above it, without light from above, and those wider than the most
+// pixels are no errors. Expectation: no pixels or no light; open ground is fully lit; at a cut, what is within reach of
+// what was not looked at is left out.
 TEST(FarGround, TakesWhatThereIs) {
   const std::string head = "LookAt 0 0 9  0 0 0  0 1 0 Camera \"perspective\" WorldBegin ";
   EXPECT_TRUE(vegetation::survey_ground(*build_text(head + sun).scene, {1, 0}).height.values.empty());

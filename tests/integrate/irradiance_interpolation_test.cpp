@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Irradiance interpolation in whole renders.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
 #include "tests/support/cache_rooms.h"
@@ -61,7 +60,8 @@ TEST(IrradianceInterpolation, DoesNotLeakThroughAWall) {
   EXPECT_LT(render_built(build_text(two_rooms(1)), 8, settings(true)).mean().luminance(), 1e-4f * there.luminance());
 }
 
-// Plates in the sun throw spots on a ceiling. Few rays of a hemisphere find them, and of four that agree all may have missed them.
+// Plates in the sun throw spots on a ceiling. Few rays of a hemisphere find them, and of four that agree all may have
+// missed them.
 TEST(IrradianceInterpolation, KeepsGlints) {
   std::string scene = R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
 PixelFilter "box"
@@ -77,10 +77,14 @@ Shape "bilinearmesh" "point3 P" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]
 MATERIAL
 )";
   for (int i = 0; i < 9; ++i)
-    scene += fmt::format("AttributeBegin\nTranslate {} {} .3\nShape \"bilinearmesh\" \"point3 P\" [ -.1 -.1 0  .1 -.1 0  -.1 .1 0  .1 .1 0 ]\nAttributeEnd\n",
-                         (i % 3 - 1) * 1.2, (i / 3) * 0.8 - 1.6);
-  for (const char* material : {R"(Material "conductor" "rgb reflectance" [ .9 .9 .9 ] "bool remaproughness" false "float roughness" .1)",
-                               R"(Material "coateddiffuse" "rgb reflectance" [ .05 .05 .05 ] "float eta" 3 "bool remaproughness" false "float roughness" .1)"}) {
+    scene += fmt::format(
+        "AttributeBegin\nTranslate {} {} .3\nShape \"bilinearmesh\" \"point3 P\" [ -.1 -.1 0  .1 -.1 0  -.1 .1 0  .1 "
+        ".1 0 ]\nAttributeEnd\n",
+        (i % 3 - 1) * 1.2, (i / 3) * 0.8 - 1.6);
+  for (
+      const char* material :
+      {R"(Material "conductor" "rgb reflectance" [ .9 .9 .9 ] "bool remaproughness" false "float roughness" .1)",
+       R"(Material "coateddiffuse" "rgb reflectance" [ .05 .05 .05 ] "float eta" 3 "bool remaproughness" false "float roughness" .1)"}) {
     std::string text = scene;
     const auto built = build_text(text.replace(text.find("MATERIAL"), 8, material));
     auto dense = settings(false, 1024), sparse = settings(true, 1024);
@@ -90,8 +94,8 @@ MATERIAL
   }
 }
 
-// Between a red and a green wall, bumps of the floor show which they face. What hemispheres over a smooth floor say of each bump must show
-// the same.
+// Between a red and a green wall, bumps of the floor show which they face. What hemispheres over a smooth floor say of
+// each bump must show the same.
 TEST(IrradianceInterpolation, BumpsShow) {
   const auto floor = [](const char* bumps) {
     return build_text(std::string(R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
@@ -121,13 +125,14 @@ Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
   for (auto* s : {&dense, &sparse}) s->shading.bounces = 1, s->shading.shadow_rays = RayList{16, 4};
   const auto expected = render_built(bumpy, 4, dense), shown = render_built(bumpy, 4, sparse);
   EXPECT_GT(difference(expected.film, render_built(smooth, 4, dense).film), 0.1);
-  // What gradients do not carry from bump to bump, noise, and the shadow terminator of bent normals, which they know on average only: .058.
+  // What gradients do not carry from bump to bump, noise, and the shadow terminator of bent normals, which they know on
+  // average only: .058.
   EXPECT_LT(difference(expected.film, shown.film), 0.065);
   EXPECT_LT(2 * shown.result.rays.diffuse, expected.result.rays.diffuse);
 }
 
-// A wall, bare but for what a lit board behind the eye sends: few rays of a hemisphere meet it, and one that serves many points is one wrong
-// value for all of them.
+// A wall, bare but for what a lit board behind the eye sends: few rays of a hemisphere meet it, and one that serves
+// many points is one wrong value for all of them.
 TEST(IrradianceInterpolation, WideHemispheresAreNotBlotches) {
   const auto built = build_text(R"(Film "rgb" "integer xresolution" 96 "integer yresolution" 96
 PixelFilter "box"
@@ -162,7 +167,8 @@ TEST(IrradianceInterpolation, OfAnyMemoryAndThreadsGivesTheSameImage) {
     s.cache_bytes = bytes;
     for (const int threads : {1, 4}) {
       set_thread_count(threads);
-      EXPECT_TRUE(same_bits(whole.film, render_built(built, 1, s).film)) << bytes << " bytes, " << threads << " threads";
+      EXPECT_TRUE(same_bits(whole.film, render_built(built, 1, s).film))
+          << bytes << " bytes, " << threads << " threads";
     }
   }
   set_thread_count(0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light samples by what paths learned before rendering (docs/design/029): the same means, the same image for any threads, less noise.
+// Light samples by what paths learned before rendering (docs/design/029): the same means, the same image for any
+// threads, less noise.
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
@@ -25,23 +26,31 @@ std::string rectangle(const V3f& p, const V3f& u, const V3f& v) {
 }
 
 std::string lamp(const V3f& p, float size, float L) {
-  return "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ " + std::to_string(L) + " " + std::to_string(L) + " " + std::to_string(L) +
-         " ]\n" + rectangle(p, V3f(0, size, 0), V3f(size, 0, 0)) + "AttributeEnd\n";
+  return "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ " + std::to_string(L) + " " + std::to_string(L) +
+         " " + std::to_string(L) + " ]\n" + rectangle(p, V3f(0, size, 0), V3f(size, 0, 0)) + "AttributeEnd\n";
 }
 
 /// A room of 6 x 6 x 3 m whose wall at x = 3 has a window of a square metre, if `window`.
 std::string room(bool window) {
-  std::string text = rectangle(V3f(-3, -3.5f, 0), V3f(6, 0, 0), V3f(0, 6, 0)) + rectangle(V3f(-3, -3.5f, 3), V3f(6, 0, 0), V3f(0, 6, 0)) +
-                     rectangle(V3f(-3, -3.5f, 0), V3f(0, 6, 0), V3f(0, 0, 3)) + rectangle(V3f(-3, -3.5f, 0), V3f(6, 0, 0), V3f(0, 0, 3)) +
+  std::string text = rectangle(V3f(-3, -3.5f, 0), V3f(6, 0, 0), V3f(0, 6, 0)) +
+                     rectangle(V3f(-3, -3.5f, 3), V3f(6, 0, 0), V3f(0, 6, 0)) +
+                     rectangle(V3f(-3, -3.5f, 0), V3f(0, 6, 0), V3f(0, 0, 3)) +
+                     rectangle(V3f(-3, -3.5f, 0), V3f(6, 0, 0), V3f(0, 0, 3)) +
                      rectangle(V3f(-3, 2.5f, 0), V3f(6, 0, 0), V3f(0, 0, 3));
   if (!window) return text + rectangle(V3f(3, -3.5f, 0), V3f(0, 6, 0), V3f(0, 0, 3));
-  return text + rectangle(V3f(3, -3.5f, 0), V3f(0, 3, 0), V3f(0, 0, 3)) + rectangle(V3f(3, 0.5f, 0), V3f(0, 2, 0), V3f(0, 0, 3)) +
-         rectangle(V3f(3, -0.5f, 0), V3f(0, 1, 0), V3f(0, 0, 1)) + rectangle(V3f(3, -0.5f, 2), V3f(0, 1, 0), V3f(0, 0, 1));
+  return text + rectangle(V3f(3, -3.5f, 0), V3f(0, 3, 0), V3f(0, 0, 3)) +
+         rectangle(V3f(3, 0.5f, 0), V3f(0, 2, 0), V3f(0, 0, 3)) +
+         rectangle(V3f(3, -0.5f, 0), V3f(0, 1, 0), V3f(0, 0, 1)) +
+         rectangle(V3f(3, -0.5f, 2), V3f(0, 1, 0), V3f(0, 0, 1));
 }
 
 std::string window_room() {
-  return camera + std::string("LightSource \"infinite\" \"rgb L\" [ 2 2 2 ]\nLightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 from\" "
-                              "[ 2 0.1 0.8 ] \"point3 to\" [ 0 0 0 ]\n") + room(true);
+  return camera +
+         std::string(
+             "LightSource \"infinite\" \"rgb L\" [ 2 2 2 ]\nLightSource \"distant\" \"rgb L\" [ 3 3 3 ] \"point3 "
+             "from\" "
+             "[ 2 0.1 0.8 ] \"point3 to\" [ 0 0 0 ]\n") +
+         room(true);
 }
 
 /// Two lamps inside, and twelve brighter ones behind a wall.
@@ -55,9 +64,11 @@ std::string lamps_room() {
 std::string niche_room() {
   const float s = 0.05f;
   const V3f corner(1.2f, 2.5f, 1.3f);
-  return camera + room(false) + lamp(V3f(-1, 0, 2.9f), 0.3f, 8) +  // the lamp of the niche shines into a box beside the room
+  return camera + room(false) +
+         lamp(V3f(-1, 0, 2.9f), 0.3f, 8) +  // the lamp of the niche shines into a box beside the room
          lamp(V3f(4, 0, 2.9f), 0.3f, 100) + rectangle(V3f(3.2f, -1, 0), V3f(2, 0, 0), V3f(0, 2, 0)) +
-         rectangle(corner + V3f(0, -0.3f, s), V3f(s, 0, 0), V3f(0, 0.2f, 0)) + lamp(corner + V3f(0.01f, -0.25f, 0.9f * s), 0.03f, 900);
+         rectangle(corner + V3f(0, -0.3f, s), V3f(s, 0, 0), V3f(0, 0.2f, 0)) +
+         lamp(corner + V3f(0.01f, -0.25f, 0.9f * s), 0.03f, 900);
 }
 
 struct Means {
@@ -75,7 +86,8 @@ Means render_often(const build::BuiltScene& built, int seeds, const Render& rend
     out.mean.add(r.mean().luminance());
     pixels.resize(size_t(r.film.width() * r.film.height()));
     for (int y = 0; y < r.film.height(); ++y)
-      for (int x = 0; x < r.film.width(); ++x) pixels[size_t(y * r.film.width() + x)].add(double(r.film.pixel(x, y).luminance()));
+      for (int x = 0; x < r.film.width(); ++x)
+        pixels[size_t(y * r.film.width() + x)].add(double(r.film.pixel(x, y).luminance()));
   }
   std::vector<double> variances;
   for (const test::Moments& p : pixels) variances.push_back(p.variance());
@@ -140,10 +152,12 @@ TEST_P(Rooms, AreTheSameForAnyNumberOfThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Rooms,
-                         testing::Values(Case{"window", window_room, 1.5}, Case{"lamps", lamps_room, 2}, Case{"niche", niche_room, 0.5}),
+                         testing::Values(Case{"window", window_room, 1.5}, Case{"lamps", lamps_room, 2},
+                                         Case{"niche", niche_room, 0.5}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// A white box without a lid under a sky of radiance 1: light that comes back after any number of bounces makes 1 everywhere.
+// A white box without a lid under a sky of radiance 1: light that comes back after any number of bounces makes 1
+// everywhere.
 TEST(LightLearning, KeepsTheFurnaceWhite) {
   std::string text = R"(LookAt 0 0 4  0.1 0.2 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -152,9 +166,9 @@ WorldBegin
 LightSource "infinite" "rgb L" [ 1 1 1 ]
 Material "diffuse" "rgb reflectance" [ 1 1 1 ]
 )";
-  text += rectangle(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 2, 0)) + rectangle(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) +
-          rectangle(V3f(-1, 1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) + rectangle(V3f(-1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1)) +
-          rectangle(V3f(1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1));
+  text += rectangle(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 2, 0)) +
+          rectangle(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) + rectangle(V3f(-1, 1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) +
+          rectangle(V3f(-1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1)) + rectangle(V3f(1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1));
   const Means on = render_paths(text, 1024, 12, 32, 200);
   EXPECT_NEAR(on.mean.mean(), 1, 0.002);
   EXPECT_GT(test::z_test(on.mean, 1), 0.01) << on.mean.mean();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light in media against the path tracer: what glows lights surfaces, and fog scatters into all kinds of rays, more than once.
+// Light in media against the path tracer: what glows lights surfaces, and fog scatters into all kinds of rays, more
+// than once.
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
@@ -93,7 +94,8 @@ TEST_P(MediaLight, IsTheSameForAnyNumberOfThreadsAndAnyCache) {
   EXPECT_TRUE(same_bits(whole.film, alone.film));
 }
 
-// Probes scatter nowhere in fog: what other rays did there before, which depends on what else is in the picture, is none of their light.
+// Probes scatter nowhere in fog: what other rays did there before, which depends on what else is in the picture, is
+// none of their light.
 TEST(MediaAndSubsurface, DoNotMixUpTheirRays) {
   const std::string text = fog + R"(Material "subsurface" "rgb reflectance" [ .8 .5 .3 ] "rgb mfp" [ .1 .1 .1 ]
 Translate -.5 0 .6
@@ -101,12 +103,14 @@ Shape "sphere" "float radius" .6
 )";
   build::BuildOptions part;
   part.film.crop = Box2i(V2i(4, 8), V2i(20, 24));
-  const auto whole = render_built(build_text(text), 2, with_cache(true)), alone = render_built(build_text(text, part), 2, with_cache(true));
+  const auto whole = render_built(build_text(text), 2, with_cache(true)),
+             alone = render_built(build_text(text, part), 2, with_cache(true));
   for (int y = 8; y < 24; ++y)
     for (int x = 4; x < 20; ++x) ASSERT_EQ(whole.film.pixel(x, y), alone.film.pixel(x, y)) << x << " " << y;
 }
 
-INSTANTIATE_TEST_SUITE_P(Rooms, MediaLight, testing::Values(Room{"glow", &glow, 1024, 64}, Room{"fog", &fog, 1024, 100}),
+INSTANTIATE_TEST_SUITE_P(Rooms, MediaLight,
+                         testing::Values(Room{"glow", &glow, 1024, 64}, Room{"fog", &fog, 1024, 100}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace

@@ -56,18 +56,25 @@ std::string cards(const std::string& alpha) {
     }
     for (const int k : {0, 1, 2, 0, 2, 3}) indices += std::to_string(4 * i + k) + " ";
   }
-  return "Shape \"trianglemesh\" \"point3 P\" [ " + P + "] \"point2 uv\" [ " + uv + "] \"integer indices\" [ " + indices + "] \"texture " + parameter + "\" \"" + alpha + "\"\n";
+  return "Shape \"trianglemesh\" \"point3 P\" [ " + P + "] \"point2 uv\" [ " + uv + "] \"integer indices\" [ " +
+         indices + "] \"texture " + parameter + "\" \"" + alpha + "\"\n";
 }
 
 constexpr uint32_t card_geometry = 1;  // after the ground
 
 // A card is a unit square on u and v: triangle (0, 0), (1, 0), (1, 1).
-OpacityTest::Hit hit_at(float u, float v, float width, float area = 1) { return {card_geometry, 0, u - v, v, 0.5f, width, area}; }
+OpacityTest::Hit hit_at(float u, float v, float width, float area = 1) {
+  return {card_geometry, 0, u - v, v, 0.5f, width, area};
+}
 
 // A width that asks for this level: cells of exactly this width, or up to twice as wide, belong to the next coarser.
-float width_of(int level) { return 1.5f / float(1 << level); }
+float width_of(int level) {
+  return 1.5f / float(1 << level);
+}
 
-uint8_t byte_of(float alpha) { return uint8_t(std::lround(alpha * 255)); }
+uint8_t byte_of(float alpha) {
+  return uint8_t(std::lround(alpha * 255));
+}
 
 float direct(const scene::Scene& scene, const OpacityTest::Hit& h) {
   float alpha = -1;
@@ -103,7 +110,8 @@ TEST(OpacityCache, PlanePatternsAreRightAtTheLattice) {
       const float size = 1 / float(cells), u = (float(x) + 0.5f) * size, v = (float(y) + 0.5f) * size;
       const float expected = direct(*built.scene, hit_at(u, v, 0));
       for (const float off : {0.0f, 0.4f * size})  // all of the cell is its middle
-        EXPECT_NEAR(cached(cache, hit_at(u + off, v - off, width_of(level))) * 255, byte_of(expected), 1.01) << level << " " << x << " " << y;
+        EXPECT_NEAR(cached(cache, hit_at(u + off, v - off, width_of(level))) * 255, byte_of(expected), 1.01)
+            << level << " " << x << " " << y;
     }
 }
 
@@ -124,16 +132,19 @@ TEST(OpacityCache, KeepsChannelsApart) {
       for (int i = 0; i < 200; ++i) {
         const int cells = 1 << level;
         const int y = int(rng.next() * float(cells) / 2), x = cells / 2 + int(rng.next() * float(cells) / 2);
-        OpacityTest::Hit hit = hit_at((float(x) + 0.5f) / float(cells), (float(y) + 0.5f) / float(cells), width_of(level));
+        OpacityTest::Hit hit =
+            hit_at((float(x) + 0.5f) / float(cells), (float(y) + 0.5f) / float(cells), width_of(level));
         OpacityTest::Hit there = hit;
         if (!plane) {
-          const V2f p = OpacityCache::point_in_cell(card_geometry, 0, true, level, int(hit.u * float(cells)), int(hit.v * float(cells)));
+          const V2f p = OpacityCache::point_in_cell(card_geometry, 0, true, level, int(hit.u * float(cells)),
+                                                    int(hit.v * float(cells)));
           there.u = p.x, there.v = p.y;
         }
         const RGB expected = direct_color(*built.scene, there);
         for (int again = 0; again < 8; ++again) {  // computed alone, then from a tile
           const RGB found = cache.seen_colored_opacity(hit, &counts);
-          for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1.01f / 255) << plane << " " << level << " " << x << " " << y;
+          for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(found[c], expected[c], 1.01f / 255) << plane << " " << level << " " << x << " " << y;
         }
         differ |= expected.r > 2 * expected.b;
         hit.width = 0;
@@ -174,7 +185,9 @@ TEST(OpacityCache, PrimitivesAreRightAtTheirPoints) {
         const V2f p = OpacityCache::point_in_cell(card_geometry, primitive, true, level, x, y);
         ASSERT_LE(p.x + p.y, 1 + 1e-6f);
         const OpacityTest::Hit there{card_geometry, primitive, p.x, p.y, 0.5f, 0, 1};
-        const OpacityTest::Hit near{card_geometry, primitive, (float(x) + 0.3f) / float(cells), (float(y) + 0.3f) / float(cells), 0.9f, width_of(level), 1};
+        const OpacityTest::Hit near{
+            card_geometry,   primitive, (float(x) + 0.3f) / float(cells), (float(y) + 0.3f) / float(cells), 0.9f,
+            width_of(level), 1};
         EXPECT_EQ(byte_of(cached(cache, near)), byte_of(direct(*built.scene, there)));
       }
 }
@@ -204,7 +217,10 @@ class WithPicture : public testing::TestWithParam<const char*> {
     image::write_exr(folder.file("alpha.exr"), picture);
   }
   build::BuiltScene build(const std::string& options) const {
-    return build_text(head + ("Texture \"picture\" \"float\" \"imagemap\" \"string filename\" \"" + folder.file("alpha.exr") + "\" " + options + "\n") + cards("picture"));
+    return build_text(head +
+                      ("Texture \"picture\" \"float\" \"imagemap\" \"string filename\" \"" + folder.file("alpha.exr") +
+                       "\" " + options + "\n") +
+                      cards("picture"));
   }
   test::ScratchFolder folder;
 };
@@ -223,7 +239,8 @@ TEST_P(WithPicture, IsExact) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, WithPicture,
-                         testing::Values("", "\"string wrap\" \"black\" \"float uscale\" 3", "\"string wrap\" \"clamp\" \"float vscale\" 2 \"float vdelta\" -.3",
+                         testing::Values("", "\"string wrap\" \"black\" \"float uscale\" 3",
+                                         "\"string wrap\" \"clamp\" \"float vscale\" 2 \"float vdelta\" -.3",
                                          "\"string filter\" \"point\""));
 
 // Values do not depend on what is kept: none, a few sets of tiles that drive each other out, or all.
@@ -273,7 +290,8 @@ TEST(OpacityCache, IsNamedByWhatTheOpacityDependsOn) {
     const OpacityCache cache(*built.scene, 1 << 20);
     OpacityTest::Hit hit = hit_at(0.5f, 0.25f, width_of(6));
     for (int i = 0; i < 10; ++i) cached(cache, hit);
-    const uint64_t fills = cache.state().counts.fills, lookups = cache.state().counts.lookups, hits = cache.state().counts.hits;
+    const uint64_t fills = cache.state().counts.fills, lookups = cache.state().counts.lookups,
+                   hits = cache.state().counts.hits;
     hit.primitive = 2;  // the next card's first half
     cached(cache, hit);
     EXPECT_EQ(cache.state().counts.lookups, lookups + 1);
@@ -283,8 +301,11 @@ TEST(OpacityCache, IsNamedByWhatTheOpacityDependsOn) {
 }
 
 TEST(OpacityCache, LeavesAloneWhatChangesInTime) {
-  const char* moving = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 1  1 0 1  1 1 1 ] \"point2 uv\" [ 0 0  1 0  1 1 ] \"integer indices\" [ 0 1 2 ] \"texture alpha\" \"spotted\"\n";
-  const auto built = build_text(std::string(head) + "ActiveTransform EndTime Translate 0 0 3 ActiveTransform All\n" + moving);
+  const char* moving =
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 1  1 0 1  1 1 1 ] \"point2 uv\" [ 0 0  1 0  1 1 ] \"integer indices\" "
+      "[ 0 1 2 ] \"texture alpha\" \"spotted\"\n";
+  const auto built =
+      build_text(std::string(head) + "ActiveTransform EndTime Translate 0 0 3 ActiveTransform All\n" + moving);
   const OpacityCache cache(*built.scene, 1 << 20);
   // A shape that moves as a whole is an object with its own space: that is cached.
   for (int i = 0; i < 10; ++i) cached(cache, hit_at(0.5f, 0.25f, width_of(5)));
@@ -306,7 +327,8 @@ TEST(OpacityCache, LeavesAloneWhatChangesInTime) {
   EXPECT_EQ(deforming.state().counts.lookups, 0u);
 }
 
-// One cap for all: opacity's share is taken from the others'. There is no cache where nothing is cut out, or where it is turned off.
+// One cap for all: opacity's share is taken from the others'. There is no cache where nothing is cut out, or where it
+// is turned off.
 TEST(OpacityCache, IsPartOfTheCap) {
   const auto leaves = build_text(head + cards("ragged")), nothing = build_text(head);
   build::IntegratorRequest request;
@@ -344,7 +366,8 @@ class Holes final : public shading::Material {
 TEST(OpacityCache, SparesTheOpacityStagesOfShaders) {
   const auto built = build_text(head + cards("v"));
   const auto shader = std::make_shared<Holes>();
-  built.scene->bindings[card_geometry].alpha = std::make_shared<shading::MeanTexture>(std::make_shared<shading::OpacityTexture>(shader, nullptr, nullptr));
+  built.scene->bindings[card_geometry].alpha =
+      std::make_shared<shading::MeanTexture>(std::make_shared<shading::OpacityTexture>(shader, nullptr, nullptr));
   const auto without = render_built(built, 64, test::bounces(1));
   const int asked = shader->asked.exchange(0);
   const OpacityCache cache(*built.scene, 1 << 20);
@@ -406,9 +429,11 @@ TEST_P(WholeRender, IsTheSameForAnyThreadsAndSizes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, WholeRender,
-                         testing::Values(Render{"path", "ragged"}, Render{"path", "spotted"}, Render{"distribution", "ragged"}, Render{"distribution", "spotted"},
-                                         Render{"ao", "ragged"}, Render{"ao", "spotted"}, Render{"path", "tint in plane"},
-                                         Render{"distribution", "tint in space"}, Render{"ao", "tint in plane"}),
+                         testing::Values(Render{"path", "ragged"}, Render{"path", "spotted"},
+                                         Render{"distribution", "ragged"}, Render{"distribution", "spotted"},
+                                         Render{"ao", "ragged"}, Render{"ao", "spotted"},
+                                         Render{"path", "tint in plane"}, Render{"distribution", "tint in space"},
+                                         Render{"ao", "tint in plane"}),
                          [](const auto& test) {
                            std::string name = std::string(test.param.integrator) + "_" + test.param.alpha;
                            std::replace(name.begin(), name.end(), ' ', '_');

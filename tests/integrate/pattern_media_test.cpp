@@ -18,7 +18,8 @@ PixelFilter "box" "float xradius" .5 "float yradius" .5
 LookAt 0 -3 1  0 0 .7  0 0 1
 Camera "perspective" "float fov" 60
 WorldBegin
-)" + fog + R"(
+)" + fog +
+         R"(
 AttributeBegin
   AreaLightSource "diffuse" "rgb L" [ 20 20 20 ]
   Translate 1 -2 3.2
@@ -34,15 +35,19 @@ AttributeBegin
   Shape "bilinearmesh" "point3 P" [ -1 1 .1  1 1 .1  -1 0 .1  1 0 .1 ]
   Shape "bilinearmesh" "point3 P" [ -1 0 1.5  1 0 1.5  -1 1 1.5  1 1 1.5 ]
 AttributeEnd
-Material "diffuse" "rgb reflectance" [ )" + reflectance + " " + reflectance + " " + reflectance + R"( ]
+Material "diffuse" "rgb reflectance" [ )" +
+         reflectance + " " + reflectance + " " + reflectance + R"( ]
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
 Shape "bilinearmesh" "point3 P" [ -4 4 0  4 4 0  -4 4 4  4 4 4 ]
 )";
 }
 
-const std::string coefficients = R"("rgb sigma_a" [ .1 .2 .5 ] "rgb sigma_s" [ 2 1.5 1 ] "float g" .4 "rgb Le" [ .2 .1 0 ])";
+const std::string coefficients =
+    R"("rgb sigma_a" [ .1 .2 .5 ] "rgb sigma_s" [ 2 1.5 1 ] "float g" .4 "rgb Le" [ .2 .1 0 ])";
 const std::string homogeneous = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" " + coefficients;
-const std::string constant = "MakeNamedMedium \"fog\" \"string type\" \"pattern\" \"point3 p0\" [ -9 -9 -9 ] \"point3 p1\" [ 9 9 9 ] " + coefficients;
+const std::string constant =
+    "MakeNamedMedium \"fog\" \"string type\" \"pattern\" \"point3 p0\" [ -9 -9 -9 ] \"point3 p1\" [ 9 9 9 ] " +
+    coefficients;
 const std::string patterns = R"(
 Texture "noise" "float" "fbm" "integer octaves" 3
 Texture "cloud" "float" "remap" "texture in" "noise" "float inlow" -1 "float inhigh" 1 "float outlow" 0 "float outhigh" 2
@@ -52,7 +57,8 @@ Texture "tint" "spectrum" "combine3" "float in1" 2 "texture in2" "kept" "float i
 )";
 std::string medium(const std::string& rest) {
   return patterns + R"(MakeNamedMedium "fog" "string type" "pattern" "point3 p0" [ -9 -9 -9 ] "point3 p1" [ 9 9 9 ]
-  "texture density" "kept" "float maxdensity" 2 "rgb sigma_a" [ .1 .2 .5 ] "float g" .4 )" + rest;
+  "texture density" "kept" "float maxdensity" 2 "rgb sigma_a" [ .1 .2 .5 ] "float g" .4 )" +
+         rest;
 }
 const std::string clouds = medium("\"texture sigma_s\" \"tint\" \"float maxsigma_s\" 2"),
                   glowing = medium("\"rgb sigma_s\" [ 0 0 0 ] \"texture Le\" \"glow\"");
@@ -69,9 +75,10 @@ DistributionIntegrator::Settings single_scattering() {
 
 TEST(PatternMedia, ConstantOnesAreHomogeneous) {
   const auto uneven = build_text(room(constant)), even = build_text(room(homogeneous));
-  expect_near(render_built(uneven, 256, bounces(1, 8)).mean(), render_built(even, 256, bounces(1, 8)).mean(), .01f, "path");
-  expect_near(render_built(uneven, 256, single_scattering()).mean(), render_built(even, 256, single_scattering()).mean(), .01f,
-              "distribution");
+  expect_near(render_built(uneven, 256, bounces(1, 8)).mean(), render_built(even, 256, bounces(1, 8)).mean(), .01f,
+              "path");
+  expect_near(render_built(uneven, 256, single_scattering()).mean(),
+              render_built(even, 256, single_scattering()).mean(), .01f, "distribution");
 }
 
 // Single scattering with shadows is what the path tracer does where nothing may follow.
@@ -82,7 +89,8 @@ TEST(PatternMedia, DistributionAgainstPath) {
   expect_near(mean, expected, .01f, "clouds");
   // Glow, which camera rays alone see: nothing here is lit by it.
   const auto glow = build_text(room(glowing, "0"));
-  expect_near(render_built(glow, 256, single_scattering()).mean(), render_built(glow, 256, bounces(0, 0)).mean(), .01f, "glow");
+  expect_near(render_built(glow, 256, single_scattering()).mean(), render_built(glow, 256, bounces(0, 0)).mean(), .01f,
+              "glow");
   const auto without = build_text(room("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"float scale\" 0"));
   const RGB clear = render_built(without, 64, bounces(0, 0)).mean();
   EXPECT_GT(std::abs(mean.b - clear.b), .02f * clear.b);  // there is something to see

@@ -50,7 +50,8 @@ TEST(RadiosityCache, AgreesWithThePathTracerInARoomThatBreaksCaches) {
   expect_near(render_built(built, 16, settings(2, true)).mean(), expected, 0.02f, "room");
 }
 
-// Its error is that of its resolution: it goes with the cells. What lights this plate is the floor around its own shadow.
+// Its error is that of its resolution: it goes with the cells. What lights this plate is the floor around its own
+// shadow.
 TEST(RadiosityCache, ErrorFallsWithTheKnob) {
   const auto built = build_text(R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 32
 PixelFilter "box"
@@ -66,7 +67,9 @@ Shape "bilinearmesh" "point3 P" [ -.5 -.5 .5  -.5 .5 .5  .5 -.5 .5  .5 .5 .5 ]
   rough.shading.cache_width = 8;
   fine.shading.cache_width = 0.125f;
   const float expected = render_built(built, 4, exact).mean().g;
-  const auto error = [&](const DistributionIntegrator::Settings& s) { return std::abs(render_built(built, 4, s).mean().g / expected - 1); };
+  const auto error = [&](const DistributionIntegrator::Settings& s) {
+    return std::abs(render_built(built, 4, s).mean().g / expected - 1);
+  };
   EXPECT_LT(error(fine), 0.02f);
   EXPECT_GT(error(rough), 4 * error(fine));
 }
@@ -101,7 +104,9 @@ AttributeEnd
 Material "diffuse" "rgb reflectance" [ .6 .5 .4 ]
 )";
   const auto box = [](const V3f& a, const V3f& b) {
-    const auto p = [&](int corner) { return V3f((corner & 1) ? b.x : a.x, (corner & 2) ? b.y : a.y, (corner & 4) ? b.z : a.z); };
+    const auto p = [&](int corner) {
+      return V3f((corner & 1) ? b.x : a.x, (corner & 2) ? b.y : a.y, (corner & 4) ? b.z : a.z);
+    };
     std::string faces;
     for (const auto& f : {std::array{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 2, 4, 6}, {1, 3, 5, 7}})
       faces += test::wall(p(f[0]), p(f[1]), p(f[2]), p(f[3]));

@@ -54,10 +54,8 @@ std::string pane(double z, const std::string& material = "Material \"thindielect
 
 void expect_both(const std::string& scene, double value, float error, const std::string& what, int samples = 16) {
   const auto built = build_text(scene);
-  expect_near(render_built(built, samples, test::bounces(0)).mean(), RGB(float(value)), error,
-              "path, " + what);
-  expect_near(render_built(built, 4, distribution(0)).mean(), RGB(float(value)), error,
-              "distribution, " + what);
+  expect_near(render_built(built, samples, test::bounces(0)).mean(), RGB(float(value)), error, "path, " + what);
+  expect_near(render_built(built, 4, distribution(0)).mean(), RGB(float(value)), error, "distribution, " + what);
 }
 
 // Lights without extent: E = T I cos^3 / h^2, T the panes' transmittance at that angle. Nothing is random but the
@@ -109,7 +107,8 @@ TEST(Sheets, ShareLightWithThePathsThatGoStraight) {
   const std::string sky = "LightSource \"infinite\" \"rgb L\" [ 1 1 1 ]\n";
   const std::string wide = "Material \"thindielectric\"\nShape \"sphere\" \"float radius\" 1000\n";
   expect_both(spot(sky + pane(.6, "Material \"thindielectric\"")), mean, .012f, "sky", 1024);
-  // In the middle of a large globe all light is met at right angles, whatever the floor's gloss; specular depth 0 leaves out what the globe reflects.
+  // In the middle of a large globe all light is met at right angles, whatever the floor's gloss; specular depth 0
+  // leaves out what the globe reflects.
   auto path = test::bounces(0);
   auto rays = distribution(0);
   path.specular_depth = rays.shading.specular_depth = 0;

@@ -38,7 +38,8 @@ TEST(RealFft2, IsItsDefinition) {
         std::complex<double> sum = 0;
         for (int y = 0; y < ny; ++y)
           for (int x = 0; x < nx; ++x)
-            sum += f[size_t(y * nx + x)] * std::polar(1.0, -2 * std::numbers::pi * (double(p * x) / nx + double(q * y) / ny));
+            sum += f[size_t(y * nx + x)] *
+                   std::polar(1.0, -2 * std::numbers::pi * (double(p * x) / nx + double(q * y) / ny));
         EXPECT_LT(std::abs(F[size_t(q * fft.width() + p)] - sum), 1e-12) << nx << "x" << ny << " " << p << "," << q;
       }
   }
@@ -52,7 +53,9 @@ TEST(RealFft2, InverseUndoesForward) {
     std::vector<int> rows(static_cast<size_t>(ny));
     std::iota(rows.begin(), rows.end(), 0);
     std::vector<double> back(f.size());
-    fft.inverse(F, rows, [&](int y, std::span<const double> row) { std::copy(row.begin(), row.end(), back.begin() + y * fft.nx()); });
+    fft.inverse(F, rows, [&](int y, std::span<const double> row) {
+      std::copy(row.begin(), row.end(), back.begin() + y * fft.nx());
+    });
     for (size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(back[i], f[i], 1e-14);
   }
 }

@@ -93,7 +93,8 @@ TEST(PixelSets, SquaresOfPixelsAreNets) {
                 points.push_back(sample_2d(s.seed, s.index, 7));
               }
           for (int columns = 1; columns <= int(points.size()); columns *= 2)
-            ASSERT_EQ(points_in_own_interval(points, columns), int(points.size())) << samples << " samples, side " << side;
+            ASSERT_EQ(points_in_own_interval(points, columns), int(points.size()))
+                << samples << " samples, side " << side;
         }
   }
 }

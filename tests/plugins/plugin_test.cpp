@@ -220,8 +220,8 @@ INSTANTIATE_TEST_SUITE_P(Faults, BadValues,
                                          BadValue{"infinity", "postlighting", 0}),
                          [](const auto& test) { return std::string(test.param.fault); });
 
-// Where coverage is the mean of (.1, .25, .4), and of alpha 1/2, a grey of 1/2 hides that share of a sky of 1. Or each channel by
-// itself, if the shader says so.
+// Where coverage is the mean of (.1, .25, .4), and of alpha 1/2, a grey of 1/2 hides that share of a sky of 1. Or each
+// channel by itself, if the shader says so.
 TEST(Opacity, OfShaderAndShapeMultiply) {
   for (const char* integrator : {"path", "distribution"}) {
     const std::vector<std::string> options{"--pixel-samples", "64"};
@@ -232,7 +232,8 @@ TEST(Opacity, OfShaderAndShapeMultiply) {
     const Rendered half =
         render_world(material + plane.substr(0, plane.size() - 1) + " \"float alpha\" .5\n", options, integrator);
     EXPECT_NEAR(half.mean[1], 1 - 0.125 * 0.5, 2e-3) << integrator;
-    const Rendered colored = render_world(probe("\"rgb coverage\" [ .1 .25 .4 ] \"bool colored\" true") + plane, options, integrator);
+    const Rendered colored =
+        render_world(probe("\"rgb coverage\" [ .1 .25 .4 ] \"bool colored\" true") + plane, options, integrator);
     const double coverage[] = {0.1, 0.25, 0.4};
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(colored.mean[c], 1 - coverage[c] * 0.5, 4e-3) << integrator;
   }

@@ -33,11 +33,15 @@ struct Rendered {
 };
 
 /// Renders a whole scene's text, without bounces if nothing else is asked for.
-inline Rendered render_scene(const std::string& scene, const std::vector<std::string>& options, const std::string& integrator) {
+inline Rendered render_scene(const std::string& scene, const std::vector<std::string>& options,
+                             const std::string& integrator) {
   ScratchFolder folder;
   std::ofstream(folder.file("scene.pbrt")) << scene;
-  std::vector<std::string> arguments{
-      "render", folder.file("scene.pbrt"), "-o", folder.file("image.exr"), "--integrator", integrator, "-q", "--denoise", "off"};
+  std::vector<std::string> arguments{"render",       folder.file("scene.pbrt"),
+                                     "-o",           folder.file("image.exr"),
+                                     "--integrator", integrator,
+                                     "-q",           "--denoise",
+                                     "off"};
   arguments.insert(arguments.end(), options.begin(), options.end());
   if (std::find(options.begin(), options.end(), "--bounces") == options.end())
     arguments.insert(arguments.end(), {"--bounces", "0"});

@@ -54,8 +54,9 @@ class CornellBoxDistribution : public testing::TestWithParam<const char*> {};
 TEST_P(CornellBoxDistribution, AgreesWithThePathTracer) {
   const std::string scene = source_path("scenes/cornell-box/cornell.pbrt"), bounces = GetParam();
   const Picture expected = render(scene, {"--integrator", "path", "--bounces", bounces, "--pixel-samples", "256"});
-  const Picture picture = render(scene, {"--integrator", "distribution", "--radiosity-cache", "off", "--irradiance-interpolation", "off", "--bounces", bounces, "--pixel-samples", "16",
-                                         "--shadow-rays", "16,2", "--diffuse-rays", "32,2"});
+  const Picture picture =
+      render(scene, {"--integrator", "distribution", "--radiosity-cache", "off", "--irradiance-interpolation", "off",
+                     "--bounces", bounces, "--pixel-samples", "16", "--shadow-rays", "16,2", "--diffuse-rays", "32,2"});
   Mask mask(expected.width, expected.height);
   mask.leave_out_brightest(expected, 0.007);
   mask.dilate(2);
@@ -70,9 +71,9 @@ INSTANTIATE_TEST_SUITE_P(Bounces, CornellBoxDistribution, testing::Values("0", "
 
 // Direct light on the back wall beside the boxes, where nothing hides the lamp, has a closed form: Lambert's for the
 // irradiance E of a polygon of radiance L, E = L/2 sum_i theta_i (n . unit(v_i x v_i+1)), theta_i the angle between
-// successive vertices v_i; the wall shows rho E / pi. Dapple's samples here leave .1 % of noise; Cycles 3.4 is 1 to 4 % below it near
-// the ceiling, where the lamp is seen at a glancing angle. That is why the comparisons above cannot be much narrower
-// than they are.
+// successive vertices v_i; the wall shows rho E / pi. Dapple's samples here leave .1 % of noise; Cycles 3.4 is 1 to 4 %
+// below it near the ceiling, where the lamp is seen at a glancing angle. That is why the comparisons above cannot be
+// much narrower than they are.
 struct Vector {
   double x, y, z;
 };

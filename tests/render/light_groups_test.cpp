@@ -49,8 +49,8 @@ AttributeBegin
 AttributeEnd
 )";
 
-test::RenderedText render(const build::BuiltScene& built, const integrate::Integrator& integrator, int samples, bool groups,
-                          float max_component = infinity) {
+test::RenderedText render(const build::BuiltScene& built, const integrate::Integrator& integrator, int samples,
+                          bool groups, float max_component = infinity) {
   scene::Film::Settings film = built.scene->film;
   film.max_component = max_component;
   film.light_groups = groups ? int(built.scene->light_groups.names.size()) : 0;
@@ -66,7 +66,8 @@ test::RenderedText render(const build::BuiltScene& built, int samples, bool grou
   return render(built, path::PathIntegrator(*built.scene, test::bounces(3, 8)), samples, groups, max_component);
 }
 
-test::RenderedText render(const build::BuiltScene& built, int samples, DistributionIntegrator::Settings s, bool groups) {
+test::RenderedText render(const build::BuiltScene& built, int samples, DistributionIntegrator::Settings s,
+                          bool groups) {
   s.pixel_samples = samples;
   s.light_groups = groups;
   return render(built, DistributionIntegrator(*built.scene, s), samples, groups);
@@ -77,7 +78,8 @@ void expect_sum(const scene::Film& film) {
     for (int x = 0; x < film.width(); ++x) {
       RGB sum;
       for (int g = 0; g < film.settings().light_groups; ++g) sum += film.light_group(x, y, g);
-      for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], film.pixel(x, y)[c], 2e-5f * std::max(film.pixel(x, y)[c], 0.01f)) << x << " " << y;
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(sum[c], film.pixel(x, y)[c], 2e-5f * std::max(film.pixel(x, y)[c], 0.01f)) << x << " " << y;
     }
 }
 
@@ -88,7 +90,8 @@ RGB mean_of(const scene::Film& film, int group) {
   return sum * (1 / float(film.width() * film.height()));
 }
 
-// Emission that is seen, shadow rays, rays that meet lights, the sky, what media glow and scatter, mirrors, many bounces.
+// Emission that is seen, shadow rays, rays that meet lights, the sky, what media glow and scatter, mirrors, many
+// bounces.
 TEST(LightGroups, AddUpToTheImage) {
   const auto built = build_text(std::string(view) + key + lamp + sky + things);
   EXPECT_EQ(built.scene->light_groups.names, (std::vector<std::string>{"default", "key", "fill-2"}));
@@ -154,7 +157,9 @@ struct Way {
   const char* name;
   bool caches, interpolation;
 };
-void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
+void PrintTo(const Way& way, std::ostream* out) {
+  *out << way.name;
+}
 class DistributionLightGroups : public testing::TestWithParam<Way> {};
 
 TEST_P(DistributionLightGroups, AddUpToTheImageAndLeaveItAsItIs) {
@@ -236,7 +241,8 @@ TEST(DistributionLightGroups, AreTheSameForAnyMemoryAndThreads) {
       for (int i = 0; i < whole.film.width() * whole.film.height(); ++i)
         for (int g = 0; g < 3; ++g) {
           const int x = i % whole.film.width(), y = i / whole.film.width();
-          ASSERT_EQ(whole.film.light_group(x, y, g), other.film.light_group(x, y, g)) << bytes << " bytes, " << threads << " threads";
+          ASSERT_EQ(whole.film.light_group(x, y, g), other.film.light_group(x, y, g))
+              << bytes << " bytes, " << threads << " threads";
         }
       uint64_t capacity = 0;
       for (const integrate::CacheState& c : other.result.caches)
@@ -285,13 +291,16 @@ TEST(LightGroups, BadNamesAndTooManyAreNamed) {
     }
     return "";
   };
-  const auto named = [](const std::string& name) { return "LightSource \"point\" \"string group\" \"" + name + "\"\n"; };
+  const auto named = [](const std::string& name) {
+    return "LightSource \"point\" \"string group\" \"" + name + "\"\n";
+  };
   EXPECT_EQ(problem(named("a_B-9")), "");
   for (const std::string& bad : {std::string(), std::string("a.b"), std::string("two words"), std::string(65, 'x')}) {
     EXPECT_NE(problem(named(bad)).find("test.pbrt:6"), std::string::npos) << problem(named(bad));
     EXPECT_NE(problem(named(bad)).find("letters, digits"), std::string::npos) << problem(named(bad));
   }
-  EXPECT_NE(problem("AreaLightSource \"diffuse\" \"string group\" \"\" Shape \"sphere\"\n").find("test.pbrt:6"), std::string::npos);
+  EXPECT_NE(problem("AreaLightSource \"diffuse\" \"string group\" \"\" Shape \"sphere\"\n").find("test.pbrt:6"),
+            std::string::npos);
   std::string many;
   for (int i = 1; i < int(scene::LightGroups::max_count); ++i) many += named("g" + std::to_string(i));
   EXPECT_EQ(problem(many + named("g3")), "");

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dapple/render/render_session.h"
-
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
+#include "dapple/render/render_session.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -113,8 +112,8 @@ TEST(Session, InterruptKeepsWhatIsDone) {
   EXPECT_GE(film.samples(0, 0), result.samples);
 }
 
-// Rationale: noise is where it is; whole blocks of 16 x 16 pixels get more samples there, up to the most that are allowed.
-// The upper half of this picture is a plain sky, the lower a floor under a lamp that only paths find.
+// Rationale: noise is where it is; whole blocks of 16 x 16 pixels get more samples there, up to the most that are
+// allowed. The upper half of this picture is a plain sky, the lower a floor under a lamp that only paths find.
 constexpr const char* horizon = R"(LookAt 0 0 1  0 1 1  0 0 1
 Camera "perspective" "float fov" 60
 Film "rgb" "integer xresolution" 64 "integer yresolution" 64
@@ -152,7 +151,9 @@ TEST(NoisyBlocks, GetMoreSamples) {
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       EXPECT_EQ(more.film.samples(x, y), more.film.samples(x / 16 * 16, y / 16 * 16)) << x << ", " << y;
-      if (y < 16) { EXPECT_EQ(more.film.samples(x, y), 8u); }
+      if (y < 16) {
+        EXPECT_EQ(more.film.samples(x, y), 8u);
+      }
     }
   EXPECT_EQ(more.film.samples(32, 63), more.result.max_samples);
   EXPECT_GT(more.film.mean_samples(), 8);
@@ -229,7 +230,8 @@ TEST(Session, PassesAddUpToTheSamplesAsked) {
     for (const uint32_t total : {1u, 2u, 3u, 7u, 16u, 100u, 1000u}) {
       uint32_t done = 0;
       while (done < total) {
-        const uint32_t pass = render::RenderSession::pass_size(done, {.pixel_samples = total, .time_limit = time_limit});
+        const uint32_t pass =
+            render::RenderSession::pass_size(done, {.pixel_samples = total, .time_limit = time_limit});
         ASSERT_GT(pass, 0u);
         ASSERT_LE(pass, time_limit > 0 ? 8u : std::max(127u, done));
         done += pass;
@@ -247,7 +249,8 @@ WorldBegin
 LightSource "infinite"
 Material "diffuse" "rgb reflectance" [ .2 .4 .6 ]
 Shape "bilinearmesh" "point3 P" [ -9 -9 1  9 -9 1  -9 9 1  9 9 1 ]
-)", 4, bounces(0));
+)",
+                                   4, bounces(0));
   const scene::Features f = r.film.features(4, 4);
   EXPECT_FLOAT_EQ(f.alpha, 1);
   EXPECT_NEAR(f.depth, 4, 1e-4);
@@ -256,13 +259,17 @@ Shape "bilinearmesh" "point3 P" [ -9 -9 1  9 -9 1  -9 9 1  9 9 1 ]
   EXPECT_NEAR(f.albedo.g, .4f, 1e-5);
 }
 
-// Rationale: a surface that holds the camera's position, where pixels have no width, and a metal whose squares leave the range of floats.
+// Rationale: a surface that holds the camera's position, where pixels have no width, and a metal whose squares leave
+// the range of floats.
 TEST(Session, FeaturesAreFinite) {
-  const std::string head = "Camera \"perspective\" \"float fov\" 40\nFilm \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n"
-                           "WorldBegin\nLightSource \"infinite\"\n";
+  const std::string head =
+      "Camera \"perspective\" \"float fov\" 40\nFilm \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n"
+      "WorldBegin\nLightSource \"infinite\"\n";
   const std::string triangle = "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" ";
-  const std::string worlds[] = {triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]", triangle + "[ 0 0 0  1 0 4  0 1 4 ]",
-                                "Translate 0 0 5 Material \"conductor\" \"rgb eta\" [ 1e-45 2 3 ] \"rgb k\" [ 1e10 2 3 ]\n" + triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]"};
+  const std::string worlds[] = {
+      triangle + "[ -1 -1 0  1 -1 0  0 1 0 ]", triangle + "[ 0 0 0  1 0 4  0 1 4 ]",
+      "Translate 0 0 5 Material \"conductor\" \"rgb eta\" [ 1e-45 2 3 ] \"rgb k\" [ 1e10 2 3 ]\n" + triangle +
+          "[ -1 -1 0  1 -1 0  0 1 0 ]"};
   for (const std::string& world : worlds) {
     const auto built = build_text(head + world);
     distribution::DistributionIntegrator::Settings distribution;
@@ -272,7 +279,8 @@ TEST(Session, FeaturesAreFinite) {
         for (int x = 0; x < 8; ++x) {
           const scene::Features f = r.film.features(x, y);
           hits += f.alpha > 0;
-          EXPECT_TRUE(f.albedo.is_finite() && std::isfinite(length(f.position)) && std::isfinite(length(f.normal)) && std::isfinite(f.depth));
+          EXPECT_TRUE(f.albedo.is_finite() && std::isfinite(length(f.position)) && std::isfinite(length(f.normal)) &&
+                      std::isfinite(f.depth));
           EXPECT_TRUE(std::isfinite(f.grid.shading_rate));
         }
       EXPECT_GT(hits, 0) << world;

@@ -13,7 +13,8 @@ Camera::Settings wide() {
   s.screen_min_y = -1.1f, s.screen_max_y = 0.9f;
   s.fov_degrees = 50;
   s.time_open = 0.25f, s.time_close = 0.75f;
-  const Transform to_world = Transform::look_at({3, -2, 5}, {0, 1, 0}, {0, 0, 1}).inverse() * Transform::scale({-2, 2, 2});
+  const Transform to_world =
+      Transform::look_at({3, -2, 5}, {0, 1, 0}, {0, 0, 1}).inverse() * Transform::scale({-2, 2, 2});
   s.camera_to_world = {to_world, Transform::translate({4, 0, 0}) * to_world};
   return s;
 }

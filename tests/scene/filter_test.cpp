@@ -17,7 +17,8 @@ struct Case {
 
 class Filters : public testing::TestWithParam<Case> {};
 
-// Weighted samples must give the moments of the filter: E[w g(x)] / E[w] = integral(f g) / integral(f) for g = 1, x^2, cos.
+// Weighted samples must give the moments of the filter: E[w g(x)] / E[w] = integral(f g) / integral(f) for g = 1, x^2,
+// cos.
 TEST_P(Filters, WeightedSamplesHaveTheFiltersMoments) {
   const Case& c = GetParam();
   const Filter filter(c.kind, c.radius, c.a, c.b);

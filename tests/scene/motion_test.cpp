@@ -65,7 +65,8 @@ TEST(Motion, StillSurfacesBehindWhatPasses) {
   const Motion motion(s.scene);
   const V3f down(0, 0, -1);
   EXPECT_EQ(Motion::segments(motion.span_seen(V3f(2, 0.5f, 1), down, 2, 0.01f, 0.5f, 64)), Motion::max_segments);
-  EXPECT_EQ(Motion::segments(motion.span_seen(V3f(2, 0.5f, 1), down, 2, 0.01f, 0.5f, 5)), 4) << "no more than it has rays";
+  EXPECT_EQ(Motion::segments(motion.span_seen(V3f(2, 0.5f, 1), down, 2, 0.01f, 0.5f, 5)), 4)
+      << "no more than it has rays";
   EXPECT_EQ(motion.span_seen(V3f(2, 3, 1), down, 2, 0.01f, 0.5f, 64), 0) << "beside";
   EXPECT_EQ(motion.span_seen(V3f(2, 0.5f, 1), down, 0.5f, 0.01f, 0.5f, 64), 0) << "in front";
   EXPECT_GT(motion.span_near(V3f(2, 3, 0), 0.01f, 0.5f, 64), 0);

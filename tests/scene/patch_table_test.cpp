@@ -21,8 +21,10 @@ std::shared_ptr<geom::Mesh> folded_quads(int corners, uint64_t key) {
   KeyedRng rng(key);
   for (uint32_t q = 0; q < 20; ++q) {
     const V3f p = random_vector(rng) * 5.0f, e1 = random_vector(rng) * 2.0f, e2 = cross(e1, random_vector(rng));
-    for (const V3f& corner : {p, p + e1, p + e1 + e2, p + e2}) mesh->P.push_back(corner + random_vector(rng) * 0.03f * length(e2));
-    const uint32_t quad[] = {4 * q, 4 * q + 1, 4 * q + 2, 4 * q + 3}, triangles[] = {4 * q, 4 * q + 1, 4 * q + 2, 4 * q, 4 * q + 2, 4 * q + 3};
+    for (const V3f& corner : {p, p + e1, p + e1 + e2, p + e2})
+      mesh->P.push_back(corner + random_vector(rng) * 0.03f * length(e2));
+    const uint32_t quad[] = {4 * q, 4 * q + 1, 4 * q + 2, 4 * q + 3},
+                   triangles[] = {4 * q, 4 * q + 1, 4 * q + 2, 4 * q, 4 * q + 2, 4 * q + 3};
     if (corners == 4)
       mesh->indices.insert(mesh->indices.end(), quad, quad + 4);
     else
@@ -31,10 +33,11 @@ std::shared_ptr<geom::Mesh> folded_quads(int corners, uint64_t key) {
   return mesh;
 }
 
-// Eight meshes as they are, then eight in instances that stand still, and eight in those that move: each plain, flipped, with normals, and
-// deforming, of triangles and of quads.
+// Eight meshes as they are, then eight in instances that stand still, and eight in those that move: each plain,
+// flipped, with normals, and deforming, of triangles and of quads.
 void add_all_kinds(trace::TracedScene& scene) {
-  const Transform place = Transform::translate({3, 1, 2}) * Transform::rotate(50, {1, 2, 3}) * Transform::scale({2, 1, -0.5f});
+  const Transform place =
+      Transform::translate({3, 1, 2}) * Transform::rotate(50, {1, 2, 3}) * Transform::scale({2, 1, -0.5f});
   const AnimatedTransform still(place, place);
   const AnimatedTransform moving(Transform(), Transform::translate({1, -1, 2}) * Transform::rotate(40, {1, 1, 0}));
   for (const AnimatedTransform* motion : {static_cast<const AnimatedTransform*>(nullptr), &still, &moving})
@@ -54,9 +57,12 @@ void add_all_kinds(trace::TracedScene& scene) {
   scene.commit();
 }
 
-uint32_t instance_of(uint32_t geometry) { return geometry < 8 ? trace::no_id : geometry - 8; }
+uint32_t instance_of(uint32_t geometry) {
+  return geometry < 8 ? trace::no_id : geometry - 8;
+}
 
-// Places on tiles are where their hits are: of all kinds of patches, those that are taken for two triangles, and those that are not.
+// Places on tiles are where their hits are: of all kinds of patches, those that are taken for two triangles, and those
+// that are not.
 TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
   trace::TracedScene scene;
   add_all_kinds(scene);
@@ -73,7 +79,8 @@ TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
       id.instance = instance, id.geometry = g;
       id.patch = std::min(uint32_t(rng.next() * float(map.patch_count())), map.patch_count() - 1);
       id.u_level = uint8_t(rng.next() * 6), id.v_level = uint8_t(rng.next() * 6);
-      id.tile_u = uint32_t(rng.next() * float((1 << id.u_level) / id.width())), id.tile_v = uint32_t(rng.next() * float((1 << id.v_level) / id.height()));
+      id.tile_u = uint32_t(rng.next() * float((1 << id.u_level) / id.width())),
+      id.tile_v = uint32_t(rng.next() * float((1 << id.v_level) / id.height()));
       const float x = rng.next() * float(id.width()), y = rng.next() * float(id.height()), time = rng.next();
       const geom::SurfacePoint found = patches.surface_on_tile(id, x, y, time, &memory);
       trace::HitBatch hit;
@@ -92,7 +99,8 @@ TEST(PatchTable, SurfaceOnATileIsThatOfTheHitThere) {
   EXPECT_GT(checked, 40000);
 }
 
-// A hit on a patch that is taken for two triangles is found without its surface, and half the width without dicing anew.
+// A hit on a patch that is taken for two triangles is found without its surface, and half the width without dicing
+// anew.
 TEST(PatchTable, ShortWaysGiveTheSamePlaces) {
   trace::TracedScene scene;
   add_all_kinds(scene);

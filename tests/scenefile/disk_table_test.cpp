@@ -17,13 +17,11 @@ TEST(DiskTable, ReadsLines) {
 
 // Rationale: damaged and hostile files. Expectation: an error with the line, the number and what is legal.
 TEST(DiskTable, NamesWhatIsWrong) {
-  const std::pair<const char*, const char*> cases[] = {{"1 2 3\n", "t:1: 3 numbers; expected 7"},
-                                                       {"1 0 0 0 0 0 1 9", "t:1: more than 7"},
-                                                       {"\n0 0 0 0 0 0 1", "t:2: radius is 0"},
-                                                       {"1 0 x 0 0 0 1", "y is \"x\", expected a number"},
-                                                       {"1 0 nan 0 0 0 1", "y is \"nan\""},
-                                                       {"1 0 1e30 0 0 0 1", "y is \"1e30\""},
-                                                       {"1 0 0 0 0 0 0", "the normal's length is 0"}};
+  const std::pair<const char*, const char*> cases[] = {
+      {"1 2 3\n", "t:1: 3 numbers; expected 7"},    {"1 0 0 0 0 0 1 9", "t:1: more than 7"},
+      {"\n0 0 0 0 0 0 1", "t:2: radius is 0"},      {"1 0 x 0 0 0 1", "y is \"x\", expected a number"},
+      {"1 0 nan 0 0 0 1", "y is \"nan\""},          {"1 0 1e30 0 0 0 1", "y is \"1e30\""},
+      {"1 0 0 0 0 0 0", "the normal's length is 0"}};
   for (const auto& [text, says] : cases) {
     try {
       parse_disks(text, "t", {});
@@ -39,7 +37,8 @@ TEST(DiskTable, NamesWhatIsWrong) {
                 return std::string(e.what());
               }
               return std::string(10000, 'x');
-            }()).size(),
+            }())
+                .size(),
             500u);
 }
 

@@ -64,7 +64,8 @@ TEST(Obj, DoubtsWhatIsNone) {
     return std::string(said ? said : "");
   };
   EXPECT_CONTAINS(doubt(std::string("v 0 0 0\n\0\n", 10)), "NUL");
-  for (const char* text : {"", "solid ascii\n", "# nothing\n", "vn 0 0 1\n"}) EXPECT_CONTAINS(doubt(text), "no v, vt or f line");
+  for (const char* text : {"", "solid ascii\n", "# nothing\n", "vn 0 0 1\n"})
+    EXPECT_CONTAINS(doubt(text), "no v, vt or f line");
   EXPECT_EQ(doubt("v 0 0 0"), "");
 }
 

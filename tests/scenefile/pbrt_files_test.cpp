@@ -33,12 +33,14 @@ TEST(PbrtFiles, IncludeSharesTheState) {
   EXPECT_EQ(s.shapes[1].transform.start.point({0, 0, 0}), V3f(1, 0, 0));
 }
 
-// As if all text were one: what a directive's file leaves open goes on where that was included, through several if need be, and no farther.
+// As if all text were one: what a directive's file leaves open goes on where that was included, through several if need
+// be, and no farther.
 TEST(PbrtFiles, ParametersGoOnAfterAnInclude) {
   TempFolder folder;
   folder.write("inner.pbrt", "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\"\n\"integer nx\" 2");
   folder.write("middle.pbrt", "Include \"inner.pbrt\"\n# no more here\n");
-  const std::string main = folder.write("main.pbrt", "Include \"middle.pbrt\" \"rgb sigma_a\" [ 1 2 3 ] \"float g\" .5\nWorldBegin");
+  const std::string main =
+      folder.write("main.pbrt", "Include \"middle.pbrt\" \"rgb sigma_a\" [ 1 2 3 ] \"float g\" .5\nWorldBegin");
   Diagnostics diagnostics;
   const auto s = read_pbrt(main, diagnostics);
   ASSERT_EQ(s.media.size(), 1u);
@@ -47,19 +49,22 @@ TEST(PbrtFiles, ParametersGoOnAfterAnInclude) {
   EXPECT_EQ(params.get_float("g", 0), .5f);
   ASSERT_NE(params.find("sigma_a"), nullptr);
   EXPECT_EQ(params.find("sigma_a")->loc.line, 1u);
-  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin Import \"inner.pbrt\" \"float g\" .5")), "expected a directive");
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt", "WorldBegin Import \"inner.pbrt\" \"float g\" .5")),
+                  "expected a directive");
   folder.write("bad.pbrt", "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float g\"");
   EXPECT_CONTAINS(read_error(folder.write("c.pbrt", "Include \"bad.pbrt\" .5\nWorldBegin")), "expected a value");
 }
 
 TEST(PbrtFiles, ParametersGivenTwiceAreNamed) {
   TempFolder folder;
-  const std::string main = folder.write("main.pbrt", "WorldBegin\nShape \"sphere\" \"float radius\" 1\n  \"float radius\" 2");
+  const std::string main =
+      folder.write("main.pbrt", "WorldBegin\nShape \"sphere\" \"float radius\" 1\n  \"float radius\" 2");
   Diagnostics diagnostics;
   const auto s = read_pbrt(main, diagnostics);
   EXPECT_EQ(s.shapes[0].params.get_float("radius", 0), 2);
   ASSERT_EQ(diagnostics.messages().size(), 1u);
-  EXPECT_CONTAINS(diagnostics.messages()[0], "main.pbrt:3:3: parameter \"radius\" is given twice, first at " + main + ":2:16; the last value counts");
+  EXPECT_CONTAINS(diagnostics.messages()[0], "main.pbrt:3:3: parameter \"radius\" is given twice, first at " + main +
+                                                 ":2:16; the last value counts");
   Diagnostics strict(true);
   EXPECT_CONTAINS(test::error_of([&] { read_pbrt(main, strict); }), "given twice");
 }
@@ -153,17 +158,21 @@ TEST(PbrtFiles, GzipIsInflated) {
   EXPECT_CONTAINS(read_error(folder.write("d.pbrt.gz", damaged)), "cannot read");
 }
 
-// Rationale: what stands behind compressed data is text that somebody appended and that would go missing, or damage. Zeros are padding.
+// Rationale: what stands behind compressed data is text that somebody appended and that would go missing, or damage.
+// Zeros are padding.
 TEST(PbrtFiles, WhatFollowsGzipIsNotDropped) {
   TempFolder folder;
   const std::string packed = gzip("WorldBegin ");
   Diagnostics diagnostics;
   EXPECT_NO_THROW(read_pbrt(folder.write("a.pbrt.gz", packed + std::string(512, '\0')), diagnostics));
-  EXPECT_CONTAINS(read_error(folder.write("b.pbrt.gz", packed + "Shape \"sphere\"")), "stand 14 bytes that are not compressed");
+  EXPECT_CONTAINS(read_error(folder.write("b.pbrt.gz", packed + "Shape \"sphere\"")),
+                  "stand 14 bytes that are not compressed");
   EXPECT_CONTAINS(read_error(folder.write("c.pbrt.gz", packed + std::string(512, '\0') + "\x1f\x8b")), "514 bytes");
 }
 
-TEST(PbrtFiles, EmptyNamesAreNamed) { EXPECT_CONTAINS(read_error(""), "command line: the name of the scene is empty"); }
+TEST(PbrtFiles, EmptyNamesAreNamed) {
+  EXPECT_CONTAINS(read_error(""), "command line: the name of the scene is empty");
+}
 
 TEST(PbrtFiles, DecompressionBombsAreRefused) {
   TempFolder folder;
@@ -175,7 +184,8 @@ TEST(PbrtFiles, DecompressionBombsAreRefused) {
   EXPECT_CONTAINS(read_error(folder.write("smaller.pbrt.gz", gzip(std::string(size_t(16) << 20, ' ')))), "WorldBegin");
 }
 
-// One line a million times is a few kilobytes compressed, and a kilobyte each once it is read. In a file of plain text it is what it is.
+// One line a million times is a few kilobytes compressed, and a kilobyte each once it is read. In a file of plain text
+// it is what it is.
 TEST(PbrtFiles, DirectivesAreBoundedByTheCompressedFile) {
   TempFolder folder;
   const auto lines = [](int n) {

@@ -143,7 +143,9 @@ TEST_P(PlyByteOrder, FacesMayStandBeforeVertices) {
 
 TEST_P(PlyByteOrder, NormalsThatAreNotFiniteAreCounted) {
   Writer w(GetParam());
-  w.data = header(GetParam(), "element vertex 3\n" + xyz + "property float nx\nproperty float ny\nproperty float nz\nelement face 0\n" + triangles);
+  w.data =
+      header(GetParam(), "element vertex 3\n" + xyz +
+                             "property float nx\nproperty float ny\nproperty float nz\nelement face 0\n" + triangles);
   const float bad = std::numeric_limits<float>::quiet_NaN();
   for (const float n : {1.f, bad, -2 * bad}) w.put(0.f).put(0.f).put(0.f).put(0.f).put(0.f).put(n);
   const PlyMesh m = parse(w.data);
@@ -202,7 +204,8 @@ TEST(PlyReader, SplitsVerticesWhereCornersDiffer) {
 
 TEST(PlyReader, CornersOfTrianglesAndPolygonsAndFacesWithout) {
   std::string text = wedge_quads;
-  text.replace(text.find("8 0 0 1 0"), std::string::npos, "6 0 0 1 0 1 1 0 3 0 1 2\n10 0 0 .2 0 .4 1 .6 1 0 nan 1 5 0 1 4 5 3\n");
+  text.replace(text.find("8 0 0 1 0"), std::string::npos,
+               "6 0 0 1 0 1 1 0 3 0 1 2\n10 0 0 .2 0 .4 1 .6 1 0 nan 1 5 0 1 4 5 3\n");
   const PlyMesh m = parse(text);
   EXPECT_EQ(m.bad_corner_uvs, 1);
   EXPECT_TRUE(m.many_textures);
@@ -210,12 +213,16 @@ TEST(PlyReader, CornersOfTrianglesAndPolygonsAndFacesWithout) {
   expect_corners(m, {m.tri_indices.begin(), m.tri_indices.begin() + 3}, {{0, 0}, {1, 0}, {1, 1}});
   for (size_t i = 3; i < 12; ++i) {  // (x, y) of the pentagon's corners tells which it is
     const V3f& p = m.P[size_t(m.tri_indices[i])];
-    const V2f expected = p == V3f(-1, 0, 0) || p == V3f(-1, 1, 0) ? V2f(0, 0) : p == V3f(0, 0, 0) ? V2f(.2f, 0) : p == V3f(1, 0, 0) ? V2f(.4f, 1) : V2f(.6f, 1);
+    const V2f expected = p == V3f(-1, 0, 0) || p == V3f(-1, 1, 0) ? V2f(0, 0)
+                         : p == V3f(0, 0, 0)                      ? V2f(.2f, 0)
+                         : p == V3f(1, 0, 0)                      ? V2f(.4f, 1)
+                                                                  : V2f(.6f, 1);
     EXPECT_EQ(m.uv[size_t(m.tri_indices[i])], expected) << i;
   }
   std::string without = wedge_quads;
   without.replace(without.find("8 .5 .5 1 .5 1 1 .5 1"), 21, "0");
-  EXPECT_EQ(parse(without).P.size(), 8u);  // the second has no coordinates of its own: its vertices', which are 0, not the first's
+  EXPECT_EQ(parse(without).P.size(),
+            8u);  // the second has no coordinates of its own: its vertices', which are 0, not the first's
 }
 
 TEST(PlyReader, CornersThatMakeNoSense) {
@@ -224,7 +231,8 @@ TEST(PlyReader, CornersThatMakeNoSense) {
     return text.replace(text.find("8 .5 .5 1 .5 1 1 .5 1"), 21, list);
   };
   EXPECT_NE(ply_error(with("7 0 0 0 0 0 0 0")).find("has 7 numbers; expected two a corner"), std::string::npos);
-  EXPECT_NE(ply_error(with("6 0 0 0 0 0 0")).find("face 1 has 4 corners and texture coordinates of 3"), std::string::npos);
+  EXPECT_NE(ply_error(with("6 0 0 0 0 0 0")).find("face 1 has 4 corners and texture coordinates of 3"),
+            std::string::npos);
   EXPECT_FALSE(ply_error(with("200 0 0 0")).empty());
 }
 

@@ -20,7 +20,9 @@ class SkyWithSun final : public Light {
  public:
   bool sample(const LightReceiver&, const V2f&, LightSample*) const override { return false; }
   float pdf(const LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }
-  RGB environment(const V3f& wi, float) const override { return RGB(dot(wi, normalize(V3f(1, 2, 3))) > 0.987f ? 30.0f : 1.0f); }
+  RGB environment(const V3f& wi, float) const override {
+    return RGB(dot(wi, normalize(V3f(1, 2, 3))) > 0.987f ? 30.0f : 1.0f);
+  }
   bool is_infinite() const override { return true; }
   std::optional<LightBounds> bounds() const override { return std::nullopt; }
   float power(float) const override { return 1; }
@@ -75,11 +77,13 @@ class AnyLearned : public testing::Test {
       fill_cdf(hash(r, 2), 2, 0, v + 1);
       v[layout.sky_at(0)] = 1;
       fill_cdf(hash(r, 3), SkyCells::count, 60, v + layout.sky_at(0) + 1);
-      for (int p = 0; p < crown.pairs(); ++p) v[layout.odds_at() + p] = std::pow(32.0f, 2 * to_unit_float(hash(r, 4, p)) - 1);
+      for (int p = 0; p < crown.pairs(); ++p)
+        v[layout.odds_at() + p] = std::pow(32.0f, 2 * to_unit_float(hash(r, 4, p)) - 1);
     }
     std::vector<std::pair<int, SkyCells>> skies;
     skies.emplace_back(sky_, SkyCells(*lights_.back()));
-    learned_ = std::make_unique<LearnedLights>(std::move(regions), std::move(crown), 2, std::move(skies), std::move(values), lights_.size());
+    learned_ = std::make_unique<LearnedLights>(std::move(regions), std::move(crown), 2, std::move(skies),
+                                               std::move(values), lights_.size());
   }
   LightReceiver receiver(int i) const {
     LightReceiver to = random_receivers(i + 1, 9).back();
@@ -137,7 +141,8 @@ TEST_F(AnyLearned, CellsOfTheSkyAreDrawnByTheirShares) {
   double drawn_where_none_is = 0;
   for (int k = 0; k < draws; ++k) {
     LightSample s;
-    ASSERT_TRUE(learned_->sample(*lights_.back(), sky_, to, V2f(to_unit_float(hash(1, k)), to_unit_float(hash(2, k))), &s));
+    ASSERT_TRUE(
+        learned_->sample(*lights_.back(), sky_, to, V2f(to_unit_float(hash(1, k)), to_unit_float(hash(2, k))), &s));
     ++observed[size_t(SkyCells::cell_of(s.wi))];
     area.add(1 / double(s.pdf));
     // At the edges of cells and pieces rounding says to which of them a direction belongs.

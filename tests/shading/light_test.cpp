@@ -184,12 +184,14 @@ image::EnvironmentImage panorama(int width, int height, float floor = 0) {
   return image::EnvironmentImage(image, std::nullopt, {});
 }
 
-/// Directions follow the density, which is exact for both mappings, for rotated and for sheared lights, and where other rays look for them too.
+/// Directions follow the density, which is exact for both mappings, for rotated and for sheared lights, and where other
+/// rays look for them too.
 TEST(LightChiSquare, Environment) {
   const Transform turned = Transform::rotate(70, V3d(1, 0.3, 0.2)) * Transform::scale({1, -1, 1});
   const Transform sheared = Transform::rotate(40, V3d(0, 1, 0.2)) * Transform::scale({1, 2, 0.7});
   const LightReceiver shared{.p = V3f(0, 0, 0), .n = V3f(0, 0, 1), .shared = true};
-  const LightReceiver one_sided{.p = V3f(0, 0, 0), .n = V3f(0.6f, 0, 0.8f), .transmits = false}, in_fog{.p = V3f(0, 0, 0)};
+  const LightReceiver one_sided{.p = V3f(0, 0, 0), .n = V3f(0.6f, 0, 0.8f), .transmits = false},
+      in_fog{.p = V3f(0, 0, 0)};
   for (const auto& [width, height] : {std::pair(16, 8), std::pair(12, 12)}) {
     for (const Transform& t : {turned, sheared}) {
       const EnvironmentLight light(panorama(width, height, 0.01f), RGB(1), t);
@@ -205,14 +207,18 @@ TEST(LightChiSquare, Environment) {
               EXPECT_NEAR(light.pdf(to, s.wi, {0, 0, 0}, {0, 0, 0}), s.pdf, 1e-2f * s.pdf);
               return s.wi;
             },
-            [&](const V3f& w) { return light.pdf(to, w, {0, 0, 0}, {0, 0, 0}); }, options);
+            [&](const V3f& w) {
+              return light.pdf(to, w, {0, 0, 0}, {0, 0, 0});
+            },
+            options);
         EXPECT_GT(result.p_value, test::sidak(0.01, 16)) << width << " " << to.shared << " " << result.message;
       }
     }
   }
 }
 
-// Where the sun of a sky is behind a wall, its dim parts must be found; they are left to other rays where there are some.
+// Where the sun of a sky is behind a wall, its dim parts must be found; they are left to other rays where there are
+// some.
 TEST(EnvironmentLight, DimPartsAreFoundWhereRaysAreAlone) {
   image::Image sky(32, 16, 3);
   for (float& v : sky.pixels()) v = 1;
@@ -225,7 +231,8 @@ TEST(EnvironmentLight, DimPartsAreFoundWhereRaysAreAlone) {
       KeyedRng rng(hash(3, i));
       LightSample s;
       const V2f u(rng.next(), rng.next());
-      if (light.sample({.p = V3f(0, 0, 0), .n = V3f(0, 0, 1), .shared = shared}, u, &s)) dim[shared] += dot(s.wi, sun) < 0.8f;
+      if (light.sample({.p = V3f(0, 0, 0), .n = V3f(0, 0, 1), .shared = shared}, u, &s))
+        dim[shared] += dot(s.wi, sun) < 0.8f;
     }
   EXPECT_GT(dim[0], 150);
   EXPECT_EQ(dim[1], 0);
@@ -286,7 +293,8 @@ TEST(PortalLight, IsARectangleThatShines) {
 
 TEST(PortalLight, IsDrawnByItsDensity) {
   const LightReceiver to{.p = V3f(0.5f, 0.7f, 0.3f), .n = V3f(0, 0, 1)};
-  const auto light = square_portal(std::make_unique<EnvironmentLight>(panorama(16, 8, 0.01f), RGB(1), Transform::rotate(30, V3d(1, 1, 0))));
+  const auto light = square_portal(
+      std::make_unique<EnvironmentLight>(panorama(16, 8, 0.01f), RGB(1), Transform::rotate(30, V3d(1, 1, 0))));
   test::ChiSquareOptions options;
   options.samples = 200000;
   options.mass_tolerance = 5e-3;
@@ -408,8 +416,9 @@ TEST(LightChiSquare, TexturedArea) {
 
 TEST(DirectionMap, ThereAndBackAndSolidAngle) {
   const Transform turned = Transform::rotate(70, V3d(1, 0.3, 0.2)) * Transform::translate(V3d(1, 2, 3));
-  const std::pair<DirectionMap, double> maps[] = {{DirectionMap::sphere(turned), 4 * double(pi)},
-                                                  {DirectionMap::plane(turned, V3f(1, 2, -1), V2f(1, 1)), 2 * double(pi) / 3}};
+  const std::pair<DirectionMap, double> maps[] = {
+      {DirectionMap::sphere(turned), 4 * double(pi)},
+      {DirectionMap::plane(turned, V3f(1, 2, -1), V2f(1, 1)), 2 * double(pi) / 3}};
   for (const auto& [map, whole] : maps) {
     double sum = 0;
     constexpr int side = 100;
@@ -433,11 +442,12 @@ TEST(ShapedLight, ProjectedTextureIsTheProjectedPicture) {
   constexpr int side = 32;
   image::Image ramp(side, side, 3), white(1, 1, 1);
   for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) ramp.pixel(x, y)[0] = (float(x) + 0.5f) / side, ramp.pixel(x, y)[1] = 1 - (float(y) + 0.5f) / side;
+    for (int x = 0; x < side; ++x)
+      ramp.pixel(x, y)[0] = (float(x) + 0.5f) / side, ramp.pixel(x, y)[1] = 1 - (float(y) + 0.5f) / side;
   white.pixel(0, 0)[0] = 1;
   const ProjectionLight picture(turned, RGB(2), ramp, 90);
-  const ShapedLight texture(std::make_unique<ProjectionLight>(turned, RGB(2), white, 90), {}, std::make_shared<PlaceTexture>(),
-                            DirectionMap::plane(turned, V3f(0, 0, 1), V2f(1, 1)));
+  const ShapedLight texture(std::make_unique<ProjectionLight>(turned, RGB(2), white, 90), {},
+                            std::make_shared<PlaceTexture>(), DirectionMap::plane(turned, V3f(0, 0, 1), V2f(1, 1)));
   int seen = 0;
   for (int i = 0; i < 2000; ++i) {
     const V3f p = square_to_sphere(V2f(to_unit_float(hash(i, 1)), to_unit_float(hash(i, 2)))) * 3.0f;
@@ -454,9 +464,12 @@ TEST(ShapedLight, ProjectedTextureIsTheProjectedPicture) {
 }
 
 TEST(ShapedLight, PowerIsTheIntegralOfIntensity) {
-  const auto spot = [] { return std::make_unique<SpotLight>(V3f(0, 0, 0), V3f(0, 0, 1), RGB(2), radians(50), radians(20)); };
+  const auto spot = [] {
+    return std::make_unique<SpotLight>(V3f(0, 0, 0), V3f(0, 0, 1), RGB(2), radians(50), radians(20));
+  };
   const float half = std::tan(radians(50));
-  const ShapedLight light(spot(), {}, std::make_shared<PlaceTexture>(), DirectionMap::plane(Transform(), V3f(0, 0, 1), V2f(half, half)));
+  const ShapedLight light(spot(), {}, std::make_shared<PlaceTexture>(),
+                          DirectionMap::plane(Transform(), V3f(0, 0, 1), V2f(half, half)));
   test::Moments m;
   for (int i = 0; i < 200000; ++i) {
     const V3f d = square_to_sphere(V2f(to_unit_float(hash(i, 3)), to_unit_float(hash(i, 4))));
@@ -484,8 +497,8 @@ TEST(ShapedLight, DecayBends) {
   EXPECT_EQ(at(curve, 6), 0);
 }
 
-// Drawn together, directions are bit for bit those drawn one by one: of shapes that know it, of those that do not, of light that is black in
-// parts, from the front, behind, the plane of the light, and far away.
+// Drawn together, directions are bit for bit those drawn one by one: of shapes that know it, of those that do not, of
+// light that is black in parts, from the front, behind, the plane of the light, and far away.
 TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
   image::Image sky(8, 8, 3);
   for (int y = 0; y < 8; ++y)
@@ -496,12 +509,19 @@ TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
   const AnimatedTransform way(Transform(), Transform::translate({1, -1, 2}) * Transform::rotate(40, {1, 1, 0}));
   std::vector<std::unique_ptr<Light>> lights;
   lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2)}));
-  lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2), .pattern = std::make_shared<EmissionPattern>(image, nullptr)}));
+  lights.push_back(make_area_light(unit_square_at(1),
+                                   {.radiance = RGB(2), .pattern = std::make_shared<EmissionPattern>(image, nullptr)}));
   lights.push_back(make_area_light(unit_square_at(1), {.radiance = RGB(2)}, std::make_shared<const LightMotion>(way)));
-  lights.push_back(make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, corners[0], corners[2], corners[1], false), {.radiance = RGB(2)}));
-  lights.push_back(make_area_light(EmitterShape(std::in_place_type<geom::QuadEmitter>, corners, true), {.radiance = RGB(2)}));
-  lights.push_back(make_area_light(EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1, -1, 1, 2 * pi, false), {.radiance = RGB(2)}));
-  lights.push_back(std::make_unique<EnvironmentLight>(image::EnvironmentImage(sky, {}, {}), RGB(2), Transform::rotate(30, {1, 2, 3})));
+  lights.push_back(
+      make_area_light(EmitterShape(std::in_place_type<TriangleEmitter>, corners[0], corners[2], corners[1], false),
+                      {.radiance = RGB(2)}));
+  lights.push_back(
+      make_area_light(EmitterShape(std::in_place_type<geom::QuadEmitter>, corners, true), {.radiance = RGB(2)}));
+  lights.push_back(make_area_light(
+      EmitterShape(std::in_place_type<SphereEmitter>, Transform::translate({0, 0, 2}), 1, -1, 1, 2 * pi, false),
+      {.radiance = RGB(2)}));
+  lights.push_back(std::make_unique<EnvironmentLight>(image::EnvironmentImage(sky, {}, {}), RGB(2),
+                                                      Transform::rotate(30, {1, 2, 3})));
   int together = 0, none = 0;
   for (size_t l = 0; l < lights.size(); ++l)
     for (const V3f& p : {V3f(0, 0, 0), V3f(0.3f, 0.2f, 0.999f), V3f(0, 0, 5), V3f(3, 0, 1), V3f(0, 0, -5000)}) {
@@ -529,10 +549,11 @@ TEST(Light, SamplesDrawnTogetherAreThoseDrawnSingly) {
   EXPECT_GT(none, 1000);
 }
 
-// A square that is stretched, turned and moved on its way, or only moved: at a time it is the still light of the corners that it has then, and
-// densities agree.
+// A square that is stretched, turned and moved on its way, or only moved: at a time it is the still light of the
+// corners that it has then, and densities agree.
 TEST(MovingLights, AreaLightAtATimeIsTheStillOne) {
-  const Transform start = Transform::translate({0, 0, 1}) * Transform::rotate(10, {0, 1, 0}), away = Transform::translate({1, -1, 2});
+  const Transform start = Transform::translate({0, 0, 1}) * Transform::rotate(10, {0, 1, 0}),
+                  away = Transform::translate({1, -1, 2});
   for (const Transform& end : {away * Transform::rotate(40, {1, 1, 0}) * Transform::scale({3, 1, 1}), away * start}) {
     const AnimatedTransform way(start, end);
     const auto square = [](const Transform& t) {

@@ -229,7 +229,8 @@ class Undeclared final : public Material {
 // Diffuse materials are blended, whatever the keys.
 TEST(Mix, BlendsDiffuseMaterials) {
   const auto grey = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(.2f)), SurfaceDetail{});
-  const auto leaf = std::make_shared<DiffuseTransmissionMaterial>(Input<RGB>(RGB(.6f)), Input<RGB>(RGB(.4f)), 1.0f, SurfaceDetail{});
+  const auto leaf =
+      std::make_shared<DiffuseTransmissionMaterial>(Input<RGB>(RGB(.6f)), Input<RGB>(RGB(.4f)), 1.0f, SurfaceDetail{});
   const MixMaterial mix(grey, leaf, Input<float>(0.25f), 1);
   EXPECT_TRUE(mix.is_diffuse_to_rays());
   EXPECT_FALSE(mix.is_random());
@@ -245,8 +246,8 @@ TEST(Mix, ChoosesTheSecondByAmount) {
   const auto red = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
   const auto green = std::make_shared<DiffuseMaterial>(
       varying_rgb([](const ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
-  const MixMaterial mix(red, std::make_shared<Undeclared>(green), varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }),
-                        1);
+  const MixMaterial mix(red, std::make_shared<Undeclared>(green),
+                        varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }), 1);
   EXPECT_TRUE(mix.needs_differentials());
   int seconds = 0, candidates = 0;
   for (int batch = 0; batch < 100; ++batch) {

@@ -11,7 +11,8 @@ namespace {
 
 TEST(PatternReads, IsTheMostThatAnyPartReads) {
   PatternGraph graph;
-  const PatternFloat u = pattern_input(graph, PatternInput::u), z = pattern_input(graph, PatternInput::Pz), time = pattern_input(graph, PatternInput::time);
+  const PatternFloat u = pattern_input(graph, PatternInput::u), z = pattern_input(graph, PatternInput::Pz),
+                     time = pattern_input(graph, PatternInput::time);
   EXPECT_EQ(pattern_reads(sin(u * 3) + pattern_input(graph, PatternInput::dvdy)), TextureReads::uv);
   EXPECT_EQ(pattern_reads(mix(u, z, u)), TextureReads::surface);
   EXPECT_EQ(pattern_reads(facing(graph, V3f(0, 0, 1))), TextureReads::surface);
@@ -42,7 +43,8 @@ TEST(PatternReads, KnowsAPictureOverUv) {
   EXPECT_TRUE(make_texture(image_float(uv_mapping(graph), handle, {}))->uv_image());
 
   EXPECT_FALSE(pattern_uv_image(image_float(uv_mapping(graph), handle, {{}, 2, false})));
-  EXPECT_FALSE(pattern_uv_image(image_float(planar_mapping(graph, Transform(), V3f(1, 0, 0), V3f(0, 1, 0), 0, 0), handle, {})));
+  EXPECT_FALSE(
+      pattern_uv_image(image_float(planar_mapping(graph, Transform(), V3f(1, 0, 0), V3f(0, 1, 0), 0, 0), handle, {})));
   const PatternFloat u = pattern_input(graph, PatternInput::u), v = pattern_input(graph, PatternInput::v);
   EXPECT_FALSE(pattern_uv_image(image_float(computed_point(v, u), handle, {})));
   EXPECT_FALSE(pattern_uv_image(image_float(computed_point(u * u, v), handle, {})));

@@ -8,7 +8,8 @@
 
 namespace dapple::test {
 
-// A room of one-quad walls with a thin partition lit on one side, a leaf, a mirror and a textured floor: what breaks radiosity caches.
+// A room of one-quad walls with a thin partition lit on one side, a leaf, a mirror and a textured floor: what breaks
+// radiosity caches.
 inline constexpr const char* room = R"(Film "rgb" "integer xresolution" 48 "integer yresolution" 48
 PixelFilter "box"
 LookAt 0 -3.6 1.2  0 0 .9  0 0 1
@@ -69,12 +70,14 @@ inline std::string two_rooms(int x, const TwoRooms& is = {}) {
   const std::string eye = std::to_string(x);
   std::string text = R"(Film "rgb" "integer xresolution" 40 "integer yresolution" 30
 PixelFilter "box"
-LookAt )" + eye + " 1.2 1.9  " + eye + R"( 1 0  0 1 0
+LookAt )" + eye + " 1.2 1.9  " +
+                     eye + R"( 1 0  0 1 0
 Camera "perspective" "float fov" 70
 WorldBegin
 AttributeBegin
   AreaLightSource "diffuse" "rgb L" [ 40 40 40 ]
-  Translate 0 )" + std::to_string(is.lamp_height) + R"( 0
+  Translate 0 )" + std::to_string(is.lamp_height) +
+                     R"( 0
   Shape "bilinearmesh" "point3 P" [ -1.3 0 -.3  -.7 0 -.3  -1.3 0 .3  -.7 0 .3 ]
 AttributeEnd
 Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]

@@ -32,7 +32,8 @@ Picture render(const std::string& scene, const std::vector<std::string>& options
   const std::string image = folder.file("image.exr");
   std::vector<std::string> arguments{"render", scene, "-o", image};
   arguments.insert(arguments.end(), options.begin(), options.end());
-  if (std::find(options.begin(), options.end(), "--denoise") == options.end()) arguments.insert(arguments.end(), {"--denoise", "off"});
+  if (std::find(options.begin(), options.end(), "--denoise") == options.end())
+    arguments.insert(arguments.end(), {"--denoise", "off"});
   const ProcessResult result = run_dapple(arguments, timeout);
   if (result.exit_code == 0) return load_picture(image);
   std::string command = "dapple";

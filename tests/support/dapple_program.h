@@ -19,7 +19,8 @@ bool sanitized();
 /// Runs the program with these arguments in `directory`.
 ProcessResult run_dapple(const std::vector<std::string>& arguments, double timeout, const std::string& directory = ".");
 
-/// Renders a scene and returns the picture, as it is rendered unless --denoise is among the options. Any exit code but 0 throws std::runtime_error with what the program said.
+/// Renders a scene and returns the picture, as it is rendered unless --denoise is among the options. Any exit code but
+/// 0 throws std::runtime_error with what the program said.
 Picture render(const std::string& scene, const std::vector<std::string>& options, double timeout = 600);
 
 }  // namespace dapple::test

@@ -37,7 +37,8 @@ struct RenderedText {
   }
 };
 
-inline RenderedText render_built(const build::BuiltScene& built, const render::StopRules& rules, const integrate::Integrator& integrator) {
+inline RenderedText render_built(const build::BuiltScene& built, const render::StopRules& rules,
+                                 const integrate::Integrator& integrator) {
   scene::Film::Settings film = built.scene->film;
   film.features = true;
   RenderedText r{scene::Film(film), {}};
@@ -50,7 +51,8 @@ inline RenderedText render_built(const build::BuiltScene& built, int samples, co
   return render_built(built, {.pixel_samples = uint32_t(samples)}, integrator);
 }
 
-inline RenderedText render_built(const build::BuiltScene& built, int samples, const path::PathIntegrator::Settings& settings) {
+inline RenderedText render_built(const build::BuiltScene& built, int samples,
+                                 const path::PathIntegrator::Settings& settings) {
   return render_built(built, samples, path::PathIntegrator(*built.scene, settings));
 }
 
@@ -60,7 +62,8 @@ inline RenderedText render_built(const build::BuiltScene& built, int samples,
   return render_built(built, samples, distribution::DistributionIntegrator(*built.scene, settings));
 }
 
-inline RenderedText render_text(const std::string& text, int samples, const distribution::DistributionIntegrator::Settings& settings) {
+inline RenderedText render_text(const std::string& text, int samples,
+                                const distribution::DistributionIntegrator::Settings& settings) {
   return render_built(build_text(text), samples, settings);
 }
 

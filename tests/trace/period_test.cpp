@@ -35,12 +35,13 @@ void slanted_rays(int n, RayBatch* rays) {
     V3f d = square_to_sphere(V2f(rng.next(), rng.next()));
     d.z = d.z > 0 ? d.z + 0.1f : d.z - 0.1f;
     if (i % 16 == 0) d = V3f(0, 0, i % 32 ? 1 : -1);
-    rays->set(i, V3f(side * rng.next(), side * rng.next(), 2 * rng.next()), normalize(d), i % 3 ? infinity : 4 * rng.next(), 0, uint32_t(i));
+    rays->set(i, V3f(side * rng.next(), side * rng.next(), 2 * rng.next()), normalize(d),
+              i % 3 ? infinity : 4 * rng.next(), 0, uint32_t(i));
   }
 }
 
-// Rationale: a repeated scene is the same as very many copies. Expectation: the same hits, distances and occlusions as among 17 x 17
-// copies (rays leave the layer within those), but for rays that graze an edge of a leaf.
+// Rationale: a repeated scene is the same as very many copies. Expectation: the same hits, distances and occlusions as
+// among 17 x 17 copies (rays leave the layer within those), but for rays that graze an edge of a leaf.
 TEST(Period, IsManyCopies) {
   TracedScene repeated, copies;
   for (TracedScene* scene : {&repeated, &copies}) {
@@ -79,14 +80,15 @@ TEST(Period, IsManyCopies) {
   EXPECT_GT(far, 5) << "rays cross borders";
 }
 
-// Rationale: hits on disks get their place from us. Expectation: the surface point lies on the ray and in the disk, also in an instance that is
-// turned, scaled and mirrored; u and v give it back.
+// Rationale: hits on disks get their place from us. Expectation: the surface point lies on the ray and in the disk,
+// also in an instance that is turned, scaled and mirrored; u and v give it back.
 TEST(Disks, SurfaceLiesOnTheRay) {
   const DisksPtr cloud = random_disks(90, 5);
   TracedScene scene;
   const uint32_t object = scene.add_object();
   scene.add(cloud, CutOut::none, object);
-  const Transform t = Transform::translate({0.3, -1, 2}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({1.5, -1.5, 1.5});
+  const Transform t =
+      Transform::translate({0.3, -1, 2}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({1.5, -1.5, 1.5});
   scene.add_instance(object, AnimatedTransform(t, t));
   scene.add(cloud, CutOut::none);
   scene.commit();
@@ -95,7 +97,8 @@ TEST(Disks, SurfaceLiesOnTheRay) {
   KeyedRng rng(9);
   constexpr int n = RayBatch::capacity;
   for (int i = 0; i < n; ++i) {
-    const V3f o = square_to_sphere(V2f(rng.next(), rng.next())) * 9.0f, to(side * rng.next(), side * rng.next(), 2 * rng.next());
+    const V3f o = square_to_sphere(V2f(rng.next(), rng.next())) * 9.0f,
+              to(side * rng.next(), side * rng.next(), 2 * rng.next());
     rays->set(i, o, normalize(to - o), infinity, 0, uint32_t(i));
   }
   scene.intersect(*rays, n, hits.get());

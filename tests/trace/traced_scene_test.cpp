@@ -115,7 +115,8 @@ TEST(TracedScene, JoinedRaysMeetWhatSingleOnesDo) {
   EXPECT_GT(hits, 50);
 }
 
-// Embree stops the program at rays beyond 1.8e18 or that are no numbers, and so it does where an instance takes them there.
+// Embree stops the program at rays beyond 1.8e18 or that are no numbers, and so it does where an instance takes them
+// there.
 TEST(TracedScene, RaysBeyondTheRangeOfFloatsMiss) {
   TracedScene scene;
   scene.add(random_mesh(3, false, 1), CutOut::none);
@@ -159,8 +160,10 @@ TEST(TracedScene, ReachOfMotions) {
   EXPECT_FLOAT_EQ(still(Transform::translate(V3d(0, 1e12, 0)) * scaled(1e-6, 1e-6, 1e-6)), 0);
   EXPECT_FLOAT_EQ(still(scaled(1, 1, 1e-12)), 0);
   EXPECT_FLOAT_EQ(still(scaled(1e12, 1, 1)), 0);
-  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), 0) << "singular on the way";
-  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(-1, 1, 1), scaled(1, -2, 1))), 1e18f) << "a mirror that turns";
+  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), 0)
+      << "singular on the way";
+  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(-1, 1, 1), scaled(1, -2, 1))), 1e18f)
+      << "a mirror that turns";
   EXPECT_THROW(TracedScene().add_instance(0, AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), Error);
 }
 
@@ -168,7 +171,9 @@ TEST(TracedScene, ReachOfMotions) {
 TEST(TracedScene, OccludedWhereSomethingIsHit) {
   TracedScene scene;
   scene.add(random_mesh(3, false, 3), CutOut::none);
-  scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(Transform::translate({1, 0, 0}), .7f, -.7f, .5f, 5, false)), CutOut::none);
+  scene.add(std::make_shared<const geom::Quadric>(
+                geom::Quadric::sphere(Transform::translate({1, 0, 0}), .7f, -.7f, .5f, 5, false)),
+            CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
   const auto single = std::make_unique<Traced>();
@@ -188,7 +193,8 @@ TEST(TracedScene, OccludedWhereSomethingIsHit) {
 // Quadrics under any affine map: the hit lies on the implicit surface, and the normal is its gradient, outwards.
 TEST(TracedScene, SphereUnderMirroringTransformKeepsItsOutside) {
   TracedScene scene;
-  const Transform m = Transform::translate({.2, -.1, .3}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({-1.5, .7, 1});
+  const Transform m =
+      Transform::translate({.2, -.1, .3}) * Transform::rotate(40, {1, 2, 3}) * Transform::scale({-1.5, .7, 1});
   scene.add(std::make_shared<const geom::Quadric>(geom::Quadric::sphere(m, 1, -1, 1, 2 * pi, false)), CutOut::none);
   scene.commit();
   const auto t = std::make_unique<Traced>();
@@ -209,7 +215,8 @@ TEST(TracedScene, SphereUnderMirroringTransformKeepsItsOutside) {
 
 class Half final : public OpacityTest {
  public:
-  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override {
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*,
+               float* alpha) const override {
     std::fill_n(alpha, n, 0.5f);
   }
 };
@@ -243,14 +250,19 @@ TEST(TracedScene, OpacityIsASharePerRay) {
 class Tinted final : public OpacityTest {
  public:
   static constexpr RGB of[] = {RGB(1, 0.5f, 0), RGB(0.2f, 0.7f, 0.2f), RGB(1)};
-  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override { std::fill_n(alpha, n, 1.0f); }
-  void colored_opacity(uint32_t geometry, int n, const uint32_t*, const float*, const float*, const float*, RGB* alpha) const override {
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*,
+               float* alpha) const override {
+    std::fill_n(alpha, n, 1.0f);
+  }
+  void colored_opacity(uint32_t geometry, int n, const uint32_t*, const float*, const float*, const float*,
+                       RGB* alpha) const override {
     std::fill_n(alpha, n, of[geometry]);
   }
 };
 
-// Panes of opacities a, b and c = 1, in any order of their numbers: weighted, a of the rays end on the first, (1 - a) b on the second,
-// the rest on the third, in each channel. Shadow rays that end before the third bring (1 - a) (1 - b). Panes are quads, a quadric and instances; scenes are repeated or not.
+// Panes of opacities a, b and c = 1, in any order of their numbers: weighted, a of the rays end on the first, (1 - a) b
+// on the second, the rest on the third, in each channel. Shadow rays that end before the third bring (1 - a) (1 - b).
+// Panes are quads, a quadric and instances; scenes are repeated or not.
 TEST(TracedScene, ColoredOpacityIsASharePerRayAndChannel) {
   for (const bool instanced : {false, true})
     for (const bool repeated : {false, true})
@@ -266,7 +278,8 @@ TEST(TracedScene, ColoredOpacityIsASharePerRayAndChannel) {
           quad->P = {V3f(-2, -2, z), V3f(2, -2, z), V3f(2, 2, z), V3f(-2, 2, z)};
           quad->indices = {0, 1, 2, 3};
           const auto disk = std::make_shared<geom::Quadric>(geom::Quadric::disk(Transform(), z, 2, 0, 2 * pi, false));
-          scene.add(g == 1 ? Shape(QuadricPtr(disk)) : Shape(MeshPtr(quad)), g < 2 ? CutOut::colored : CutOut::none, object);
+          scene.add(g == 1 ? Shape(QuadricPtr(disk)) : Shape(MeshPtr(quad)), g < 2 ? CutOut::colored : CutOut::none,
+                    object);
         }
         if (instanced) scene.add_instance(object, {});
         if (repeated) scene.set_period(Box2f(V2f(-1, -1), V2f(1, 1)));
@@ -306,7 +319,10 @@ TEST(TracedScene, ColoredOpacityIsASharePerRayAndChannel) {
 
 class Listener final : public OpacityTest {
  public:
-  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*, float* alpha) const override { std::fill_n(alpha, n, 1.0f); }
+  void opacity(uint32_t, int n, const uint32_t*, const float*, const float*, const float*,
+               float* alpha) const override {
+    std::fill_n(alpha, n, 1.0f);
+  }
   float seen_opacity(const Hit& hit, Counts* counts) const override {
     seen = hit;
     ++counts->lookups;
@@ -351,7 +367,8 @@ TEST(TracedScene, TellsTheOpacityTestOfTheFootprint) {
   EXPECT_EQ(listener.lookups, 4u);
 }
 
-// Tests of what does not depend on the number of threads would not test it. Embree may limit a process to its processors.
+// Tests of what does not depend on the number of threads would not test it. Embree may limit a process to its
+// processors.
 TEST(Threads, AreAsManyAsAskedFor) {
   const int count = 2 * int(std::thread::hardware_concurrency()) + 1;
   set_thread_count(count);

@@ -8,7 +8,8 @@
 namespace dapple {
 inline namespace base {
 
-/// M = T R S: translation, rotation, and an upper triangular scale and shear (Gram-Schmidt), as Embree's motion quaternions want.
+/// M = T R S: translation, rotation, and an upper triangular scale and shear (Gram-Schmidt), as Embree's motion
+/// quaternions want.
 struct Decomposition {
   V3d translation{0, 0, 0};
   Imath::Quatd rotation;
@@ -18,8 +19,9 @@ struct Decomposition {
   M44d compose() const;
 };
 
-/// A transform that moves over the shutter interval: translation and scale linearly, rotation by slerp. All headers but scene/camera.h call
-/// the ends of that motion shutter open and close, times 0 and 1; the camera's own shutter may be open for a part of it.
+/// A transform that moves over the shutter interval: translation and scale linearly, rotation by slerp. All headers but
+/// scene/camera.h call the ends of that motion shutter open and close, times 0 and 1; the camera's own shutter may be
+/// open for a part of it.
 class AnimatedTransform {
  public:
   AnimatedTransform() : AnimatedTransform(Transform(), Transform()) {}

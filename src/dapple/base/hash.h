@@ -19,8 +19,8 @@ constexpr uint64_t mix(uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Hash of a sequence of integers, enums and floats (floats by their bits, so 0 and -0 differ). This is how every random number in
-/// Dapple gets its key: from what is sampled, never from a thread or the order of arrival.
+/// Hash of a sequence of integers, enums and floats (floats by their bits, so 0 and -0 differ). This is how every
+/// random number in Dapple gets its key: from what is sampled, never from a thread or the order of arrival.
 template <class... T>
 constexpr uint64_t hash(T... values) {
   uint64_t h = 0x9e3779b97f4a7c15ull;
@@ -53,7 +53,9 @@ inline uint64_t hash_bytes(std::string_view bytes, uint64_t seed) {
 }
 
 /// The top 24 bits of h as a float in [0, 1).
-constexpr float to_unit_float(uint64_t h) { return static_cast<float>(h >> 40) * 0x1p-24f; }
+constexpr float to_unit_float(uint64_t h) {
+  return static_cast<float>(h >> 40) * 0x1p-24f;
+}
 
 /// Counter-based random numbers: the i-th number of a key is a pure function of (key, i).
 class KeyedRng {

@@ -21,9 +21,15 @@ spdlog::logger& logger() {
 }
 }  // namespace
 
-void log_info(std::string_view message) { logger().info("{}", message); }
-void log_warning(std::string_view message) { logger().warn("{}", message); }
-void log_error(std::string_view message) { logger().error("{}", message); }
+void log_info(std::string_view message) {
+  logger().info("{}", message);
+}
+void log_warning(std::string_view message) {
+  logger().warn("{}", message);
+}
+void log_error(std::string_view message) {
+  logger().error("{}", message);
+}
 
 void set_log_level(int level) {
   logger().set_level(level <= 0 ? spdlog::level::err : level == 1 ? spdlog::level::warn : spdlog::level::info);

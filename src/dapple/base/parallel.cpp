@@ -30,7 +30,9 @@ int thread_count() {
 
 #ifdef DAPPLE_STD_THREADS
 
-void set_thread_count(int threads) { requested_threads = threads; }
+void set_thread_count(int threads) {
+  requested_threads = threads;
+}
 
 void parallel_for(size_t n, const std::function<void(size_t)>& body) {
   // A nested loop runs on its caller: its outer loop already occupies the threads.
@@ -82,9 +84,12 @@ void set_thread_count(int n) {
 
 void parallel_for(size_t n, const std::function<void(size_t)>& body) {
   const auto loop = [&] {
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 1), [&](const tbb::blocked_range<size_t>& range) {
-      for (size_t i = range.begin(); i != range.end(); ++i) body(i);
-    }, tbb::simple_partitioner());
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, n, 1),
+        [&](const tbb::blocked_range<size_t>& range) {
+          for (size_t i = range.begin(); i != range.end(); ++i) body(i);
+        },
+        tbb::simple_partitioner());
   };
   if (threads)
     threads->arena.execute(loop);

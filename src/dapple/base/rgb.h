@@ -41,12 +41,18 @@ struct RGB {
   bool is_finite() const { return std::isfinite(r) && std::isfinite(g) && std::isfinite(b); }
 };
 
-inline RGB exp(RGB c) { return {std::exp(c.r), std::exp(c.g), std::exp(c.b)}; }
-inline RGB sqrt(RGB c) { return {std::sqrt(c.r), std::sqrt(c.g), std::sqrt(c.b)}; }
+inline RGB exp(RGB c) {
+  return {std::exp(c.r), std::exp(c.g), std::exp(c.b)};
+}
+inline RGB sqrt(RGB c) {
+  return {std::sqrt(c.r), std::sqrt(c.g), std::sqrt(c.b)};
+}
 inline RGB clamp(RGB c, float lo, float hi) {
   return {std::clamp(c.r, lo, hi), std::clamp(c.g, lo, hi), std::clamp(c.b, lo, hi)};
 }
-constexpr RGB lerp(float t, RGB a, RGB b) { return a * (1 - t) + b * t; }
+constexpr RGB lerp(float t, RGB a, RGB b) {
+  return a * (1 - t) + b * t;
+}
 
 }  // namespace base
 }  // namespace dapple

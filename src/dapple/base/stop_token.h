@@ -13,8 +13,9 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// Says to long work that its result is no longer wanted. A copy refers to the same flag, which must outlive all copies; a token without one
-/// never stops. What a thread has seen to be stopped is so for all that it tells of it: the flag is not to be reset meanwhile.
+/// Says to long work that its result is no longer wanted. A copy refers to the same flag, which must outlive all
+/// copies; a token without one never stops. What a thread has seen to be stopped is so for all that it tells of it: the
+/// flag is not to be reset meanwhile.
 class StopToken {
  public:
   StopToken() = default;

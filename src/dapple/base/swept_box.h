@@ -8,8 +8,9 @@
 namespace dapple {
 inline namespace base {
 
-/// A box around all places of `box` while it moves, and *travel: the longest way of a corner. place(time, p): where p is at a time in
-/// [0, 1]. Turns are below 180 degrees, so that between steps nothing strays farther than a step is long.
+/// A box around all places of `box` while it moves, and *travel: the longest way of a corner. place(time, p): where p
+/// is at a time in [0, 1]. Turns are below 180 degrees, so that between steps nothing strays farther than a step is
+/// long.
 template <class Place>
 Box3f swept_box(const Box3f& box, const Place& place, float* travel) {
   constexpr int steps = 32;

@@ -17,7 +17,7 @@ class Timer {
   Clock::time_point start_ = Clock::now();
 };
 
-double process_cpu_seconds();     ///< User plus system time of this process, all threads.
+double process_cpu_seconds();       ///< User plus system time of this process, all threads.
 uint64_t process_peak_rss_bytes();  ///< Largest resident set of this process so far.
 
 }  // namespace base

@@ -53,7 +53,9 @@ M44d multiply(const M44d& a, const M44d& b) {
 
 }  // namespace
 
-Transform::Transform(const M44d& rows) : m_(rows) { invertible_ = invert(m_, &inv_); }
+Transform::Transform(const M44d& rows) : m_(rows) {
+  invertible_ = invert(m_, &inv_);
+}
 
 Transform Transform::translate(const V3d& d) {
   return {M44d(1, 0, 0, d.x, 0, 1, 0, d.y, 0, 0, 1, d.z, 0, 0, 0, 1),
@@ -88,7 +90,9 @@ Transform Transform::look_at(const V3d& eye, const V3d& look, const V3d& up) {
   return inverse;
 }
 
-bool Transform::is_identity() const { return m_ == M44d(); }
+bool Transform::is_identity() const {
+  return m_ == M44d();
+}
 
 bool Transform::is_finite() const {
   for (int i = 0; i < 4; ++i)

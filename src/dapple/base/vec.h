@@ -29,23 +29,47 @@ inline constexpr float infinity = std::numeric_limits<float>::infinity();
 /// The largest float below one: what a uniform random number may be.
 inline constexpr float one_minus_epsilon = 0x1.fffffep-1f;
 
-inline float dot(const V3f& a, const V3f& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline float dot(const V3f& a, const V3f& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 inline V3f cross(const V3f& a, const V3f& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline float length2(const V3f& v) { return dot(v, v); }
-inline float length(const V3f& v) { return std::sqrt(dot(v, v)); }
+inline float length2(const V3f& v) {
+  return dot(v, v);
+}
+inline float length(const V3f& v) {
+  return std::sqrt(dot(v, v));
+}
 /// v / |v|. The zero vector gives NaN: callers that may meet one test first.
-inline V3f normalize(const V3f& v) { return v * (1.0f / std::sqrt(dot(v, v))); }
-inline V3f abs(const V3f& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
-inline bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-inline V3f face_forward(const V3f& n, const V3f& v) { return dot(n, v) < 0 ? -n : n; }
-inline constexpr float sqr(float x) { return x * x; }
-inline constexpr float lerp(float t, float a, float b) { return (1 - t) * a + t * b; }
-inline constexpr float radians(float degrees) { return degrees * (pi / 180); }
-inline constexpr float degrees(float radians) { return radians * (180 / pi); }
+inline V3f normalize(const V3f& v) {
+  return v * (1.0f / std::sqrt(dot(v, v)));
+}
+inline V3f abs(const V3f& v) {
+  return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
+}
+inline bool is_finite(const V3f& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+inline V3f face_forward(const V3f& n, const V3f& v) {
+  return dot(n, v) < 0 ? -n : n;
+}
+inline constexpr float sqr(float x) {
+  return x * x;
+}
+inline constexpr float lerp(float t, float a, float b) {
+  return (1 - t) * a + t * b;
+}
+inline constexpr float radians(float degrees) {
+  return degrees * (pi / 180);
+}
+inline constexpr float degrees(float radians) {
+  return radians * (180 / pi);
+}
 /// sqrt that takes the small negative numbers round-off leaves as zero.
-inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
+inline float safe_sqrt(float x) {
+  return std::sqrt(std::max(x, 0.0f));
+}
 
 /// Two unit vectors that complete unit n to a right-handed orthonormal frame (Duff et al. 2017).
 inline void coordinate_system(const V3f& n, V3f* s, V3f* t) {

@@ -25,7 +25,8 @@ struct BuildContext {
 };
 
 /// Throws InputError: the directive's type is none of `legal`.
-[[noreturn]] inline void unknown_type(const scenefile::Entity& e, const char* what, const std::vector<std::string_view>& legal) {
+[[noreturn]] inline void unknown_type(const scenefile::Entity& e, const char* what,
+                                      const std::vector<std::string_view>& legal) {
   throw InputError(e.loc, std::string(what) + " \"" + e.type + "\" is unknown; " + one_of(legal));
 }
 

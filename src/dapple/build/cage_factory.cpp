@@ -113,7 +113,8 @@ bool is_obj(std::string name) {
   return name.ends_with(".obj") || name.ends_with(".obj.gz");
 }
 
-void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& path, ControlCage* cage, V3d* base) {
+void read_mesh_file(const BuildContext& context, const ShapeEntity& e, const std::string& path, ControlCage* cage,
+                    V3d* base) {
   if (is_obj(path)) {
     scenefile::ObjMesh obj = read_obj(context, e, path);
     *base = obj.base;
@@ -179,11 +180,15 @@ ControlCage loop_cage(const BuildContext& context, const ShapeEntity& e) {
       ++small;
     first += n;
   }
-  if (small > 0) context.diagnostics.warn(e.loc, "shape \"loopsubdiv\": " + counted(small, "face") + " left out: expected 3 corners or more");
+  if (small > 0)
+    context.diagnostics.warn(
+        e.loc, "shape \"loopsubdiv\": " + counted(small, "face") + " left out: expected 3 corners or more");
   // Lists of quads whose number is a multiple of three pass as triangles.
   if (!has_sizes && corners.size() % 4 == 0 && 2 * lone_edges(corners, 4) < lone_edges(corners, 3))
-    context.diagnostics.warn(e.loc, "shape \"loopsubdiv\": \"indices\" are taken as triangles, but fit together as quads; if they are, say so by "
-                                    "\"faceverts\", or use \"catmullclark\"");
+    context.diagnostics.warn(
+        e.loc,
+        "shape \"loopsubdiv\": \"indices\" are taken as triangles, but fit together as quads; if they are, say so by "
+        "\"faceverts\", or use \"catmullclark\"");
   cage.indices = unsigned_list(triangles);
   cage.face_sizes.assign(triangles.size() / 3, 3);
   return cage;

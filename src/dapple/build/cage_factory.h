@@ -7,7 +7,8 @@
 
 namespace dapple::build {
 
-/// The cage of a catmullclark directive, from its own numbers or its mesh file, in object space less `base`. Throws InputError.
+/// The cage of a catmullclark directive, from its own numbers or its mesh file, in object space less `base`. Throws
+/// InputError.
 geom::ControlCage catmull_clark_cage(const BuildContext& context, const scenefile::ShapeEntity& entity, V3d* base);
 /// The cage of a loopsubdiv directive: triangles, into which larger polygons of "faceverts" are cut. Throws InputError.
 geom::ControlCage loop_cage(const BuildContext& context, const scenefile::ShapeEntity& entity);

@@ -15,15 +15,16 @@ namespace {
 
 float positive(const Entity& e, const char* name, float fallback) {
   const float v = e.params.get_float(name, fallback);
-  if (!(v > 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
+  if (!(v > 0))
+    throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
   return v;
 }
 
 void check_resolution(const FileLoc& loc, const V2i& r) {
   if (r.x < 1 || r.y < 1 || r.x > max_resolution || r.y > max_resolution || int64_t(r.x) * r.y > max_pixels)
     throw InputError(loc, "resolution " + std::to_string(r.x) + " x " + std::to_string(r.y) +
-                              "; each side must be from 1 to " + std::to_string(max_resolution) + " and the image at most " +
-                              std::to_string(max_pixels) + " pixels");
+                              "; each side must be from 1 to " + std::to_string(max_resolution) +
+                              " and the image at most " + std::to_string(max_pixels) + " pixels");
 }
 
 Box2i crop_box(const Entity& e, const V2i& resolution) {
@@ -63,8 +64,11 @@ void check_rays(const scene::Camera& camera, const FileLoc& loc) {
         const V3f o = abs(ray.ray.o);
         if (!(std::max({o.x, o.y, o.z}) <= farthest_camera) || !is_finite(o))
           throw InputError(loc, "the camera is farther than 1e15 from the world's origin, or its picture is as wide");
-        if (!(std::abs(length2(ray.ray.d) - 1) < .01f) || !std::isfinite(ray.cone_width) || !std::isfinite(ray.cone_spread))
-          throw InputError(loc, "the camera's transform and window are too small or too large for single precision: some of its rays have no direction");
+        if (!(std::abs(length2(ray.ray.d) - 1) < .01f) || !std::isfinite(ray.cone_width) ||
+            !std::isfinite(ray.cone_spread))
+          throw InputError(loc,
+                           "the camera's transform and window are too small or too large for single precision: some of "
+                           "its rays have no direction");
       }
 }
 
@@ -95,16 +99,18 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   r.half = e.params.get_bool("savefp16", true);
   r.film.max_component = positive(e, "maxcomponentvalue", std::numeric_limits<float>::max());
   if (r.film.max_component == std::numeric_limits<float>::max()) r.film.max_component = infinity;
-  // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100, the time being that for which the shutter is open, or in its first
-  // versions what the film says.
+  // pbrt-v4: the "cie1931" sensor gives exposure time x ISO / 100, the time being that for which the shutter is open,
+  // or in its first versions what the film says.
   const scenefile::ParamSet& shutter = context.description.camera.params;
   const float open = shutter.get_float("shutterclose", 1) - shutter.get_float("shutteropen", 0);
-  r.film.scale = positive(e, "exposuretime", std::max(open, std::numeric_limits<float>::min())) * positive(e, "iso", 100) / 100;
+  r.film.scale =
+      positive(e, "exposuretime", std::max(open, std::numeric_limits<float>::min())) * positive(e, "iso", 100) / 100;
   const std::string sensor = e.params.get_string("sensor", "cie1931");
   if (sensor != "cie1931") context.diagnostics.unsupported(e.loc, "sensor \"" + sensor + "\"", "the cie1931 sensor");
   if (e.params.find("whitebalance")) {
     const float kelvin = e.params.get_float("whitebalance", 0);
-    if (kelvin < 0) throw InputError(e.loc, "\"whitebalance\" is negative; expected a colour temperature in kelvin, or 0 for none");
+    if (kelvin < 0)
+      throw InputError(e.loc, "\"whitebalance\" is negative; expected a colour temperature in kelvin, or 0 for none");
     if (kelvin > 0) {
       const XYZ white = integrate_xyz(kelvin < 4000 ? blackbody(kelvin) : daylight(kelvin));
       const double sum = white.x + white.y + white.z;
@@ -121,7 +127,8 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   const Entity& e = context.description.camera;
   // pbrt-v4 would look along +z from the origin, which is never what a scene without a camera means.
   if (e.type.empty())
-    throw InputError({context.description.files.front(), 0, 0}, "the scene has no Camera directive; expected one before WorldBegin");
+    throw InputError({context.description.files.front(), 0, 0},
+                     "the scene has no Camera directive; expected one before WorldBegin");
   scene::Camera::Settings s;
   s.resolution = resolution;
   const std::string& type = e.type;
@@ -145,14 +152,19 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   for (const Transform* t : {&c.start, &c.end})
     if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the camera's transform cannot be inverted");
   if (c.start.swaps_handedness() != c.end.swaps_handedness())
-    throw InputError(e.loc, "the camera's motion mirrors: on its way from the transform at the start to that at the end there is one that cannot be inverted");
-  s.camera_to_world = AnimatedTransform(context.origins.in_world(c.start.inverse()), context.origins.in_world(c.end.inverse()));
+    throw InputError(e.loc,
+                     "the camera's motion mirrors: on its way from the transform at the start to that at the end there "
+                     "is one that cannot be inverted");
+  s.camera_to_world =
+      AnimatedTransform(context.origins.in_world(c.start.inverse()), context.origins.in_world(c.end.inverse()));
 
   s.shutter_open = e.params.get_float("shutteropen", 0);
   s.shutter_close = e.params.get_float("shutterclose", 1);
   if (!(s.shutter_close > s.shutter_open))
-    throw InputError(e.loc, "the shutter does not open: \"shutterclose\" (1 by default) must be above \"shutteropen\" (0)");
-  const double t0 = context.description.shutter_start_transform_time, t1 = context.description.shutter_end_transform_time;
+    throw InputError(e.loc,
+                     "the shutter does not open: \"shutterclose\" (1 by default) must be above \"shutteropen\" (0)");
+  const double t0 = context.description.shutter_start_transform_time,
+               t1 = context.description.shutter_end_transform_time;
   const auto normalised = [&](float t) { return t1 > t0 ? float(std::clamp((t - t0) / (t1 - t0), 0.0, 1.0)) : 0.0f; };
   s.time_open = normalised(s.shutter_open);
   s.time_close = normalised(s.shutter_close);
@@ -177,7 +189,8 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   }
   s.fov_degrees = type == "perspective" ? e.params.get_float("fov", 90) : type == "realistic" ? 50.0f : 90.0f;
   if (!(s.fov_degrees > 0 && s.fov_degrees < 180))
-    throw InputError(e.loc, "\"fov\" is " + std::to_string(s.fov_degrees) + " degrees; it must be above 0 and below 180");
+    throw InputError(e.loc,
+                     "\"fov\" is " + std::to_string(s.fov_degrees) + " degrees; it must be above 0 and below 180");
   e.params.report_unused("camera", context.diagnostics);
   const scene::Camera camera(s);
   check_rays(camera, e.loc);
@@ -192,7 +205,8 @@ scene::Filter make_filter(const BuildContext& context) {
   const auto side = [&](const char* name, float fallback) {
     const float r = positive(e, name, fallback);
     if (!(r <= float(max_resolution)))
-      throw InputError(e.loc, std::string("\"") + name + "\" is too large; it must be at most " + std::to_string(max_resolution) + " pixels");
+      throw InputError(e.loc, std::string("\"") + name + "\" is too large; it must be at most " +
+                                  std::to_string(max_resolution) + " pixels");
     return r;
   };
   const auto radius = [&](float fallback) { return V2f(side("xradius", fallback), side("yradius", fallback)); };
@@ -200,7 +214,8 @@ scene::Filter make_filter(const BuildContext& context) {
     float weights = 0;
     for (const float u : {.01f, .3f, .5f, .7f, .99f}) {
       const Filter::Sample s = f.sample(V2f(u, u));
-      if (!std::isfinite(s.offset.x + s.offset.y + s.weight)) throw InputError(e.loc, "the pixel filter's parameters give no finite numbers");
+      if (!std::isfinite(s.offset.x + s.offset.y + s.weight))
+        throw InputError(e.loc, "the pixel filter's parameters give no finite numbers");
       weights += std::abs(s.weight);
     }
     if (weights == 0) throw InputError(e.loc, "the pixel filter is too narrow for its radius: no sample would count");
@@ -211,7 +226,8 @@ scene::Filter make_filter(const BuildContext& context) {
   if (type == "triangle") return finish({FilterKind::triangle, radius(2), 0, 0});
   if (type == "gaussian") return finish({FilterKind::gaussian, radius(1.5f), positive(e, "sigma", 0.5f), 0});
   if (type == "mitchell")
-    return finish({FilterKind::mitchell, radius(2), e.params.get_float("B", 1.0f / 3), e.params.get_float("C", 1.0f / 3)});
+    return finish(
+        {FilterKind::mitchell, radius(2), e.params.get_float("B", 1.0f / 3), e.params.get_float("C", 1.0f / 3)});
   if (type == "sinc") return finish({FilterKind::sinc, radius(4), positive(e, "tau", 3), 0});
   unknown_type(e, "pixel filter", {"box", "triangle", "gaussian", "mitchell", "sinc"});
 }

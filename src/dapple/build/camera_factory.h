@@ -21,7 +21,7 @@ struct FilmOverrides {
 struct FilmRequest {
   scene::Film::Settings film;
   std::string filename;
-  std::string place;        ///< of the directive, "file:line:column"; empty if there is none
+  std::string place;     ///< of the directive, "file:line:column"; empty if there is none
   bool half = true;      ///< save as 16-bit float
   bool gbuffer = false;  ///< write the AOVs
 };

@@ -10,8 +10,8 @@
 namespace dapple::build {
 
 /// The camera of a scene at shutter open as a dicing camera. Outside the picture (by a tenth of its size on each side)
-/// pixels count as 4 times wider. A line that passes close to the camera would ask for any number of pieces: it gets at most
-/// 16 for each pixel along the picture's longer side.
+/// pixels count as 4 times wider. A line that passes close to the camera would ask for any number of pieces: it gets at
+/// most 16 for each pixel along the picture's longer side.
 class CameraView final : public geom::DicingView {
  public:
   explicit CameraView(const scene::Camera& camera);

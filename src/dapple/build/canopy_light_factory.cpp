@@ -23,7 +23,8 @@ FileLoc place_of(const LightEntity& e, std::string_view name) {
 }
 
 /// A number of the file within its bounds.
-double number(const LightEntity& e, std::string_view name, float fallback, double least, double most, const char* expected) {
+double number(const LightEntity& e, std::string_view name, float fallback, double least, double most,
+              const char* expected) {
   const double v = double(e.params.get_float(name, fallback));
   if (!(v >= least && v <= most)) {
     char text[32];
@@ -38,20 +39,24 @@ RGB irradiance(const LightEntity& e, std::string_view name, const BuildContext& 
   const Param* p = e.params.find(name);
   if (!p) return RGB(0);
   const RGB v = p->type == scenefile::ParamType::real ? RGB(e.params.get_float(name, 0)) : illuminant_rgb(*p, context);
-  if (!(v.is_finite() && v.min() >= 0)) throw InputError(p->loc, "\"" + std::string(name) + "\" is out of range; expected W m^-2 from 0 upwards");
+  if (!(v.is_finite() && v.min() >= 0))
+    throw InputError(p->loc, "\"" + std::string(name) + "\" is out of range; expected W m^-2 from 0 upwards");
   return v;
 }
 
-std::optional<forest::SunDisc> sun_of(const LightEntity& e, const BuildContext& context, const TextureLibrary& textures) {
+std::optional<forest::SunDisc> sun_of(const LightEntity& e, const BuildContext& context,
+                                      const TextureLibrary& textures) {
   const RGB power = irradiance(e, "sunirradiance", context);
   const double radius = number(e, "sundiameter", 0.533f, 1e-3, 10, "degrees from .001 to 10") / 2;
-  const double zenith = number(e, "sunzenith", 0, 0, 90 - radius - 1e-4, "degrees from 0 to where the sun's disc meets the horizon");
+  const double zenith =
+      number(e, "sunzenith", 0, 0, 90 - radius - 1e-4, "degrees from 0 to where the sun's disc meets the horizon");
   const double azimuth = number(e, "sunazimuth", 0, -3600, 3600, "degrees from -3600 to 3600");
   const bool flat = e.params.get_bool("flatsun", false);
   const Param* image = e.params.find("sunimage");
   const std::string filename = e.params.get_string("sunimage", "");
   if (power.is_black()) return std::nullopt;
-  const forest::SunDisc sun(zenith * degree, azimuth * degree, power, flat ? forest::LimbDarkening::none : forest::LimbDarkening::hestroffer_magnan,
+  const forest::SunDisc sun(zenith * degree, azimuth * degree, power,
+                            flat ? forest::LimbDarkening::none : forest::LimbDarkening::hestroffer_magnan,
                             radius * degree);
   if (!image) return sun;
   image::Image cover = textures.light_image(filename, image->loc, image::Encoding::linear());
@@ -60,7 +65,8 @@ std::optional<forest::SunDisc> sun_of(const LightEntity& e, const BuildContext& 
   return sun.covered(std::move(cover));
 }
 
-std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& context, const TextureLibrary& textures) {
+std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& context,
+                                      const TextureLibrary& textures) {
   static const std::vector<std::string_view> models = {"uniform", "overcast", "clear", "preetham"};
   const int model = e.params.get_choice("skymodel", models, 0);
   const double turbidity = number(e, "turbidity", 3, 1.9, 10, "a number from 1.9 to 10");
@@ -69,18 +75,23 @@ std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& 
   const Param* given = e.params.find("skyirradiance");
   const RGB power = irradiance(e, "skyirradiance", context);
   if (power.is_black() && (given || !image)) return std::nullopt;
-  const V3d sun = forest::sky_direction(double(e.params.get_float("sunzenith", 0)) * degree, double(e.params.get_float("sunazimuth", 0)) * degree);
+  const V3d sun = forest::sky_direction(double(e.params.get_float("sunzenith", 0)) * degree,
+                                        double(e.params.get_float("sunazimuth", 0)) * degree);
   std::optional<forest::SkyDome> sky;
   if (image) {
     image::Image picture = textures.light_image(filename, image->loc);
     for (const float v : picture.pixels())
-      if (!(v >= 0 && std::isfinite(v))) throw InputError(image->loc, "a pixel of \"skyimage\" is negative or not finite: it cannot be a light");
+      if (!(v >= 0 && std::isfinite(v)))
+        throw InputError(image->loc, "a pixel of \"skyimage\" is negative or not finite: it cannot be a light");
     sky = forest::SkyDome::from_image(image::EnvironmentImage(picture, std::nullopt, image->loc));
     if (!given) return sky;
-    if (!(sky->irradiance().luminance() > 0)) throw InputError(image->loc, "this sky is black above the horizon: it cannot have \"skyirradiance\"");
+    if (!(sky->irradiance().luminance() > 0))
+      throw InputError(image->loc, "this sky is black above the horizon: it cannot have \"skyirradiance\"");
   } else {
-    sky = model == 1 ? forest::SkyDome::cie_overcast() : model == 2 ? forest::SkyDome::cie_clear(sun) : model == 3 ? forest::SkyDome::preetham(sun, turbidity)
-                                                                                                                    : forest::SkyDome::uniform();
+    sky = model == 1   ? forest::SkyDome::cie_overcast()
+          : model == 2 ? forest::SkyDome::cie_clear(sun)
+          : model == 3 ? forest::SkyDome::preetham(sun, turbidity)
+                       : forest::SkyDome::uniform();
   }
   return sky->with_irradiance(1) * power;
 }
@@ -88,20 +99,24 @@ std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& 
 std::optional<forest::CanopyLight::Sheet> sheet_of(const LightEntity& e, const TextureLibrary& textures) {
   const Param* mask = e.params.find("mask");
   if (!mask) throw InputError(e.loc, "a canopy needs a mask of transmittance; expected \"string mask\"");
-  const image::Image image = textures.light_image(e.params.get_string("mask", ""), mask->loc, image::Encoding::linear());
+  const image::Image image =
+      textures.light_image(e.params.get_string("mask", ""), mask->loc, image::Encoding::linear());
   const double width = number(e, "maskwidth", -1, 1e-6, 1e6, "the width of the mask, metres above 0");
   const double height = number(e, "height", -1, 1e-6, 1e6, "the height of the mask above the ground, metres above 0");
-  return forest::CanopyLight::Sheet{forest::CanopyMask::from_image(image, width, e.params.get_bool("periodic", false), mask->loc), float(height)};
+  return forest::CanopyLight::Sheet{
+      forest::CanopyMask::from_image(image, width, e.params.get_bool("periodic", false), mask->loc), float(height)};
 }
 
 }  // namespace
 
-std::unique_ptr<shading::Light> make_canopy_light(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
+std::unique_ptr<shading::Light> make_canopy_light(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                                  const TextureLibrary& textures) {
   std::optional<forest::CanopyLight::Sheet> sheet;
   if (e.type == "canopy") sheet = sheet_of(e, textures);
   const std::optional<forest::SunDisc> sun = sun_of(e, context, textures);
   const std::optional<forest::SkyDome> sky = sky_of(e, context, textures);
-  if (!sun && !sky) context.diagnostics.warn(e.loc, "this light has neither \"sunirradiance\" nor \"skyirradiance\" above 0");
+  if (!sun && !sky)
+    context.diagnostics.warn(e.loc, "this light has neither \"sunirradiance\" nor \"skyirradiance\" above 0");
   try {
     return std::make_unique<forest::CanopyLight>(sheet, sun, sky, t);
   } catch (const std::invalid_argument& problem) {

@@ -46,7 +46,8 @@ class Reached {
     for (const Param& p : entity.params.all())
       if (p.name == "materials")
         for (const std::string& name : p.strings)
-          if (const auto at = description_.named_materials.find(name); at != description_.named_materials.end()) add_material(at->second);
+          if (const auto at = description_.named_materials.find(name); at != description_.named_materials.end())
+            add_material(at->second);
   }
   const std::set<int32_t>& textures() const { return textures_; }
 
@@ -92,7 +93,9 @@ std::string mapping_of(const TextureEntity& entity) {
       for (const std::string& v : p.strings) text += v + " ";
     }
   }
-  if (text.find("spherical") == std::string::npos && text.find("cylindrical") == std::string::npos && text.find("planar") == std::string::npos) return text;
+  if (text.find("spherical") == std::string::npos && text.find("cylindrical") == std::string::npos &&
+      text.find("planar") == std::string::npos)
+    return text;
   for (int i = 0; i < 16; ++i) text += std::to_string(entity.transform.start.matrix()[i / 4][i % 4]) + " ";
   return text;
 }
@@ -100,7 +103,9 @@ std::string mapping_of(const TextureEntity& entity) {
 image::TextureWeight texture_weight(const TextureEntity& entity, const ImageParams& image, const Coverage* coverage) {
   using By = image::TextureWeight::By;
   if (!image.weigh_by_alpha) return {By::nothing, {}, {}, 1, false};
-  if (!coverage || coverage->mapping != mapping_of(entity) || size_of(coverage->weight.path, image.loc) != size_of(image.path, image.loc)) return {};
+  if (!coverage || coverage->mapping != mapping_of(entity) ||
+      size_of(coverage->weight.path, image.loc) != size_of(image.path, image.loc))
+    return {};
   return coverage->weight;
 }
 
@@ -120,7 +125,8 @@ std::optional<Coverage> CoverageMaterials::coverage_of(const ShapeEntity& e) con
   try {
     const ImageParams image = image_params(*entity, context_);
     std::optional<Coverage> coverage(std::in_place);
-    coverage->weight = {image::TextureWeight::By::picture, image.path, image.encoding, image.options.scale, image.options.invert};
+    coverage->weight = {image::TextureWeight::By::picture, image.path, image.encoding, image.options.scale,
+                        image.options.invert};
     coverage->mapping = mapping_of(*entity);
     return coverage;
   } catch (const InputError&) {
@@ -128,7 +134,8 @@ std::optional<Coverage> CoverageMaterials::coverage_of(const ShapeEntity& e) con
   }
 }
 
-CoverageMaterials::CoverageMaterials(const BuildContext& context, std::vector<shading::MaterialPtr>* materials) : context_(context) {
+CoverageMaterials::CoverageMaterials(const BuildContext& context, std::vector<shading::MaterialPtr>* materials)
+    : context_(context) {
   const auto& d = context.description;
   std::vector<std::pair<Coverage, std::set<MaterialIndex>>> groups;
   std::map<std::pair<MaterialIndex, std::string>, int> group_of;

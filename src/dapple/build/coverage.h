@@ -14,8 +14,8 @@
 
 namespace dapple::build {
 
-/// The picture by which a shape is cut out: the image that its `alpha` or `opacity` is. Colours that are pictures of the same size over the
-/// same mapping are filtered weighted by it: what is cut away has no colour.
+/// The picture by which a shape is cut out: the image that its `alpha` or `opacity` is. Colours that are pictures of
+/// the same size over the same mapping are filtered weighted by it: what is cut away has no colour.
 struct Coverage {
   image::TextureWeight weight;
   std::string mapping;  ///< what must be equal for a texel of one picture to lie on that of the other
@@ -25,10 +25,13 @@ struct Coverage {
 /// Of an imagemap texture: a text that is equal for equal mappings and wraps.
 std::string mapping_of(const scenefile::TextureEntity& entity);
 
-/// By what the colours of an imagemap texture are weighted. `coverage` is that of the shape, or null. InputError if a file cannot be read.
-image::TextureWeight texture_weight(const scenefile::TextureEntity& entity, const ImageParams& image, const Coverage* coverage);
+/// By what the colours of an imagemap texture are weighted. `coverage` is that of the shape, or null. InputError if a
+/// file cannot be read.
+image::TextureWeight texture_weight(const scenefile::TextureEntity& entity, const ImageParams& image,
+                                    const Coverage* coverage);
 
-/// Materials of a scene for shapes that are cut out by pictures: of each material and picture that belong together, one more.
+/// Materials of a scene for shapes that are cut out by pictures: of each material and picture that belong together, one
+/// more.
 class CoverageMaterials {
  public:
   /// Appends to `materials`, which are those of the description so far.

@@ -27,8 +27,8 @@ namespace {
 
 class CagePlan final : public DicePlan {
  public:
-  CagePlan(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage, const Dicing& dicing, const geom::DiceSettings& settings,
-           const shading::FloatTexturePtr& texture)
+  CagePlan(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage, const Dicing& dicing,
+           const geom::DiceSettings& settings, const shading::FloatTexturePtr& texture)
       : context_(context), entity_(e), settings_(settings), displacer_(texture) {
     if (texture && texture->constant() != 0.0f) settings_.displacement.displacer = &displacer_;
     const geom::UniformDicingView coarse(infinity);
@@ -40,9 +40,10 @@ class CagePlan final : public DicePlan {
     }
     least_ = rates_->coarsened;
     if (least_ > 0)
-      context.diagnostics.warn(e.loc, "shape \"" + e.type + "\": diced " + std::to_string(1 << least_) +
-                                          " times more coarsely along each side than \"shadingrate\" asks for, to have at most " +
-                                          std::to_string(settings_.max_vertices >> 20) + " million vertices");
+      context.diagnostics.warn(
+          e.loc, "shape \"" + e.type + "\": diced " + std::to_string(1 << least_) +
+                     " times more coarsely along each side than \"shadingrate\" asks for, to have at most " +
+                     std::to_string(settings_.max_vertices >> 20) + " million vertices");
   }
 
   size_t coarsen(int levels) override {
@@ -59,8 +60,10 @@ class CagePlan final : public DicePlan {
       throw InputError(entity_.loc, error.what());
     }
     if (report.clamped > 0)
-      context_.diagnostics.warn(entity_.loc, "shape \"" + entity_.type + "\": " + std::to_string(report.clamped) +
-                                                 " points would be displaced by more than \"displacementbound\", or by no number; they were held back");
+      context_.diagnostics.warn(
+          entity_.loc,
+          "shape \"" + entity_.type + "\": " + std::to_string(report.clamped) +
+              " points would be displaced by more than \"displacementbound\", or by no number; they were held back");
     if (mesh->grids.empty()) return nullptr;
     return mesh;
   }
@@ -77,7 +80,8 @@ class CagePlan final : public DicePlan {
 
 }  // namespace
 
-std::unique_ptr<DicePlan> plan_cage(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage, const Dicing& dicing) {
+std::unique_ptr<DicePlan> plan_cage(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage,
+                                    const Dicing& dicing) {
   geom::DiceSettings settings;
   settings.shading_rate = e.params.get_float("shadingrate", dicing.shading_rate);
   if (!(settings.shading_rate > 0))

@@ -30,19 +30,20 @@ bool is_displaced(const scenefile::ShapeEntity& entity, const Dicing& dicing);
 class DicePlan {
  public:
   virtual ~DicePlan() = default;
-  /// Takes levels off what the view asks for; all levels ever taken, not more each time. Returns the vertices there would be.
+  /// Takes levels off what the view asks for; all levels ever taken, not more each time. Returns the vertices there
+  /// would be.
   virtual size_t coarsen(int levels) = 0;
   /// Called once. Null where nothing is left of the shape.
   virtual trace::GridsPtr dice() = 0;
 };
 
-/// Cleans a cage, warns of what was wrong with it, and measures it for dicing with the directive's displacement. Null where nothing
-/// is left. The context and the directive outlive the plan.
-std::unique_ptr<DicePlan> plan_cage(const BuildContext& context, const scenefile::ShapeEntity& entity, geom::ControlCage cage,
-                                    const Dicing& dicing);
+/// Cleans a cage, warns of what was wrong with it, and measures it for dicing with the directive's displacement. Null
+/// where nothing is left. The context and the directive outlive the plan.
+std::unique_ptr<DicePlan> plan_cage(const BuildContext& context, const scenefile::ShapeEntity& entity,
+                                    geom::ControlCage cage, const Dicing& dicing);
 
-/// Coarsens, all alike, those plans that want more than their share of `most_vertices`, until all together have no more. Returns the
-/// levels, and in *first the number of the first plan that they were taken off. Plans may be null.
+/// Coarsens, all alike, those plans that want more than their share of `most_vertices`, until all together have no
+/// more. Returns the levels, and in *first the number of the first plan that they were taken off. Plans may be null.
 int fit_plans(const std::vector<std::unique_ptr<DicePlan>>& plans, size_t most_vertices, size_t* first);
 
 }  // namespace dapple::build

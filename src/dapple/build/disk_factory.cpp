@@ -16,13 +16,17 @@ geom::DiskCloud listed(const ShapeEntity& e) {
   cloud.normals = points3(e.params.get_normals("N"));
   const auto radius = e.params.get_floats("radius");
   if (cloud.normals.size() != P.size())
-    throw InputError(e.loc, "\"N\" has " + std::to_string(cloud.normals.size()) + " values; expected one for each of the " +
-                                std::to_string(P.size()) + " points of \"P\"");
+    throw InputError(e.loc, "\"N\" has " + std::to_string(cloud.normals.size()) +
+                                " values; expected one for each of the " + std::to_string(P.size()) +
+                                " points of \"P\"");
   if (radius.size() > 1 && radius.size() != P.size())
-    throw InputError(e.loc, "\"radius\" has " + std::to_string(radius.size()) + " values; expected 1 or " + std::to_string(P.size()));
+    throw InputError(e.loc, "\"radius\" has " + std::to_string(radius.size()) + " values; expected 1 or " +
+                                std::to_string(P.size()));
   for (size_t i = 0; i < P.size(); ++i) {
     const float r = radius.empty() ? 1 : radius[radius.size() > 1 ? i : 0], l = length(cloud.normals[i]);
-    if (!(r > 0)) throw InputError(e.loc, "\"radius\" [" + std::to_string(i) + "] is " + std::to_string(r) + "; it must be above 0");
+    if (!(r > 0))
+      throw InputError(e.loc,
+                       "\"radius\" [" + std::to_string(i) + "] is " + std::to_string(r) + "; it must be above 0");
     if (!(l > 1e-6f)) throw InputError(e.loc, "\"N\" [" + std::to_string(i) + "] has no length");
     cloud.disks.push_back({P[i], r});
     cloud.normals[i] *= 1 / l;
@@ -47,7 +51,9 @@ trace::DisksPtr make_disks(const BuildContext& context, const ShapeEntity& e, co
   }
   if (cloud.disks.empty()) return nullptr;
   if (!cloud.transform(with_base(to_target, base), e.reverse_orientation))
-    throw InputError(e.loc, "shape \"disks\" would become ellipses under this transform; expected rotations, translations and uniform scales");
+    throw InputError(e.loc,
+                     "shape \"disks\" would become ellipses under this transform; expected rotations, translations and "
+                     "uniform scales");
   for (const auto& d : cloud.disks)
     if (!is_finite(d.centre) || !(d.radius > 0) || !(d.radius < infinity))
       throw InputError(e.loc, "a disk is not finite after its transform");

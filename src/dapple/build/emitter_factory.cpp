@@ -74,7 +74,8 @@ std::optional<EmitterShape> rectangle(const Mesh& mesh, const geom::PatchMap& ma
 
 }  // namespace
 
-std::vector<std::optional<EmitterShape>> make_joined_emitters(const trace::Shape& shape, std::vector<uint32_t>* emitter_of) {
+std::vector<std::optional<EmitterShape>> make_joined_emitters(const trace::Shape& shape,
+                                                              std::vector<uint32_t>* emitter_of) {
   std::vector<std::optional<EmitterShape>> single = make_emitters(shape), out;
   const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
   const bool triangles = mesh && (*mesh)->corners == 3;

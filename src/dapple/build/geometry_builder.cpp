@@ -32,10 +32,14 @@ void check_transform(const TransformPair& t, const FileLoc& loc) {
 // What is placed as an instance is traced through the inverse of its transform, in floats.
 float check_placement(const TransformPair& t, const FileLoc& loc) {
   if (t.start.swaps_handedness() != t.end.swaps_handedness())
-    throw InputError(loc, "the motion mirrors: on its way from the transform at the start to that at the end there is one that cannot be inverted");
+    throw InputError(loc,
+                     "the motion mirrors: on its way from the transform at the start to that at the end there is one "
+                     "that cannot be inverted");
   const float reach = trace::TracedScene::reach_of(AnimatedTransform(t.start, t.end));
   if (!(reach > 0))
-    throw InputError(loc, "the transform of what is instanced or moves is too small or too large for single precision; expected scales from 1e-10 to 1e9");
+    throw InputError(loc,
+                     "the transform of what is instanced or moves is too small or too large for single precision; "
+                     "expected scales from 1e-10 to 1e9");
   return reach;
 }
 
@@ -103,7 +107,8 @@ std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
   std::vector<Job> jobs;
   for (const ShapeEntity& e : d.shapes) jobs.push_back(job_of(e, no_id, context_.origins.scene));
   for (size_t i = 0; i < d.objects.size(); ++i)
-    for (const ShapeEntity& e : d.objects[i].shapes) jobs.push_back(job_of(e, objects_[i], context_.origins.objects[i]));
+    for (const ShapeEntity& e : d.objects[i].shapes)
+      jobs.push_back(job_of(e, objects_[i], context_.origins.objects[i]));
   return jobs;
 }
 
@@ -123,19 +128,22 @@ void GeometryBuilder::make_views() {
   const auto& d = context_.description;
   shading_rate_ = d.options.get_float("shadingrate", 1);
   if (!(shading_rate_ > 0))
-    throw InputError(d.options.find("shadingrate")->loc, "Option \"shadingrate\" is " + std::to_string(shading_rate_) + "; it must be above 0");
+    throw InputError(d.options.find("shadingrate")->loc,
+                     "Option \"shadingrate\" is " + std::to_string(shading_rate_) + "; it must be above 0");
   camera_view_ = std::make_shared<CameraView>(scene_.camera);
   const auto may_be_diced = [this](const ShapeEntity& e) {
     return e.type == "catmullclark" || e.type == "loopsubdiv" ||
-           (e.type.ends_with("mesh") && (e.params.find("displacement") ||
-                                         scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement)));
+           (e.type.ends_with("mesh") &&
+            (e.params.find("displacement") ||
+             scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement)));
   };
   std::vector<std::vector<Transform>> placements(d.objects.size());
   std::vector<uint8_t> wanted(d.objects.size());
   for (size_t i = 0; i < d.objects.size(); ++i)
     wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(), may_be_diced);
   for (const auto& instance : d.instances)
-    if (wanted[size_t(instance.object)]) placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
+    if (wanted[size_t(instance.object)])
+      placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
   for (const auto& list : placements)
     object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));
 }
@@ -147,7 +155,8 @@ Dicing GeometryBuilder::dicing_of(const Job& job) const {
   if (job.own_object && job.object == no_id)
     dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.transform.start});
   else if (job.object != no_id)
-    dicing.view = object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
+    dicing.view =
+        object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
   return dicing;
 }
 
@@ -155,17 +164,20 @@ void GeometryBuilder::make_job(Job* job) const {
   const Transform& at_open = job->transform.start;
   Dicing dicing = dicing_of(*job);
   dicing.plan = &job->plan;
-  job->shapes = make_shapes(context_, *job->entity, job->own_object ? with_base(Transform(), -job->local) : at_open, dicing);
+  job->shapes =
+      make_shapes(context_, *job->entity, job->own_object ? with_base(Transform(), -job->local) : at_open, dicing);
   check_size(*job);
   for (const trace::Shape& shape : job->shapes) job->fingerprint = hash(job->fingerprint, fingerprint_of(shape));
   if (!job->own_object || job->object != no_id || job->entity->area_light < 0) return;
   Diagnostics said_already;
-  const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going, context_.origins};
+  const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going,
+                           context_.origins};
   dicing.plan = nullptr, dicing.view = nullptr;  // what is diced does not shine
   job->emitters = make_shapes(quiet, *job->entity, with_base(at_open, -job->local), dicing);
 }
 
-// Squares of coordinates beyond this, and what is computed from them, leave the range of floats, or their steps are wider than scenes.
+// Squares of coordinates beyond this, and what is computed from them, leave the range of floats, or their steps are
+// wider than scenes.
 void GeometryBuilder::check_size(const Job& job) const {
   constexpr float farthest = 1e10f;
   for (const trace::Shape& shape : job.shapes) {
@@ -174,7 +186,10 @@ void GeometryBuilder::check_size(const Job& job) const {
     const float most = std::max({a.x, a.y, a.z, b.x, b.y, b.z});
     if (box.isEmpty() || most <= farthest) continue;
     char text[160];
-    std::snprintf(text, sizeof text, "the shape reaches to %.3g from the scene's origin; beyond 1e10 light may not find it, or pass through it", double(most));
+    std::snprintf(
+        text, sizeof text,
+        "the shape reaches to %.3g from the scene's origin; beyond 1e10 light may not find it, or pass through it",
+        double(most));
     context_.diagnostics.warn(job.entity->loc, text, "shape beyond 1e10");
   }
 }
@@ -188,8 +203,10 @@ void GeometryBuilder::dice(std::vector<Job>* jobs) {
   size_t first = 0;
   if (const int levels = fit_plans(plans, most, &first); levels > 0)
     context_.diagnostics.warn((*jobs)[first].entity->loc,
-                              "surfaces are diced " + std::to_string(1 << levels) + " times more coarsely along each side than \"shadingrate\" " +
-                                  "asks for, this one first, so that the scene has at most " + std::to_string(most >> 20) + " million vertices of them");
+                              "surfaces are diced " + std::to_string(1 << levels) +
+                                  " times more coarsely along each side than \"shadingrate\" " +
+                                  "asks for, this one first, so that the scene has at most " +
+                                  std::to_string(most >> 20) + " million vertices of them");
   for (size_t i = 0; i < plans.size(); ++i) (*jobs)[i].plan = std::move(plans[i]);
   for_each_job(jobs, [](Job& job) {
     if (!job.plan) return;
@@ -199,7 +216,8 @@ void GeometryBuilder::dice(std::vector<Job>* jobs) {
   });
 }
 
-// Loop subdivision to as many levels as pbrt's default has is the file's own size; deeper ones are held to a number of triangles in all.
+// Loop subdivision to as many levels as pbrt's default has is the file's own size; deeper ones are held to a number of
+// triangles in all.
 int GeometryBuilder::find_most_levels() const {
   const auto& d = context_.description;
   std::vector<std::pair<const ShapeEntity*, double>> meshes;
@@ -218,21 +236,25 @@ int GeometryBuilder::find_most_levels() const {
   for (const auto& object : d.objects) collect(object.shapes);
   const auto count = [&](int most) {
     double all = 0;
-    for (const auto& [e, faces] : meshes) all += faces * std::pow(4.0, std::clamp(e->params.get_int("levels", 3), 0, most));
+    for (const auto& [e, faces] : meshes)
+      all += faces * std::pow(4.0, std::clamp(e->params.get_int("levels", 3), 0, most));
     return all;
   };
   int most = deepest_levels;
   while (most > free_levels && count(most) > max_deep_faces) --most;
   for (const auto& [e, faces] : meshes) {
     if (e->params.get_int("levels", 3) <= most) continue;
-    context_.diagnostics.warn(e->loc, "\"levels\" is held to " + std::to_string(most) + ", so that Loop subdivision makes at most " +
-                                          std::to_string(int(max_deep_faces)) + " triangles; \"bool diced\" true is as smooth as can be seen",
+    context_.diagnostics.warn(e->loc,
+                              "\"levels\" is held to " + std::to_string(most) +
+                                  ", so that Loop subdivision makes at most " + std::to_string(int(max_deep_faces)) +
+                                  " triangles; \"bool diced\" true is as smooth as can be seen",
                               "levels of loopsubdiv");
     break;
   }
   if (!meshes.empty() && count(most) > max_subdivided_faces)
-    throw InputError(meshes.front().first->loc, "Loop subdivision of this shape and others to their \"levels\" would make more than " +
-                                                    std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
+    throw InputError(meshes.front().first->loc,
+                     "Loop subdivision of this shape and others to their \"levels\" would make more than " +
+                         std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
   return most;
 }
 
@@ -261,7 +283,8 @@ void GeometryBuilder::place_instances() {
   for (size_t i = 0; i < d.instances.size(); ++i) {
     const auto& instance = d.instances[i];
     if (repeated[i]) {
-      context_.diagnostics.warn(instance.loc, "an object is instanced again at the very same place; once is enough", "repeated instance");
+      context_.diagnostics.warn(instance.loc, "an object is instanced again at the very same place; once is enough",
+                                "repeated instance");
       continue;
     }
     const TransformPair transform = context_.origins.of_instance(instance);
@@ -284,7 +307,8 @@ std::vector<bool> GeometryBuilder::find_repeated_instances() const {
   const auto& instances = context_.description.instances;
   std::vector<std::pair<uint64_t, uint32_t>> keys(instances.size());
   parallel_ranges(instances.size(), 4096, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) keys[i] = {hash(uint64_t(instances[i].object), instances[i].transform.key()), uint32_t(i)};
+    for (size_t i = begin; i < end; ++i)
+      keys[i] = {hash(uint64_t(instances[i].object), instances[i].transform.key()), uint32_t(i)};
   });
   std::sort(keys.begin(), keys.end());
   std::vector<bool> repeated(instances.size());
@@ -306,10 +330,13 @@ void GeometryBuilder::check_reach(const Box3f& bounds, const V3f& camera) const 
   if (reach_ == infinity) return;
   V3f farthest = abs(camera);
   if (!bounds.isEmpty())
-    for (int axis = 0; axis < 3; ++axis) farthest[axis] = std::max({farthest[axis], std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
+    for (int axis = 0; axis < 3; ++axis)
+      farthest[axis] = std::max({farthest[axis], std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
   if (farthest.x + farthest.y + farthest.z < reach_) return;
-  throw InputError(narrowest_, "the scene or its camera is too far from the world's origin for the scale of this transform; rays could not be "
-                               "taken through its inverse in single precision");
+  throw InputError(
+      narrowest_,
+      "the scene or its camera is too far from the world's origin for the scale of this transform; rays could not be "
+      "taken through its inverse in single precision");
 }
 
 void GeometryBuilder::add(Job& job) {
@@ -330,8 +357,10 @@ void GeometryBuilder::add(Job& job) {
   }
   for (size_t i = 0; i < job.shapes.size(); ++i) {
     const trace::Shape& shape = job.shapes[i];
-    if (!std::holds_alternative<trace::GridsPtr>(shape) && scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
-      context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader", "the shape as it is");
+    if (!std::holds_alternative<trace::GridsPtr>(shape) &&
+        scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
+      context_.diagnostics.unsupported(e.loc, "displacement of shape \"" + e.type + "\" by its shader",
+                                       "the shape as it is");
     const auto* curves = std::get_if<trace::CurvesPtr>(&shape);
     if (!curves) {
       add_shape(shape, job, opacity, object, job.emitters.empty() ? nullptr : &job.emitters[i]);
@@ -391,17 +420,21 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   trace::CutOut cut_out = !alpha ? trace::CutOut::none : opacity.colored ? trace::CutOut::colored : trace::CutOut::gray;
   // The test that cuts out has no place on a disk.
   if (std::holds_alternative<trace::DisksPtr>(shape) && alpha && !alpha->constant()) cut_out = trace::CutOut::none;
-  if (alpha && cut_out == trace::CutOut::none) context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
+  if (alpha && cut_out == trace::CutOut::none)
+    context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
   binding.inside_medium = medium_index(e.inside_medium);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   if (e.area_light >= 0) {
     if (scene_.materials[size_t(e.material)]->is_interface())
-      context_.diagnostics.warn(e.loc, "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
-                                "area light of an interface");
+      context_.diagnostics.warn(
+          e.loc,
+          "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
+          "area light of an interface");
     else if (emitter)
-      add_lights(*emitter, job, std::make_shared<shading::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)), alpha,
-                 &binding);
+      add_lights(*emitter, job,
+                 std::make_shared<shading::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)),
+                 alpha, &binding);
     else if (object != no_id)
       context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
     else
@@ -428,25 +461,27 @@ void GeometryBuilder::place(uint32_t object, const scenefile::TransformPair& tra
     scene_.traced.add_instance(object, AnimatedTransform(transform.start, transform.end));
     return;
   }
-  if (transform.is_animated()) context_.diagnostics.unsupported(loc, "motion in a repeated scene", "where it is when the shutter opens");
+  if (transform.is_animated())
+    context_.diagnostics.unsupported(loc, "motion in a repeated scene", "where it is when the shutter opens");
   if (object >= object_boxes_.size()) return;
-  repetition_->for_each_copy(object_boxes_[object], transform.start, loc, [&](const Transform& t) {
-    scene_.traced.add_instance(object, AnimatedTransform(t, t));
-  });
+  repetition_->for_each_copy(object_boxes_[object], transform.start, loc,
+                             [&](const Transform& t) { scene_.traced.add_instance(object, AnimatedTransform(t, t)); });
 }
 
-void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
+void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
+                                 std::shared_ptr<const shading::LightMotion> motion,
                                  const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding) {
   const ShapeEntity& e = *job.entity;
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape); mesh && !(*mesh)->P_end.empty())
-    context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms", "light from where it is at shutter open");
+    context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms",
+                                     "light from where it is at shutter open");
   const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
   std::vector<uint32_t> emitter_of;
   auto emitters = make_joined_emitters(shape, &emitter_of);
   // A pattern over u, v lies on each triangle by itself, and power is that of each.
   const scenefile::Param* L = area_light.params.find("L");
-  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) || area_light.params.find("power") ||
-      area_light.params.find("shader")) {
+  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) ||
+      area_light.params.find("power") || area_light.params.find("shader")) {
     emitters = make_emitters(shape);
     std::iota(emitter_of.begin(), emitter_of.end(), 0u);
   }

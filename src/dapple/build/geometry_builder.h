@@ -16,18 +16,19 @@ class LightMotion;
 
 namespace dapple::build {
 
-/// Turns the shapes, object definitions and instances of a description into the traced geometry, bindings and area lights of a scene.
-/// Mesh files are read in parallel.
+/// Turns the shapes, object definitions and instances of a description into the traced geometry, bindings and area
+/// lights of a scene. Mesh files are read in parallel.
 class GeometryBuilder {
  public:
-  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials, scene::Scene& scene,
-                  const std::optional<Box2f>& period = {})
+  GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials,
+                  scene::Scene& scene, const std::optional<Box2f>& period = {})
       : context_(context), textures_(textures), materials_(materials), scene_(scene) {
     if (period) repetition_.emplace(*period);
   }
 
   void build();
-  /// Throws InputError where the scene, or the camera, reaches beyond where rays can be taken into the space of all instances.
+  /// Throws InputError where the scene, or the camera, reaches beyond where rays can be taken into the space of all
+  /// instances.
   void check_reach(const Box3f& bounds, const V3f& camera) const;
   double shape_seconds() const { return seconds_; }
   size_t shape_bytes() const { return bytes_; }
@@ -38,13 +39,14 @@ class GeometryBuilder {
   /// A Shape directive with the space its shapes go to.
   struct Job {
     const scenefile::ShapeEntity* entity;
-    uint32_t object;   ///< trace::no_id for the scene itself
-    bool own_object;   ///< moves by itself: becomes an object with one instance, or in a definition one for each of its instances
+    uint32_t object;  ///< trace::no_id for the scene itself
+    bool own_object;  ///< moves by itself: becomes an object with one instance, or in a definition one for each of its
+                      ///< instances
     scenefile::TransformPair transform;  ///< less the origins; of an own object in the scene with `local` added
     V3d local{0, 0, 0};                  ///< what is taken off an own object's points
     std::vector<trace::Shape> shapes{};
     uint64_t fingerprint = 0;
-    std::unique_ptr<DicePlan> plan{};  ///< of a shape that is diced, until it is
+    std::unique_ptr<DicePlan> plan{};      ///< of a shape that is diced, until it is
     std::vector<trace::Shape> emitters{};  ///< of what moves and shines: the shapes in world space, at shutter open
   };
   /// As GeometryBinding has it.
@@ -81,7 +83,7 @@ class GeometryBuilder {
   scene::Scene& scene_;
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
-  std::vector<uint32_t> objects_;  ///< traced object of each definition
+  std::vector<uint32_t> objects_;    ///< traced object of each definition
   struct Mover {
     uint32_t object;
     scenefile::TransformPair transform;
@@ -92,7 +94,7 @@ class GeometryBuilder {
   int most_levels_ = 0;  ///< of Loop subdivision
   std::shared_ptr<const geom::DicingView> camera_view_;
   std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
-  float reach_ = infinity;  ///< the least of all instances, and whose it is
+  float reach_ = infinity;                                             ///< the least of all instances, and whose it is
   FileLoc narrowest_;
   double seconds_ = 0;
   size_t bytes_ = 0;

@@ -30,7 +30,8 @@ std::optional<int> optional_int(const Entity& e, const char* name, int least) {
   if (!e.params.find(name)) return std::nullopt;
   const int value = e.params.get_int(name, 0);
   if (value < least)
-    throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " + std::to_string(least));
+    throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " +
+                                std::to_string(least));
   return value;
 }
 
@@ -45,7 +46,8 @@ std::optional<RayList> optional_rays(const Entity& e, const char* name) {
   if (!e.params.find(name)) return std::nullopt;
   const auto values = e.params.get_ints(name);
   if (values.empty() || std::any_of(values.begin(), values.end(), [](int n) { return n < 1 || n > max_rays; }))
-    throw InputError(e.loc, "\"" + std::string(name) + "\" must be numbers from 1 to " + std::to_string(max_rays) + ", by diffuse depth");
+    throw InputError(e.loc, "\"" + std::string(name) + "\" must be numbers from 1 to " + std::to_string(max_rays) +
+                                ", by diffuse depth");
   return RayList(std::vector<int>(values.begin(), values.end()));
 }
 
@@ -58,7 +60,8 @@ MaskRequest read_masks(const Entity& e) {
   if (e.params.find("maskmb")) m.mb = e.params.get_float("maskmb", 0);
   if (e.params.find("farground")) m.far_ground = e.params.get_float("farground", 0);
   if (e.params.find("groundpixel")) m.ground_pixel = e.params.get_float("groundpixel", 0);
-  m.check(e.loc, {"\"sunshadows\"", "\"masklevels\"", "\"maskpixel\"", "\"masksky\"", "\"maskmb\"", "\"farground\"", "\"groundpixel\""});
+  m.check(e.loc, {"\"sunshadows\"", "\"masklevels\"", "\"maskpixel\"", "\"masksky\"", "\"maskmb\"", "\"farground\"",
+                  "\"groundpixel\""});
   return m;
 }
 
@@ -121,12 +124,15 @@ std::shared_ptr<const vegetation::CanopyTransport> make_canopy(const scene::Scen
   try {
     return std::make_shared<const vegetation::CanopyTransport>(scene, s);
   } catch (const std::invalid_argument& problem) {
-    throw InputError(FileLoc{r.place, 0, 0}, "integrator \"canopy\": " + std::string(problem.what()) + "; expected leaves");
+    throw InputError(FileLoc{r.place, 0, 0},
+                     "integrator \"canopy\": " + std::string(problem.what()) + "; expected leaves");
   }
 }
 
 // Of all caches of view-independent results.
-size_t cache_bytes(const IntegratorRequest& r) { return size_t(double(*r.cache_mb) * (1 << 20)); }
+size_t cache_bytes(const IntegratorRequest& r) {
+  return size_t(double(*r.cache_mb) * (1 << 20));
+}
 
 bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) {
   return *r.opacity_cache && gi::OpacityCache::has_use(scene);
@@ -195,7 +201,9 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.place = !e.loc.file.empty() ? e.loc.to_string() : files.empty() ? "scene" : files.front();
   static const std::vector<std::string_view> paths = {"path", "volpath", "simplepath", "simplevolpath"};
   static const std::vector<std::string_view> others = {"bdpt", "mlt", "sppm", "lightpath", "randomwalk", "function"};
-  const auto is_one_of = [&e](const auto& names) { return std::find(names.begin(), names.end(), e.type) != names.end(); };
+  const auto is_one_of = [&e](const auto& names) {
+    return std::find(names.begin(), names.end(), e.type) != names.end();
+  };
   if (e.type.empty() || e.type == "distribution") {
     r.type = "distribution";
   } else if (e.type == "ambientocclusion") {
@@ -225,12 +233,14 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (r.bounces) r.max_depth.reset();
   r.specular_depth = optional_int(e, "speculardepth", 0);
   if (r.type == "distribution" && std::max(r.bounces.value_or(0), r.specular_depth.value_or(0)) > max_depth_followed)
-    throw InputError(e.loc, "\"bounces\" and \"speculardepth\" of distribution ray tracing go to " + std::to_string(max_depth_followed));
+    throw InputError(e.loc, "\"bounces\" and \"speculardepth\" of distribution ray tracing go to " +
+                                std::to_string(max_depth_followed));
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.subsurface_rays = optional_int(e, "subsurfacerays", 1);
   if (r.subsurface_rays.value_or(0) > max_rays)
-    throw InputError(e.loc, "\"subsurfacerays\" is " + std::to_string(*r.subsurface_rays) + "; it may be at most " + std::to_string(max_rays));
+    throw InputError(e.loc, "\"subsurfacerays\" is " + std::to_string(*r.subsurface_rays) + "; it may be at most " +
+                                std::to_string(max_rays));
   r.shading_rate = optional_positive(e, "shadingrate");
   r.pixel_points = optional_int(e, "pixelpoints", 0);
   if (r.pixel_points.value_or(0) > max_pixel_points)
@@ -242,7 +252,8 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("lightlearning")) r.light_learning = e.params.get_bool("lightlearning", true);
-  if (e.params.find("irradianceinterpolation")) r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
+  if (e.params.find("irradianceinterpolation"))
+    r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
   r.irradiance_accuracy = optional_positive(e, "irradianceaccuracy");
   if (e.params.find("subsurfacecache")) r.subsurface_cache = e.params.get_bool("subsurfacecache", true);
   if (e.params.find("opacitycache")) r.opacity_cache = e.params.get_bool("opacitycache", true);
@@ -253,9 +264,11 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   if (!r.preset.empty() && !std::count(presets.begin(), presets.end(), r.preset))
     throw InputError(e.loc, "preset \"" + r.preset + "\" is unknown; " + one_of(presets));
   e.params.get_string("lightsampler", "");
-  if (e.params.get_bool("regularize", false)) context.diagnostics.unsupported(e.loc, "\"regularize\"", "what is as sharp as its roughness says");
+  if (e.params.get_bool("regularize", false))
+    context.diagnostics.unsupported(e.loc, "\"regularize\"", "what is as sharp as its roughness says");
   e.params.get_bool("cossample", true);
-  if (!is_one_of(others)) e.params.report_unused("integrator", context.diagnostics);  // parameters of stand-ins are not ours to judge
+  if (!is_one_of(others))
+    e.params.report_unused("integrator", context.diagnostics);  // parameters of stand-ins are not ours to judge
   return r;
 }
 
@@ -305,8 +318,8 @@ std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const 
   return wants_opacity_cache(scene, r) ? std::make_unique<gi::OpacityCache>(scene, opacity_bytes(scene, r)) : nullptr;
 }
 
-std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked, int pixel_samples,
-                                                             uint64_t seed) {
+std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked,
+                                                             int pixel_samples, uint64_t seed) {
   const IntegratorRequest preset = preset_request(asked.preset);
   const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
   if (asked.type == "path" || asked.type == "canopy") {
@@ -340,8 +353,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   }
   for (const auto& [name, depth] : {std::pair{"bounces", r.bounces.value_or(0)}, {"specular depth", *r.specular_depth}})
     if (depth > max_depth_followed)
-      throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) + " scatterings of a kind; " +
-                       name + " " + std::to_string(depth) + " is for the path integrator");
+      throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) +
+                       " scatterings of a kind; " + name + " " + std::to_string(depth) + " is for the path integrator");
   distribution::DistributionIntegrator::Settings s;
   s.shading.seed = seed;
   s.shading.specular_depth = *r.specular_depth;

@@ -29,10 +29,10 @@ struct IntegratorRequest {
   std::optional<float> shading_rate;
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
-  std::optional<bool> denoise;  ///< of a preset: with distribution only
+  std::optional<bool> denoise;         ///< of a preset: with distribution only
   std::optional<bool> light_learning;  ///< path, canopy and distribution
-  bool light_groups = false;  ///< distribution: what each gives is kept apart (path: if the film asks for it)
-  bool log_caches = false;    ///< for pictures of the radiosity cache
+  bool light_groups = false;           ///< distribution: what each gives is kept apart (path: if the film asks for it)
+  bool log_caches = false;             ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   std::optional<float> max_distance;   ///< ao, m
@@ -51,8 +51,8 @@ struct IntegratorRequest {
 
 inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
-/// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing follows: its
-/// recursion is at most about their product deep, up to 3.5 MB and a few kB of stack a level and thread.
+/// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing
+/// follows: its recursion is at most about their product deep, up to 3.5 MB and a few kB of stack a level and thread.
 inline constexpr int max_rays = 65536;
 inline constexpr int max_depth_followed = 32;
 inline constexpr int max_canopy_slabs = 1000;
@@ -64,13 +64,14 @@ IntegratorRequest make_integrator_request(const BuildContext& context);
 /// What a preset stands for (docs/guide/rendering.md). "" is "preview".
 IntegratorRequest preset_request(const std::string& name);
 
-/// The cache of opacity that the scene's rays will use from now on, a share of the request's memory; null if nothing is cut out, or if the
-/// request says so. The scene must outlive it.
+/// The cache of opacity that the scene's rays will use from now on, a share of the request's memory; null if nothing is
+/// cut out, or if the request says so. The scene must outlive it.
 std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& request);
 
-/// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it. `pixel_samples`: that
-/// will be taken, 0 if that is open. InputError for a canopy that the scene has not.
-std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& request,
-                                                             int pixel_samples, uint64_t seed);
+/// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it.
+/// `pixel_samples`: that will be taken, 0 if that is open. InputError for a canopy that the scene has not.
+std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene,
+                                                             const IntegratorRequest& request, int pixel_samples,
+                                                             uint64_t seed);
 
 }  // namespace dapple::build

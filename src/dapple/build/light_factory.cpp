@@ -71,7 +71,8 @@ RGB checked(const Entity& e, RGB emission) {
 
 Transform light_to_world(const LightEntity& e, const BuildContext& context) {
   for (const Transform* t : {&e.transform.start, &e.transform.end})
-    if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the transform of this light cannot be inverted");
+    if (!t->is_finite() || !t->is_invertible())
+      throw InputError(e.loc, "the transform of this light cannot be inverted");
   return context.origins.in_world(e.transform.start);
 }
 
@@ -116,40 +117,47 @@ shading::Decay decay_of(const Entity& e) {
   shading::Decay decay;
   decay.exponent = e.params.get_float("falloff", 2);
   decay.reference = e.params.get_float("falloffdistance", 1);
-  if (!(decay.exponent >= 0)) throw InputError(place_of(e, "falloff"), "\"falloff\" is negative; expected an exponent from 0 upwards");
+  if (!(decay.exponent >= 0))
+    throw InputError(place_of(e, "falloff"), "\"falloff\" is negative; expected an exponent from 0 upwards");
   if (!(decay.reference > 0))
-    throw InputError(place_of(e, "falloffdistance"), "\"falloffdistance\" is out of range; expected a distance above 0");
+    throw InputError(place_of(e, "falloffdistance"),
+                     "\"falloffdistance\" is out of range; expected a distance above 0");
   const auto distances = e.params.get_floats("decaydistances"), factors = e.params.get_floats("decay");
   if (distances.size() != factors.size())
-    throw InputError(place_of(e, "decay"), "\"decay\" has " + std::to_string(factors.size()) + " values and \"decaydistances\" " +
-                                               std::to_string(distances.size()) + "; expected as many");
+    throw InputError(place_of(e, "decay"), "\"decay\" has " + std::to_string(factors.size()) +
+                                               " values and \"decaydistances\" " + std::to_string(distances.size()) +
+                                               "; expected as many");
   for (size_t i = 0; i < distances.size(); ++i) {
     if (distances[i] < 0 || (i > 0 && !(distances[i] > distances[i - 1])))
       throw InputError(place_of(e, "decaydistances"), "\"decaydistances\" must increase from 0 or more");
-    if (factors[i] < 0) throw InputError(place_of(e, "decay"), "\"decay\" has a negative value; expected factors from 0 upwards");
+    if (factors[i] < 0)
+      throw InputError(place_of(e, "decay"), "\"decay\" has a negative value; expected factors from 0 upwards");
     decay.curve.push_back({distances[i], factors[i]});
   }
   return decay;
 }
 
 /// The light with its texture over directions, its shader and its decay, where the file gives them.
-std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::PositionalLight> light, const shading::RgbTexturePtr& texture,
-                              const shading::DirectionMap& map, const BuildContext& context, const TextureLibrary& textures) {
+std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::PositionalLight> light,
+                              const shading::RgbTexturePtr& texture, const shading::DirectionMap& map,
+                              const BuildContext& context, const TextureLibrary& textures) {
   const shading::Decay decay = decay_of(e);
   shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e);
   if (!texture && !shader && decay.is_inverse_square()) return light;
   return std::make_unique<shading::ShapedLight>(std::move(light), decay, texture, map, std::move(shader));
 }
 
-std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
+std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                  const TextureLibrary& textures) {
   const V3d from = e.params.get_point3("from", V3d(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
-  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture, shading::DirectionMap::sphere(t),
-                context, textures);
+  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture,
+                shading::DirectionMap::sphere(t), context, textures);
 }
 
-std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context, const TextureLibrary& textures) {
+std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                 const TextureLibrary& textures) {
   const V3d from = e.params.get_point3("from", V3d(0, 0, 0)), to = e.params.get_point3("to", V3d(0, 0, 1));
   const float width = e.params.get_float("coneangle", 30), delta = e.params.get_float("conedeltaangle", 5);
   if (!(width > 0 && width <= 180))
@@ -180,12 +188,14 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
     const RGB alike = checked(e, I * photometric(e, "power", 4 * pi));
-    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), alike), nullptr, shading::DirectionMap::sphere(t), context,
-                  textures);
+    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), alike), nullptr,
+                  shading::DirectionMap::sphere(t), context, textures);
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();
-  return shaped(e, std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)), std::move(diagram)),
+  return shaped(e,
+                std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)),
+                                                            std::move(diagram)),
                 nullptr, shading::DirectionMap::sphere(t), context, textures);
 }
 
@@ -197,14 +207,15 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
   place(e, t, V3d(0, 0, 0));
   const shading::RgbTexturePtr texture = varying(e, "I", textures);
   if (texture && e.params.find("filename"))
-    throw InputError(place_of(e, "filename"), "a projection light has both \"I\" and \"filename\"; expected one of them");
+    throw InputError(place_of(e, "filename"),
+                     "a projection light has both \"I\" and \"filename\"; expected one of them");
   image::Image picture = texture ? white_square() : emission_image(e, context, textures);
   float scale = scale_of(e);
   if (e.params.find("power"))
     scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
   const float half = std::tan(radians(fov) / 2);
-  return shaped(e, std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov), texture,
-                shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
+  return shaped(e, std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov),
+                texture, shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
@@ -233,7 +244,8 @@ std::unique_ptr<Light> through_portal(const LightEntity& e, const Transform& t, 
   if (!portal) return sky;
   const auto given = e.params.get_points3("portal");
   if (given.size() != 12)
-    throw InputError(portal->loc, "a portal has " + std::to_string(given.size() / 3) + " points; expected the 4 corners of a rectangle");
+    throw InputError(portal->loc, "a portal has " + std::to_string(given.size() / 3) +
+                                      " points; expected the 4 corners of a rectangle");
   const Transform placed = with_base(t, portal->base);
   V3f corners[4];
   for (size_t i = 0; i < 4; ++i) corners[i] = placed.point(V3f(given[3 * i], given[3 * i + 1], given[3 * i + 2]));
@@ -300,7 +312,8 @@ AreaLightParams area_light_params(const Entity& e, const std::vector<std::option
   if (filename) image = std::make_shared<const image::Image>(emission_image(e, context, textures));
   const bool masked = alpha && !out.emission.invisible;
   if (texture)
-    out.emission.pattern = std::make_shared<const shading::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
+    out.emission.pattern =
+        std::make_shared<const shading::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
   else if (image || masked)
     out.emission.pattern = std::make_shared<const shading::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
   if (shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e)) {
@@ -351,14 +364,16 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
     context.diagnostics.unsupported(e.loc, "a light all around that moves", "one that stays as it is at shutter open");
     return light;
   }
-  return std::make_unique<shading::MovingLight>(std::move(light), AnimatedTransform(t, context.origins.in_world(e.transform.end)));
+  return std::make_unique<shading::MovingLight>(std::move(light),
+                                                AnimatedTransform(t, context.origins.in_world(e.transform.end)));
 }
 
 std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
                                                      std::vector<std::optional<geom::EmitterShape>> emitters,
                                                      const shading::FloatTexturePtr& alpha,
-                                                     std::shared_ptr<const shading::LightMotion> motion, const BuildContext& context,
-                                                     const TextureLibrary& textures, const FileLoc& loc) {
+                                                     std::shared_ptr<const shading::LightMotion> motion,
+                                                     const BuildContext& context, const TextureLibrary& textures,
+                                                     const FileLoc& loc) {
   const AreaLightParams params = area_light_params(e, emitters, alpha, context, textures);
   std::vector<std::unique_ptr<Light>> lights(emitters.size());
   size_t without_area = 0;

@@ -23,13 +23,14 @@ std::unique_ptr<shading::Light> make_light(const scenefile::LightEntity& entity,
 /// The primitives of a shape as emitters, in the order of their numbers and with the side that SurfacePoint::Ng points
 /// to; nullopt for those without area. Empty for curves. Deforming meshes are taken at shutter open.
 std::vector<std::optional<geom::EmitterShape>> make_emitters(const trace::Shape& shape);
-/// The same, but for two consecutive triangles that are a rectangle: these are one emitter. (*emitter_of)[primitive] is the place of its
-/// emitter. For emission that is the same all over.
-std::vector<std::optional<geom::EmitterShape>> make_joined_emitters(const trace::Shape& shape, std::vector<uint32_t>* emitter_of);
+/// The same, but for two consecutive triangles that are a rectangle: these are one emitter. (*emitter_of)[primitive] is
+/// the place of its emitter. For emission that is the same all over.
+std::vector<std::optional<geom::EmitterShape>> make_joined_emitters(const trace::Shape& shape,
+                                                                    std::vector<uint32_t>* emitter_of);
 
 /// The lights of an AreaLightSource on one shape, one for each emitter: null where there is no emitter or no emission.
-/// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `motion`: of the shape, whose
-/// emitters are as at shutter open; null where it is still. `loc`: of the shape.
+/// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `motion`: of the shape,
+/// whose emitters are as at shutter open; null where it is still. `loc`: of the shape.
 std::vector<std::unique_ptr<shading::Light>> make_area_lights(const scenefile::Entity& entity,
                                                               std::vector<std::optional<geom::EmitterShape>> emitters,
                                                               const shading::FloatTexturePtr& alpha,

@@ -20,12 +20,13 @@ uint8_t read_light_group(const scenefile::Entity& light, scene::LightGroups* gro
   if (!p) return 0;
   const std::string name = light.params.get_string("group", "");
   if (!is_layer_name(name))
-    throw InputError(p->loc, "\"group\" is \"" + name + "\"; expected 1 to " + std::to_string(longest_name) + " letters, digits, - and _");
+    throw InputError(p->loc, "\"group\" is \"" + name + "\"; expected 1 to " + std::to_string(longest_name) +
+                                 " letters, digits, - and _");
   const auto at = std::find(groups->names.begin(), groups->names.end(), name);
   if (at == groups->names.end()) {
     if (groups->names.size() == scene::LightGroups::max_count)
-      throw InputError(p->loc, "light group \"" + name + "\" is one too many; expected at most " + std::to_string(scene::LightGroups::max_count) +
-                                   " groups, \"default\" included");
+      throw InputError(p->loc, "light group \"" + name + "\" is one too many; expected at most " +
+                                   std::to_string(scene::LightGroups::max_count) + " groups, \"default\" included");
     groups->names.push_back(name);
     return uint8_t(groups->names.size() - 1);
   }

@@ -97,12 +97,13 @@ std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Sce
   forest::GroundLight light = vegetation::survey_ground(scene, {nearest, request.ground_pixel.value_or(0)});
   const auto& heights = light.height.values;
   if (std::all_of(heights.begin(), heights.end(), [](float h) { return std::isnan(h); }) || light.empty()) {
-    log_warning("penumbras on far ground have no effect: no ground with anything above it (z up), or neither sun nor sky");
+    log_warning(
+        "penumbras on far ground have no effect: no ground with anything above it (z up), or neither sun nor sky");
     return nullptr;
   }
-  log_info(fmt::format("far ground: {} x {} pixels, {} suns{}, {:.1f} MB, {:.2f} s", light.height.width, light.height.height,
-                       light.beams.size(), light.sky.values.empty() ? "" : " and the sky", double(light.bytes()) / (1 << 20),
-                       timer.seconds()));
+  log_info(fmt::format("far ground: {} x {} pixels, {} suns{}, {:.1f} MB, {:.2f} s", light.height.width,
+                       light.height.height, light.beams.size(), light.sky.values.empty() ? "" : " and the sky",
+                       double(light.bytes()) / (1 << 20), timer.seconds()));
   return std::make_shared<forest::GroundVisibility>(std::move(light), std::move(masks));
 }
 

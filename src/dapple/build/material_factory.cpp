@@ -29,13 +29,15 @@ MaterialPtr make_diffuse(const MaterialParams& p) {
 }
 
 MaterialPtr make_diffuse_transmission(const MaterialParams& p) {
-  const Input<RGB> reflectance = p.reflectance("reflectance", RGB(0.25f)), transmittance = p.reflectance("transmittance", RGB(0.25f));
+  const Input<RGB> reflectance = p.reflectance("reflectance", RGB(0.25f)),
+                   transmittance = p.reflectance("transmittance", RGB(0.25f));
   const float scale = p.constant("scale", 1);
   if (reflectance.constant() && transmittance.constant()) {
     const RGB sum = clamp(*reflectance.constant() * scale, 0, 1) + clamp(*transmittance.constant() * scale, 0, 1);
     constexpr float rounding = 1e-5f;
     if (sum.max() > 1 + rounding)
-      p.warn("\"reflectance\" and \"transmittance\" add up to " + std::to_string(sum.max()) + "; above 1 the surface creates energy");
+      p.warn("\"reflectance\" and \"transmittance\" add up to " + std::to_string(sum.max()) +
+             "; above 1 the surface creates energy");
   }
   return std::make_shared<shading::DiffuseTransmissionMaterial>(reflectance, transmittance, scale, p.detail());
 }

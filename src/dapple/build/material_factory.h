@@ -13,6 +13,7 @@ namespace dapple::build {
 /// throw InputError; values out of range are clamped with a warning; unused parameters are reported.
 std::vector<shading::MaterialPtr> make_materials(const BuildContext& context, const TextureLibrary& textures);
 /// One of them.
-shading::MaterialPtr make_material(const BuildContext& context, const TextureLibrary& textures, scenefile::MaterialIndex index);
+shading::MaterialPtr make_material(const BuildContext& context, const TextureLibrary& textures,
+                                   scenefile::MaterialIndex index);
 
 }  // namespace dapple::build

@@ -83,7 +83,9 @@ RGB emission(const MediumEntity& e, const BuildContext& context) {
   return p ? illuminant_rgb(*p, context) : RGB(0);
 }
 
-std::string name_of(const MediumEntity& e) { return e.loc.to_string() + ": medium \"" + e.name + "\""; }
+std::string name_of(const MediumEntity& e) {
+  return e.loc.to_string() + ": medium \"" + e.name + "\"";
+}
 
 MediumPtr make_homogeneous(const MediumEntity& e, const BuildContext& context) {
   const Coefficients c = coefficients(e, context);
@@ -97,7 +99,8 @@ struct Place {
   Transform medium_to_world;
 
   Place(const MediumEntity& e, const BuildContext& context) {
-    const V3d a = e.params.get_point3("p0", V3d(0, 0, 0)), b = e.params.get_point3("p1", V3d(1, 1, 1)), base = e.params.base_of("p0");
+    const V3d a = e.params.get_point3("p0", V3d(0, 0, 0)), b = e.params.get_point3("p1", V3d(1, 1, 1)),
+              base = e.params.base_of("p0");
     box.extendBy(V3f(a - base));
     box.extendBy(V3f(b - base));
     const V3f size = box.max - box.min;
@@ -209,22 +212,24 @@ MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const
   content.sigma_s = shading::Input<RGB>(textures.unbounded_texture(e.params, "sigma_s", RGB(1)));
   content.density = shading::Input<float>(textures.float_texture(e.params, "density", 1));
   const Param* Le = e.params.find("Le");
-  content.emission = Le && Le->type == ParamType::texture ? shading::Input<RGB>(textures.unbounded_texture(e.params, "Le", RGB(0)))
-                                                           : shading::Input<RGB>(emission(e, context));
+  content.emission = Le && Le->type == ParamType::texture
+                         ? shading::Input<RGB>(textures.unbounded_texture(e.params, "Le", RGB(0)))
+                         : shading::Input<RGB>(emission(e, context));
   content.sigma_a_bound = bound(e, "sigma_a", content.sigma_a);
   content.sigma_s_bound = bound(e, "sigma_s", content.sigma_s);
   content.density_bound = bound(e, "density", content.density);
   if (const auto& d = content.density.constant(); d && !(*d >= 0)) from_zero(e, "density", 1);
-  auto medium = std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e),
-                                                name_of(e));
-  if (!std::isfinite(medium->majorant())) throw InputError(e.loc, "the extinction of this medium overflows; expected smaller bounds");
+  auto medium = std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e), name_of(e));
+  if (!std::isfinite(medium->majorant()))
+    throw InputError(e.loc, "the extinction of this medium overflows; expected smaller bounds");
   return medium;
 }
 
 }  // namespace
 
 MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const TextureLibrary& textures) {
-  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid", "pattern", "cloud", "nanovdb"};
+  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid",
+                                                      "pattern",     "cloud",       "nanovdb"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown medium \"" + e.type + "\"; " + one_of(types));
   MediumPtr medium;

@@ -14,12 +14,15 @@ std::optional<uint64_t> scene_seed(const BuildContext& context) {
   return uint32_t(options.get_int("seed", 0));
 }
 
-bool has_pixel_jitter(const BuildContext& context) { return !context.description.options.get_bool("disablepixeljitter", false); }
+bool has_pixel_jitter(const BuildContext& context) {
+  return !context.description.options.get_bool("disablepixeljitter", false);
+}
 
 void report_options(const BuildContext& context) {
   const ParamSet& options = context.description.options;
   // Read elsewhere, or ways in which pbrt computes the same image, of which there is one here.
-  for (const char* name : {"seed", "disablepixeljitter", "shadingrate", "origin", "disablewavelengthjitter", "rendercoordsys", "wavefront"})
+  for (const char* name : {"seed", "disablepixeljitter", "shadingrate", "origin", "disablewavelengthjitter",
+                           "rendercoordsys", "wavefront"})
     options.find(name);
   const auto unsupported = [&](const char* name, const char* stand_in) {
     context.diagnostics.unsupported(options.find(name)->loc, "Option \"" + std::string(name) + "\"", stand_in);
@@ -27,7 +30,8 @@ void report_options(const BuildContext& context) {
   if (options.get_bool("disabletexturefiltering", false)) unsupported("disabletexturefiltering", "filtered textures");
   if (options.get_bool("forcediffuse", false)) unsupported("forcediffuse", "the scene's own materials");
   if (options.get_bool("pixelstats", false)) unsupported("pixelstats", "the image alone");
-  if (options.find("displacementedgescale")) unsupported("displacementedgescale", "faces as fine as the camera sees them");
+  if (options.find("displacementedgescale"))
+    unsupported("displacementedgescale", "faces as fine as the camera sees them");
   if (options.find("msereferenceimage")) unsupported("msereferenceimage", "the image alone");
   if (options.find("msereferenceout")) unsupported("msereferenceout", "the image alone");
   options.report_unused("Option", context.diagnostics);

@@ -132,8 +132,9 @@ Pattern<T> ramped(const TextureInputs& in) {
 
 PatternFloat coordinate(const TextureInputs& in) {
   const int which = in.params.get_choice("which", {"u", "v", "x", "y", "z", "nx", "ny", "nz"}, 0);
-  const Transform space =
-      in.params.get_choice("space", {"texture", "world"}, 0) == 1 ? with_base(Transform(), in.context.origins.scene) : in.world_to_texture;
+  const Transform space = in.params.get_choice("space", {"texture", "world"}, 0) == 1
+                              ? with_base(Transform(), in.context.origins.scene)
+                              : in.world_to_texture;
   if (which == 0) return pattern_input(in.graph, PatternInput::u);
   if (which == 1) return pattern_input(in.graph, PatternInput::v);
   if (which >= 5) {

@@ -21,8 +21,10 @@ using shading::ParamValue;
 namespace {
 
 bool is_own_parameter(std::string_view name) {
-  static constexpr std::string_view names[] = {"I", "L", "shader", "scale", "power", "illuminance", "from", "to", "coneangle", "conedeltaangle", "fov",
-                                               "filename", "twosided", "falloff", "falloffdistance", "decay", "decaydistances"};
+  static constexpr std::string_view names[] = {
+      "I",        "L",       "shader",          "scale",          "power",         "illuminance",
+      "from",     "to",      "coneangle",       "conedeltaangle", "fov",           "filename",
+      "twosided", "falloff", "falloffdistance", "decay",          "decaydistances"};
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
@@ -40,7 +42,8 @@ MaterialPtr PluginFactory::make(const MaterialEntity& entity) {
 }
 
 // The plug-in that a parameter names, with the entity's values of what it declares.
-shading::PluginLibraryPtr PluginFactory::library(const scenefile::Entity& entity, const char* parameter, std::vector<ParamValue>* values) {
+shading::PluginLibraryPtr PluginFactory::library(const scenefile::Entity& entity, const char* parameter,
+                                                 std::vector<ParamValue>* values) {
   const std::string path = context_.description.resolve(entity.params.get_string(parameter, ""));
   shading::PluginLibraryPtr& library = libraries_[path];
   if (!library) library = std::make_shared<const shading::PluginLibrary>(path, entity.params.find(parameter)->loc);
@@ -76,8 +79,9 @@ shading::LightShaderPtr PluginFactory::load_light_shader(const scenefile::Entity
   const shading::PluginLibraryPtr code = library(entity, "shader", &values);
   for (const ParamDecl& declared : code->parameters())
     if (is_own_parameter(declared.name))
-      throw InputError(entity.params.find("shader")->loc, "the shader plug-in declares \"" + std::string(declared.name) +
-                                                              "\", which is a parameter of lights; expected another name");
+      throw InputError(entity.params.find("shader")->loc,
+                       "the shader plug-in declares \"" + std::string(declared.name) +
+                           "\", which is a parameter of lights; expected another name");
   const std::string name = entity.loc.to_string() + ": light shader \"" + code->table().name + "\" of " +
                            std::filesystem::path(entity.params.get_string("shader", "")).filename().string();
   return std::make_shared<shading::GuardedLight>(code, code->make_light(values, entity.loc), name);

@@ -36,7 +36,8 @@ void Repetition::for_each_copy(const Box3f& box, const Transform& at, const File
   if (box.isEmpty()) return;
   Box3f world;
   for (int c = 0; c < 8; ++c)
-    world.extendBy(at.point(V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z)));
+    world.extendBy(
+        at.point(V3f(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z)));
   double first[2], last[2], size[2];
   for (int k = 0; k < 2; ++k) {
     size[k] = double(cell_.max[k]) - cell_.min[k];

@@ -22,11 +22,15 @@ using scenefile::SceneDescription;
 namespace {
 
 /// The place of what no line of the scene is to blame for.
-FileLoc whole(const SceneDescription& description) { return {description.files.empty() ? "" : std::string_view(description.files.front()), 0, 0}; }
+FileLoc whole(const SceneDescription& description) {
+  return {description.files.empty() ? "" : std::string_view(description.files.front()), 0, 0};
+}
 
 }  // namespace
 
-BuiltScene::~BuiltScene() { scene.reset(); }
+BuiltScene::~BuiltScene() {
+  scene.reset();
+}
 
 BuiltScene build_scene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics) {
   const Timer timer;
@@ -35,7 +39,8 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   built.texture_system = std::make_unique<image::TextureSystem>();
   built.scene = std::make_unique<scene::Scene>();
   scene::Scene& scene = *built.scene;
-  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going, find_origins(description, diagnostics)};
+  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going,
+                             find_origins(description, diagnostics)};
   built.origin = context.origins.scene;
 
   built.film = make_film(context, options.film);
@@ -47,7 +52,8 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   scene.materials = make_materials(context, textures);
   const CoverageMaterials coverage(context, &scene.materials);
   scene.media = make_media(context, textures);
-  if (const auto& name = description.camera_medium; !name.empty()) scene.camera_medium = description.named_media.at(name);
+  if (const auto& name = description.camera_medium; !name.empty())
+    scene.camera_medium = description.named_media.at(name);
   description.accelerator.params.report_unused("accelerator", diagnostics);
 
   std::optional<Box2f> period;
@@ -73,7 +79,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
     scene.lights.push_back(std::move(light));
     scene.light_groups.of_light.push_back(group);
   }
-  const auto has_shape = [&](const scenefile::InstanceEntity& i) { return !description.objects[size_t(i.object)].shapes.empty(); };
+  const auto has_shape = [&](const scenefile::InstanceEntity& i) {
+    return !description.objects[size_t(i.object)].shapes.empty();
+  };
   if (description.shapes.empty() && std::none_of(description.instances.begin(), description.instances.end(), has_shape))
     diagnostics.warn(whole(description), "the scene has no shape");
   const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });

@@ -26,7 +26,8 @@ struct BuildTimes {
 struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
-  /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in on its other side.
+  /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in
+  /// on its other side.
   std::optional<Imath::Box2d> period;
 };
 
@@ -47,7 +48,8 @@ struct BuiltScene {
   BuiltScene& operator=(BuiltScene&&) = delete;
 };
 
-/// SceneDescription to frozen Scene. Throws InputError for what cannot be rendered; what can be approximated goes to `diagnostics`.
+/// SceneDescription to frozen Scene. Throws InputError for what cannot be rendered; what can be approximated goes to
+/// `diagnostics`.
 BuiltScene build_scene(const scenefile::SceneDescription& description, const BuildOptions& options,
                        Diagnostics& diagnostics);
 /// Reads a scene file (by its extension: .pbrt, .pbrt.gz) and builds it.

@@ -42,22 +42,29 @@ Box3d moved(const Box3d& box, const TransformPair& t) {
   return out;
 }
 
-double largest(const V3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+double largest(const V3d& v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
 /// Warns where the median shape is small for where it lies.
-void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d& origin, const SceneDescription& d, Diagnostics& diagnostics) {
+void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d& origin, const SceneDescription& d,
+                   Diagnostics& diagnostics) {
   std::vector<double> ratios;
   for (const Box3d& box : boxes)
-    if (const double size = largest(box.max - box.min); size > 0 && !box.isEmpty()) ratios.push_back(size / largest(box.center() - origin));
+    if (const double size = largest(box.max - box.min); size > 0 && !box.isEmpty())
+      ratios.push_back(size / largest(box.center() - origin));
   if (ratios.empty()) return;
   const auto middle = ratios.begin() + std::ptrdiff_t(ratios.size() / 2);
   std::nth_element(ratios.begin(), middle, ratios.end());
   if (*middle >= least_ratio) return;
   char text[640];
   std::snprintf(text, sizeof text,
-                "the scene reaches from %.9g %.9g %.9g to %.9g %.9g %.9g, its origin is %.9g %.9g %.9g, and half of its shapes are smaller than %.2g "
-                "of their distance from there: steps of single precision show; expected an Option \"point3 origin\" near what matters",
-                all.min.x, all.min.y, all.min.z, all.max.x, all.max.y, all.max.z, origin.x, origin.y, origin.z, *middle);
+                "the scene reaches from %.9g %.9g %.9g to %.9g %.9g %.9g, its origin is %.9g %.9g %.9g, and half of "
+                "its shapes are smaller than %.2g "
+                "of their distance from there: steps of single precision show; expected an Option \"point3 origin\" "
+                "near what matters",
+                all.min.x, all.min.y, all.min.z, all.max.x, all.max.y, all.max.z, origin.x, origin.y, origin.z,
+                *middle);
   diagnostics.warn({d.files.empty() ? "" : std::string_view(d.files.front()), 0, 0}, text);
 }
 
@@ -69,7 +76,8 @@ std::vector<Box3d> object_boxes(const SceneDescription& d, std::vector<V3d>* ori
   });
   for (const Box3d& box : boxes) origins->push_back(origin_of(box));
   for (const InstanceEntity& i : d.instances)
-    if (V3d& origin = (*origins)[size_t(i.object)]; origin != V3d(0, 0, 0) && !only_translates(i.transform.exact())) origin = V3d(0, 0, 0);
+    if (V3d& origin = (*origins)[size_t(i.object)]; origin != V3d(0, 0, 0) && !only_translates(i.transform.exact()))
+      origin = V3d(0, 0, 0);
   for (size_t i = 0; i < boxes.size(); ++i)
     for (const ShapeEntity& e : d.objects[i].shapes)
       if (e.transform.is_animated()) (*origins)[i] = V3d(0, 0, 0);
@@ -85,7 +93,9 @@ TransformPair Origins::of_instance(const InstanceEntity& instance) const {
   return {with_base(in_world(t.start), own), with_base(in_world(t.end), own)};
 }
 
-Transform with_base(const Transform& m, const V3d& base) { return base == V3d(0, 0, 0) ? m : m * Transform::translate(base); }
+Transform with_base(const Transform& m, const V3d& base) {
+  return base == V3d(0, 0, 0) ? m : m * Transform::translate(base);
+}
 
 bool only_translates(const TransformPair& pair) {
   for (int i = 0; i < 3; ++i)
@@ -115,7 +125,8 @@ Box3d estimated_bounds(const SceneDescription& d, const ShapeEntity& e) {
   for (const char* name : {"P", "P1"}) {
     const scenefile::Param* p = parameter(name);
     if (!p || p->type != scenefile::ParamType::point3) continue;
-    for (size_t i = 0; i + 2 < p->numbers.size(); i += 3) box.extendBy(p->base + V3d(p->numbers[i], p->numbers[i + 1], p->numbers[i + 2]));
+    for (size_t i = 0; i + 2 < p->numbers.size(); i += 3)
+      box.extendBy(p->base + V3d(p->numbers[i], p->numbers[i + 1], p->numbers[i + 2]));
   }
   if (!box.isEmpty()) return box;
   if (const scenefile::Param* p = parameter("filename"); p && p->strings.size() == 1) {
@@ -131,7 +142,8 @@ Origins find_origins(const SceneDescription& d, Diagnostics& diagnostics) {
   Origins origins;
   const std::vector<Box3d> objects = object_boxes(d, &origins.objects);
   std::vector<Box3d> boxes(d.shapes.size());
-  parallel_for(d.shapes.size(), [&](size_t i) { boxes[i] = moved(estimated_bounds(d, d.shapes[i]), d.shapes[i].transform); });
+  parallel_for(d.shapes.size(),
+               [&](size_t i) { boxes[i] = moved(estimated_bounds(d, d.shapes[i]), d.shapes[i].transform); });
   const size_t first = boxes.size();
   boxes.resize(first + d.instances.size());
   parallel_ranges(d.instances.size(), 1024, [&](size_t begin, size_t end) {

@@ -8,15 +8,18 @@
 
 namespace dapple::build {
 
-/// What is taken off positions, in double precision, before anything becomes float. World positions of a built scene are those of its file
-/// less `scene`; those in the space of an object definition less its own, which the transforms of its instances give back.
+/// What is taken off positions, in double precision, before anything becomes float. World positions of a built scene
+/// are those of its file less `scene`; those in the space of an object definition less its own, which the transforms of
+/// its instances give back.
 struct Origins {
   V3d scene{0, 0, 0};
   std::vector<V3d> objects;  ///< by definition
 
   /// Of something in the world: T(-scene) M.
   Transform in_world(const Transform& m) const { return scene == V3d(0, 0, 0) ? m : Transform::translate(-scene) * m; }
-  scenefile::TransformPair in_world(const scenefile::TransformPair& m) const { return {in_world(m.start), in_world(m.end)}; }
+  scenefile::TransformPair in_world(const scenefile::TransformPair& m) const {
+    return {in_world(m.start), in_world(m.end)};
+  }
   /// Of an instance of a definition: T(-scene) M T(its own).
   scenefile::TransformPair of_instance(const scenefile::InstanceEntity& instance) const;
 };
@@ -24,9 +27,10 @@ struct Origins {
 /// M T(base), for points that are less a base; M itself without one.
 Transform with_base(const Transform& m, const V3d& base);
 
-/// Option "point3 origin", or the middle of the bounds of all shapes, rounded to a grid of a power of two of 4 to 8 times their extent; 0 where
-/// it is nearer than 16 extents or 256. Mesh files are judged by their first 64 KiB. The origin of an object definition is found alike,
-/// and 0 where an instance of it turns while the shutter is open. Warns once where floats are too coarse for what is left.
+/// Option "point3 origin", or the middle of the bounds of all shapes, rounded to a grid of a power of two of 4 to 8
+/// times their extent; 0 where it is nearer than 16 extents or 256. Mesh files are judged by their first 64 KiB. The
+/// origin of an object definition is found alike, and 0 where an instance of it turns while the shutter is open. Warns
+/// once where floats are too coarse for what is left.
 Origins find_origins(const scenefile::SceneDescription& description, Diagnostics& diagnostics);
 
 /// The rule of it, of a box: least corner, greatest corner.

@@ -177,7 +177,8 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
   return meshes;
 }
 
-std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const geom::ControlCage& cage, const Transform& to_target, int most_levels) {
+std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const geom::ControlCage& cage,
+                                          const Transform& to_target, int most_levels) {
   int levels = e.params.get_int("levels", 3);
   if (levels < 0) throw InputError(e.loc, "\"levels\" is negative");
   levels = std::min(levels, most_levels);
@@ -190,7 +191,8 @@ std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const geom::Cont
   }
 }
 
-std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage, const Dicing& dicing) {
+std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage,
+                                const Dicing& dicing) {
   std::unique_ptr<DicePlan> plan = plan_cage(context, e, std::move(cage), dicing);
   if (!plan) return {};
   if (dicing.plan) {
@@ -203,15 +205,16 @@ std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& 
 }
 
 // A cage that subdivision takes in object space.
-std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage, const Transform& to_target,
-                                const Dicing& dicing) {
+std::vector<trace::Shape> diced(const BuildContext& context, const ShapeEntity& e, geom::ControlCage&& cage,
+                                const Transform& to_target, const Dicing& dicing) {
   for (auto* points : {&cage.P, &cage.P_end})
     for (V3f& p : *points) p = to_target.point(p);
   cage.flip = e.reverse_orientation != to_target.swaps_handedness();
   return diced(context, e, std::move(cage), dicing);
 }
 
-std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const ShapeEntity& e,
+                                           const Transform& to_target, const Dicing& dicing) {
   geom::ControlCage cage = loop_cage(context, e);
   e.params.get_string("scheme", "loop");
   const Transform placed = with_base(to_target, e.params.base_of("P"));
@@ -222,16 +225,19 @@ std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const Sh
 }
 
 // Meshes over the same vertices as they are, or diced where they are displaced.
-std::vector<trace::Shape> meshes(const BuildContext& context, const ShapeEntity& e, std::vector<Mesh>&& list, const Dicing& dicing) {
+std::vector<trace::Shape> meshes(const BuildContext& context, const ShapeEntity& e, std::vector<Mesh>&& list,
+                                 const Dicing& dicing) {
   if (is_displaced(e, dicing)) return diced(context, e, polygon_cage(std::move(list)), dicing);
   std::vector<trace::Shape> shapes;
-  for (Mesh& mesh : list) shapes.push_back(std::make_shared<const Mesh>(mesh.corners == 4 ? dice_patches(std::move(mesh)) : std::move(mesh)));
+  for (Mesh& mesh : list)
+    shapes.push_back(std::make_shared<const Mesh>(mesh.corners == 4 ? dice_patches(std::move(mesh)) : std::move(mesh)));
   return shapes;
 }
 
 float positive(const ShapeEntity& e, const char* name, float fallback) {
   const float v = e.params.get_float(name, fallback);
-  if (!(v > 0)) throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
+  if (!(v > 0))
+    throw InputError(e.loc, std::string("\"") + name + "\" is " + std::to_string(v) + "; it must be above 0");
   return v;
 }
 
@@ -240,24 +246,28 @@ bool has_face(const geom::Quadric& q, const ShapeEntity& e) {
   return wide && e.params.get_float("phimax", 360) > 0;
 }
 
-float sweep(const ShapeEntity& e) { return radians(std::clamp(e.params.get_float("phimax", 360), 0.001f, 360.0f)); }
+float sweep(const ShapeEntity& e) {
+  return radians(std::clamp(e.params.get_float("phimax", 360), 0.001f, 360.0f));
+}
 
 trace::Shape quadric(const ShapeEntity& e, const Transform& to_target) {
   using geom::Quadric;
   const float radius = positive(e, "radius", 1);
   const auto make = [](Quadric q) { return std::make_shared<const Quadric>(std::move(q)); };
   if (e.type == "sphere")
-    return make(Quadric::sphere(to_target, radius, e.params.get_float("zmin", -radius), e.params.get_float("zmax", radius),
-                                sweep(e), e.reverse_orientation));
+    return make(Quadric::sphere(to_target, radius, e.params.get_float("zmin", -radius),
+                                e.params.get_float("zmax", radius), sweep(e), e.reverse_orientation));
   if (e.type == "cylinder")
     return make(Quadric::cylinder(to_target, radius, e.params.get_float("zmin", -1), e.params.get_float("zmax", 1),
                                   sweep(e), e.reverse_orientation));
   const float inner = e.params.get_float("innerradius", 0);
   if (inner < 0 || inner > radius) throw InputError(e.loc, "\"innerradius\" must be from 0 to \"radius\"");
-  return make(Quadric::disk(to_target, e.params.get_float("height", 0), radius, inner, sweep(e), e.reverse_orientation));
+  return make(
+      Quadric::disk(to_target, e.params.get_float("height", 0), radius, inner, sweep(e), e.reverse_orientation));
 }
 
-std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target,
+                                  const Dicing& dicing) {
   if (e.type == "trianglemesh") return meshes(context, e, {triangle_mesh(e, to_target)}, dicing);
   if (e.type == "plymesh") return meshes(context, e, ply_mesh(context, e, to_target), dicing);
   if (e.type == "bilinearmesh") return meshes(context, e, {bilinear_mesh(context, e, to_target)}, dicing);
@@ -274,12 +284,14 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
     return {};
   }
   throw InputError(e.loc, "shape \"" + e.type + "\" is unknown; " +
-                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder", "loopsubdiv", "catmullclark", "curve", "disks"}));
+                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder",
+                                      "loopsubdiv", "catmullclark", "curve", "disks"}));
 }
 
 }  // namespace
 
-std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target, const Dicing& dicing) {
+std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target,
+                                      const Dicing& dicing) {
   std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
   for (const char* read_later : {"alpha", "opacity"}) e.params.find(read_later);
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);

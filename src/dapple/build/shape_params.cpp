@@ -37,16 +37,21 @@ std::vector<uint32_t> face_sizes(const ShapeEntity& e, size_t corners, uint32_t 
     throw InputError(e.loc, "\"indices\" has " + counted(int64_t(corners), "number", "numbers") +
                                 "; expected a multiple of " + std::to_string(usual) + ", or \"faceverts\"");
   if (!sizes.empty() && sum != corners)
-    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " + std::to_string(corners));
-  return sizes.empty() ? std::vector<uint32_t>(corners / usual, usual) : std::vector<uint32_t>(sizes.begin(), sizes.end());
+    throw InputError(e.loc, "\"faceverts\" adds up to " + std::to_string(sum) + " corners; \"indices\" has " +
+                                std::to_string(corners));
+  return sizes.empty() ? std::vector<uint32_t>(corners / usual, usual)
+                       : std::vector<uint32_t>(sizes.begin(), sizes.end());
 }
 
 namespace {
 
 class FileWarnings {
  public:
-  FileWarnings(const BuildContext& context, const ShapeEntity& e, const std::string& path) : context_(context), loc_(e.loc), path_(path) {}
-  void add(const std::string& message) const { context_.diagnostics.warn(loc_, path_ + ": " + message, path_ + ": " + message); }
+  FileWarnings(const BuildContext& context, const ShapeEntity& e, const std::string& path)
+      : context_(context), loc_(e.loc), path_(path) {}
+  void add(const std::string& message) const {
+    context_.diagnostics.warn(loc_, path_ + ": " + message, path_ + ": " + message);
+  }
   void add_ignored_faces(int64_t n) const {
     if (n > 0) add(counted(n, "face", "faces") + " of fewer than 3 corners left out");
   }
@@ -64,10 +69,15 @@ scenefile::PlyMesh read_ply(const BuildContext& context, const ShapeEntity& e, c
   const FileWarnings warnings(context, e, path);
   if (ply.has_more_data) warnings.add("there are more data than the header announces; they are not read");
   warnings.add_ignored_faces(ply.ignored_faces);
-  if (ply.bad_normals > 0) warnings.add(counted(ply.bad_normals, "normal is", "normals are") + " not finite; taken as none");
-  if (ply.bad_uvs > 0) warnings.add(counted(ply.bad_uvs, "vertex has", "vertices have") + " u, v that are not finite; taken as 0");
-  if (ply.bad_corner_uvs > 0) warnings.add(counted(ply.bad_corner_uvs, "corner has", "corners have") + " texture coordinates that are not finite; taken as 0");
-  if (ply.many_textures) warnings.add("its faces name more than one texture (texnumber); the shape's material is used for all");
+  if (ply.bad_normals > 0)
+    warnings.add(counted(ply.bad_normals, "normal is", "normals are") + " not finite; taken as none");
+  if (ply.bad_uvs > 0)
+    warnings.add(counted(ply.bad_uvs, "vertex has", "vertices have") + " u, v that are not finite; taken as 0");
+  if (ply.bad_corner_uvs > 0)
+    warnings.add(counted(ply.bad_corner_uvs, "corner has", "corners have") +
+                 " texture coordinates that are not finite; taken as 0");
+  if (ply.many_textures)
+    warnings.add("its faces name more than one texture (texnumber); the shape's material is used for all");
   return ply;
 }
 

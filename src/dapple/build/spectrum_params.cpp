@@ -70,8 +70,11 @@ RGB rgb_value(const Param& p, White white, const BuildContext& context) {
   const RGB c = rgb_to_rec709(primaries(p.color_space), white)(given);
   constexpr float rounding = 1e-3f;
   if (c.min() < -rounding * c.max())
-    context.diagnostics.warn(p.loc, "parameter " + in_quotes(p.name) + ": the colour lies outside Rec.709, in which light is computed; its negative channels count as 0",
-                             "outside Rec.709");
+    context.diagnostics.warn(
+        p.loc,
+        "parameter " + in_quotes(p.name) +
+            ": the colour lies outside Rec.709, in which light is computed; its negative channels count as 0",
+        "outside Rec.709");
   return non_negative(c);
 }
 

@@ -46,13 +46,16 @@ Pattern<T> image_map(const TextureInputs& in) {
   constexpr bool scalar = std::is_same_v<T, float>;
   try {
     const auto use = scalar ? image::TextureUse::scalar : image::TextureUse::color;
-    const image::TextureHandle handle = in.context.texture_system.open(image.path, image.encoding, use, image.loc, scalar ? image::TextureWeight{} : texture_weight(in.entity, image, in.library.coverage()));
+    const image::TextureHandle handle = in.context.texture_system.open(
+        image.path, image.encoding, use, image.loc,
+        scalar ? image::TextureWeight{} : texture_weight(in.entity, image, in.library.coverage()));
     warn_of_not_numbers(handle.not_numbers(), image.path, image.loc, in.context);
     if constexpr (scalar) {
       return image_float(point, handle, image.options);
     } else {
       const PatternColor color = image_color(point, handle, image.options);
-      return in.role == TextureRole::reflectance ? each([](PatternFloat v) { return clamp(v, 0, 1); }, color) : color;  // as pbrt-v4: mixes see no reflectance above 1
+      return in.role == TextureRole::reflectance ? each([](PatternFloat v) { return clamp(v, 0, 1); }, color)
+                                                 : color;  // as pbrt-v4: mixes see no reflectance above 1
     }
   } catch (const InputError& e) {
     if (!in.context.keep_going) throw;

@@ -179,7 +179,8 @@ image::Image TextureLibrary::light_image(const std::string& filename, const File
   try {
     const std::string path = context_.description.resolve(filename);
     image::Image image = image::read_image(path, loc, encoding);
-    const auto count = std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); });
+    const auto count =
+        std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); });
     warn_of_not_numbers(size_t(count), path, loc, context_);
     return image;
   } catch (const InputError& e) {

@@ -33,7 +33,8 @@ class TextureLibrary {
  public:
   /// Builds every texture of context.description, which must outlive this object (as must the context).
   explicit TextureLibrary(const BuildContext& context);
-  /// Of these textures alone, by their place in the description, which use no others: for shapes that are cut out by a picture.
+  /// Of these textures alone, by their place in the description, which use no others: for shapes that are cut out by a
+  /// picture.
   TextureLibrary(const BuildContext& context, const Coverage& coverage, const std::set<int32_t>& places);
   const Coverage* coverage() const { return coverage_; }
 

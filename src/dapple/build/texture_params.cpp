@@ -51,7 +51,11 @@ ImageParams image_params(const scenefile::TextureEntity& entity, const BuildCont
 }
 
 void warn_of_not_numbers(size_t count, const std::string& path, const FileLoc& loc, const BuildContext& context) {
-  if (count > 0) context.diagnostics.warn(loc, std::to_string(count) + " of the numbers of image \"" + path + "\" are not numbers (NaN); they are read as 0", "NaN in " + path);
+  if (count > 0)
+    context.diagnostics.warn(
+        loc,
+        std::to_string(count) + " of the numbers of image \"" + path + "\" are not numbers (NaN); they are read as 0",
+        "NaN in " + path);
 }
 
 shading::PatternColor missing_image(shading::PatternGraph& graph) {

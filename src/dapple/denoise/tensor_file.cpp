@@ -20,7 +20,9 @@ class Reader {
  public:
   Reader(std::span<const std::byte> bytes, const std::string& name) : bytes_(bytes), name_(name) {}
 
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(FileLoc{name_}, "not a usable weight file: " + what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(FileLoc{name_}, "not a usable weight file: " + what);
+  }
   void seek(uint64_t offset) {
     if (offset > bytes_.size()) fail("an offset beyond its end");
     at_ = offset;
@@ -97,7 +99,8 @@ TensorMap parse_tensors(std::span<const std::byte> bytes, const std::string& nam
     total += count;
     // Tensors may overlap: what they claim together is bounded as well.
     if (count > max_bytes || total > max_bytes / 2) reader.fail("tensors larger than the file");
-    if (!result.emplace(key, read_values(reader, std::move(tensor), count, type, offset)).second) reader.fail("a tensor named twice");
+    if (!result.emplace(key, read_values(reader, std::move(tensor), count, type, offset)).second)
+      reader.fail("a tensor named twice");
   }
   return result;
 }

@@ -15,9 +15,9 @@ struct Tensor {
 };
 using TensorMap = std::map<std::string, Tensor>;
 
-/// Reads Open Image Denoise's weight archive (.tza): a header with the offset of a table; the table names tensors of half or float
-/// with shapes and offsets. InputError, naming `name`, for whatever is damaged or beyond 64 MiB; memory is taken only for what the
-/// bytes hold.
+/// Reads Open Image Denoise's weight archive (.tza): a header with the offset of a table; the table names tensors of
+/// half or float with shapes and offsets. InputError, naming `name`, for whatever is damaged or beyond 64 MiB; memory
+/// is taken only for what the bytes hold.
 TensorMap parse_tensors(std::span<const std::byte> bytes, const std::string& name);
 /// The same of a file. IoError where it cannot be opened.
 TensorMap read_tensors(const std::string& path);

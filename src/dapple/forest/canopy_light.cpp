@@ -16,8 +16,8 @@ V3d cell_direction(double u, double v) {
   return {sine * std::cos(phi), sine * std::sin(phi), v};
 }
 
-/// Means over each cell, from 3 x 3 points of it and its border, so that no cell in which the sky shines is left out; times a cosine that favours the zenith,
-/// since most of what is seen of a forest's ground is level.
+/// Means over each cell, from 3 x 3 points of it and its border, so that no cell in which the sky shines is left out;
+/// times a cosine that favours the zenith, since most of what is seen of a forest's ground is level.
 Distribution2D sky_cells(const std::optional<SkyDome>& sky) {
   if (!sky) return {std::vector<float>{1}, 1, 1};
   const int columns = int(std::clamp(2 * pi_d / sky->detail(), 64.0, 2048.0)), rows = columns / 4;
@@ -25,7 +25,8 @@ Distribution2D sky_cells(const std::optional<SkyDome>& sky) {
             for (size_t x = 0; x < row.size(); ++x) {
               float sum = 0;
               for (const double b : {0.02, 0.5, 0.98})
-                for (const double a : {0.0, 0.5, 1.0}) sum += sky->radiance(cell_direction((double(x) + a) / columns, (y + b) / rows)).luminance();
+                for (const double a : {0.0, 0.5, 1.0})
+                  sum += sky->radiance(cell_direction((double(x) + a) / columns, (y + b) / rows)).luminance();
               row[x] = sum * (0.2f + float(y) / float(rows));
             }
           }};
@@ -33,7 +34,8 @@ Distribution2D sky_cells(const std::optional<SkyDome>& sky) {
 
 }  // namespace
 
-CanopyLight::CanopyLight(const std::optional<Sheet>& sheet, const std::optional<SunDisc>& sun, const std::optional<SkyDome>& sky, const Transform& light_to_world)
+CanopyLight::CanopyLight(const std::optional<Sheet>& sheet, const std::optional<SunDisc>& sun,
+                         const std::optional<SkyDome>& sky, const Transform& light_to_world)
     : sheet_(sheet),
       sun_(sun),
       sky_(sky),
@@ -44,16 +46,20 @@ CanopyLight::CanopyLight(const std::optional<Sheet>& sheet, const std::optional<
       cells_(sky_cells(sky)) {
   if (sheet && !(sheet->height > 0)) throw std::invalid_argument("the height of a canopy must be above 0 m");
   const float s = length(z_), tolerance = 1e-4f * s;
-  const bool even = s > 0 && std::abs(length(x_) - s) < tolerance && std::abs(length(y_) - s) < tolerance && std::abs(dot(x_, y_)) < tolerance * s &&
-                    std::abs(dot(y_, z_)) < tolerance * s && std::abs(dot(z_, x_)) < tolerance * s && dot(cross(x_, y_), z_) > 0;
+  const bool even = s > 0 && std::abs(length(x_) - s) < tolerance && std::abs(length(y_) - s) < tolerance &&
+                    std::abs(dot(x_, y_)) < tolerance * s && std::abs(dot(y_, z_)) < tolerance * s &&
+                    std::abs(dot(z_, x_)) < tolerance * s && dot(cross(x_, y_), z_) > 0;
   if (!even) throw std::invalid_argument("a canopy's transform may move, turn and scale all axes alike, nothing else");
   x_ *= 1 / s, y_ *= 1 / s, z_ *= 1 / s;
 
-  const double by_sun = sun ? double(sun->irradiance_horizontal().luminance()) : 0, by_sky = sky ? double(sky->irradiance().luminance()) : 0;
+  const double by_sun = sun ? double(sun->irradiance_horizontal().luminance()) : 0,
+               by_sky = sky ? double(sky->irradiance().luminance()) : 0;
   // Between 1/4 and 3/4 where both shine: either may be hidden.
   if (by_sun > 0) sun_share_ = by_sky > 0 ? std::clamp(by_sun / (by_sun + by_sky), 0.25, 0.75) : 1;
-  const double through = sheet ? 0.2126 * sheet->mask.mean(0) + 0.7152 * sheet->mask.mean(1) + 0.0722 * sheet->mask.mean(2) : 1;
-  const double sky_flux = sky ? double(dome_integral([&](const V3d& w) { return sky->radiance(w); }, sky->detail()).luminance()) : 0;
+  const double through =
+      sheet ? 0.2126 * sheet->mask.mean(0) + 0.7152 * sheet->mask.mean(1) + 0.0722 * sheet->mask.mean(2) : 1;
+  const double sky_flux =
+      sky ? double(dome_integral([&](const V3d& w) { return sky->radiance(w); }, sky->detail()).luminance()) : 0;
   flux_ = float(((sun ? double(sun->irradiance_normal().luminance()) : 0) + sky_flux) * std::max(through, 0.01));
 }
 
@@ -82,7 +88,8 @@ double CanopyLight::sky_pdf(const V3d& w) const {
   if (cells_.is_zero() || !(w.z > 0)) return 0;
   const double phi = std::atan2(w.y, w.x);
   const V2f at(float((phi < 0 ? phi + 2 * pi_d : phi) / (2 * pi_d)), float(w.z));
-  return double(cells_.pdf({std::clamp(at.x, 0.0f, one_minus_epsilon), std::clamp(at.y, 0.0f, one_minus_epsilon)})) / (2 * pi_d);
+  return double(cells_.pdf({std::clamp(at.x, 0.0f, one_minus_epsilon), std::clamp(at.y, 0.0f, one_minus_epsilon)})) /
+         (2 * pi_d);
 }
 
 bool CanopyLight::sample(const shading::LightReceiver& to, const V2f& u, shading::LightSample* out) const {

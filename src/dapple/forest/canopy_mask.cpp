@@ -30,8 +30,8 @@ CanopyMask CanopyMask::from_image(const image::Image& image, double width_m, boo
       const RGB c = image.rgb(x, y);
       for (int i = 0; i < 3; ++i)
         if (!(c[i] >= 0 && c[i] <= 1))
-          throw InputError(loc, "pixel " + std::to_string(x) + ", " + std::to_string(y) + " of the mask is " + std::to_string(c[i]) +
-                                    ", expected a transmittance from 0 to 1");
+          throw InputError(loc, "pixel " + std::to_string(x) + ", " + std::to_string(y) + " of the mask is " +
+                                    std::to_string(c[i]) + ", expected a transmittance from 0 to 1");
       coloured |= c.r != c.g || c.g != c.b;
     }
   CanopyMask mask;

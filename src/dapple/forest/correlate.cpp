@@ -9,14 +9,16 @@ namespace dapple::forest {
 
 namespace {
 
-/// One axis of a correlation c(g) = sum over k of f(g + x0 + k) w(k), k from 0 to `width` - 1, for g in [first, first + count): f has `n` numbers, repeats
-/// or is zero outside. The transform is circular over `size`; f enters it `copies` times over where its own length would transform slowly.
+/// One axis of a correlation c(g) = sum over k of f(g + x0 + k) w(k), k from 0 to `width` - 1, for g in [first, first +
+/// count): f has `n` numbers, repeats or is zero outside. The transform is circular over `size`; f enters it `copies`
+/// times over where its own length would transform slowly.
 struct Axis {
   int n, size, extent;  // extent: numbers of f that enter, n or more where it repeats
   int shift;            // c(g) lies at g + shift
   bool periodic;
 
-  Axis(int n_, bool repeats, int x0, int width, int first, int count) : n(n_), extent(n_), shift(x0), periodic(repeats) {
+  Axis(int n_, bool repeats, int x0, int width, int first, int count)
+      : n(n_), extent(n_), shift(x0), periodic(repeats) {
     if (periodic) {
       // The light is folded: width = n. A length without large factors serves as it is.
       if (smooth(n)) {
@@ -66,7 +68,8 @@ Places rows_wanted(const Axis& axis, int width, const Window& out) {
 
 }  // namespace
 
-Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const Window& out, const PenumbraSettings& settings) {
+Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const Window& out,
+                 const PenumbraSettings& settings) {
   const int channels = std::max(f.channels, light.weight.channels);
   Raster result(out.width, out.height, channels);
   if (light.weight.values.empty()) return result;
@@ -75,8 +78,9 @@ Raster correlate(const Raster& f, const LightRaster& light, bool periodic, const
   const Axis ax(f.width, periodic, w.window.x0, w.window.width, out.x0, out.width);
   const Axis ay(f.height, periodic, w.window.y0, w.window.height, out.y0, out.height);
   if (const double bytes = 3.0 * 16 * (ax.size / 2 + 1) * double(ay.size); bytes > double(settings.max_bytes))
-    throw MemoryError("the Fourier transforms of a mask of " + std::to_string(f.width) + " x " + std::to_string(f.height) + " pixels need " +
-                      std::to_string(int(bytes / (1 << 20))) + " MiB, more than the " + std::to_string(settings.max_bytes >> 20) + " MiB allowed");
+    throw MemoryError("the Fourier transforms of a mask of " + std::to_string(f.width) + " x " +
+                      std::to_string(f.height) + " pixels need " + std::to_string(int(bytes / (1 << 20))) +
+                      " MiB, more than the " + std::to_string(settings.max_bytes >> 20) + " MiB allowed");
 
   if (settings.transforms) settings.transforms->push_back({ax.size, ay.size, f.channels + w.weight.channels, channels});
   const RealFft2 fft(ax.size, ay.size);

@@ -65,7 +65,8 @@ class FacetClusters {
   size_t bytes() const;
 };
 
-/// Port: how opaque cut-out geometry is, as trace::OpacityTest. It is asked for at most TileRaster::asked_at_once facets at a time.
+/// Port: how opaque cut-out geometry is, as trace::OpacityTest. It is asked for at most TileRaster::asked_at_once
+/// facets at a time.
 using FacetOpacity = std::function<void(uint32_t geometry, int n, const uint32_t* primitive, const float* u,
                                         const float* v, float* alpha)>;
 

@@ -25,7 +25,8 @@ RGB bilinear(const Raster& r, const V2f& place) {
 }  // namespace
 
 bool GroundLight::empty() const {
-  return sky.values.empty() && std::all_of(beams.begin(), beams.end(), [](const Beam& b) { return b.share.values.empty(); });
+  return sky.values.empty() &&
+         std::all_of(beams.begin(), beams.end(), [](const Beam& b) { return b.share.values.empty(); });
 }
 
 size_t GroundLight::bytes() const {
@@ -39,7 +40,8 @@ GroundVisibility::GroundVisibility(GroundLight light, std::shared_ptr<const shad
 
 bool GroundVisibility::find(const V3f& P, const V3f& Ng, V2f* place) const {
   const Box2f& a = light_.area;
-  if (!(std::abs(Ng.z) >= least_level) || !a.intersects(V2f(P.x, P.y)) || length2(P - light_.eye) < sqr(light_.nearest)) return false;
+  if (!(std::abs(Ng.z) >= least_level) || !a.intersects(V2f(P.x, P.y)) || length2(P - light_.eye) < sqr(light_.nearest))
+    return false;
   *place = {(P.x - a.min.x) / (a.max.x - a.min.x), (a.max.y - P.y) / (a.max.y - a.min.y)};
   // Beside pixels without ground the height is no number.
   return std::abs(bilinear(light_.height, *place).r - P.z) <= light_.tolerance;

@@ -9,8 +9,9 @@
 
 namespace dapple::forest {
 
-/// What of sun and sky arrives on the ground under trees, as the correlation of the light with the canopy tells it (illumination under trees, 3;
-/// forest/penumbra.h). Maps seen from above, +x to the right and +y up, all of the same rectangle, whatever their pixels; z is up.
+/// What of sun and sky arrives on the ground under trees, as the correlation of the light with the canopy tells it
+/// (illumination under trees, 3; forest/penumbra.h). Maps seen from above, +x to the right and +y up, all of the same
+/// rectangle, whatever their pixels; z is up.
 struct GroundLight {
   struct Beam {
     V3f to_light;      ///< unit, to its centre
@@ -18,21 +19,22 @@ struct GroundLight {
     Raster share;      ///< of its irradiance on the open ground, 0 to 1; no pixels: not known
   };
 
-  Box2f area;                ///< m
-  Raster height;             ///< of the ground, m; NaN: there is none
-  float tolerance = 0;       ///< m that a surface may lie above or below and be the ground
-  std::vector<Beam> beams;   ///< suns
-  Raster sky;                ///< share of what else comes from above; no pixels: not known
+  Box2f area;               ///< m
+  Raster height;            ///< of the ground, m; NaN: there is none
+  float tolerance = 0;      ///< m that a surface may lie above or below and be the ground
+  std::vector<Beam> beams;  ///< suns
+  Raster sky;               ///< share of what else comes from above; no pixels: not known
   V3f eye{0, 0, 0};
-  float nearest = 0;         ///< m from the eye: ground nearer is left to others
+  float nearest = 0;  ///< m from the eye: ground nearer is left to others
 
   /// Nothing is known of any light.
   bool empty() const;
   size_t bytes() const;
 };
 
-/// Shadows on level ground far from the eye by GroundLight: the same share for every ray to one light, so that its irradiance comes out without noise. It
-/// answers for surfaces within 45 degrees of level that are as high as the ground; the rest it leaves to another.
+/// Shadows on level ground far from the eye by GroundLight: the same share for every ray to one light, so that its
+/// irradiance comes out without noise. It answers for surfaces within 45 degrees of level that are as high as the
+/// ground; the rest it leaves to another.
 class GroundVisibility final : public shading::Visibility {
  public:
   /// rest: asked about all else; null: nobody is.

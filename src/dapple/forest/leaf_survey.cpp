@@ -139,7 +139,8 @@ void LeafSurvey::add_disk(int kind, const V3d& c, double radius, const V3d& n, d
     const double dz = edges[size_t(edge)] - c.z;
     return reach > 0 ? disk_segment(dz / reach) : dz > 0 ? std::numbers::pi : 0.0;
   };
-  const int first = std::clamp(int(std::upper_bound(edges.begin(), edges.end(), c.z - reach) - edges.begin()) - 1, 0, last);
+  const int first =
+      std::clamp(int(std::upper_bound(edges.begin(), edges.end(), c.z - reach) - edges.begin()) - 1, 0, last);
   for (int s = first; s <= last && (s == first || edges[size_t(s)] < c.z + reach); ++s)
     area_[index(s, inclination, kind)] += share * radius * radius * (below(s + 1) - below(s));
 }

@@ -9,13 +9,15 @@
 namespace dapple::forest {
 
 /// Area of surfaces within a plot, by height, inclination of the normal and kind: the leaf statistics U of illumination
-/// under trees, section 5.2, from actual polygons. Polygons are cut exactly at the plot's borders and at the slabs' edges.
+/// under trees, section 5.2, from actual polygons. Polygons are cut exactly at the plot's borders and at the slabs'
+/// edges.
 class LeafSurvey {
  public:
   struct Frame {
-    Box2f plot;                   ///< x and y, m; what is beyond does not count
-    std::vector<double> edges_m;  ///< of the slabs, ascending, 2 or more; what is below or above counts in the last slab on that side
-    int inclinations = 18;        ///< equal bins of the angle between normal and vertical, from 0 to 90 degrees
+    Box2f plot;  ///< x and y, m; what is beyond does not count
+    std::vector<double>
+        edges_m;  ///< of the slabs, ascending, 2 or more; what is below or above counts in the last slab on that side
+    int inclinations = 18;  ///< equal bins of the angle between normal and vertical, from 0 to 90 degrees
     int kinds = 1;
   };
 

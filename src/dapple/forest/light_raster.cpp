@@ -147,7 +147,8 @@ LightRaster sun_raster(const SunDisc& sun, double cell, const Window& limit) {
   for (int c = 0; c < out.weight.channels; ++c) {
     const double scale = total[size_t(c)] > 0 ? double(sun.irradiance_horizontal()[c]) / total[size_t(c)] : 1;
     for (int y = 0; y < out.window.height; ++y)
-      for (int x = 0; x < out.window.width; ++x) out.weight.row(c, y)[x] = float(double(out.weight.row(c, y)[x]) * scale);
+      for (int x = 0; x < out.window.width; ++x)
+        out.weight.row(c, y)[x] = float(double(out.weight.row(c, y)[x]) * scale);
   }
   return out;
 }
@@ -161,7 +162,8 @@ Window sun_window(const SunDisc& sun, double cell) {
 
 namespace {
 
-/// Where `stride` cells around cell i * stride come to lie on a ring of n: `all` times everywhere, and once from `first` on.
+/// Where `stride` cells around cell i * stride come to lie on a ring of n: `all` times everywhere, and once from
+/// `first` on.
 struct Run {
   int first, count;
   double all;
@@ -180,7 +182,8 @@ LightRaster folded(const LightRaster& raster, int width, int height) {
   const Raster& w = raster.weight;
   LightRaster out{{0, 0, width, height}, Raster(width, height, w.channels)};
   const double part = 1 / (double(raster.stride) * raster.stride);
-  // Lines of the raster, folded along x, some at a time; each line of the result adds those that meet it, in their order.
+  // Lines of the raster, folded along x, some at a time; each line of the result adds those that meet it, in their
+  // order.
   constexpr int lines = 64;
   const size_t n = static_cast<size_t>(width);
   std::vector<double> sums(n * size_t(height)), folds(n * lines), everywhere(n);
@@ -205,7 +208,8 @@ LightRaster folded(const LightRaster& raster, int width, int height) {
         for (size_t x = 0; x < n; ++x) line[x] += base;
       });
       for (int i = 0; i < count; ++i)
-        for (size_t x = 0; runs[size_t(i)].all > 0 && x < n; ++x) everywhere[x] += runs[size_t(i)].all * folds[size_t(i) * n + x];
+        for (size_t x = 0; runs[size_t(i)].all > 0 && x < n; ++x)
+          everywhere[x] += runs[size_t(i)].all * folds[size_t(i) * n + x];
       parallel_for(size_t(height), [&](size_t y) {
         for (int i = 0; i < count; ++i) {
           const Run& run = runs[size_t(i)];

@@ -76,8 +76,7 @@ void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) cons
     if (o == 0 || !(order[o].key == order[o - 1].key)) tile = map.tile(order[o].key);
     visible[i] = RGB(1);
     if (tile->words == 0) continue;
-    const SlabMap::Receiver from =
-        map.receiver(grid[i], map.frame().slope(rays.Ng[i]), order[o].key, *tile);
+    const SlabMap::Receiver from = map.receiver(grid[i], map.frame().slope(rays.Ng[i]), order[o].key, *tile);
     if (from.below <= 0) continue;
     const uint64_t random = hash(rays.key[i], 0x510b);
     SlabStep step;

@@ -13,15 +13,24 @@ namespace {
 /// Real spherical harmonics up to degree 2.
 double harmonic(int k, const V3d& w) {
   switch (k) {
-    case 0: return 0.28209479177387814;
-    case 1: return 0.4886025119029199 * w.y;
-    case 2: return 0.4886025119029199 * w.z;
-    case 3: return 0.4886025119029199 * w.x;
-    case 4: return 1.0925484305920792 * w.x * w.y;
-    case 5: return 1.0925484305920792 * w.y * w.z;
-    case 6: return 0.31539156525252005 * (3 * w.z * w.z - 1);
-    case 7: return 1.0925484305920792 * w.x * w.z;
-    default: return 0.5462742152960396 * (w.x * w.x - w.y * w.y);
+    case 0:
+      return 0.28209479177387814;
+    case 1:
+      return 0.4886025119029199 * w.y;
+    case 2:
+      return 0.4886025119029199 * w.z;
+    case 3:
+      return 0.4886025119029199 * w.x;
+    case 4:
+      return 1.0925484305920792 * w.x * w.y;
+    case 5:
+      return 1.0925484305920792 * w.y * w.z;
+    case 6:
+      return 0.31539156525252005 * (3 * w.z * w.z - 1);
+    case 7:
+      return 1.0925484305920792 * w.x * w.z;
+    default:
+      return 0.5462742152960396 * (w.x * w.x - w.y * w.y);
   }
 }
 
@@ -69,7 +78,8 @@ Raster interpolated(const Raster& coarse, int f, int width, int height) {
       for (int x = 0; x < width; ++x) {
         int i;
         const double s = place(x, &i);
-        const double a = (1 - s) * double(above[i]) + s * double(above[i + 1]), b = (1 - s) * double(below[i]) + s * double(below[i + 1]);
+        const double a = (1 - s) * double(above[i]) + s * double(above[i + 1]),
+                     b = (1 - s) * double(below[i]) + s * double(below[i + 1]);
         out.row(c, int(row))[x] = float((1 - t) * a + t * b);
       }
     }
@@ -78,10 +88,14 @@ Raster interpolated(const Raster& coarse, int f, int width, int height) {
 }
 
 /// The largest odd number up to x, and at least 1.
-int odd(double x) { return x < 3 ? 1 : (int(x) - 1) / 2 * 2 + 1; }
+int odd(double x) {
+  return x < 3 ? 1 : (int(x) - 1) / 2 * 2 + 1;
+}
 
 /// Largest cell of the sky's raster, m on the mask; 0: the mask's pixels.
-double sky_cell(double height, const SkyDome& sky, const PenumbraSettings& s) { return std::min(s.sky_cell, sky.detail() / 2) * height; }
+double sky_cell(double height, const SkyDome& sky, const PenumbraSettings& s) {
+  return std::min(s.sky_cell, sky.detail() / 2) * height;
+}
 
 /// Pixels of the mask a cell of the sky has: a power of two, which divides the sides of a mask that repeats.
 int sky_factor(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& s) {
@@ -99,18 +113,22 @@ RGB beyond(const RGB& whole, const LightRaster& raster) {
   RGB rest;
   for (int c = 0; c < 3; ++c) {
     const int channel = raster.weight.channels == 1 ? 0 : c;
-    const double held = raster.weight.values.empty() ? 0 : raster.weight.mean(channel) * raster.weight.width * raster.weight.height;
+    const double held =
+        raster.weight.values.empty() ? 0 : raster.weight.mean(channel) * raster.weight.width * raster.weight.height;
     rest[c] = float(double(whole[c]) - held);
   }
   return rest;
 }
 
-/// One light through one mask: `make` gives its raster within a window of cells of `factor` pixels, `open` is its whole irradiance.
+/// One light through one mask: `make` gives its raster within a window of cells of `factor` pixels, `open` is its whole
+/// irradiance.
 template <class Make>
-Raster through(const CanopyMask& mask, int factor, const RGB& open, const Window& reach, const PenumbraSettings& settings, const Make& make) {
+Raster through(const CanopyMask& mask, int factor, const RGB& open, const Window& reach,
+               const PenumbraSettings& settings, const Make& make) {
   const Raster blocked = averaged(opacity(mask.transmittance), factor);
   const LightRaster light = make(reach);
-  const Window out = factor == 1 ? Window{0, 0, blocked.width, blocked.height} : Window{-1, -1, blocked.width + 2, blocked.height + 2};
+  const Window out =
+      factor == 1 ? Window{0, 0, blocked.width, blocked.height} : Window{-1, -1, blocked.width + 2, blocked.height + 2};
   Raster c = correlate(blocked, light, mask.periodic, out, settings);
   if (factor > 1) c = interpolated(c, factor, mask.transmittance.width, mask.transmittance.height);
 
@@ -134,8 +152,8 @@ Window all_of(const Raster& blocked) {
   return {-blocked.width, -blocked.height, 2 * blocked.width + 1, 2 * blocked.height + 1};
 }
 
-Raster sky_through(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& settings, const DirectionDensity& density, bool grey,
-                   const RGB& open) {
+Raster sky_through(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& settings,
+                   const DirectionDensity& density, bool grey, const RGB& open) {
   check_height(height);
   const int f = sky_factor(mask, height, sky, settings);
   const double pitch = mask.pitch * f;
@@ -189,21 +207,23 @@ Raster sun_irradiance(const CanopyMask& mask, double height, const SunDisc& sun,
   // A low sun over small pixels: thousands of cells across are enough, wherever they come to lie on the mask.
   const Window fine = sun_window(sun, cell);
   const int stride = odd(std::max(fine.width, fine.height) / 2048.0);
-  return through(mask, 1, sun.irradiance_horizontal(), sun_window(sun, cell * stride), settings, [&](const Window& window) {
-    LightRaster light = sun_raster(sun, cell * stride, window);
-    light.stride = stride;
-    return light;
-  });
+  return through(mask, 1, sun.irradiance_horizontal(), sun_window(sun, cell * stride), settings,
+                 [&](const Window& window) {
+                   LightRaster light = sun_raster(sun, cell * stride, window);
+                   light.stride = stride;
+                   return light;
+                 });
 }
 
 Raster sky_irradiance(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& settings) {
   const RGB open = sky.irradiance();
   const bool grey = sky.grey() && open.r == open.g && open.g == open.b;
-  return sky_through(mask, height, sky, settings, [&](const V3d& w) { return sky.radiance(w) * float(w.z); }, grey, open);
+  return sky_through(
+      mask, height, sky, settings, [&](const V3d& w) { return sky.radiance(w) * float(w.z); }, grey, open);
 }
 
-Raster ground_irradiance(std::span<const CanopyPlane> planes, const std::optional<SunDisc>& sun, const std::optional<SkyDome>& sky,
-                         const PenumbraSettings& settings) {
+Raster ground_irradiance(std::span<const CanopyPlane> planes, const std::optional<SunDisc>& sun,
+                         const std::optional<SkyDome>& sky, const PenumbraSettings& settings) {
   if (planes.empty()) throw std::invalid_argument("no sheet of leaves");
   for (const CanopyPlane& plane : planes) {
     check_height(plane.height);
@@ -226,12 +246,16 @@ Raster ground_irradiance(std::span<const CanopyPlane> planes, const std::optiona
       }
     });
   };
-  if (sun) add(sun->irradiance_horizontal(), [&](const CanopyPlane& p) { return sun_irradiance(p.mask, p.height, *sun, settings); });
-  if (sky) add(sky->irradiance(), [&](const CanopyPlane& p) { return sky_irradiance(p.mask, p.height, *sky, settings); });
+  if (sun)
+    add(sun->irradiance_horizontal(),
+        [&](const CanopyPlane& p) { return sun_irradiance(p.mask, p.height, *sun, settings); });
+  if (sky)
+    add(sky->irradiance(), [&](const CanopyPlane& p) { return sky_irradiance(p.mask, p.height, *sky, settings); });
   return total;
 }
 
-OrientedSkylight::OrientedSkylight(const CanopyMask& mask, double height, const SkyDome& sky, const PenumbraSettings& settings) {
+OrientedSkylight::OrientedSkylight(const CanopyMask& mask, double height, const SkyDome& sky,
+                                   const PenumbraSettings& settings) {
   for (int k = 0; k < 9; ++k) {
     const DirectionDensity density = [&](const V3d& w) { return sky.radiance(w) * float(harmonic(k, w)); };
     // Coefficients have signs, and a correlation is linear: their positive and negative parts are summed.

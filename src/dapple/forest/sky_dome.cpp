@@ -14,7 +14,9 @@ namespace {
 
 constexpr double pi_d = std::numbers::pi;
 
-double azimuth_of(const V3d& w) { return std::atan2(w.y, w.x); }
+double azimuth_of(const V3d& w) {
+  return std::atan2(w.y, w.x);
+}
 
 /// Sum over midpoints in azimuth and in a number s in [0, 1], of which mu is a function, times the cell of both.
 template <class Mu>
@@ -44,11 +46,14 @@ struct Perez {
   }
 };
 
-double cubic(double t, double a, double b, double c, double d) { return ((a * t + b) * t + c) * t + d; }
+double cubic(double t, double a, double b, double c, double d) {
+  return ((a * t + b) * t + c) * t + d;
+}
 
 RGB from_xyY(double x, double y, double Y) {
   const double X = x / y * Y, Z = (1 - x - y) / y * Y;  // IEC 61966-2-1
-  const RGB c(float(3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z), float(-0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z),
+  const RGB c(float(3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z),
+              float(-0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z),
               float(0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z));
   return {std::max(c.r, 0.0f), std::max(c.g, 0.0f), std::max(c.b, 0.0f)};
 }
@@ -92,15 +97,18 @@ SkyDome SkyDome::preetham(const V3d& sun, double T) {
   check_sun(sun);
   if (!(T >= 1.9 && T <= 10)) throw std::invalid_argument("turbidity must be from 1.9 to 10");
   const double t = std::acos(std::min(sun.z, 1.0));
-  const Perez luminance{0.1787 * T - 1.4630, -0.3554 * T + 0.4275, -0.0227 * T + 5.3251, 0.1206 * T - 2.5771, -0.0670 * T + 0.3703};
-  const Perez px{-0.0193 * T - 0.2592, -0.0665 * T + 0.0008, -0.0004 * T + 0.2125, -0.0641 * T - 0.8989, -0.0033 * T + 0.0452};
-  const Perez py{-0.0167 * T - 0.2608, -0.0950 * T + 0.0092, -0.0079 * T + 0.2102, -0.0441 * T - 1.6537, -0.0109 * T + 0.0529};
+  const Perez luminance{0.1787 * T - 1.4630, -0.3554 * T + 0.4275, -0.0227 * T + 5.3251, 0.1206 * T - 2.5771,
+                        -0.0670 * T + 0.3703};
+  const Perez px{-0.0193 * T - 0.2592, -0.0665 * T + 0.0008, -0.0004 * T + 0.2125, -0.0641 * T - 0.8989,
+                 -0.0033 * T + 0.0452};
+  const Perez py{-0.0167 * T - 0.2608, -0.0950 * T + 0.0092, -0.0079 * T + 0.2102, -0.0441 * T - 1.6537,
+                 -0.0109 * T + 0.0529};
   const double chi = (4.0 / 9 - T / 120) * (pi_d - 2 * t);
   const double Yz = (4.0453 * T - 4.9710) * std::tan(chi) - 0.2155 * T + 2.4192;
-  const double xz = T * T * cubic(t, 0.00166, -0.00375, 0.00209, 0) + T * cubic(t, -0.02903, 0.06377, -0.03202, 0.00394) +
-                    cubic(t, 0.11693, -0.21196, 0.06052, 0.25886);
-  const double yz = T * T * cubic(t, 0.00275, -0.00610, 0.00317, 0) + T * cubic(t, -0.04214, 0.08970, -0.04153, 0.00516) +
-                    cubic(t, 0.15346, -0.26756, 0.06670, 0.26688);
+  const double xz = T * T * cubic(t, 0.00166, -0.00375, 0.00209, 0) +
+                    T * cubic(t, -0.02903, 0.06377, -0.03202, 0.00394) + cubic(t, 0.11693, -0.21196, 0.06052, 0.25886);
+  const double yz = T * T * cubic(t, 0.00275, -0.00610, 0.00317, 0) +
+                    T * cubic(t, -0.04214, 0.08970, -0.04153, 0.00516) + cubic(t, 0.15346, -0.26756, 0.06670, 0.26688);
   const auto at = [=](const V3d& w) {
     const double cos_gamma = std::clamp(w.dot(sun), -1.0, 1.0), gamma = std::acos(cos_gamma), mu = std::max(w.z, 1e-3);
     const auto ratio = [&](const Perez& p) { return p.at(mu, gamma, cos_gamma) / p.at(1, t, sun.z); };
@@ -110,7 +118,9 @@ SkyDome SkyDome::preetham(const V3d& sun, double T) {
 }
 
 SkyDome SkyDome::from_image(image::EnvironmentImage image) {
-  const double texel = image.mapping() == image::EnvironmentMapping::latitude_longitude ? pi_d / image.height() : std::sqrt(4 * pi_d) / image.height();
+  const double texel = image.mapping() == image::EnvironmentMapping::latitude_longitude
+                           ? pi_d / image.height()
+                           : std::sqrt(4 * pi_d) / image.height();
   bool grey = true;
   for (int y = 0; grey && y < image.height(); ++y)
     for (int x = 0; grey && x < image.width(); ++x) {
@@ -118,7 +128,8 @@ SkyDome SkyDome::from_image(image::EnvironmentImage image) {
       grey = c.r == c.g && c.g == c.b;
     }
   auto shared = std::make_shared<const image::EnvironmentImage>(std::move(image));
-  return SkyDome({[shared](const V3d& w) { return shared->bilinear(V3f(float(w.x), float(w.y), float(w.z))); }, texel, grey});
+  return SkyDome(
+      {[shared](const V3d& w) { return shared->bilinear(V3f(float(w.x), float(w.y), float(w.z))); }, texel, grey});
 }
 
 RGB SkyDome::radiance(const V3d& w) const {

@@ -19,8 +19,9 @@ using DirectionDensity = std::function<RGB(const V3d& w)>;
 /// Its integral over the upper hemisphere, by midpoints in azimuth and cosine finer than `detail` (radians).
 RGB dome_integral(const DirectionDensity& density, double detail);
 
-/// Radiance of the upper half of the sky (W m^-2 sr^-1) without the sun's disc, as light, rasters and the canopy solver take it. The
-/// models give relative radiance; irradiance() measures them and with_irradiance() scales them. Immutable, thread-safe, cheap to copy.
+/// Radiance of the upper half of the sky (W m^-2 sr^-1) without the sun's disc, as light, rasters and the canopy solver
+/// take it. The models give relative radiance; irradiance() measures them and with_irradiance() scales them. Immutable,
+/// thread-safe, cheap to copy.
 class SkyDome {
  public:
   /// Radiance 1 / pi: irradiance 1.
@@ -29,17 +30,19 @@ class SkyDome {
   static SkyDome cie_overcast();
   /// CIE standard clear sky, type 12 of CIE S 011. sun: unit, above the horizon.
   static SkyDome cie_clear(const V3d& sun);
-  /// Preetham, Shirley and Smits 1999, appendix A.2: luminance and chromaticity by Perez's formula, to linear Rec.709; what falls outside
-  /// that gamut is cut to 0. turbidity: 1.9 to 10. std::invalid_argument for others.
+  /// Preetham, Shirley and Smits 1999, appendix A.2: luminance and chromaticity by Perez's formula, to linear Rec.709;
+  /// what falls outside that gamut is cut to 0. turbidity: 1.9 to 10. std::invalid_argument for others.
   static SkyDome preetham(const V3d& sun, double turbidity);
   /// The upper half of an image around the scene, bilinear; its z is up and its x azimuth 0.
   static SkyDome from_image(image::EnvironmentImage image);
 
   /// w: unit. Zero below the horizon.
   RGB radiance(const V3d& w) const;
-  /// On the open horizontal plane, W m^-2. By the midpoint rule in azimuth and squared cosine, finer than detail(): 1e-4 for the models.
+  /// On the open horizontal plane, W m^-2. By the midpoint rule in azimuth and squared cosine, finer than detail():
+  /// 1e-4 for the models.
   RGB irradiance() const { return scale_ * irradiance_; }
-  /// This sky times a grey factor, so that the luminance of irradiance() is `luminance`. std::invalid_argument for a black sky.
+  /// This sky times a grey factor, so that the luminance of irradiance() is `luminance`. std::invalid_argument for a
+  /// black sky.
   SkyDome with_irradiance(double luminance) const;
   SkyDome operator*(RGB factor) const;
 

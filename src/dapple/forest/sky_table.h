@@ -5,8 +5,8 @@
 
 namespace dapple::forest {
 
-/// Radiance over the upper half of the sky in cells of equal angles: zenith on top, the first column begins at azimuth 0. Bilinear
-/// between the middles of cells; constant beyond those of the first and last row.
+/// Radiance over the upper half of the sky in cells of equal angles: zenith on top, the first column begins at azimuth
+/// 0. Bilinear between the middles of cells; constant beyond those of the first and last row.
 struct SkyTable {
   int rows = 2, columns = 1;   ///< at least 2 rows
   int channels = 1;            ///< one is that of all wavelengths

@@ -36,7 +36,7 @@ SlabPaths::SlabPaths(std::span<const SlabStep> rays, int levels) : rays_(int(ray
           // Rays that have no such part look where they start.
           for (size_t j = 0; j < n; ++j)
             dx_[part * n + j] = int16_t(rays[j].drift_x(word * word_bits)),
-                       dy_[part * n + j] = int16_t(rays[j].drift_y(word * word_bits));
+                           dy_[part * n + j] = int16_t(rays[j].drift_y(word * word_bits));
         }
         dx_[part * n + i] = int16_t(dx), dy_[part * n + i] = int16_t(dy);
         part_levels_[part * n + i] |= uint64_t{1} << level;
@@ -54,7 +54,8 @@ TilePaths::TilePaths(const SlabPaths& paths, const SlabTile& tile) : paths_(path
   for (int word = 0; word < tile.words; ++word)
     for (size_t p = part(tile.first_word + word); p < part(tile.first_word + word + 1); ++p)
       for (size_t i = 0; i < n; ++i)
-        offset_[(p - part(tile.first_word)) * n + i] = word - paths.dy_[p * n + i] * row - paths.dx_[p * n + i] * column;
+        offset_[(p - part(tile.first_word)) * n + i] =
+            word - paths.dy_[p * n + i] * row - paths.dx_[p * n + i] * column;
 }
 
 int TilePaths::passing(int channel, const int* px, const int* py, int from, const int* below) const {

@@ -18,8 +18,8 @@ RGB exponents(LimbDarkening limb) {
 
 }  // namespace
 
-// In the plane coordinates x, y, the solid angle times the cosine to the centre is sin^2 R dx dy; the mean of (1 - r^2)^(alpha / 2) over the
-// unit disc is 1 / (1 + alpha / 2).
+// In the plane coordinates x, y, the solid angle times the cosine to the centre is sin^2 R dx dy; the mean of (1 -
+// r^2)^(alpha / 2) over the unit disc is 1 / (1 + alpha / 2).
 SunDisc::SunDisc(double zenith, double azimuth, RGB irradiance, LimbDarkening limb, double radius)
     : direction_(sky_direction(zenith, azimuth)),
       right_(std::sin(azimuth), -std::cos(azimuth), 0),
@@ -28,11 +28,15 @@ SunDisc::SunDisc(double zenith, double azimuth, RGB irradiance, LimbDarkening li
       sine_(std::sin(radius)),
       alpha_(exponents(limb)),
       open_normal_(irradiance) {
-  if (!(radius > 0 && radius <= 0.1)) throw std::invalid_argument("the sun's radius must be above 0 and at most .1 radians");
-  if (!(zenith >= 0 && zenith + radius < pi_d / 2)) throw std::invalid_argument("the sun's disc must be above the horizon");
+  if (!(radius > 0 && radius <= 0.1))
+    throw std::invalid_argument("the sun's radius must be above 0 and at most .1 radians");
+  if (!(zenith >= 0 && zenith + radius < pi_d / 2))
+    throw std::invalid_argument("the sun's disc must be above the horizon");
   if (!std::isfinite(azimuth)) throw std::invalid_argument("the sun's azimuth must be finite");
-  if (!(irradiance.is_finite() && irradiance.min() >= 0)) throw std::invalid_argument("the sun's irradiance must be 0 or more");
-  for (int c = 0; c < 3; ++c) centre_[c] = float(double(irradiance[c]) * (1 + double(alpha_[c]) / 2) / (pi_d * sine_ * sine_));
+  if (!(irradiance.is_finite() && irradiance.min() >= 0))
+    throw std::invalid_argument("the sun's irradiance must be 0 or more");
+  for (int c = 0; c < 3; ++c)
+    centre_[c] = float(double(irradiance[c]) * (1 + double(alpha_[c]) / 2) / (pi_d * sine_ * sine_));
   measure();
 }
 
@@ -93,7 +97,8 @@ RGB SunDisc::radiance(const V3d& w) const {
 }
 
 bool SunDisc::grey() const {
-  return !cover_ && alpha_.r == alpha_.g && alpha_.g == alpha_.b && open_normal_.r == open_normal_.g && open_normal_.g == open_normal_.b;
+  return !cover_ && alpha_.r == alpha_.g && alpha_.g == alpha_.b && open_normal_.r == open_normal_.g &&
+         open_normal_.g == open_normal_.b;
 }
 
 V3d SunDisc::sample(const V2f& u) const {

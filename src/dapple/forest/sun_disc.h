@@ -8,22 +8,23 @@
 
 namespace dapple::forest {
 
-/// Limb darkening of the sun: its radiance falls towards the rim as cos^alpha of the angle between ray and sun's surface, with
-/// alpha = -0.023 + 0.292 / wavelength in um (Hestroffer and Magnan 1998), here at 611, 549 and 465 nm.
+/// Limb darkening of the sun: its radiance falls towards the rim as cos^alpha of the angle between ray and sun's
+/// surface, with alpha = -0.023 + 0.292 / wavelength in um (Hestroffer and Magnan 1998), here at 611, 549 and 465 nm.
 enum class LimbDarkening : uint8_t { none, hestroffer_magnan };
 
-/// The sun as a disc of radiance. A point of it is (x, y) in the unit disc: x to the right and y up for who faces the sun with the
-/// zenith above (at the zenith itself: up is away from azimuth `azimuth`). Immutable, cheap to copy.
+/// The sun as a disc of radiance. A point of it is (x, y) in the unit disc: x to the right and y up for who faces the
+/// sun with the zenith above (at the zenith itself: up is away from azimuth `azimuth`). Immutable, cheap to copy.
 class SunDisc {
  public:
   static constexpr double mean_radius = 0.2665 * std::numbers::pi / 180;  ///< radians, seen from the earth
 
-  /// zenith, azimuth, radius: radians, the whole disc above the horizon, radius in (0, .1]. irradiance: on a plane across the beam, W m^-2.
-  /// std::invalid_argument for others.
-  SunDisc(double zenith, double azimuth, RGB irradiance, LimbDarkening limb = LimbDarkening::hestroffer_magnan, double radius = mean_radius);
+  /// zenith, azimuth, radius: radians, the whole disc above the horizon, radius in (0, .1]. irradiance: on a plane
+  /// across the beam, W m^-2. std::invalid_argument for others.
+  SunDisc(double zenith, double azimuth, RGB irradiance, LimbDarkening limb = LimbDarkening::hestroffer_magnan,
+          double radius = mean_radius);
 
-  /// What of the sun is left, such as in an eclipse: an image over the square around the disc multiplies its radiance, x to the right, top row up,
-  /// constant over pixels. The irradiance given is that of the sun without it.
+  /// What of the sun is left, such as in an eclipse: an image over the square around the disc multiplies its radiance,
+  /// x to the right, top row up, constant over pixels. The irradiance given is that of the sun without it.
   SunDisc covered(image::Image cover) const;
 
   const V3d& direction() const { return direction_; }  ///< unit, to its centre
@@ -36,7 +37,8 @@ class SunDisc {
 
   /// Direction to the point (x, y), |(x, y)| <= 1.
   V3d at(double x, double y) const;
-  /// Uniform over the disc as it projects on a plane across its direction; and the density of that a steradian, zero outside.
+  /// Uniform over the disc as it projects on a plane across its direction; and the density of that a steradian, zero
+  /// outside.
   V3d sample(const V2f& u) const;
   double pdf(const V3d& w) const;
 

@@ -39,8 +39,7 @@ int SunMask::passing(const SlabTile& tile, int channel, SlabMap::Receiver from, 
       if (!here) here.emplace(paths, tile);
       passed += here->passing(channel, px, py, from.from, below);
     } else {
-      for (int i = 0; i < n; ++i)
-        passed += !blocked(tile, channel, paths.step(i), px[i], py[i], from.from, below[i]);
+      for (int i = 0; i < n; ++i) passed += !blocked(tile, channel, paths.step(i), px[i], py[i], from.from, below[i]);
     }
   }
   return passed;
@@ -70,8 +69,7 @@ void SunMask::visibility(std::span<const V3f> P, std::span<const V3f> N, std::sp
     PathsOfTile paths(paths_.size());
     for (const Sorted& s : receivers) {
       const uint32_t r = s.receiver;
-      const SlabMap::Receiver from =
-          map_.receiver(frame.to_grid(P[r]), frame.slope(N[r]), key, tile);
+      const SlabMap::Receiver from = map_.receiver(frame.to_grid(P[r]), frame.slope(N[r]), key, tile);
       for (int c = 0; c < tile.channels; ++c) visible[r][c] = float(passing(tile, c, from, set[r], &paths)) * weight;
       if (tile.channels == 1) visible[r] = RGB(visible[r].r);
     }

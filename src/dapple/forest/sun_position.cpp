@@ -38,9 +38,11 @@ SunPosition sun_position(const PlaceAndTime& at) {
   const double hour_angle = (sidereal_hours * 15 + at.longitude_deg) * degree - right_ascension;
 
   const double latitude = at.latitude_deg * degree;
-  const double up = std::sin(declination) * std::sin(latitude) + std::cos(declination) * std::cos(latitude) * std::cos(hour_angle);
+  const double up =
+      std::sin(declination) * std::sin(latitude) + std::cos(declination) * std::cos(latitude) * std::cos(hour_angle);
   const double east = -std::cos(declination) * std::sin(hour_angle);
-  const double north = std::sin(declination) * std::cos(latitude) - std::cos(declination) * std::sin(latitude) * std::cos(hour_angle);
+  const double north =
+      std::sin(declination) * std::cos(latitude) - std::cos(declination) * std::sin(latitude) * std::cos(hour_angle);
   const double compass = std::atan2(east, north) / degree;
   return {std::acos(std::clamp(up, -1.0, 1.0)) / degree, compass < 0 ? compass + 360 : compass};
 }

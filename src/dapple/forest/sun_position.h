@@ -15,8 +15,9 @@ struct SunPosition {
   double compass_deg = 0;  ///< clockwise from north: 90 is east
 };
 
-/// The sun's place in the sky by the Astronomical Almanac's low-precision formulas (Michalsky 1988): within .01 degree from 1950 to 2050.
-/// Without refraction, which lifts it by .02 degree at 40 degrees of zenith angle, .1 at 80 and .6 at the horizon.
+/// The sun's place in the sky by the Astronomical Almanac's low-precision formulas (Michalsky 1988): within .01 degree
+/// from 1950 to 2050. Without refraction, which lifts it by .02 degree at 40 degrees of zenith angle, .1 at 80 and .6
+/// at the horizon.
 SunPosition sun_position(const PlaceAndTime& at);
 
 /// Days of a month; 0 if there is no such month.

@@ -32,14 +32,16 @@ SurfacePoint CurveSet::at(uint32_t segment, float u, float v, const V3f& n_hit) 
     const V3f facing = cross(tangent, side);
     n = facing * (1 / std::max(length(facing), 1e-30f));
   }
-  s.P = kind == CurveKind::round ? centre + n * radius : kind == CurveKind::ribbon ? centre + side * (radius * v) : centre;
+  s.P = kind == CurveKind::round    ? centre + n * radius
+        : kind == CurveKind::ribbon ? centre + side * (radius * v)
+                                    : centre;
   s.Ng = s.Ns = n;
   s.dPdu = tangent * (1 / (u_range[segment].y - u_range[segment].x));
   s.dPdv = side * (2 * radius);
   s.u = lerp(u, u_range[segment].x, u_range[segment].y);
   s.v = 0.5f * (v + 1);
-  // Embree subdivides curves, so hits lie off the analytic surface by a fraction of the radius: flat ones by what build/curve_factory.cpp
-  // lets them.
+  // Embree subdivides curves, so hits lie off the analytic surface by a fraction of the radius: flat ones by what
+  // build/curve_factory.cpp lets them.
   s.error = position_error(s.P) + (kind == CurveKind::flat ? 0.05f : 0.01f) * radius;
   return s;
 }

@@ -30,10 +30,11 @@ struct CurveSet {
 
   size_t segment_count() const { return control_points.size() / 4; }
   size_t bytes() const;
-  /// u along the segment; v from -1 to 1 across; n_hit the normal of the hit, not normalised: for flat curves any vector to where they are
-  /// seen from.
+  /// u along the segment; v from -1 to 1 across; n_hit the normal of the hit, not normalised: for flat curves any
+  /// vector to where they are seen from.
   SurfacePoint at(uint32_t segment, float u, float v, const V3f& n_hit) const;
-  /// v of the place of a tube where the normal is n, seen from the direction `view`: 0 in the middle, -1 and 1 on the outlines.
+  /// v of the place of a tube where the normal is n, seen from the direction `view`: 0 in the middle, -1 and 1 on the
+  /// outlines.
   float across_tube(uint32_t segment, float u, const V3f& n, const V3f& view) const;
 };
 

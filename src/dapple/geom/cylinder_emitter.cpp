@@ -55,9 +55,9 @@ struct CylinderEmitter::View {
 
   float d;  ///< from the axis, object space
   bool sees_outside, by_angle = false;
-  V2f toward{1, 0};        ///< from the axis to the point, object space, unit
-  float foot, height;      ///< its foot on the axis and its world distance from there, both in units of object space's z
-  float first, last;       ///< angles at the point, from the foot to the ends of the axis
+  V2f toward{1, 0};    ///< from the axis to the point, object space, unit
+  float foot, height;  ///< its foot on the axis and its world distance from there, both in units of object space's z
+  float first, last;   ///< angles at the point, from the foot to the ends of the axis
 };
 
 // Density over world area where the object's normal is n.
@@ -69,7 +69,8 @@ float CylinderEmitter::area_pdf(const View& view, const V3f& n, float z) const {
   const float d_alpha = r * (d * cos_phi - r) / (d * d + r * r - 2 * d * r * cos_phi);
   if (!(d_alpha > 0)) return 0;
   const float by_phi = d_alpha / (2 * std::asin(std::min(r / d, 1.0f)));
-  const float by_z = view.by_angle ? view.height / ((sqr(view.height) + sqr(z - view.foot)) * (view.last - view.first)) : 1 / (z_max_ - z_min_);
+  const float by_z = view.by_angle ? view.height / ((sqr(view.height) + sqr(z - view.foot)) * (view.last - view.first))
+                                   : 1 / (z_max_ - z_min_);
   return by_phi * by_z / (r * stretch);
 }
 
@@ -82,7 +83,8 @@ bool CylinderEmitter::sample(const V3f& ref, const V2f& u, EmitterSample* out) c
     const float phi = std::asin(std::clamp(std::sin(alpha) / sin_max, -1.0f, 1.0f)) - alpha;
     const float c = std::cos(phi), s = std::sin(phi);
     n = V3f(view.toward.x * c - view.toward.y * s, view.toward.y * c + view.toward.x * s, 0);
-    if (view.by_angle) z = std::clamp(view.foot + view.height * std::tan(lerp(u.y, view.first, view.last)), z_min_, z_max_);
+    if (view.by_angle)
+      z = std::clamp(view.foot + view.height * std::tan(lerp(u.y, view.first, view.last)), z_min_, z_max_);
   } else {
     n = V3f(std::cos(phi_max_ * u.x), std::sin(phi_max_ * u.x), 0);
   }
@@ -99,7 +101,9 @@ float CylinderEmitter::pdf(const V3f& ref, const V3f&, const V3f& p, const V3f&)
   const V3f local = map_.to_local(p);
   const V3f n = normalize(V3f(local.x, local.y, 0));
   float result;
-  return area_to_solid_angle(ref, p, normalize(map_.area_vector(n)), area_pdf(View(*this, ref), n, local.z), &result) ? result : 0;
+  return area_to_solid_angle(ref, p, normalize(map_.area_vector(n)), area_pdf(View(*this, ref), n, local.z), &result)
+             ? result
+             : 0;
 }
 
 }  // namespace dapple::geom

@@ -6,9 +6,9 @@
 
 namespace dapple::geom {
 
-/// An open cylinder around z with z in [z_min, z_max] and phi in [0, phi_max] that emits. A whole one that shines outwards only is drawn, from
-/// points outside of it, where they see it: uniformly in the angle across its axis, and in the angle along it unless it is far away.
-/// Everything else is drawn uniformly by area in object space.
+/// An open cylinder around z with z in [z_min, z_max] and phi in [0, phi_max] that emits. A whole one that shines
+/// outwards only is drawn, from points outside of it, where they see it: uniformly in the angle across its axis, and in
+/// the angle along it unless it is far away. Everything else is drawn uniformly by area in object space.
 class CylinderEmitter {
  public:
   /// Object space; phi_max in radians. The normal points away from the axis, towards it if `flip`.

@@ -74,7 +74,8 @@ DiceRates::DiceRates(const PatchSurface& surface, const DicingView& view, float 
   for (size_t p = 0; p < measured.size(); ++p)
     for (int k = 0; k < 4; ++k) {
       const PatchTopology::Side& side = topology.patches[p].side[k];
-      wanted_[side.edge] = std::max(wanted_[side.edge], uint8_t(std::min(measured[p].side[k] + (side.part != 0), max_level)));
+      wanted_[side.edge] =
+          std::max(wanted_[side.edge], uint8_t(std::min(measured[p].side[k] + (side.part != 0), max_level)));
     }
   for (const Measured& m : measured) middle_.push_back({m.middle[0], m.middle[1]});
   edge.resize(wanted_.size()), patch.resize(measured.size());
@@ -92,7 +93,8 @@ void DiceRates::coarsen(const PatchTopology& topology, int levels) {
   }
   for (size_t p = 0; p < patch.size(); ++p) {
     const auto& sides = topology.patches[p].side;
-    for (size_t k = 0; k < 2; ++k) patch[p][k] = uint8_t(std::max({side(sides[k]), side(sides[k + 2]), middle_[p][k] - levels}));
+    for (size_t k = 0; k < 2; ++k)
+      patch[p][k] = uint8_t(std::max({side(sides[k]), side(sides[k + 2]), middle_[p][k] - levels}));
   }
 }
 

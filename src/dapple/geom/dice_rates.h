@@ -19,8 +19,8 @@ struct DiceRates {
   std::vector<std::array<uint8_t, 2>> patch;  ///< log2 of the cells along u and v
   int coarsened = 0;                          ///< levels taken off everywhere
 
-  /// Cells of about `shading_rate` pixels (area) as `view` sees the surface before displacement; coarsened until there are at most
-  /// max_vertices.
+  /// Cells of about `shading_rate` pixels (area) as `view` sees the surface before displacement; coarsened until there
+  /// are at most max_vertices.
   DiceRates(const PatchSurface& surface, const DicingView& view, float shading_rate, size_t max_vertices);
 
   /// Takes `levels`, in all, off what the view asks for; everywhere alike, so that an edge's rate stays its own.
@@ -30,8 +30,8 @@ struct DiceRates {
   size_t vertex_count() const;
 
  private:
-  std::vector<uint8_t> wanted_;                  // of edges
-  std::vector<std::array<uint8_t, 2>> middle_;   // what the middle lines of patches want
+  std::vector<uint8_t> wanted_;                 // of edges
+  std::vector<std::array<uint8_t, 2>> middle_;  // what the middle lines of patches want
 };
 
 }  // namespace dapple::geom

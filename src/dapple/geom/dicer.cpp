@@ -188,10 +188,12 @@ class Dicer {
 }  // namespace
 
 GridMesh dice(const PatchSurface& surface, const DicingView& view, const DiceSettings& settings, DiceReport* report) {
-  return dice(surface, DiceRates(surface, view, settings.shading_rate, settings.max_vertices), settings.displacement, report);
+  return dice(surface, DiceRates(surface, view, settings.shading_rate, settings.max_vertices), settings.displacement,
+              report);
 }
 
-GridMesh dice(const PatchSurface& surface, const DiceRates& rates, const Displacement& displacement, DiceReport* report) {
+GridMesh dice(const PatchSurface& surface, const DiceRates& rates, const Displacement& displacement,
+              DiceReport* report) {
   if (rates.vertex_count() >= size_t(1) << 32) throw std::invalid_argument("the mesh has too many faces to be diced");
   const BorderPoints borders(surface, rates, displacement);
   Dicer dicer(surface, rates, borders, displacement);

@@ -30,6 +30,7 @@ struct DiceReport {
 /// are smooth there.
 GridMesh dice(const PatchSurface& surface, const DicingView& view, const DiceSettings& settings, DiceReport* report);
 /// The same at rates that are settled already.
-GridMesh dice(const PatchSurface& surface, const DiceRates& rates, const Displacement& displacement, DiceReport* report);
+GridMesh dice(const PatchSurface& surface, const DiceRates& rates, const Displacement& displacement,
+              DiceReport* report);
 
 }  // namespace dapple::geom

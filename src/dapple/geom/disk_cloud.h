@@ -24,8 +24,8 @@ struct DiskCloud {
   SurfacePoint at(uint32_t disk, float u, float v) const;
   /// u and v of a point in the plane of a disk.
   V2f parameters(uint32_t disk, const V3f& p) const;
-  /// Takes the disks to another space, and turns their outsides over if `flip`. False, and nothing is done, where disks would
-  /// become ellipses: the map must be a rotation or reflection with uniform scale.
+  /// Takes the disks to another space, and turns their outsides over if `flip`. False, and nothing is done, where disks
+  /// would become ellipses: the map must be a rotation or reflection with uniform scale.
   bool transform(const Transform& to_target, bool flip);
 };
 

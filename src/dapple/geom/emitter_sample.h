@@ -13,7 +13,8 @@ struct EmitterSample {
   float pdf = 0;  ///< solid angle at the reference point, > 0 and finite
 };
 
-/// Samples that are drawn at once from one reference point, for whose sake emitters find out but once what they look like from there.
+/// Samples that are drawn at once from one reference point, for whose sake emitters find out but once what they look
+/// like from there.
 inline constexpr int most_at_once = 16;
 
 /// All normals of a surface lie within the angle acos(cos_theta) of axis (unit).

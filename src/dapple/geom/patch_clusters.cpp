@@ -12,8 +12,8 @@ namespace dapple::geom {
 
 namespace {
 
-// Orders patches [first, last) so that every aligned run of 2^k of them is compact: halves along the widest axis, the first half as many as
-// the largest power of two that leaves some.
+// Orders patches [first, last) so that every aligned run of 2^k of them is compact: halves along the widest axis, the
+// first half as many as the largest power of two that leaves some.
 void order_by_halves(const std::vector<V3f>& centres, uint32_t* first, uint32_t* last) {
   while (last - first > 2) {
     Box3f box;
@@ -78,7 +78,8 @@ uint32_t PatchClusters::representative(uint32_t group, int level, uint32_t choic
 }
 
 bool PatchClusters::ends_of_part(uint32_t group, int level, int part, uint32_t ends[2]) const {
-  const size_t size = size_t(1) << (2 * part_level(level)), first = (size_t(group) * size_t(parts(level)) + size_t(part)) * size;
+  const size_t size = size_t(1) << (2 * part_level(level)),
+               first = (size_t(group) * size_t(parts(level)) + size_t(part)) * size;
   if (first >= order_.size()) return false;
   ends[0] = order_[first], ends[1] = order_[std::min(first + size, order_.size()) - 1];
   return true;

@@ -9,8 +9,8 @@
 namespace dapple::geom {
 
 /// The patches of a mesh: pieces of surface over the unit square (s, t), by which shading is shared. A quad is a patch;
-/// two consecutive triangles with a common edge and like normals are one, a triangle alone is the half s >= t of one. Patch
-/// numbers follow the faces, so they are stable from frame to frame.
+/// two consecutive triangles with a common edge and like normals are one, a triangle alone is the half s >= t of one.
+/// Patch numbers follow the faces, so they are stable from frame to frame.
 class PatchMap {
  public:
   struct PatchPoint {
@@ -46,7 +46,7 @@ class PatchMap {
  private:
   /// Corners are a, b, c, d at (0,0), (1,0), (1,1), (0,1); the diagonal is ac.
   struct Patch {
-    uint32_t face;         ///< abc; acd is the following one
+    uint32_t face;          ///< abc; acd is the following one
     uint8_t rotation = 0;   ///< corner of `face` that is a
     uint8_t rotation2 = 0;  ///< corner of the following face that is a
     bool paired = false;

@@ -135,7 +135,8 @@ SurfacePoint Quadric::at(float u, float v) const {
   const M44d& m = to_world_.matrix();
   V3f magnitude;
   for (int i = 0; i < 3; ++i)
-    magnitude[i] = float(std::abs(m[i][0] * p.x) + std::abs(m[i][1] * p.y) + std::abs(m[i][2] * p.z) + std::abs(m[i][3]));
+    magnitude[i] =
+        float(std::abs(m[i][0] * p.x) + std::abs(m[i][1] * p.y) + std::abs(m[i][2] * p.z) + std::abs(m[i][3]));
   s.error = position_error(magnitude);
   return s;
 }

@@ -23,9 +23,9 @@ struct Argument {
 
 }  // namespace
 
-/// Solid-angle sampling of a rectangle, in the notation of Urena et al. 2013, section 3. The inner angles g0 .. g3 of the spherical
-/// rectangle are arguments of complex numbers, so that sums of them cost one arctangent, and the solid angle stays right at grazing views, where
-/// the cosines of the paper round to one.
+/// Solid-angle sampling of a rectangle, in the notation of Urena et al. 2013, section 3. The inner angles g0 .. g3 of
+/// the spherical rectangle are arguments of complex numbers, so that sums of them cost one arctangent, and the solid
+/// angle stays right at grazing views, where the cosines of the paper round to one.
 struct RectangleEmitter::Spherical {
   double x0, x1, y0, y1, z0;
   Argument g01, g23;
@@ -48,9 +48,11 @@ struct RectangleEmitter::Spherical {
     return sum > 2 * std::numbers::pi - 1e-9 ? 0 : sum;  // rounding below zero
   }
 
-  /// Where in the rectangle, each in [0, 1]. With the paper's f_u = N / sin, x_u is -z0 / sqrt(f_u^2 - z0^2 / (y0^2 + z0^2)), of f_u's sign.
+  /// Where in the rectangle, each in [0, 1]. With the paper's f_u = N / sin, x_u is -z0 / sqrt(f_u^2 - z0^2 / (y0^2 +
+  /// z0^2)), of f_u's sign.
   void sample(std::span<const V2f> u, double solid_angle, V2f* st) const {
-    const double to_y0 = y0 * y0 + z0 * z0, b0 = -y0 / std::sqrt(to_y0), b1 = y1 / std::sqrt(y1 * y1 + z0 * z0), c0 = z0 * z0 / to_y0;
+    const double to_y0 = y0 * y0 + z0 * z0, b0 = -y0 / std::sqrt(to_y0), b1 = y1 / std::sqrt(y1 * y1 + z0 * z0),
+                 c0 = z0 * z0 / to_y0;
     const double first = 2 * std::numbers::pi - g23.positive(), per_x = 1 / (x1 - x0), per_y = 1 / (y1 - y0);
     const SampleLanes lanes(u);
     alignas(64) double s[most_at_once], t[most_at_once];

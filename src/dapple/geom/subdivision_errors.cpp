@@ -14,7 +14,9 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 
 thread_local std::string last_error;
-void keep_error(Far::ErrorType, const char* message) { last_error = message; }
+void keep_error(Far::ErrorType, const char* message) {
+  last_error = message;
+}
 void ignore_warning(const char*) {}
 
 }  // namespace
@@ -29,7 +31,8 @@ SubdivisionErrors::SubdivisionErrors() {
 }
 
 void SubdivisionErrors::fail() const {
-  // "Failure in TopologyRefinerFactory<>::Create() -- vertex with valence 70000 > 65535 max.\n" names no function of ours.
+  // "Failure in TopologyRefinerFactory<>::Create() -- vertex with valence 70000 > 65535 max.\n" names no function of
+  // ours.
   if (const size_t where = last_error.find(" -- "); where != std::string::npos) last_error.erase(0, where + 4);
   while (!last_error.empty() && (last_error.back() == '\n' || last_error.back() == '.')) last_error.pop_back();
   throw std::invalid_argument("the mesh cannot be subdivided" + (last_error.empty() ? "" : ": " + last_error));

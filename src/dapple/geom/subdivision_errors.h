@@ -3,8 +3,8 @@
 
 namespace dapple::geom {
 
-/// What OpenSubdiv complains about on this thread while the object lives. OpenSubdiv reports through functions of the whole program and would
-/// print.
+/// What OpenSubdiv complains about on this thread while the object lives. OpenSubdiv reports through functions of the
+/// whole program and would print.
 class SubdivisionErrors {
  public:
   SubdivisionErrors();

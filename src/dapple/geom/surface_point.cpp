@@ -3,8 +3,8 @@
 
 namespace dapple::geom {
 
-void complete_triangle(const V3f c[3], const V3f* normals, const V2f* uv, float b1, float b2, bool flip,
-                       bool tangents, SurfacePoint* out) {
+void complete_triangle(const V3f c[3], const V3f* normals, const V2f* uv, float b1, float b2, bool flip, bool tangents,
+                       SurfacePoint* out) {
   const float b0 = 1 - b1 - b2;
   const V3f e1 = c[1] - c[0], e2 = c[2] - c[0];
   out->P = c[0] * b0 + c[1] * b1 + c[2] * b2;

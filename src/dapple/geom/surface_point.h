@@ -22,9 +22,9 @@ inline float position_error(const V3f& p) {
   return 0x1p-19f * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
 }
 
-/// Fills the normals and tangents of a flat or smooth triangle from its corners. Outside is where the normals point; without normals, where
-/// cross(corner 1 - corner 0, corner 2 - corner 0) points, or the other side if `flip`. dPdu to dNdv are set if
-/// `tangents`.
+/// Fills the normals and tangents of a flat or smooth triangle from its corners. Outside is where the normals point;
+/// without normals, where cross(corner 1 - corner 0, corner 2 - corner 0) points, or the other side if `flip`. dPdu to
+/// dNdv are set if `tangents`.
 void complete_triangle(const V3f corners[3], const V3f* normals, const V2f* uv, float b1, float b2, bool flip,
                        bool tangents, SurfacePoint* out);
 

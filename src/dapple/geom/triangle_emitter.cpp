@@ -59,7 +59,8 @@ struct ArvoSampling {
 
   V3d direction(double u, double v) const {
     const auto [sin_area, cos_area] = sine_cosine(u * t.solid_angle);
-    const double sine = sin_area * cos_alpha - cos_area * sin_alpha, cosine = cos_area * cos_alpha + sin_area * sin_alpha;
+    const double sine = sin_area * cos_alpha - cos_area * sin_alpha,
+                 cosine = cos_area * cos_alpha + sin_area * sin_alpha;
     const double x = cosine - cos_alpha, y = sine + sin_alpha * cos_c;
     const double q0 = ((y * cosine - x * sine) * cos_alpha - y) / ((y * sine + x * cosine) * sin_alpha);
     const double q = q0 <= 1 ? std::max(q0, -1.0) : 1;  // also for the 0/0 of u = 0
@@ -75,7 +76,8 @@ struct ArvoSampling {
     alignas(64) double b[3][most_at_once];
     lanes.each([&](int i) {
       const V3d w = direction(lanes.x[i], lanes.y[i]);
-      const double b0 = std::abs(w.dot(bc)), b1 = std::abs(w.dot(ca)), b2 = std::abs(w.dot(ab)), share = 1 / (b0 + b1 + b2);
+      const double b0 = std::abs(w.dot(bc)), b1 = std::abs(w.dot(ca)), b2 = std::abs(w.dot(ab)),
+                   share = 1 / (b0 + b1 + b2);
       b[0][i] = b0 * share, b[1][i] = b1 * share, b[2][i] = b2 * share;
     });
     for (size_t i = 0; i < u.size(); ++i) out[i] = {float(b[0][i]), float(b[1][i]), float(b[2][i])};

@@ -16,7 +16,8 @@ namespace dapple::geom {
 class TriangleEmitter {
  public:
   using UV = std::array<V2f, 3>;
-  /// Radius over distance below which density is uniform in area; the squared distance then varies by less than a factor of three.
+  /// Radius over distance below which density is uniform in area; the squared distance then varies by less than a
+  /// factor of three.
   static constexpr float small_angle = 0.25f;
   static constexpr double min_solid_angle = 1e-6;  ///< sr
   static constexpr double max_solid_angle = 6.2;   ///< sr; a hemisphere has 6.283

@@ -28,14 +28,17 @@ std::string stem_of(const std::string& path) {
 }
 
 /// What the names of this process's parts of `target` begin with.
-std::string part_stem(const std::string& target) { return stem_of(target) + "." + std::to_string(::getpid()); }
+std::string part_stem(const std::string& target) {
+  return stem_of(target) + "." + std::to_string(::getpid());
+}
 }  // namespace
 
 std::string link_target(const std::string& path) {
   constexpr int most_links = 40;  // as Linux follows
   std::filesystem::path p(path);
   std::error_code error;
-  for (int i = 0; i < most_links && std::filesystem::is_symlink(p, error); ++i) p = p.parent_path() / std::filesystem::read_symlink(p, error);
+  for (int i = 0; i < most_links && std::filesystem::is_symlink(p, error); ++i)
+    p = p.parent_path() / std::filesystem::read_symlink(p, error);
   return p.string();
 }
 

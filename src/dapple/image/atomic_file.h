@@ -8,9 +8,9 @@
 namespace dapple::image {
 
 /// A file that appears under its name only when it is whole: bytes go to a part beside it, `path`.N.part with a number
-/// that no file had, commit() flushes them to the disk and renames. Where `path` is a symbolic link, all that happens beside its target, and the
-/// link stays. Destruction without commit removes the part. It is the sink OpenImageIO writes to, so that the first failed write is remembered
-/// whether or not a format's library reports it.
+/// that no file had, commit() flushes them to the disk and renames. Where `path` is a symbolic link, all that happens
+/// beside its target, and the link stays. Destruction without commit removes the part. It is the sink OpenImageIO
+/// writes to, so that the first failed write is remembered whether or not a format's library reports it.
 class AtomicFile final : public OIIO::Filesystem::IOProxy {
  public:
   explicit AtomicFile(const std::string& path);  ///< IoError if it cannot be made

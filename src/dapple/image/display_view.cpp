@@ -81,9 +81,10 @@ std::string display_of(OIIO::ColorConfig& config, const DisplayView& view) {
   if (config.error() || !config.supportsOpenColorIO()) {
     const char* const from_environment = std::getenv("OCIO");
     if (view.config.empty() && !from_environment)
-      throw UsageError("the view \"" + view.view + "\" needs an OpenColorIO configuration; expected one given by --ocio or $OCIO");
-    throw IoError("cannot use the OpenColorIO configuration \"" + (view.config.empty() ? from_environment : view.config) + "\": " +
-                  config.geterror());
+      throw UsageError("the view \"" + view.view +
+                       "\" needs an OpenColorIO configuration; expected one given by --ocio or $OCIO");
+    throw IoError("cannot use the OpenColorIO configuration \"" +
+                  (view.config.empty() ? from_environment : view.config) + "\": " + config.geterror());
   }
   const std::string display = view.display.empty() ? std::string(config.getDefaultDisplayName()) : view.display;
   check_names(config, display, view.view);

@@ -206,7 +206,10 @@ EnvironmentImage::Corners EnvironmentImage::corners(const Level& level, const V2
     const size_t first = level.index(ix, iy), below = first + static_cast<size_t>(level.width);
     return {{first, first + 1, below, below + 1}, right, down};
   }
-  return {{wrapped(level, ix, iy), wrapped(level, ix + 1, iy), wrapped(level, ix, iy + 1), wrapped(level, ix + 1, iy + 1)}, right, down};
+  return {
+      {wrapped(level, ix, iy), wrapped(level, ix + 1, iy), wrapped(level, ix, iy + 1), wrapped(level, ix + 1, iy + 1)},
+      right,
+      down};
 }
 
 void EnvironmentImage::bilinear(std::span<const V2f> at, RGB* out) const {

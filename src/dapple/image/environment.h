@@ -68,7 +68,9 @@ class EnvironmentImage {
   struct Level {
     int width = 0, height = 0;
     std::vector<RGB> texels;
-    size_t index(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x); }
+    size_t index(int x, int y) const {
+      return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+    }
     RGB at(int x, int y) const { return texels[index(x, y)]; }
   };
   /// The four texels around a place, and its share of the right and the lower ones.

@@ -88,7 +88,8 @@ OpenFile open_image(const std::string& path, const FileLoc& loc, const ImageLimi
     throw InputError(loc, "cannot read image \"" + path + "\": " + file.input->geterror());
   if (spec.deep || spec.depth > 1) throw InputError(loc, "image \"" + path + "\" is deep; expected a flat one");
   check_image_size(path, spec.width, spec.height, spec.nchannels, file_size, limits, loc);
-  if (file.has_windows()) check_image_size(path, spec.full_width, spec.full_height, spec.nchannels, file_size, limits, loc);
+  if (file.has_windows())
+    check_image_size(path, spec.full_width, spec.full_height, spec.nchannels, file_size, limits, loc);
   return file;
 }
 
@@ -98,9 +99,11 @@ Image in_display_window(const Image& data, const OIIO::ImageSpec& spec) {
   const int64_t x0 = int64_t{spec.x} - spec.full_x, y0 = int64_t{spec.y} - spec.full_y;
   const int64_t begin = std::max<int64_t>(x0, 0), end = std::min<int64_t>(x0 + spec.width, spec.full_width);
   const size_t channels = static_cast<size_t>(data.channels());
-  for (int64_t y = std::max<int64_t>(y0, 0); begin < end && y < std::min<int64_t>(y0 + spec.height, spec.full_height); ++y) {
+  for (int64_t y = std::max<int64_t>(y0, 0); begin < end && y < std::min<int64_t>(y0 + spec.height, spec.full_height);
+       ++y) {
     const float* const from = data.pixel(static_cast<int>(begin - x0), static_cast<int>(y - y0));
-    const size_t to = (static_cast<size_t>(y) * static_cast<size_t>(spec.full_width) + static_cast<size_t>(begin)) * channels;
+    const size_t to =
+        (static_cast<size_t>(y) * static_cast<size_t>(spec.full_width) + static_cast<size_t>(begin)) * channels;
     std::copy_n(from, static_cast<size_t>(end - begin) * channels, picture.pixels().data() + to);
   }
   return picture;

@@ -58,8 +58,8 @@ struct PngOptions {
   int bits = 8;  ///< 8 or 16
 };
 
-// All writers put a whole file under `path` or leave what was there: they write to a part beside it (AtomicFile), flush it
-// to the disk and rename it. The same picture gives the same bytes. IoError if it cannot be written, UsageError for
+// All writers put a whole file under `path` or leave what was there: they write to a part beside it (AtomicFile), flush
+// it to the disk and rename it. The same picture gives the same bytes. IoError if it cannot be written, UsageError for
 // impossible options or pictures.
 
 /// OpenEXR with all layers. Numbers beyond half's range are written as its largest.
@@ -70,7 +70,8 @@ void write_png(const std::string& path, const OutputImage& image, const PngOptio
 void write_image(const std::string& path, const OutputImage& image, const ExrOptions& exr = {},
                  const PngOptions& png = {});
 
-/// UsageError for an unknown display or view, naming the known ones, or for a view without a configuration; IoError for an unreadable one.
+/// UsageError for an unknown display or view, naming the known ones, or for a view without a configuration; IoError for
+/// an unreadable one.
 void check_view(const DisplayView& view);
 /// UsageError for a name that is no compression of OpenEXR.
 void check_compression(const std::string& name);

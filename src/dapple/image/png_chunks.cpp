@@ -21,8 +21,8 @@ void check_png_chunks(const std::string& path, uint64_t file_size, const FileLoc
     if (length > file_size - at - head_size) {
       std::replace_if(
           type.begin(), type.end(), [](unsigned char c) { return !std::isalnum(c); }, '?');
-      throw InputError(loc, "image \"" + path + "\" is damaged: its chunk " + type + " at byte " + std::to_string(at) + " claims " +
-                                std::to_string(length) + " bytes, more than the file has");
+      throw InputError(loc, "image \"" + path + "\" is damaged: its chunk " + type + " at byte " + std::to_string(at) +
+                                " claims " + std::to_string(length) + " bytes, more than the file has");
     }
     at += head_size + length + check_size;
   }

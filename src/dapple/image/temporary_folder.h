@@ -15,7 +15,8 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  /// Removes those of this process in the system's folder for temporary files, where it is about to end without destructors.
+  /// Removes those of this process in the system's folder for temporary files, where it is about to end without
+  /// destructors.
   static void remove_of_process();
 
   std::string file(const std::string& name) const { return path_ + "/" + name; }

@@ -26,8 +26,8 @@ inline int wrap_index(int i, int n, Wrap wrap) {
 /// The texels of a picture's finest level about a point, as look-ups without a footprint interpolate them.
 struct TexelLattice {
   struct Corners {
-    int count;             ///< 1 for the nearest texel, else 4
-    int x[4], y[4];        ///< -1: black
+    int count;       ///< 1 for the nearest texel, else 4
+    int x[4], y[4];  ///< -1: black
     float weight[4];
   };
   int width = 1, height = 1;

@@ -93,7 +93,8 @@ Image weighted_texels(const Image& color, std::span<const float> weights) {
   levels.emplace_back(color.width(), color.height(), channels + 1, names);
   for (size_t i = 0; i < weights.size(); ++i) {
     float* to = &levels[0].pixels()[i * size_t(channels + 1)];
-    for (int c = 0; c < channels; ++c) to[c] = weights[i] > 0 ? color.pixels()[i * size_t(channels) + size_t(c)] * weights[i] : 0;
+    for (int c = 0; c < channels; ++c)
+      to[c] = weights[i] > 0 ? color.pixels()[i * size_t(channels) + size_t(c)] * weights[i] : 0;
     to[channels] = weights[i];
   }
   while (levels.back().width() > 1 || levels.back().height() > 1) levels.push_back(half_size(levels.back()));

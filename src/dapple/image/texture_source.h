@@ -17,12 +17,14 @@ namespace dapple::image {
 
 /// One channel or three, as TextureUse says. Colour images whose channels are all alike become grey.
 Image select_channels(const Image& image, TextureUse use);
-/// How much each pixel counts, row by row: the alpha channel within 0 and 1. Empty where there is none, or where all count the same.
+/// How much each pixel counts, row by row: the alpha channel within 0 and 1. Empty where there is none, or where all
+/// count the same.
 std::vector<float> alpha_weights(const Image& image);
 /// Colours by alpha: as files of associated alpha (OpenEXR) have them, to what they are where they are.
 void divide_by_alpha(Image& image);
-/// Colours times weights, with the weights as a last channel "weight": sums of these divided by sums of weights are weighted means. Where a
-/// pixel counts nothing it gets the colour of what is around it, at a weight that no sum notices.
+/// Colours times weights, with the weights as a last channel "weight": sums of these divided by sums of weights are
+/// weighted means. Where a pixel counts nothing it gets the colour of what is around it, at a weight that no sum
+/// notices.
 Image weighted_texels(const Image& color, std::span<const float> weights);
 /// The value of all pixels that count, where it is the same everywhere; grey three times. No weights: all count.
 std::optional<std::array<float, 3>> uniform_value(const Image& image, std::span<const float> weights = {});
@@ -30,7 +32,8 @@ std::optional<std::array<float, 3>> uniform_value(const Image& image, std::span<
 void quantize(Image& image, SampleType type);
 /// How texels are stored: colours as half, scalars, which may be displacements, as float.
 SampleType storage_type(TextureUse use);
-/// True for a linear, tiled pyramid whose leading channels are those wanted: it can serve look-ups as it is, if all of it counts the same.
+/// True for a linear, tiled pyramid whose leading channels are those wanted: it can serve look-ups as it is, if all of
+/// it counts the same.
 bool usable_in_place(const ImageInfo& info, Encoding encoding, TextureUse use);
 
 }  // namespace dapple::image

@@ -123,7 +123,8 @@ std::vector<float> weights_of_picture(const TextureWeight& weight, const Image& 
   return weights;
 }
 
-/// How much each texel of a colour image counts: its own alpha, times the picture's. None where all count the same, or nothing would.
+/// How much each texel of a colour image counts: its own alpha, times the picture's. None where all count the same, or
+/// nothing would.
 std::vector<float> weights_of(const Image& image, const TextureWeight& weight, const FileLoc& loc) {
   if (weight.by == TextureWeight::By::nothing) return {};
   std::vector<float> own = alpha_weights(image);
@@ -141,7 +142,8 @@ std::vector<float> weights_of(const Image& image, const TextureWeight& weight, c
 }  // namespace
 
 struct TextureSystem::Shared {
-  using Key = std::tuple<std::string, Encoding::Kind, float, TextureUse, TextureWeight::By, std::string, Encoding::Kind, float, float, bool>;
+  using Key = std::tuple<std::string, Encoding::Kind, float, TextureUse, TextureWeight::By, std::string, Encoding::Kind,
+                         float, float, bool>;
 
   explicit Shared(std::string folder)
       : system(OIIO::TextureSystem::create(false)), temporary_parent(std::move(folder)) {}
@@ -180,8 +182,9 @@ struct TextureHandle::Opened {
 
   void open_file(const std::string& path, const FileLoc& loc);
   /// `weights`: of the texels, none where all count the same.
-  static std::shared_ptr<Opened> convert(std::shared_ptr<TextureSystem::Shared> shared, Image image, std::span<const float> weights, SampleType type,
-                                         const std::string& name, const FileLoc& loc);
+  static std::shared_ptr<Opened> convert(std::shared_ptr<TextureSystem::Shared> shared, Image image,
+                                         std::span<const float> weights, SampleType type, const std::string& name,
+                                         const FileLoc& loc);
 };
 
 void TextureHandle::Opened::open_file(const std::string& path, const FileLoc& loc) {
@@ -200,7 +203,8 @@ std::shared_ptr<TextureHandle::Opened> TextureHandle::Opened::convert(std::share
   opened->channels = image.channels();
   opened->name = name;
   opened->shared = std::move(shared);
-  opened->not_numbers = size_t(std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); }));
+  opened->not_numbers =
+      size_t(std::count_if(image.pixels().begin(), image.pixels().end(), [](float v) { return std::isnan(v); }));
   quantize(image, type);
   opened->constant = uniform_value(image, weights);
   opened->weighted = !weights.empty();
@@ -249,7 +253,8 @@ void TextureHandle::lookup(const TextureCoordinates& at, const TextureSampling& 
       look_up_resident(o.resident, p, sampling, value);
     } else {
       if (!thread) thread = system.get_perthread_info();
-      if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels + o.weighted, value))
+      if (!system.texture(o.file, thread, options, p.s, p.t, p.dsdx, p.dtdx, p.dsdy, p.dtdy, o.channels + o.weighted,
+                          value))
         throw InputError(FileLoc{o.name, 0, 0}, "cannot read texture: " + system.geterror());
     }
     if (o.weighted) divide_by_weight(o.channels, value);
@@ -266,11 +271,20 @@ TextureSystem::TextureSystem(uint64_t cache_bytes, std::string temporary_folder)
   shared_->system->attribute("automip", 0);
 }
 
-TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc, const TextureWeight& weight) {
+TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc,
+                                  const TextureWeight& weight) {
   std::error_code ignored;
   const std::string canonical = std::filesystem::weakly_canonical(path, ignored).string();
-  const Shared::Key key{canonical.empty() ? path : canonical, encoding.kind, encoding.exponent, use, weight.by, weight.path, weight.encoding.kind,
-                        weight.encoding.exponent, weight.scale, weight.invert};
+  const Shared::Key key{canonical.empty() ? path : canonical,
+                        encoding.kind,
+                        encoding.exponent,
+                        use,
+                        weight.by,
+                        weight.path,
+                        weight.encoding.kind,
+                        weight.encoding.exponent,
+                        weight.scale,
+                        weight.invert};
   TextureHandle handle;
   {
     const std::lock_guard lock(shared_->mutex);
@@ -279,7 +293,9 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
   if (handle.opened_) return handle;
 
   const ImageInfo info = read_image_info(path, loc);
-  const bool may_be_weighted = use == TextureUse::color && (weight.by == TextureWeight::By::picture || (weight.by == TextureWeight::By::own_alpha && info.has_alpha()));
+  const bool may_be_weighted =
+      use == TextureUse::color &&
+      (weight.by == TextureWeight::By::picture || (weight.by == TextureWeight::By::own_alpha && info.has_alpha()));
   Image image;
   std::vector<float> weights;
   if (may_be_weighted) {
@@ -298,7 +314,8 @@ TextureHandle TextureSystem::open(const std::string& path, Encoding encoding, Te
     handle.opened_ = opened;
   } else {
     if (image.empty()) image = read_image(path, loc, encoding);
-    handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), path, loc);
+    handle.opened_ =
+        TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), path, loc);
   }
   const std::lock_guard lock(shared_->mutex);
   shared_->opened[key] = handle.opened_;
@@ -309,7 +326,8 @@ TextureHandle TextureSystem::add(const Image& image, TextureUse use, const std::
   TextureHandle handle;
   const FileLoc loc{name, 0, 0};
   const std::vector<float> weights = use == TextureUse::color ? weights_of(image, {}, loc) : std::vector<float>();
-  handle.opened_ = TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), name, loc);
+  handle.opened_ =
+      TextureHandle::Opened::convert(shared_, select_channels(image, use), weights, storage_type(use), name, loc);
   return handle;
 }
 

@@ -46,9 +46,9 @@ enum class TextureUse : uint8_t {
   scalar
 };
 
-/// By what each texel of a colour image counts when colours are averaged, at all levels: a colour is the mean of what is there, sum(a c) /
-/// sum(a), so that what is cut away has no colour, whatever the file says there. Images of other uses, and those that are 1 everywhere, are
-/// averaged as they are.
+/// By what each texel of a colour image counts when colours are averaged, at all levels: a colour is the mean of what
+/// is there, sum(a c) / sum(a), so that what is cut away has no colour, whatever the file says there. Images of other
+/// uses, and those that are 1 everywhere, are averaged as they are.
 struct TextureWeight {
   enum class By : uint8_t {
     own_alpha,  ///< the image's alpha channel, where it has one
@@ -110,9 +110,10 @@ class TextureSystem {
   /// empty for the system's ($TMPDIR).
   explicit TextureSystem(uint64_t cache_bytes = uint64_t{1} << 30, std::string temporary_folder = {});
 
-  /// Throws InputError as read_image() does, and where `weight` names a picture of another size. The same file, encoding, use and weight
-  /// give the same handle.
-  TextureHandle open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc, const TextureWeight& weight = {});
+  /// Throws InputError as read_image() does, and where `weight` names a picture of another size. The same file,
+  /// encoding, use and weight give the same handle.
+  TextureHandle open(const std::string& path, Encoding encoding, TextureUse use, const FileLoc& loc,
+                     const TextureWeight& weight = {});
   /// The same for an image in memory; `name` only serves messages.
   TextureHandle add(const Image& image, TextureUse use, const std::string& name);
 

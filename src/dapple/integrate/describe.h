@@ -7,7 +7,8 @@
 namespace dapple::integrate {
 
 /// What a visible surface shows in the AOVs. wo: towards the camera.
-inline scene::Features describe(const scene::Scene& scene, const geom::SurfacePoint& s, const shading::Bsdf& bsdf, const V3f& wo) {
+inline scene::Features describe(const scene::Scene& scene, const geom::SurfacePoint& s, const shading::Bsdf& bsdf,
+                                const V3f& wo) {
   scene::Features f;
   f.alpha = 1;
   f.albedo = bsdf.albedo();

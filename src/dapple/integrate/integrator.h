@@ -31,9 +31,9 @@ struct RayCounts {
 /// Points at which each stage of the shaders ran.
 struct StageCounts {
   std::array<uint64_t, shading::stage_count> points{};
-  uint64_t batches = 0;            ///< of prelighting, each of one material
-  double shading_seconds = 0;      ///< in the shaders, of all threads
-  double tracing_seconds = 0;      ///< in rays, of all threads
+  uint64_t batches = 0;        ///< of prelighting, each of one material
+  double shading_seconds = 0;  ///< in the shaders, of all threads
+  double tracing_seconds = 0;  ///< in rays, of all threads
   uint64_t& operator[](shading::Stage s) { return points[size_t(s)]; }
   uint64_t operator[](shading::Stage s) const { return points[size_t(s)]; }
   StageCounts& operator+=(const StageCounts& o) {
@@ -56,7 +56,7 @@ struct CacheCounts {
   double fill_seconds = 0;  ///< of all threads; docs/guide/statistics.md says what is included
   // Of look-ups that have no memory of their own (CacheState::has_memory):
   uint64_t evictions = 0;
-  int64_t bytes = 0;  ///< of entries that came, less those that went
+  int64_t bytes = 0;        ///< of entries that came, less those that went
   uint64_t extensions = 0;  ///< hits that had to add something to what was there
   CacheCounts& operator+=(const CacheCounts& o) {
     lookups += o.lookups, hits += o.hits, fills += o.fills, fill_seconds += o.fill_seconds;
@@ -65,8 +65,8 @@ struct CacheCounts {
   }
 };
 
-/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own: evictions and bytes are among their
-/// counts.
+/// A cache at one resolution, or the look-ups at one diffuse depth, which have no memory of their own: evictions and
+/// bytes are among their counts.
 struct CacheState {
   std::string name;  ///< "radiosity.fine", "radiosity.depth1"
   CacheCounts counts{};
@@ -78,8 +78,10 @@ struct CacheState {
 struct TileWork {
   Box2i pixels;  ///< [min, max)
   uint32_t first_sample = 0, sample_count = 1;
-  uint32_t pixel_samples = PixelSets::most_samples;  ///< that the picture will have, at most, if that is known: pixels share sets of so many
-  StopToken stop{};  ///< render() and the next finish() may throw Stopped; the film holds nothing half done, and so do caches
+  uint32_t pixel_samples =
+      PixelSets::most_samples;  ///< that the picture will have, at most, if that is known: pixels share sets of so many
+  StopToken
+      stop{};  ///< render() and the next finish() may throw Stopped; the film holds nothing half done, and so do caches
 };
 
 /// Computes camera samples. One object serves all threads; what changes lives in a Workspace, one a thread at a time.
@@ -95,16 +97,17 @@ class Integrator {
 
   virtual ~Integrator() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  /// Adds the samples of `work` to the film, those of a pixel in their order; some may be put off until finish(), and are kept by the
-  /// workspace. A pure function of scene, settings and work. Tiles that were rendered since the last finish() must not overlap.
+  /// Adds the samples of `work` to the film, those of a pixel in their order; some may be put off until finish(), and
+  /// are kept by the workspace. A pure function of scene, settings and work. Tiles that were rendered since the last
+  /// finish() must not overlap.
   virtual void render(const TileWork& work, Workspace& workspace, scene::Film& film) const = 0;
-  /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread, while it is called
-  /// on none.
+  /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread,
+  /// while it is called on none.
   virtual void finish(std::span<const std::unique_ptr<Workspace>>, scene::Film&) const {}
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
-  /// After the last call of render(): writes what caches did for each pixel, where the film keeps that (Film::Settings::cache_use).
-  /// `pixel_samples`: of the work.
+  /// After the last call of render(): writes what caches did for each pixel, where the film keeps that
+  /// (Film::Settings::cache_use). `pixel_samples`: of the work.
   virtual void view_caches(uint32_t /*pixel_samples*/, scene::Film&) const {}
 };
 

@@ -14,7 +14,9 @@ void share_out(const RGB& sum, std::span<RGB> parts) {
   }
 }
 
-void LightSums::clear_parts(int i, int count) { std::fill_n(part(i), count * groups_, RGB()); }
+void LightSums::clear_parts(int i, int count) {
+  std::fill_n(part(i), count * groups_, RGB());
+}
 
 void LightSums::add_parts(int i, const RGB& weight, const RGB* parts) {
   for (int g = 0; g < groups_; ++g) part(i)[g] += weight * parts[g];

@@ -16,11 +16,13 @@ struct LightParts {
   const RGB* parts = nullptr;
 };
 
-/// Scales parts so that they make up this sum, channel by channel. Where there is no light to share it among, it falls to group 0.
+/// Scales parts so that they make up this sum, channel by channel. Where there is no light to share it among, it falls
+/// to group 0.
 void share_out(const RGB& sum, std::span<RGB> parts);
 
-/// Radiance or irradiance at each element of a batch, and where groups of lights have images of their own, its parts by group. All that is
-/// done to a sum is done to its parts, which add up to it but for rounding; the sums are the same, bit for bit, with parts and without.
+/// Radiance or irradiance at each element of a batch, and where groups of lights have images of their own, its parts by
+/// group. All that is done to a sum is done to its parts, which add up to it but for rounding; the sums are the same,
+/// bit for bit, with parts and without.
 class LightSums {
  public:
   static constexpr int capacity = 4 * trace::RayBatch::capacity;
@@ -65,7 +67,8 @@ class LightSums {
   void set(int i, const LightSums& a, const LightSums& b, const Linear& linear) {
     sums_[i] = linear(a.sums_[i], b.sums_[i]);
     if (groups_ == 0) return;
-    for (int j = i * groups_; j < (i + 1) * groups_; ++j) parts_[size_t(j)] = linear(a.parts_[size_t(j)], b.parts_[size_t(j)]);
+    for (int j = i * groups_; j < (i + 1) * groups_; ++j)
+      parts_[size_t(j)] = linear(a.parts_[size_t(j)], b.parts_[size_t(j)]);
   }
   /// What became of the sum by a function that need not be linear: its parts in proportion.
   void change(int i, const RGB& sum) {

@@ -11,7 +11,8 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
     needs_tangents_.push_back(!c || c->alpha_x != c->alpha_y || c->base_alpha_x != c->base_alpha_y);
     flat_.push_back(caustics ? material->is_diffuse_to_rays() : material->is_opaque_reflector());
     const shading::StageSet stages = material->stages();
-    view_independent_.push_back(material->is_diffuse() && !stages.has(shading::Stage::specularlighting) && !stages.has(shading::Stage::postlighting));
+    view_independent_.push_back(material->is_diffuse() && !stages.has(shading::Stage::specularlighting) &&
+                                !stages.has(shading::Stage::postlighting));
     flat_constants_.push_back(c);
     if (c && flat_.back()) flat_constants_.back()->flatten();
     const bool mirrors = caustics && material->is_diffuse_to_rays() && !material->is_diffuse();
@@ -31,12 +32,14 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
 void MaterialTable::flatten(int n, shading::Bsdf* bsdf) const {
   using shading::BsdfKind;
   for (int i = 0; i < n; ++i) {
-    const bool metal = bsdf[i].kind == BsdfKind::conductor || (bsdf[i].kind == BsdfKind::coated && bsdf[i].base == BsdfKind::conductor);
+    const bool metal = bsdf[i].kind == BsdfKind::conductor ||
+                       (bsdf[i].kind == BsdfKind::coated && bsdf[i].base == BsdfKind::conductor);
     if (!metal || !caustics_) bsdf[i].flatten();
   }
 }
 
-void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out, For whom) const {
+void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
+                                      shading::Bsdf* out, For whom) const {
   const auto& constants = whom == For::diffuse_rays ? flat_constants_ : constants_;
   for (int k = 0; k < n; ++k) {
     const size_t m = index(geometry[k]);

@@ -21,7 +21,8 @@ class MaterialTable {
   bool needs_tangents(uint32_t geometry) const { return needs_tangents_[index(geometry)]; }
   /// The surface is not there: it only separates media.
   bool passes(uint32_t geometry) const { return passes_[index(geometry)]; }
-  /// Some surface of the scene is not there, or light is weakened on its way: rays of all kinds are traced from surface to surface.
+  /// Some surface of the scene is not there, or light is weakened on its way: rays of all kinds are traced from surface
+  /// to surface.
   bool rays_pass() const { return rays_pass_; }
   /// Light may go straight through it (shading/sheet.h), which lamps do not; how much is for prelighting to say.
   bool is_sheet(uint32_t geometry) const { return any_sheet_ && sheet_[geometry]; }
@@ -36,11 +37,13 @@ class MaterialTable {
   bool is_random(uint32_t geometry) const { return scene_.materials[index(geometry)]->is_random(); }
   /// What a diffuse ray sees of it is diffuse, or counts as such.
   bool is_flat(uint32_t geometry) const { return flat_[index(geometry)]; }
-  /// Of diffuse light, what its coat, or the boundary of a subsurface body, mirrors: diffuse rays see that beside what counts as diffuse. Where
-  /// it differs from place to place, some value. 0: nothing.
+  /// Of diffuse light, what its coat, or the boundary of a subsurface body, mirrors: diffuse rays see that beside what
+  /// counts as diffuse. Where it differs from place to place, some value. 0: nothing.
   float coat(uint32_t geometry) const { return coat_[index(geometry)]; }
   bool has_coat(uint32_t geometry) const { return coat(geometry) > 0; }
-  bool any_coat() const { return std::any_of(coat_.begin(), coat_.end(), [](float coat) { return coat > 0; }); }
+  bool any_coat() const {
+    return std::any_of(coat_.begin(), coat_.end(), [](float coat) { return coat > 0; });
+  }
   /// All that is seen of it is diffuse light, from wherever it is seen.
   bool is_view_independent(uint32_t geometry) const { return view_independent_[index(geometry)]; }
   /// Prelighting reads the points: it differs from place to place.
@@ -50,7 +53,8 @@ class MaterialTable {
   enum class For { viewers, diffuse_rays };
 
   /// Writes out[k] where prelighting does not vary, and leaves the others alone.
-  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out, For whom = For::viewers) const;
+  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out,
+                         For whom = For::viewers) const;
 
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
@@ -63,11 +67,11 @@ class MaterialTable {
     } batched[most_points];
   };
 
-  /// Runs prelighting at n <= Scratch::most_points points: out[0, n), and counts it. set_point(k, points, lane) describes point k
-  /// where a material does not scatter the same everywhere.
+  /// Runs prelighting at n <= Scratch::most_points points: out[0, n), and counts it. set_point(k, points, lane)
+  /// describes point k where a material does not scatter the same everywhere.
   template <class SetPoint>
-  void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point, shading::Bsdf* out,
-                Scratch& scratch, StageCounts* counts, For whom = For::viewers) const;
+  void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
+                shading::Bsdf* out, Scratch& scratch, StageCounts* counts, For whom = For::viewers) const;
 
  private:
   void flatten(int n, shading::Bsdf* bsdf) const;
@@ -84,18 +88,21 @@ class MaterialTable {
 };
 
 template <class SetPoint>
-void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
-                             shading::Bsdf* out, Scratch& scratch, StageCounts* counts, For whom) const {
+void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
+                             const SetPoint& set_point, shading::Bsdf* out, Scratch& scratch, StageCounts* counts,
+                             For whom) const {
   const Timer timer;
   prelight_constant(n, geometry, surface, out, whom);
   int batched = 0;
   for (int k = 0; k < n; ++k)
     if (varies(geometry[k])) scratch.batched[batched++] = {uint32_t(index(geometry[k])), k};
-  std::stable_sort(scratch.batched, scratch.batched + batched, [](const auto& a, const auto& b) { return a.material < b.material; });
+  std::stable_sort(scratch.batched, scratch.batched + batched,
+                   [](const auto& a, const auto& b) { return a.material < b.material; });
   for (int first = 0; first < batched;) {
     const uint32_t m = scratch.batched[first].material;
     int count = 0;
-    for (; count < Scratch::capacity && first + count < batched && scratch.batched[first + count].material == m; ++count)
+    for (; count < Scratch::capacity && first + count < batched && scratch.batched[first + count].material == m;
+         ++count)
       set_point(scratch.batched[first + count].point, &scratch.points, count);
     scratch.points.count = count;
     const shading::Material& material = *scene_.materials[m];

@@ -14,7 +14,8 @@ class RayList {
   int at(int depth) const { return counts_[std::min(size_t(depth), counts_.size() - 1)]; }
   /// Where so many points do the work of one between them: their part, rounded up.
   int at(int depth, int share) const { return part(at(depth), share); }
-  /// The same of a point that sends the rays of `effort` points, but no more than `most_by_effort` unless the list says so.
+  /// The same of a point that sends the rays of `effort` points, but no more than `most_by_effort` unless the list says
+  /// so.
   int at(int depth, int share, int effort) const {
     const int rays = at(depth);
     return part(std::max(rays, std::min(rays * effort, most_by_effort)), share);

@@ -6,7 +6,8 @@
 
 namespace dapple::integrate {
 
-/// Where a ray along `direction` starts, so that it does not meet the surface it leaves: a geom::SurfacePoint, or a RayOrigin.
+/// Where a ray along `direction` starts, so that it does not meet the surface it leaves: a geom::SurfacePoint, or a
+/// RayOrigin.
 template <class Place>
 V3f offset_origin(const Place& s, const V3f& direction) {
   return s.P + s.Ng * (dot(direction, s.Ng) < 0 ? -s.error : s.error);
@@ -25,14 +26,15 @@ struct RayOrigin {
   V3f normal(const V3f& n) const { return turn == V3f(0, 0, 0) ? n : normalize(n + turn); }
 };
 
-/// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and short of the light
-/// by a little so that it does not shadow itself. A light in the receiver's own plane sends nothing: rounding alone says on which side of
-/// the other each is, as for the back of a light that shines on one side.
+/// A ray from `origin`, which was moved off the receiver at p, to what Light::sample found from p: aimed anew, and
+/// short of the light by a little so that it does not shadow itself. A light in the receiver's own plane sends nothing:
+/// rounding alone says on which side of the other each is, as for the back of a light that shines on one side.
 struct ShadowRay {
   V3f d;
   float distance;  ///< 0: none
 
-  ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin) : d(light.wi), distance(light.distance) {
+  ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin)
+      : d(light.wi), distance(light.distance) {
     if (std::isinf(light.distance)) return;
     const V3f offset = origin - p;
     if (std::abs(dot(light.wi, offset)) * light.distance < 4 * length2(offset)) {

@@ -12,12 +12,14 @@ constexpr int max_segments = 4096;  // ends a ray caught between surfaces that a
 bool draw_sheet(uint32_t ray_key, int segment, float through) {
   return through == 1 || (through > 0 && to_unit_float(hash(RayTracer::sheet_key(ray_key, segment), 1)) < through);
 }
-}
+}  // namespace
 
-// s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque surfaces is left out.
+// s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque
+// surfaces is left out.
 void RayTracer::transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const {
   const auto medium = [&](int i) {
-    const bool stopped = s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.lets_through(s.hits.geometry[i]);
+    const bool stopped =
+        s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.lets_through(s.hits.geometry[i]);
     return media_ && !stopped ? s.medium[i] : scene::vacuum;
   };
   const auto add = [&](int i, shading::MediumRays* out) {
@@ -46,7 +48,8 @@ void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scr
   const auto describe = [&](int k, shading::ShadingPoints* points, int lane) {
     const int i = met.lane[k];
     const float width = s.rays.width[i] + s.rays.spread[i] * s.hits.t[i];
-    scene::Scene::set_point(met.surface[k], s.rays.direction(i), width, s.rays.time[i], sheet_key(rays.key[s.ray[i]], segment), points, lane);
+    scene::Scene::set_point(met.surface[k], s.rays.direction(i), width, s.rays.time[i],
+                            sheet_key(rays.key[s.ray[i]], segment), points, lane);
   };
   materials_.prelight(met.count, met.geometry, met.surface, describe, met.bsdf, met.prelighting, &s.stages);
   for (int k = 0; k < met.count; ++k)
@@ -58,7 +61,8 @@ void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* 
   const auto add = [&](int i, shading::MediumRays* out) {
     out->add(s.segment(i), s.length(i), passed[s.ray[i]], hash(rays.key[s.ray[i]], segment, 2));
   };
-  s.media.sample(scene_, n, [&](int i) { return s.medium[i]; }, add, s.flight);
+  s.media.sample(
+      scene_, n, [&](int i) { return s.medium[i]; }, add, s.flight);
 }
 
 // Takes ray i to its hit. False if it does not arrive.
@@ -94,7 +98,8 @@ void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* mediu
   scene_.traced.transmitted(rays, n, visible);
 }
 
-int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,
+                       Scratch& s) const {
   s.stop.check();
   if (!masks_) {
     this->visible(rays, n, medium, visible, s);
@@ -105,11 +110,13 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   for (int i = 0; i < n; ++i) {
     const V3f d = rays.direction(i);
     if (std::isinf(rays.t_max[i]) && masks_->answers(rays.origin(i), Ng[i], d)) {
-      s.masked.P[masked] = rays.origin(i), s.masked.Ng[masked] = Ng[i], s.masked.d[masked] = d, s.masked.key[masked] = rays.key[i];
+      s.masked.P[masked] = rays.origin(i), s.masked.Ng[masked] = Ng[i], s.masked.d[masked] = d,
+      s.masked.key[masked] = rays.key[i];
       s.masked_ray[masked++] = i;
       continue;
     }
-    s.unmasked.set(unmasked, rays.origin(i), d, rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
+    s.unmasked.set(unmasked, rays.origin(i), d, rays.t_max[i], rays.time[i], rays.key[i], rays.width[i],
+                   rays.spread[i]);
     s.unmasked_medium[unmasked] = medium[i];
     s.unmasked_ray[unmasked++] = i;
   }
@@ -122,10 +129,12 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
 }
 
 // From surface to surface.
-void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
+void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible,
+                                Scratch& s) const {
   s.opaque_stops = true;
   for (int i = 0; i < n; ++i) {
-    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i],
+               rays.spread[i]);
     s.medium[i] = medium[i];
     s.ray[i] = i;
     visible[i] = RGB(1);
@@ -152,8 +161,8 @@ void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_
   }
 }
 
-void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
-                        Scratch& s, Flights* flights, int* sheets) const {
+void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance,
+                        RGB* passed, Scratch& s, Flights* flights, int* sheets) const {
   s.stop.check();
   const bool through_sheets = sheets && materials_.any_sheet();
   if (sheets) std::fill_n(sheets, n, 0);
@@ -171,7 +180,8 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   s.hits = *hits;
   s.opaque_stops = false;
   for (int i = 0; i < n; ++i) {
-    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i],
+               rays.spread[i]);
     s.medium[i] = medium[i];
     s.ray[i] = i;
     distance[i] = 0;
@@ -195,7 +205,9 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
       rays.ox[r] = s.rays.ox[i], rays.oy[r] = s.rays.oy[i], rays.oz[r] = s.rays.oz[i];
       medium[r] = s.medium[i];
       hits->copy_lane(r, s.hits, i);
-      if (!hit || !(through_sheets ? draw_sheet(rays.key[r], segment, s.through[i]) : materials_.passes(s.hits.geometry[i]))) continue;
+      if (!hit ||
+          !(through_sheets ? draw_sheet(rays.key[r], segment, s.through[i]) : materials_.passes(s.hits.geometry[i])))
+        continue;
       if (sheets) ++sheets[r];
       go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }

@@ -11,8 +11,8 @@
 
 namespace dapple::integrate {
 
-/// Traces rays as light goes: through surfaces that only separate media and through clear sheets, and weakened by these and by the media. Random
-/// numbers, where a medium or a sheet needs them, come from the rays' keys.
+/// Traces rays as light goes: through surfaces that only separate media and through clear sheets, and weakened by these
+/// and by the media. Random numbers, where a medium or a sheet needs them, come from the rays' keys.
 class RayTracer {
  public:
   static constexpr int capacity = trace::RayBatch::capacity;
@@ -61,7 +61,8 @@ class RayTracer {
 
   /// Both must outlive this object. Without `media` these are not there.
   /// masks, if given, tells what it can about shadow rays to lights at infinity; it knows nothing of media.
-  RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true, const shading::Visibility* masks = nullptr)
+  RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true,
+            const shading::Visibility* masks = nullptr)
       : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
 
   /// Shadow rays that meet a surface of some opacity are stopped or not, by draws; else they are weakened.
@@ -70,22 +71,24 @@ class RayTracer {
   bool weakens() const { return materials_.rays_pass() || scene_.traced.has_colored_opacity(); }
   /// Shadow rays pass some sheets, or not, by draws.
   bool draws_sheets() const { return materials_.any_random_sheet(); }
-  /// The key of prelighting where this ray met a sheet, after so many surfaces that it went through: whoever shades the hit that nearest() gave
-  /// makes the same choices.
+  /// The key of prelighting where this ray met a sheet, after so many surfaces that it went through: whoever shades the
+  /// hit that nearest() gave makes the same choices.
   static uint64_t sheet_key(uint32_t ray_key, int passed) { return hash(ray_key, passed, 3); }
 
   /// Shadow rays: writes visible[i], the fraction of light that passes ray i, which starts in medium[i]; zero where
   /// something is in the way.
   void visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
-  /// The same from surfaces of unit normals Ng (0: none), those to lights at infinity by masks where there are any. Returns how many were not traced.
-  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
+  /// The same from surfaces of unit normals Ng (0: none), those to lights at infinity by masks where there are any.
+  /// Returns how many were not traced.
+  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,
+              Scratch& scratch) const;
 
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
-  /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance finite, and passed[i]
-  /// is its weight (shading/medium.h).
-  /// With `sheets`, rays go straight through these or stop, by draws: a hit on a sheet is to be shaded by all that it scatters but what goes
-  /// straight on. sheets[i] becomes the number of surfaces that ray i went through.
+  /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance
+  /// finite, and passed[i] is its weight (shading/medium.h). With `sheets`, rays go straight through these or stop, by
+  /// draws: a hit on a sheet is to be shaded by all that it scatters but what goes straight on. sheets[i] becomes the
+  /// number of surfaces that ray i went through.
   void nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
                Scratch& scratch, Flights* flights = nullptr, int* sheets = nullptr) const;
 

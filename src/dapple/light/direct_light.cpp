@@ -195,7 +195,8 @@ void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, 
       u[end - begin] = {w.u0[jobs[end]], w.u1[jobs[end]]};
     shading::LightSample* const drawn = w.drawn + w.drawn_count;
     w.drawn_count += int(end - begin);
-    const uint32_t found = light < 0 ? 0 : shading::sample_light(*scene_.lights[size_t(light)], light, to, {u, end - begin}, drawn);
+    const uint32_t found =
+        light < 0 ? 0 : shading::sample_light(*scene_.lights[size_t(light)], light, to, {u, end - begin}, drawn);
     for (size_t i = begin; i < end; ++i)
       w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
   }
@@ -326,7 +327,9 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
       if (learned_) to.region = learned_->region(to, b.key[k]);
       const auto chosen = scene_.light_sampler->select(to, w.u2[k]);
       shading::LightSample light;
-      if (chosen.light < 0 || !shading::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to, V2f(w.u0[k], w.u1[k]), &light)) continue;
+      if (chosen.light < 0 ||
+          !shading::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to, V2f(w.u0[k], w.u1[k]), &light))
+        continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
       const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));
       const ShadowRay ray(to.p, light, P);

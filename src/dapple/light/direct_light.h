@@ -14,8 +14,8 @@ class DirectLight {
  public:
   static constexpr int lights_apart = 6, sky_times = 4, sky_rays = 16;
 
-  /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing. The others must outlive
-  /// this object.
+  /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing.
+  /// The others must outlive this object.
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
               std::shared_ptr<const shading::LearnedLights> learned = nullptr);
 

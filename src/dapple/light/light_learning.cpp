@@ -18,7 +18,7 @@ using shading::LightSample;
 using shading::LightTree;
 using shading::SkyCells;
 
-constexpr int strata = 4;  // of a sky, along a side: a ray each
+constexpr int strata = 4;         // of a sky, along a side: a ray each
 constexpr int more_sky_rays = 8;  // of a sky, where the first found it
 constexpr int lamp_rays = 4;
 // Of points, those in regions that must gain, or all is left as it was: samples by what was learned cost more.
@@ -42,7 +42,8 @@ class Observer {
     for (int i = 0; i < lamp_rays; ++i) look_at_lamp(point, i, out++);
   }
   // By what is known of the region.
-  void observe_skies(const LightPoint& point, uint32_t number, const shading::LearnedLights::Layout& layout, const float* values, LightSeen* out) {
+  void observe_skies(const LightPoint& point, uint32_t number, const shading::LearnedLights::Layout& layout,
+                     const float* values, LightSeen* out) {
     number_ = number;
     sent_ = 1u << 16;
     for (size_t sky = 0; sky < choices_.skies.size(); ++sky)
@@ -67,7 +68,8 @@ class Observer {
     const uint32_t dimension = 64 + uint32_t(sky * strata * strata + stratum);
     constexpr int in_stratum = SkyCells::side / strata;
     const V2f at = draw(2 * dimension) * float(in_stratum);
-    const int cell = (stratum / strata * in_stratum + int(at.y)) * SkyCells::side + stratum % strata * in_stratum + int(at.x);
+    const int cell =
+        (stratum / strata * in_stratum + int(at.y)) * SkyCells::side + stratum % strata * in_stratum + int(at.x);
     look_at_cell(point, sky, cell, draw(2 * dimension + 1), out);
   }
 
@@ -90,7 +92,8 @@ class Observer {
 
   // By turns, where there are many.
   void look_at_other(const LightPoint& point, int i, LightSeen* out) {
-    const size_t n = choices_.others.size(), other = (size_t(number_) * size_t(choices_.others_at_once()) + size_t(i)) % n;
+    const size_t n = choices_.others.size(),
+                 other = (size_t(number_) * size_t(choices_.others_at_once()) + size_t(i)) % n;
     out->choice = uint32_t(other);
     look_at(point, choices_.others[other], draw(uint32_t(i)), 1, out);
   }
@@ -213,10 +216,12 @@ bool pays_to_learn(const scene::Scene& scene) {
   if (!scene.light_sampler) return false;
   const auto unbounded = scene.light_sampler->unbounded();
   const auto is_sky = [&](int light) { return !scene.lights[size_t(light)]->is_delta(); };
-  return unbounded.size() + scene.light_sampler->tree().size() > 1 || std::any_of(unbounded.begin(), unbounded.end(), is_sky);
+  return unbounded.size() + scene.light_sampler->tree().size() > 1 ||
+         std::any_of(unbounded.begin(), unbounded.end(), is_sky);
 }
 
-std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& scene, const integrate::RayTracer& tracer,
+std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& scene,
+                                                           const integrate::RayTracer& tracer,
                                                            std::span<const LightPoint> points, uint64_t seed) {
   if (!pays_to_learn(scene) || points.empty()) return nullptr;
   LightChoices choices = choices_of(scene);
@@ -227,8 +232,10 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
   std::vector<int> home;
   for (const shading::LightReceiver& to : receivers) home.push_back(regions.home(to));
   LightStatistics statistics(choices, regions.size());
-  size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) + (choices.tree->empty() ? 0 : lamp_rays);
-  std::vector<LightSeen> seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) { o.observe(points[i], uint32_t(i), out); });
+  size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) +
+                (choices.tree->empty() ? 0 : lamp_rays);
+  std::vector<LightSeen> seen =
+      looks.all(each, [&](Observer& o, size_t i, LightSeen* out) { o.observe(points[i], uint32_t(i), out); });
   for (size_t i = 0; i < points.size(); ++i) statistics.add(home[i], {&seen[i * each], each}, strata * strata);
   LightStatistics::Learned learned = statistics.learned(regions);
   if (learned.gaining < least_gaining) return nullptr;
@@ -236,13 +243,15 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
     const shading::LearnedLights::Layout layout{choices.unbounded, int(choices.skies.size()), choices.crown.pairs()};
     each = choices.skies.size() * more_sky_rays;
     seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) {
-      o.observe_skies(points[i], uint32_t(i), layout, learned.values.data() + size_t(home[i]) * size_t(layout.size()), out);
+      o.observe_skies(points[i], uint32_t(i), layout, learned.values.data() + size_t(home[i]) * size_t(layout.size()),
+                      out);
     });
     for (size_t i = 0; i < points.size(); ++i) statistics.add_to_skies(home[i], {&seen[i * each], each}, more_sky_rays);
     learned = statistics.learned(regions);
   }
   return std::make_shared<const shading::LearnedLights>(std::move(regions), std::move(choices.crown), choices.unbounded,
-                                                        std::move(choices.skies), std::move(learned.values), scene.lights.size());
+                                                        std::move(choices.skies), std::move(learned.values),
+                                                        scene.lights.size());
 }
 
 }  // namespace dapple::light

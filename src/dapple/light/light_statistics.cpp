@@ -42,7 +42,8 @@ void LightStatistics::add(int region, std::span<const LightSeen> seen, int rays)
       cosines(region)[sky].sum += brought;
       cosines(region)[sky].square += brought * s->radiance;
     }
-  for (int i = 0; i < choices_.others_at_once(); ++i, ++s) part[choices_.skies.size() * SkyCells::count + s->choice].add(*s);
+  for (int i = 0; i < choices_.others_at_once(); ++i, ++s)
+    part[choices_.skies.size() * SkyCells::count + s->choice].add(*s);
   for (; s < seen.data() + seen.size(); ++s) {
     leaves(region)[s->choice].arrived += s->light;
     leaves(region)[s->choice].sent += s->own;
@@ -115,7 +116,8 @@ void LightStatistics::lean_on(int region, int parent) {
   }
 }
 
-// Writes whether a sky is drawn by its cells, and their cdf. Its light counts as far as rays by Bsdfs do not find it as well.
+// Writes whether a sky is drawn by its cells, and their cdf. Its light counts as far as rays by Bsdfs do not find it as
+// well.
 LightStatistics::Worth LightStatistics::sky_values(int region, size_t sky, float* out) const {
   const Part* const part = parts(region) + sky * SkyCells::count;
   const SkyCells& cells = choices_.skies[sky].second;
@@ -127,7 +129,8 @@ LightStatistics::Worth LightStatistics::sky_values(int region, size_t sky, float
   const double even = 1.0 / SkyCells::count;
   for (int i = 0; i < SkyCells::count; ++i) {
     const double seen = sum > 0 ? part[i].weight() / sum : even;
-    const double learned = (1 - by_luminance - by_area) * seen + by_luminance * cells.luminance(i) / luminance + by_area * even;
+    const double learned =
+        (1 - by_luminance - by_area) * seen + by_luminance * cells.luminance(i) / luminance + by_area * even;
     before += part[i].square / std::max(part[i].own, 1e-5f);
     after += part[i].square / learned;
     out[1 + i] = float(below += learned);
@@ -181,7 +184,8 @@ bool LightStatistics::write(int region, float* out) const {
     gains |= sky.gains;
   }
   for (size_t i = 0; i < choices_.others.size(); ++i)
-    weight[size_t(choices_.slot_of_other[i])] = std::sqrt(parts(region)[choices_.skies.size() * SkyCells::count + i].square);
+    weight[size_t(choices_.slot_of_other[i])] =
+        std::sqrt(parts(region)[choices_.skies.size() * SkyCells::count + i].square);
   double unbounded = 0, below = 0;
   for (const float w : weight) unbounded += w;
   for (size_t i = 0; i < weight.size(); ++i) {

@@ -18,7 +18,7 @@ struct LightChoices {
 
   int unbounded = 0;  ///< lights of LightSampler::unbounded()
   std::vector<std::pair<int, shading::SkyCells>> skies;
-  std::vector<int> slot_of_sky;  ///< in LightSampler::unbounded()
+  std::vector<int> slot_of_sky;            ///< in LightSampler::unbounded()
   std::vector<int> others, slot_of_other;  ///< the rest of these
   const shading::LightTree* tree = nullptr;
   shading::LightTree::Crown crown;
@@ -31,9 +31,11 @@ struct LightChoices {
 /// What a ray from a point to a light found.
 struct LightSeen {
   uint32_t choice = 0;  ///< cell of a sky, or number among the others, or leaf of the crown
-  float light = 0;      ///< luminous irradiance that arrives; of a cell, that of all of it; of a lamp, over the probability of the choice
-  float own = 0;        ///< sky: probability of the cell as the light draws by itself. lamp: `light`, if nothing were in the way
-  float radiance = 0;   ///< sky: luminance
+  float light = 0;  ///< luminous irradiance that arrives; of a cell, that of all of it; of a lamp, over the probability
+                    ///< of the choice
+  float own =
+      0;  ///< sky: probability of the cell as the light draws by itself. lamp: `light`, if nothing were in the way
+  float radiance = 0;  ///< sky: luminance
 };
 
 /// Sums, by region, of what was seen, and what to do about it.
@@ -52,7 +54,8 @@ class LightStatistics {
   Learned learned(const shading::RegionTree& regions) const;
 
  private:
-  // Of a sky's cell, or of another light at infinity: trials, squares of the light, chances to be drawn without learning.
+  // Of a sky's cell, or of another light at infinity: trials, squares of the light, chances to be drawn without
+  // learning.
   struct Part {
     float trials = 0, sum = 0, square = 0, own = 0;
 
@@ -65,7 +68,8 @@ class LightStatistics {
     // Between mean and root of the mean square: of few trials, the latter tells little.
     float weight() const { return std::sqrt(sum * std::sqrt(square)); }
   };
-  // Of a leaf of the crown: light that arrived, and that would if nothing were in the way; squared visibility, once smoothed.
+  // Of a leaf of the crown: light that arrived, and that would if nothing were in the way; squared visibility, once
+  // smoothed.
   struct Leaf {
     float arrived = 0, sent = 0;
   };

@@ -4,8 +4,8 @@
 namespace dapple {
 inline namespace numeric {
 
-// Elementary functions in double precision without branches or calls, so that loops over them become vector code. Fixed sequences of IEEE
-// operations: vectors and scalars give the same bits.
+// Elementary functions in double precision without branches or calls, so that loops over them become vector code. Fixed
+// sequences of IEEE operations: vectors and scalars give the same bits.
 
 struct SineCosine {
   double sine, cosine;
@@ -41,18 +41,24 @@ inline SineCosine sine_cosine(double angle) {
   return {2 * s * c, 1 - 2 * s * s};
 }
 
-/// The argument of the complex number x + i y, in [0, 2 pi), within 1e-15 of itself where it is small; 0 of zero. The rational function is
-/// that of Moshier, Cephes Mathematical Library.
+/// The argument of the complex number x + i y, in [0, 2 pi), within 1e-15 of itself where it is small; 0 of zero. The
+/// rational function is that of Moshier, Cephes Mathematical Library.
 inline double argument(double x, double y) {
   const double ax = __builtin_fabs(x), ay = __builtin_fabs(y);
   const bool steep = ay > ax;
   const double low = steep ? ax : ay, high = steep ? ay : ax;
   const bool beyond = low > 0.66 * high;  // of tan(pi / 4)
   const double t = (beyond ? low - high : low) / (beyond ? low + high : high == 0 ? 1.0 : high), z = t * t;
-  const double p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z - 1.228866684490136173410e2) * z -
-                   6.485021904942025371773e1;
-  const double q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z +
-                   1.945506571482613964425e2;
+  const double p =
+      (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z -
+       1.228866684490136173410e2) *
+          z -
+      6.485021904942025371773e1;
+  const double q =
+      ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z +
+       4.853903996359136964868e2) *
+          z +
+      1.945506571482613964425e2;
   const double octant = t + t * (z * p / q), first = beyond ? octant + 0.7853981633974483 : octant;
   const double quadrant = steep ? 1.5707963267948966 - first : first;
   const double half = x < 0 ? 3.141592653589793 - quadrant : quadrant;

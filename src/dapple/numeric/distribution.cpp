@@ -80,7 +80,8 @@ struct Position {
   float units;
   uint32_t at;
 
-  explicit Position(float u) : units(std::clamp(u, 0.0f, one_minus_epsilon) * static_cast<float>(one)), at(static_cast<uint32_t>(units)) {}
+  explicit Position(float u)
+      : units(std::clamp(u, 0.0f, one_minus_epsilon) * static_cast<float>(one)), at(static_cast<uint32_t>(units)) {}
 };
 
 /// Where in the guide its interval begins.
@@ -234,7 +235,8 @@ void Distribution2D::sample(std::span<const V2f> u, Sample* out) const {
     out[i] = {{0, y.x}, y.pdf, 0, y.index};
     __builtin_prefetch(intervals[i] = interval_of(Position(u[i].x), guide(y.index)));
   }
-  for (size_t i = 0; i < u.size(); ++i) __builtin_prefetch(row(out[i].y).data() + (intervals[i][0] + intervals[i][1]) / 2);
+  for (size_t i = 0; i < u.size(); ++i)
+    __builtin_prefetch(row(out[i].y).data() + (intervals[i][0] + intervals[i][1]) / 2);
   for (size_t i = 0; i < u.size(); ++i) {
     float offset;
     const Cell c = find(row(out[i].y), intervals[i], Position(u[i].x), &offset);

@@ -23,8 +23,8 @@ inline namespace numeric {
 
 /// n cells of equal width on [0, 1).
 ///
-/// A guide table (Chen and Asmundsson 1974; the cutpoint method) narrows the search to some eight cells: an eighth of the memory, and
-/// a cache line or two where a search through thousands of cells would take a dozen.
+/// A guide table (Chen and Asmundsson 1974; the cutpoint method) narrows the search to some eight cells: an eighth of
+/// the memory, and a cache line or two where a search through thousands of cells would take a dozen.
 class Distribution1D {
  public:
   static constexpr size_t max_size = size_t(1) << 22;
@@ -93,7 +93,9 @@ class Distribution2D {
 
  private:
   std::span<const uint32_t> row(int y) const { return {upper_.data() + static_cast<size_t>(y) * nx_, nx_}; }
-  std::span<const uint32_t> guide(int y) const { return {guides_.data() + static_cast<size_t>(y) * guide_size_, guide_size_}; }
+  std::span<const uint32_t> guide(int y) const {
+    return {guides_.data() + static_cast<size_t>(y) * guide_size_, guide_size_};
+  }
 
   size_t nx_ = 1;
   std::vector<uint32_t> upper_, guides_;  ///< of each row, as in Distribution1D

@@ -18,7 +18,8 @@ constexpr size_t rows_at_once = 32, columns_at_once = 8;
 
 // Transforms of one number, which Eigen's cannot do, are left out: they change nothing.
 
-// Holds Eigen's tables, made on first use; each run of rows or columns works on a copy, since an object has scratch of its own.
+// Holds Eigen's tables, made on first use; each run of rows or columns works on a copy, since an object has scratch of
+// its own.
 struct RealFft2::Plan {
   Fft rows, columns;
 

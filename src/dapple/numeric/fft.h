@@ -12,8 +12,8 @@ inline namespace numeric {
 
 /// Discrete Fourier transforms of real rasters of nx by ny numbers (x along rows), in double precision:
 ///   F(p, q) = sum over x, y of f(x, y) exp(-2 pi i (p x / nx + q y / ny)), for p = 0 .. nx / 2; the rest follows by
-/// symmetry. One row or column is one transform of Eigen's port of KISS FFT, which has no plans that depend on timing; rows and
-/// columns are shared out to threads, so that results do not depend on their number. Immutable, thread-safe.
+/// symmetry. One row or column is one transform of Eigen's port of KISS FFT, which has no plans that depend on timing;
+/// rows and columns are shared out to threads, so that results do not depend on their number. Immutable, thread-safe.
 class RealFft2 {
  public:
   /// [q * width() + p]
@@ -27,11 +27,11 @@ class RealFft2 {
   int ny() const { return ny_; }
   int width() const { return nx_ / 2 + 1; }
 
-  /// fill(y, row) writes row y of the raster (row is zero before), or returns false and leaves a row of zeros; called from any
-  /// thread, once for each y.
+  /// fill(y, row) writes row y of the raster (row is zero before), or returns false and leaves a row of zeros; called
+  /// from any thread, once for each y.
   Spectrum forward(const std::function<bool(int y, std::span<double> row)>& fill) const;
-  /// Gives the rows `rows` of the raster whose spectrum this is, scaled so that it undoes forward(), to take(y, row), from any thread.
-  /// The spectrum is overwritten.
+  /// Gives the rows `rows` of the raster whose spectrum this is, scaled so that it undoes forward(), to take(y, row),
+  /// from any thread. The spectrum is overwritten.
   void inverse(Spectrum& spectrum, std::span<const int> rows,
                const std::function<void(int y, std::span<const double> row)>& take) const;
 
@@ -46,7 +46,8 @@ class RealFft2 {
   std::unique_ptr<const Plan> plan_;
 };
 
-/// Turns `f` into the spectrum of the correlation of its raster with that of w: c(y) = sum over x of f(x) w(x - y), indices modulo the sides.
+/// Turns `f` into the spectrum of the correlation of its raster with that of w: c(y) = sum over x of f(x) w(x - y),
+/// indices modulo the sides.
 void correlate_spectra(RealFft2::Spectrum& f, const RealFft2::Spectrum& w);
 
 }  // namespace numeric

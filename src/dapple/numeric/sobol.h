@@ -110,10 +110,10 @@ inline V2f sample_2d(uint32_t pixel_seed, uint32_t index, uint32_t dimension) {
   return {sobol::coordinate_x(place, s), sobol::coordinate_y(place, s)};
 }
 
-/// Which sample of which set a camera sample is. Pixels of an aligned square share a set, in Z order, and each has an aligned
-/// part of it: so not only a pixel's samples are a net, but those of 2 x 2, 4 x 4 .. pixels together, and the mean of
-/// neighbours is less noisy than that of pixels which choose by themselves (Ahmed & Wonka 2020, "Screen-Space Blue-Noise
-/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels").
+/// Which sample of which set a camera sample is. Pixels of an aligned square share a set, in Z order, and each has an
+/// aligned part of it: so not only a pixel's samples are a net, but those of 2 x 2, 4 x 4 .. pixels together, and the
+/// mean of neighbours is less noisy than that of pixels which choose by themselves (Ahmed & Wonka 2020, "Screen-Space
+/// Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels").
 class PixelSets {
  public:
   struct Sample {
@@ -122,8 +122,8 @@ class PixelSets {
   /// From so many samples on, each pixel has a set of its own.
   static constexpr uint32_t most_samples = 1u << 18;
 
-  /// `samples`: of a pixel, more than 0. More than that may be drawn: each further `samples`, rounded up to a power of 2,
-  /// are independent of those before.
+  /// `samples`: of a pixel, more than 0. More than that may be drawn: each further `samples`, rounded up to a power of
+  /// 2, are independent of those before.
   constexpr PixelSets(uint32_t samples, uint64_t seed)
       : seed_(seed),
         sample_bits_(std::min(most_bits, int(std::bit_width(samples - 1)))),
@@ -139,7 +139,8 @@ class PixelSets {
   constexpr int side() const { return 1 << pixel_bits_; }
 
  private:
-  static constexpr int most_bits = std::bit_width(most_samples) - 1;  // of an index: users number several samples by each
+  static constexpr int most_bits =
+      std::bit_width(most_samples) - 1;  // of an index: users number several samples by each
   static constexpr int most_pixel_bits = 6;
 
   static constexpr uint32_t spread_bits(uint32_t x) {

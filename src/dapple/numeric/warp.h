@@ -8,8 +8,8 @@ inline namespace numeric {
 
 // Maps of the unit square to domains of sampling, with densities. Directions are in a frame whose pole is +z.
 
-/// Unit disk, uniform; concentric map (Shirley & Chiu 1997). Density 1/pi. Its branch is a coin toss, so there is none; sine and cosine of
-/// angles up to pi/4 by their series (relative error below 2e-7).
+/// Unit disk, uniform; concentric map (Shirley & Chiu 1997). Density 1/pi. Its branch is a coin toss, so there is none;
+/// sine and cosine of angles up to pi/4 by their series (relative error below 2e-7).
 inline V2f square_to_disk(const V2f& u) {
   const float x = 2 * u.x - 1, y = 2 * u.y - 1;
   const bool by_x = std::abs(x) > std::abs(y);

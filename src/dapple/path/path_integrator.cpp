@@ -317,7 +317,9 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
   if (selection.light < 0) return;
   shading::LightSample light;
-  if (!shading::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver, w.sample2(dim_light_point, k), &light)) return;
+  if (!shading::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver,
+                             w.sample2(dim_light_point, k), &light))
+    return;
   float scatter_pdf = 0;
   const RGB f = evaluate(light.wi, &scatter_pdf);
   if (f.is_black()) return;

@@ -32,7 +32,8 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
     std::shared_ptr<const forest::GroundVisibility>
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
-    int learning_paths = 0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
+    int learning_paths =
+        0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);

@@ -69,7 +69,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   geom::SurfacePoint surface[capacity];
   shading::Bsdf bsdf[capacity];
   shading::LightRegion region[capacity];
-  std::vector<light::LightPoint>* points_found = nullptr;  ///< where paths note the points at which they want light, and do without it
+  std::vector<light::LightPoint>* points_found =
+      nullptr;  ///< where paths note the points at which they want light, and do without it
   integrate::MaterialTable::Scratch prelighting;
 
   // Shadow rays.

@@ -26,8 +26,12 @@ ImageLayer layer(const Film& film, const std::string& name, std::vector<std::str
   return l;
 }
 
-void put(const RGB& c, float* out) { out[0] = c.r, out[1] = c.g, out[2] = c.b; }
-void put(const V3f& v, float* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
+void put(const RGB& c, float* out) {
+  out[0] = c.r, out[1] = c.g, out[2] = c.b;
+}
+void put(const V3f& v, float* out) {
+  out[0] = v.x, out[1] = v.y, out[2] = v.z;
+}
 
 ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, const image::Image& pixels) {
   return {name, std::move(channels), {pixels.pixels().begin(), pixels.pixels().end()}, {}};
@@ -36,8 +40,10 @@ ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, 
 ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSettings& settings) {
   const auto full = SampleType::full_float;
   const V3d& origin = settings.origin;
-  if (name == "albedo" && settings.features) return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
-  if (name == "normal" && settings.features) return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
+  if (name == "albedo" && settings.features)
+    return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
+  if (name == "normal" && settings.features)
+    return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
   if (name == "albedo")
     return layer(film, name, {"albedo.R", "albedo.G", "albedo.B"}, {},
                  [&](int x, int y, float* out) { put(film.features(x, y).albedo, out); });
@@ -47,33 +53,39 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
   if (name == "depth")
     return layer(film, name, {"Z"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).depth; });
   if (name == "position")
-    return layer(film, name, {"P.X", "P.Y", "P.Z"}, full,
-                 [&](int x, int y, float* out) {
-                   const scene::Features f = film.features(x, y);
-                   put(f.alpha > 0 ? V3f(V3d(f.position) + origin) : f.position, out);
-                 });
+    return layer(film, name, {"P.X", "P.Y", "P.Z"}, full, [&](int x, int y, float* out) {
+      const scene::Features f = film.features(x, y);
+      put(f.alpha > 0 ? V3f(V3d(f.position) + origin) : f.position, out);
+    });
   if (name == "variance")
     return layer(film, name, {"variance.R", "variance.G", "variance.B"}, full,
                  [&](int x, int y, float* out) { put(film.variance(x, y), out); });
   if (name == "patch")
-    return layer(film, name, {"patch"}, full, [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.patch); });
+    return layer(film, name, {"patch"}, full,
+                 [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.patch); });
   if (name == "grid_point")
-    return layer(film, name, {"grid_point"}, full, [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.point); });
+    return layer(film, name, {"grid_point"}, full,
+                 [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.point); });
   if (name == "dice_level")
-    return layer(film, name, {"dice_level"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.level; });
+    return layer(film, name, {"dice_level"}, full,
+                 [&](int x, int y, float* out) { *out = film.features(x, y).grid.level; });
   if (name == "shading_rate")
-    return layer(film, name, {"shading_rate"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).grid.shading_rate; });
+    return layer(film, name, {"shading_rate"}, full,
+                 [&](int x, int y, float* out) { *out = film.features(x, y).grid.shading_rate; });
   if (name == "cache_level")
-    return layer(film, name, {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"}, full, [&](int x, int y, float* out) {
-      const scene::CacheUse use = film.cache_use(x, y);
-      out[0] = use.coarse, out[1] = use.medium, out[2] = use.fine, out[3] = use.shaded;
-    });
+    return layer(film, name, {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"},
+                 full, [&](int x, int y, float* out) {
+                   const scene::CacheUse use = film.cache_use(x, y);
+                   out[0] = use.coarse, out[1] = use.medium, out[2] = use.fine, out[3] = use.shaded;
+                 });
   if (name == "cache_age")
     return layer(film, name, {"cache_age"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).age; });
   if (name == "cache_fills")
-    return layer(film, name, {"cache_fills"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).fills; });
+    return layer(film, name, {"cache_fills"}, full,
+                 [&](int x, int y, float* out) { *out = film.cache_use(x, y).fills; });
   if (name == "cache_reuse")
-    return layer(film, name, {"cache_reuse"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).reuse; });
+    return layer(film, name, {"cache_reuse"}, full,
+                 [&](int x, int y, float* out) { *out = film.cache_use(x, y).reuse; });
   if (name == "samples")
     return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
   return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
@@ -82,8 +94,9 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-  static const std::vector<std::string> names = {"albedo", "normal", "depth", "position", "variance", "samples", "alpha",
-                                                 "patch",  "grid_point", "dice_level", "shading_rate"};
+  static const std::vector<std::string> names = {"albedo",     "normal",     "depth",       "position",
+                                                 "variance",   "samples",    "alpha",       "patch",
+                                                 "grid_point", "dice_level", "shading_rate"};
   return names;
 }
 
@@ -140,7 +153,9 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
     const std::string name = "light." + settings.light_groups[g];
     std::vector<std::string> channels{name + ".R", name + ".G", name + ".B"};
     out.layers.push_back(settings.denoised ? layer_of(name, channels, settings.denoised->light_groups[g])
-                                           : layer(film, name, channels, {}, [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
+                                           : layer(film, name, channels, {}, [&](int x, int y, float* p) {
+                                               put(film.light_group(x, y, int(g)), p);
+                                             }));
   }
   return out;
 }

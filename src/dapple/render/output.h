@@ -25,18 +25,20 @@ bool show_cache_use(const std::vector<std::string>& aovs);
 struct OutputSettings {
   std::vector<std::string> aovs;
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
-  std::optional<CacheView> cache_view;  ///< in place of the picture
-  std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop; else those that the film keeps
+  std::optional<CacheView> cache_view;    ///< in place of the picture
+  std::optional<FeatureLayers>
+      features;  ///< AOVs albedo and normal, over the film's crop; else those that the film keeps
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
-  V3d origin{0, 0, 0};  ///< added to positions, build::BuiltScene::origin
+  V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
   image::ExrOptions exr;
   image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;
 };
 
-/// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV: albedo, normal, depth ("Z"), position ("P"), variance, samples,
-/// alpha ("A"), patch, grid_point, dice_level, shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light
-/// group. Crops keep the full display window.
+/// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV:
+/// albedo, normal, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
+/// shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light group. Crops keep
+/// the full display window.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

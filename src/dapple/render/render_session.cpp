@@ -100,7 +100,8 @@ bool unless_stopped(const Work& work) {
   return true;
 }
 
-// Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not show.
+// Relative noise is judged as that of surfaces no darker than so much of the film's mean: that of black ones does not
+// show.
 constexpr double darkest = 0.1;
 
 }  // namespace
@@ -111,7 +112,8 @@ uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
   return std::min(size, rules.pixel_samples - done);
 }
 
-// Of these areas, which blocks are noisier than they may be. Whole blocks decide: a pixel whose samples all missed what is rare would not know.
+// Of these areas, which blocks are noisier than they may be. Whole blocks decide: a pixel whose samples all missed what
+// is rare would not know.
 std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) const {
   const double least_mean = darkest * film_.noise(film_.settings().crop).mean;
   std::vector<Box2i> noisy;
@@ -143,7 +145,8 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
       auto workspace = pool.take();
       const bool whole = unless_stopped([&] {
         for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-          integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most, abandon}, *workspace, film_);
+          integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most, abandon},
+                             *workspace, film_);
       });
       if (!whole) given_up = true;
       pool.give(std::move(workspace));
@@ -172,7 +175,8 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
       areas = noisy_blocks(areas);
       if (!areas.empty()) rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
     }
-    if (rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit && samples < rules.pixel_samples) {
+    if (rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit &&
+        samples < rules.pixel_samples) {
       result.outcome = Outcome::time_limit;
       break;
     }

@@ -12,40 +12,44 @@ namespace dapple::render {
 /// When to stop: whichever of the limits comes first.
 struct StopRules {
   uint32_t pixel_samples = 16;
-  /// Then, blocks of the image that are noisier than `pixel_noise` get as many samples as they have once more, and so on up to this number.
-  /// Not more than pixel_samples: none do.
+  /// Then, blocks of the image that are noisier than `pixel_noise` get as many samples as they have once more, and so
+  /// on up to this number. Not more than pixel_samples: none do.
   uint32_t max_pixel_samples = 0;
-  double pixel_noise = 0.07;  ///< standard error of a pixel, root mean square over its block, relative to the block's mean
-  double time_limit = 0;    ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
+  double pixel_noise =
+      0.07;               ///< standard error of a pixel, root mean square over its block, relative to the block's mean
+  double time_limit = 0;  ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
   double seconds_before = 0;  ///< s of set-up that count towards time_limit
-  double noise_target = 0;  ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
+  double noise_target = 0;    ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
 };
 
 /// Where a rendering stands, for progress displays.
 struct Progress {
   uint32_t samples_done = 0;  ///< a pixel, in finished passes; of the blocks that are still rendered
   double seconds = 0;
-  double fraction = 0;  ///< of the most work that may be needed, by the rule that will end it; blocks of the current pass included
-  std::optional<double> seconds_left;  ///< for the rest of that; not known before the first pass is done, but by a time limit
+  double fraction =
+      0;  ///< of the most work that may be needed, by the rule that will end it; blocks of the current pass included
+  std::optional<double>
+      seconds_left;  ///< for the rest of that; not known before the first pass is done, but by a time limit
 };
 
 enum class Outcome { finished, time_limit, noise_target, interrupted };
 
 struct SessionResult {
   Outcome outcome = Outcome::finished;
-  uint32_t samples = 0;  ///< camera samples that every pixel has of finished passes
+  uint32_t samples = 0;      ///< camera samples that every pixel has of finished passes
   uint32_t max_samples = 0;  ///< that pixels have at most, where StopRules::max_pixel_samples gave noisy blocks more
   uint32_t passes = 0;
   double seconds = 0;
-  double cpu_seconds = 0;  ///< of the process meanwhile, all threads
+  double cpu_seconds = 0;     ///< of the process meanwhile, all threads
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
   integrate::RayCounts rays;
   integrate::StageCounts stages;
   std::vector<integrate::CacheState> caches;
 };
 
-/// Renders in progressive passes over blocks of pixels, on all threads. The image does not depend on the number of threads, the order of blocks or
-/// how samples fall into passes. A crop shows the pixels of the whole image; but which blocks are noisy is judged by what the crop shows.
+/// Renders in progressive passes over blocks of pixels, on all threads. The image does not depend on the number of
+/// threads, the order of blocks or how samples fall into passes. A crop shows the pixels of the whole image; but which
+/// blocks are noisy is judged by what the crop shows.
 class RenderSession {
  public:
   RenderSession(const integrate::Integrator& integrator, scene::Film& film, const StopRules& rules)
@@ -53,16 +57,17 @@ class RenderSession {
 
   /// Called now and then from a rendering thread, one call at a time.
   void on_progress(std::function<void(const Progress&)> callback) { callback_ = std::move(callback); }
-  /// Renders until a rule stops it, or until `interrupt` becomes true: then blocks that are under way come to their next samples, and the film
-  /// holds what is done, pixels with different numbers of samples. When `abandon` says so, these blocks are given up in the middle of a sample,
-  /// within a batch of rays; it is to follow an interrupt.
+  /// Renders until a rule stops it, or until `interrupt` becomes true: then blocks that are under way come to their
+  /// next samples, and the film holds what is done, pixels with different numbers of samples. When `abandon` says so,
+  /// these blocks are given up in the middle of a sample, within a batch of rays; it is to follow an interrupt.
   SessionResult run(const std::atomic<bool>& interrupt, StopToken abandon = {});
 
-  /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel (docs/design/016).
+  /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel
+  /// (docs/design/016).
   static constexpr uint32_t most_at_once = 64;
-  /// Samples of a pass when `done` are finished: 1, 127, 128, 256, 512, and so on: the first gives a whole image soon, and of the fewer
-  /// parts of the scene that are left for later passes to find, the less is computed again for small caches (docs/design/018). Where
-  /// passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
+  /// Samples of a pass when `done` are finished: 1, 127, 128, 256, 512, and so on: the first gives a whole image soon,
+  /// and of the fewer parts of the scene that are left for later passes to find, the less is computed again for small
+  /// caches (docs/design/018). Where passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
   static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
  private:

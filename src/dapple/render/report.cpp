@@ -12,16 +12,22 @@ namespace dapple::render {
 namespace {
 std::string_view name_of(Outcome outcome) {
   switch (outcome) {
-    case Outcome::finished: return "finished";
-    case Outcome::time_limit: return "time_limit";
-    case Outcome::noise_target: return "noise_target";
-    case Outcome::interrupted: return "interrupted";
+    case Outcome::finished:
+      return "finished";
+    case Outcome::time_limit:
+      return "time_limit";
+    case Outcome::noise_target:
+      return "noise_target";
+    case Outcome::interrupted:
+      return "interrupted";
   }
   return "";
 }
 }  // namespace
 
-std::string version() { return DAPPLE_VERSION; }
+std::string version() {
+  return DAPPLE_VERSION;
+}
 
 std::string RunReport::to_json() const {
   nlohmann::ordered_json j;
@@ -44,21 +50,24 @@ std::string RunReport::to_json() const {
                        {"total", build_times->total_seconds}};
   j["render_seconds"] = session.seconds;
   j["render_cpu_seconds"] = session.cpu_seconds;
-  if (feature_seconds > 0 || denoise_seconds > 0) j["denoise_seconds"] = {{"features", feature_seconds}, {"network", denoise_seconds}};
+  if (feature_seconds > 0 || denoise_seconds > 0)
+    j["denoise_seconds"] = {{"features", feature_seconds}, {"network", denoise_seconds}};
   j["cpu_seconds"] = process_cpu_seconds();
   j["peak_rss_bytes"] = process_peak_rss_bytes();
-  j["memory_bytes"] = {{"shapes", build_times->shape_bytes},
-                       {"acceleration", scene->traced.acceleration_bytes()},
-                       {"film", film_bytes}};
+  j["memory_bytes"] = {
+      {"shapes", build_times->shape_bytes}, {"acceleration", scene->traced.acceleration_bytes()}, {"film", film_bytes}};
   const integrate::RayCounts& r = session.rays;
-  j["rays"] = {{"camera", r.camera}, {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
-               {"subsurface", r.subsurface}, {"link", r.link}, {"mask", r.mask}};
-  for (int s = 0; s < shading::stage_count; ++s) j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
+  j["rays"] = {{"camera", r.camera},         {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
+               {"subsurface", r.subsurface}, {"link", r.link},     {"mask", r.mask}};
+  for (int s = 0; s < shading::stage_count; ++s)
+    j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
   j["shading_batches"] = session.stages.batches;
   j["shading_seconds"] = session.stages.shading_seconds;
   if (session.stages.tracing_seconds > 0) j["tracing_seconds"] = session.stages.tracing_seconds;
   for (const integrate::CacheState& c : session.caches) {
-    auto& to = j["cache"][c.name] = {{"lookups", c.counts.lookups}, {"hits", c.counts.hits}, {"fills", c.counts.fills},
+    auto& to = j["cache"][c.name] = {{"lookups", c.counts.lookups},
+                                     {"hits", c.counts.hits},
+                                     {"fills", c.counts.fills},
                                      {"fill_seconds", c.counts.fill_seconds}};
     if (c.counts.fills > 0) to["mean_reuse"] = double(c.counts.lookups) / double(c.counts.fills);
     if (c.counts.extensions > 0) to["extensions"] = c.counts.extensions;
@@ -66,7 +75,8 @@ std::string RunReport::to_json() const {
       to["evictions"] = c.counts.evictions, to["bytes"] = c.counts.bytes;
       continue;
     }
-    to["evictions"] = c.evictions, to["bytes"] = c.bytes, to["peak_bytes"] = c.peak_bytes, to["capacity_bytes"] = c.capacity_bytes;
+    to["evictions"] = c.evictions, to["bytes"] = c.bytes, to["peak_bytes"] = c.peak_bytes,
+    to["capacity_bytes"] = c.capacity_bytes;
   }
   j["dropped_samples"] = dropped_samples;
   j["warnings"] = warnings;

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scene/camera.h"
 
-#include "dapple/numeric/warp.h"
 #include "dapple/image/environment.h"
+#include "dapple/numeric/warp.h"
 
 namespace dapple::scene {
 
 Camera::Camera(const Settings& settings) : settings_(settings) {
   world_start_ = settings.camera_to_world.start();
   camera_start_ = world_start_.inverse();
-  const float tan_half = settings.projection == Projection::perspective
-                             ? std::tan(radians(settings.fov_degrees) / 2)
-                             : 1.0f;
+  const float tan_half =
+      settings.projection == Projection::perspective ? std::tan(radians(settings.fov_degrees) / 2) : 1.0f;
   half_width_ = half_height_ = tan_half;
   origin_ = world_start_.point(V3f(0, 0, 0));
   for (int i = 0; i < 3; ++i) axes_[i] = world_start_.vector(V3f(i == 0, i == 1, i == 2));

@@ -21,13 +21,14 @@ class Camera {
   struct Settings {
     Projection projection = Projection::perspective;
     AnimatedTransform camera_to_world;
-    float fov_degrees = 90;        ///< perspective: over the shorter axis of the screen window
+    float fov_degrees = 90;  ///< perspective: over the shorter axis of the screen window
     float screen_min_x = -1, screen_max_x = 1, screen_min_y = -1, screen_max_y = 1;
-    float lens_radius = 0;         ///< 0 = pinhole
+    float lens_radius = 0;  ///< 0 = pinhole
     float focal_distance = 1e6f;
-    float shutter_open = 0, shutter_close = 1;  ///< s, for information; rays carry time in [0, 1] of the moving transforms
-    float time_open = 0, time_close = 1;        ///< the shutter interval in units of the transforms' motion
-    V2i resolution{1, 1};          ///< of the full film
+    float shutter_open = 0,
+          shutter_close = 1;              ///< s, for information; rays carry time in [0, 1] of the moving transforms
+    float time_open = 0, time_close = 1;  ///< the shutter interval in units of the transforms' motion
+    V2i resolution{1, 1};                 ///< of the full film
   };
 
   Camera() : Camera(Settings()) {}
@@ -43,8 +44,11 @@ class Camera {
   V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
   /// From p to the camera at shutter open; to a far point on the way of orthographic cameras.
   V3f to_eye(const V3f& p) const;
-  /// World width of a pixel's footprint, as generate() tells it, at a depth in camera space; of spherical cameras at a distance.
-  float pixel_width(float depth) const { return pixel_ * scale_ * (settings_.projection == Projection::orthographic ? 1 : depth); }
+  /// World width of a pixel's footprint, as generate() tells it, at a depth in camera space; of spherical cameras at a
+  /// distance.
+  float pixel_width(float depth) const {
+    return pixel_ * scale_ * (settings_.projection == Projection::orthographic ? 1 : depth);
+  }
   /// Around p, at shutter open.
   float pixel_width(const V3f& p) const;
   /// World to camera space, in units of which depth is z.
@@ -65,11 +69,11 @@ class Camera {
 
   Settings settings_;
   Transform world_start_, camera_start_;
-  V3f origin_, axes_[3];  ///< of a still camera, in world space
-  bool pinhole_ = false;  ///< still, perspective, no lens: the common case, by the three vectors below
+  V3f origin_, axes_[3];        ///< of a still camera, in world space
+  bool pinhole_ = false;        ///< still, perspective, no lens: the common case, by the three vectors below
   V3f corner_, per_x_, per_y_;  ///< unnormalised direction through the film's corner, and its change a pixel
   float half_width_ = 1, half_height_ = 1, scale_ = 1;  ///< scale: world units a unit of camera space
-  float pixel_ = 0;  ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
+  float pixel_ = 0;   ///< width of a pixel at unit depth or distance, or everywhere (orthographic)
   float spread_ = 0;  ///< pinhole: of a ray whose unnormalised direction is of unit length
 };
 

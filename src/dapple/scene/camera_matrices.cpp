@@ -11,7 +11,8 @@ namespace {
 M44d ndc_of_camera(const Camera::Settings& s) {
   const bool perspective = s.projection == Projection::perspective;
   const double tan_half = perspective ? std::tan(double(radians(s.fov_degrees)) / 2) : 1;
-  const double width = double(s.screen_max_x) - double(s.screen_min_x), height = double(s.screen_max_y) - double(s.screen_min_y);
+  const double width = double(s.screen_max_x) - double(s.screen_min_x),
+               height = double(s.screen_max_y) - double(s.screen_min_y);
   const double left = -double(s.screen_min_x) / width, top = double(s.screen_max_y) / height;
   const double x = 1 / (tan_half * width), y = -1 / (tan_half * height);
   constexpr double near = 0.01, far = 1000, z = far / (far - near);

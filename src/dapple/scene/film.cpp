@@ -50,7 +50,8 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   for (size_t g = 0; g < groups.size(); ++g) {
     const RGB part = settings_.white_balance ? (*settings_.white_balance)(groups[g]) : groups[g];
     for (int c = 0; c < 3; ++c)
-      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] += double(weight) * double(part[c] * scale);
+      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] +=
+          double(weight) * double(part[c] * scale);
   }
   p.weight += double(weight);
   if (features_.empty()) return;
@@ -90,7 +91,9 @@ RGB Film::variance(int x, int y) const {
   return v;
 }
 
-uint32_t Film::samples(int x, int y) const { return pixels_[index(x, y)].samples; }
+uint32_t Film::samples(int x, int y) const {
+  return pixels_[index(x, y)].samples;
+}
 
 Features Film::features(int x, int y) const {
   Features f;

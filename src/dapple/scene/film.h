@@ -14,17 +14,17 @@ namespace dapple::scene {
 
 /// The shading point that served a camera sample, for AOVs.
 struct GridFeatures {
-  uint32_t patch = 0;       ///< in its shape, or the group of patches
-  uint32_t point = 0;       ///< in its tile
-  float level = 0;          ///< log2 of the points of the patch; -2 k for groups of 4^k patches
-  float shading_rate = 0;   ///< pixels a shading point
+  uint32_t patch = 0;      ///< in its shape, or the group of patches
+  uint32_t point = 0;      ///< in its tile
+  float level = 0;         ///< log2 of the points of the patch; -2 k for groups of 4^k patches
+  float shading_rate = 0;  ///< pixels a shading point
 };
 
 /// What the radiosity cache did for the diffuse rays of the shading point that a pixel's first sample met.
 struct CacheUse {
   float coarse = 0, medium = 0, fine = 0;  ///< shares of its rays that ended in entries of these resolutions
   float shaded = 0;                        ///< share whose hits were shaded by themselves
-  float fills = 0;  ///< how often the entries were filled, mean over rays
+  float fills = 0;                         ///< how often the entries were filled, mean over rays
   float age = 0;    ///< share of the time of rendering since they were last filled, mean over rays
   float reuse = 0;  ///< look-ups a fill: harmonic mean over rays
 };
@@ -39,39 +39,40 @@ struct Features {
   GridFeatures grid;      ///< of the pixel's first sample
 };
 
-/// The image under way: weighted sums a pixel. Tiles touch disjoint pixels, so there is no lock; sums are taken in the order of
-/// samples, so they do not depend on how samples were divided into passes.
+/// The image under way: weighted sums a pixel. Tiles touch disjoint pixels, so there is no lock; sums are taken in the
+/// order of samples, so they do not depend on how samples were divided into passes.
 class Film {
  public:
   struct Settings {
-    V2i resolution{0, 0};   ///< full film
-    Box2i crop;             ///< pixels rendered, [min, max)
-    float scale = 1;        ///< applied to radiance (exposure time x ISO / 100)
+    V2i resolution{0, 0};                    ///< full film
+    Box2i crop;                              ///< pixels rendered, [min, max)
+    float scale = 1;                         ///< applied to radiance (exposure time x ISO / 100)
     std::optional<RgbMatrix> white_balance;  ///< applied to radiance too
-    float max_component = infinity;  ///< samples are scaled down to this (zero-variance trick, off by default)
-    bool features = false;  ///< keep AOVs
-    int light_groups = 0;   ///< images beside the picture, one for each group of lights, whose sum it is
+    float max_component = infinity;          ///< samples are scaled down to this (zero-variance trick, off by default)
+    bool features = false;                   ///< keep AOVs
+    int light_groups = 0;    ///< images beside the picture, one for each group of lights, whose sum it is
     bool cache_use = false;  ///< keep what the radiosity cache did
   };
 
   Film() = default;
   explicit Film(const Settings& settings);
 
-  /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped; numbers of features that are not
-  /// finite are counted and become 0.
-  /// `groups`: the parts of L, as many as the settings say.
+  /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped; numbers of
+  /// features that are not finite are counted and become 0. `groups`: the parts of L, as many as the settings say.
   void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {});
 
   const Settings& settings() const { return settings_; }
   int width() const { return settings_.crop.max.x - settings_.crop.min.x; }
   int height() const { return settings_.crop.max.y - settings_.crop.min.y; }
 
-  RGB pixel(int x, int y) const;       ///< film coordinates
-  RGB variance(int x, int y) const;    ///< of the pixel's mean; samples taken as independent (an upper estimate)
+  RGB pixel(int x, int y) const;     ///< film coordinates
+  RGB variance(int x, int y) const;  ///< of the pixel's mean; samples taken as independent (an upper estimate)
   uint32_t samples(int x, int y) const;
   Features features(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
-  void set_cache_use(int x, int y, const CacheUse& use) { cache_uses_[index(x, y)] = use; }  ///< with Settings::cache_use
+  void set_cache_use(int x, int y, const CacheUse& use) {
+    cache_uses_[index(x, y)] = use;
+  }  ///< with Settings::cache_use
   CacheUse cache_use(int x, int y) const { return cache_uses_.empty() ? CacheUse() : cache_uses_[index(x, y)]; }
   struct Noise {
     double variance = 0;  ///< infinite where a pixel has fewer than 2 samples

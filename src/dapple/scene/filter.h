@@ -9,8 +9,8 @@ namespace dapple::scene {
 
 enum class FilterKind { box, triangle, gaussian, mitchell, sinc };
 
-/// A separable reconstruction filter, importance sampled: each camera sample belongs to one pixel and is placed by the filter
-/// (Ernst et al. 2006), so tiles never share pixels and sums keep a fixed order.
+/// A separable reconstruction filter, importance sampled: each camera sample belongs to one pixel and is placed by the
+/// filter (Ernst et al. 2006), so tiles never share pixels and sums keep a fixed order.
 class Filter {
  public:
   /// Parameters as in pbrt-v4. radius in pixels; a, b: gaussian sigma (both axes); mitchell B, C; sinc tau (a).

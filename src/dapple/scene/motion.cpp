@@ -14,10 +14,10 @@ using trace::no_id;
 namespace {
 
 constexpr float most_turn = pi / 12;  // within a segment
-// Cells that something crosses within a segment: of those that are seen, which its motion blurs, unless the camera follows it; and of
-// those that diffuse rays read, which are wide.
+// Cells that something crosses within a segment: of those that are seen, which its motion blurs, unless the camera
+// follows it; and of those that diffuse rays read, which are wide.
 constexpr float most_cells = 8, most_cells_followed = 1, most_wide_cells = 4;
-constexpr int most_segments = 8;  // of what moves, and of what diffuse rays read
+constexpr int most_segments = 8;        // of what moves, and of what diffuse rays read
 constexpr float most_sizes = 1.0f / 3;  // of itself that something goes within a segment of what it hides
 constexpr int most_passages = 32;
 
@@ -53,7 +53,8 @@ V3f cell_normal(const geom::GridMesh::Grid& grid, size_t x, size_t y, const Poin
 
 }  // namespace
 
-Motion::Motion(const Scene& scene) : open_(scene.camera.settings().time_open), close_(scene.camera.settings().time_close) {
+Motion::Motion(const Scene& scene)
+    : open_(scene.camera.settings().time_open), close_(scene.camera.settings().time_close) {
   const trace::TracedScene& traced = scene.traced;
   const size_t geometries = traced.geometry_count(), instances = traced.instance_count();
   bool deforms = false, travels = false;
@@ -124,11 +125,14 @@ Motion::Amount Motion::add_instance(const trace::TracedScene& traced, uint32_t i
   if (box.isEmpty() || (!traced.is_animated(instance) && deformed == 0)) return {};
   Amount moved;
   const auto rows = [&](float u, float m[3][4]) { traced.instance_rows(instance, lerp(u, open_, close_), m); };
-  const Box3f passage = swept_box(box, [&](float u, const V3f& p) {
-    float m[3][4];
-    rows(u, m);
-    return mapped(m, p);
-  }, &moved.travel);
+  const Box3f passage = swept_box(
+      box,
+      [&](float u, const V3f& p) {
+        float m[3][4];
+        rows(u, m);
+        return mapped(m, p);
+      },
+      &moved.travel);
   float at[3][3][4];
   for (int i = 0; i < 3; ++i) rows(float(i) / 2, at[i]);
   moved.turn = angle(at[0], at[1]) + angle(at[1], at[2]);
@@ -175,7 +179,8 @@ Motion::Amount Motion::amount(uint32_t instance, uint32_t geometry) const {
     a = of_geometry_[geometry];
     if (instance != no_id) a.travel *= scale_[instance];
   }
-  if (!of_instance_.empty() && instance != no_id) a.travel += of_instance_[instance].travel, a.turn += of_instance_[instance].turn;
+  if (!of_instance_.empty() && instance != no_id)
+    a.travel += of_instance_[instance].travel, a.turn += of_instance_[instance].turn;
   return a;
 }
 
@@ -201,7 +206,8 @@ uint8_t Motion::span_seen(const V3f& o, const V3f& d, float t, float width, floa
     if (!p.hides || (p.travel <= travel && p.sizes <= sizes)) continue;
     float near = 0, far = t;
     for (int axis = 0; axis < 3; ++axis) {
-      const float inverse = 1 / d[axis], a = (p.box.min[axis] - o[axis]) * inverse, b = (p.box.max[axis] - o[axis]) * inverse;
+      const float inverse = 1 / d[axis], a = (p.box.min[axis] - o[axis]) * inverse,
+                  b = (p.box.max[axis] - o[axis]) * inverse;
       near = std::max(near, std::min(a, b)), far = std::min(far, std::max(a, b));
     }
     if (near <= far) travel = std::max(travel, p.travel), sizes = std::max(sizes, p.sizes);
@@ -214,7 +220,8 @@ uint8_t Motion::span_near(const V3f& at, float width, float time, int most) cons
   float travel = 0;
   for (const Passage& p : passages_) {
     V3f apart;
-    for (int axis = 0; axis < 3; ++axis) apart[axis] = std::max({p.box.min[axis] - at[axis], at[axis] - p.box.max[axis], 0.0f});
+    for (int axis = 0; axis < 3; ++axis)
+      apart[axis] = std::max({p.box.min[axis] - at[axis], at[axis] - p.box.max[axis], 0.0f});
     if (length2(apart) < length2(p.box.max - p.box.min)) travel = std::max(travel, p.travel);
   }
   return span_at(travel / (most_wide_cells * width), time, std::min(most, most_segments));

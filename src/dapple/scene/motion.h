@@ -11,7 +11,8 @@ namespace dapple::scene {
 
 class Scene;
 
-/// What moves while the shutter is open, how far, and into how many motion segments that splits the interval for shading points.
+/// What moves while the shutter is open, how far, and into how many motion segments that splits the interval for
+/// shading points.
 ///
 /// A span is the whole interval or a segment of it: 2^l - 1 + i is number i of 2^l equal ones, so 0 is all of it.
 class Motion {
@@ -23,7 +24,9 @@ class Motion {
 
   /// Whether light depends on the time: surfaces or lights move.
   bool any() const { return any_; }
-  bool moves(uint32_t instance, uint32_t geometry) const { return surfaces_move_ && amount(instance, geometry).travel > 0; }
+  bool moves(uint32_t instance, uint32_t geometry) const {
+    return surfaces_move_ && amount(instance, geometry).travel > 0;
+  }
 
   static int level(uint8_t span) { return std::bit_width(uint32_t(span) + 1) - 1; }
   /// Spans like this one that make up the interval.
@@ -36,13 +39,14 @@ class Motion {
   float since_middle(uint8_t span, float time) const { return any_ ? (time - middle(span)) / duration(span) : 0; }
   float duration(uint8_t span) const { return (close_ - open_) / float(segments(span)); }
 
-  /// The span around `time` for the points of a surface, `width` (m) apart: there a point goes no farther than a few times that, and the
-  /// surface turns by no more than 15 degrees. 0 for what is still.
+  /// The span around `time` for the points of a surface, `width` (m) apart: there a point goes no farther than a few
+  /// times that, and the surface turns by no more than 15 degrees. 0 for what is still.
   uint8_t span(uint32_t instance, uint32_t geometry, float width, float time) const;
-  /// The same for a still surface that is seen at distance t along a ray: whether it is seen, and how it is lit, may go together where
-  /// something passes in front of it, or the camera moves. Of at most `most` segments.
+  /// The same for a still surface that is seen at distance t along a ray: whether it is seen, and how it is lit, may go
+  /// together where something passes in front of it, or the camera moves. Of at most `most` segments.
   uint8_t span_seen(const V3f& o, const V3f& d, float t, float width, float time, int most) const;
-  /// The same for a place on a still surface whose light other surfaces gather: where something passes by, these may move with it.
+  /// The same for a place on a still surface whose light other surfaces gather: where something passes by, these may
+  /// move with it.
   uint8_t span_near(const V3f& p, float width, float time, int most) const;
 
  private:
@@ -52,7 +56,7 @@ class Motion {
   struct Passage {
     Box3f box;  ///< of all places that something takes
     float travel;
-    float sizes;   ///< the same in units of its own size
+    float sizes;        ///< the same in units of its own size
     bool hides = true;  ///< it is a surface, not a light without one
   };
   Amount amount(uint32_t instance, uint32_t geometry) const;

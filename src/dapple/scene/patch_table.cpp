@@ -17,24 +17,30 @@ bool is_round(const trace::Shape& shape) {
 
 constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
 constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
-constexpr float small_patch = 2;      // micropolygons: a patch no longer than this is one point, else leaves would be many
+constexpr float small_patch = 2;  // micropolygons: a patch no longer than this is one point, else leaves would be many
 constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
 
-// The rate whose cells are nearest to as wide as asked for, where the patch is so many of them long: of the square of that.
+// The rate whose cells are nearest to as wide as asked for, where the patch is so many of them long: of the square of
+// that.
 int level_of(float widths2) {
   if (!(widths2 > 1 && widths2 < infinity)) return 0;
   const uint32_t bits = std::bit_cast<uint32_t>(2 * widths2);
   return std::min((int(bits >> 23) - 127) / 2, max_level);  // half its exponent: of what rounds up
 }
 
-float across2(const V3f& v, float whole2, const V3f& d) { return std::max(whole2 - sqr(dot(v, d)), whole2 * sqr(grazing)); }
+float across2(const V3f& v, float whole2, const V3f& d) {
+  return std::max(whole2 - sqr(dot(v, d)), whole2 * sqr(grazing));
+}
 
-float across2(const V3f& v, const V3f& d) { return across2(v, length2(v), d); }
+float across2(const V3f& v, const V3f& d) {
+  return across2(v, length2(v), d);
+}
 
 // Cells from the corner of the tile that holds x in [0, 1].
 float place(float x, int level, uint32_t* tile) {
-  const float cells = std::bit_cast<float>((127 + level) << 23), at = std::clamp(x * cells, 0.0f, cells * one_minus_epsilon);
+  const float cells = std::bit_cast<float>((127 + level) << 23),
+              at = std::clamp(x * cells, 0.0f, cells * one_minus_epsilon);
   const int cell = int(at);
   *tile = uint32_t(cell) / GridId::tile;
   return at - float(cell & ~(GridId::tile - 1));
@@ -47,7 +53,9 @@ struct PatchSizes {
   explicit PatchSizes(size_t patches) : boxes(patches), areas(patches) {}
 };
 
-float triangle_area(const V3f& a, const V3f& b, const V3f& c) { return length(cross(b - a, c - a)) / 2; }
+float triangle_area(const V3f& a, const V3f& b, const V3f& c) {
+  return length(cross(b - a, c - a)) / 2;
+}
 
 PatchSizes patch_sizes(const geom::Mesh& mesh, const geom::PatchMap& map) {
   PatchSizes sizes(map.patch_count());
@@ -71,7 +79,8 @@ PatchSizes patch_sizes(const geom::GridMesh& mesh) {
       for (size_t x = 0; x < grid.columns; ++x) {
         sizes.boxes[g].extendBy(at(x, y));
         if (x == 0 || y == 0) continue;
-        sizes.areas[g] += triangle_area(at(x - 1, y - 1), at(x, y - 1), at(x - 1, y)) + triangle_area(at(x, y - 1), at(x, y), at(x - 1, y));
+        sizes.areas[g] += triangle_area(at(x - 1, y - 1), at(x, y - 1), at(x - 1, y)) +
+                          triangle_area(at(x, y - 1), at(x, y), at(x - 1, y));
       }
   }
   return sizes;
@@ -80,9 +89,13 @@ PatchSizes patch_sizes(const geom::GridMesh& mesh) {
 }  // namespace
 
 uint64_t GridId::hash() const {
-  const uint64_t levels = uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | uint64_t(span) << 1 | behind;
-  if (medium > 0) return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels, uint64_t(tile_u) << 32 | tile_v, medium);
-  return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels, uint64_t(tile_u) << 32 | tile_v);
+  const uint64_t levels =
+      uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | uint64_t(span) << 1 | behind;
+  if (medium > 0)
+    return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels,
+                        uint64_t(tile_u) << 32 | tile_v, medium);
+  return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels,
+                      uint64_t(tile_u) << 32 | tile_v);
 }
 
 PatchTable::PatchTable(const trace::TracedScene& scene, Motion motion)
@@ -113,7 +126,8 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
     V3f c[4];
     map->corners_at(*std::get<trace::MeshPtr>(scene_.shape(geometry)), patch, dicing_time, c);
     const bool half = map->is_half(patch);
-    const V3f s = half ? c[1] - c[0] : (c[1] - c[0] + c[2] - c[3]) * 0.5f, t = half ? c[2] - c[1] : (c[3] - c[0] + c[2] - c[1]) * 0.5f;
+    const V3f s = half ? c[1] - c[0] : (c[1] - c[0] + c[2] - c[3]) * 0.5f,
+              t = half ? c[2] - c[1] : (c[3] - c[0] + c[2] - c[1]) * 0.5f;
     if (instance == trace::no_id) return {instance, geometry, patch, s, t};
     float m[3][4];
     scene_.instance_rows(instance, dicing_time, m);
@@ -128,14 +142,15 @@ PatchTable::Extent PatchTable::extent(uint32_t instance, uint32_t geometry, uint
   return {instance, geometry, patch, at(1, 0.5f) - at(0, 0.5f), at(0.5f, 1) - at(0.5f, 0)};
 }
 
-const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const {
+const PatchTable::Extent& PatchTable::remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch,
+                                                        Extents* memory) const {
   Extent& e = memory->of(instance, geometry, patch);
   if (e.instance != instance || e.geometry != geometry || e.patch != patch) e = extent(instance, geometry, patch);
   return e;
 }
 
-PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& p,
-                                           Extents* memory) const {
+PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time,
+                                           const geom::SurfacePoint& p, Extents* memory) const {
   const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
   PatchHit hit;
   hit.instance = instance, hit.geometry = geometry, hit.patch = hits.primitive[i];
@@ -158,7 +173,8 @@ PatchTable::PatchHit PatchTable::patch_hit(const trace::HitBatch& hits, int i, c
   return hit;
 }
 
-bool PatchTable::flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory, PatchHit* out) const {
+bool PatchTable::flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory,
+                                PatchHit* out) const {
   const uint32_t instance = hits.instance[i], geometry = hits.geometry[i];
   const geom::PatchMap* map = geometries_[geometry].map.get();
   if (!map) return false;
@@ -217,7 +233,8 @@ void PatchTable::refine(const PatchHit& hit, float half_width, GridPoint* place)
   halve(&grid.tile_v, &place->y);
 }
 
-// The largest group of the patch that is no wider than asked for, if there is one. Groups are measured in the mesh's own space.
+// The largest group of the patch that is no wider than asked for, if there is one. Groups are measured in the mesh's
+// own space.
 void PatchTable::choose_group(float width, GridPoint* out) const {
   const geom::PatchClusters* clusters = geometries_[out->grid.geometry].clusters.get();
   if (!clusters) return;
@@ -232,14 +249,17 @@ void PatchTable::choose_group(float width, GridPoint* out) const {
 }
 
 float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const {
-  const geom::CurveSet::ControlPoint* c = &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
-  const float length = dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
+  const geom::CurveSet::ControlPoint* c =
+      &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
+  const float length =
+      dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
   return length * scene_.instance_scale(instance);
 }
 
 GridId PatchTable::stand_in(const GridId& group, uint32_t choice) const {
   GridId patch;
-  patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind, patch.span = group.span;
+  patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind,
+  patch.span = group.span;
   patch.patch = geometries_[group.geometry].clusters->representative(group.patch, group.cluster_level, choice);
   return patch;
 }
@@ -268,7 +288,8 @@ int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint e
 bool PatchTable::is_of(const GridId& grid, const trace::HitBatch& hits, int i) const {
   if (hits.instance[i] != grid.instance || hits.geometry[i] != grid.geometry) return false;
   const uint32_t patch = patch_of(hits, i).patch;
-  return grid.patch == (grid.cluster_level > 0 ? geometries_[grid.geometry].clusters->group(patch, grid.cluster_level) : patch);
+  return grid.patch ==
+         (grid.cluster_level > 0 ? geometries_[grid.geometry].clusters->group(patch, grid.cluster_level) : patch);
 }
 
 void PatchTable::turn_group(const V3f& Ng, uint32_t patch, GridId* group) const {
@@ -283,7 +304,8 @@ bool PatchTable::dice_curve(float u, float width, GridPoint* out) const {
   GridId& grid = out->grid;
   const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(grid.geometry));
   const geom::CurveSet::ControlPoint* c = &curves.control_points[grid.patch * size_t(4)];
-  const float radius = std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(grid.instance);
+  const float radius =
+      std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(grid.instance);
   if (!(radius <= width)) return false;
   grid.u_level = uint8_t(level_of(sqr(curve_length(grid.instance, grid.geometry, grid.patch) / width)));
   out->x = place(u, grid.u_level, &grid.tile_u);
@@ -293,10 +315,12 @@ bool PatchTable::dice_curve(float u, float width, GridPoint* out) const {
 
 PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   if (grid.cluster_level > 0)
-    return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) * scene_.instance_scale(grid.instance)};
+    return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) *
+            scene_.instance_scale(grid.instance)};
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const trace::Shape& shape = scene_.shape(grid.geometry);
-  if (std::holds_alternative<trace::CurvesPtr>(shape)) return {curve_length(grid.instance, grid.geometry, grid.patch) / nu};
+  if (std::holds_alternative<trace::CurvesPtr>(shape))
+    return {curve_length(grid.instance, grid.geometry, grid.patch) / nu};
   Extent e;
   if (is_round(shape)) {
     trace::HitBatch hit;
@@ -304,17 +328,21 @@ PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
     const geom::SurfacePoint p = scene_.surface(hit, 0, dicing_time);
     e.s = p.dPdu, e.t = p.dPdv;
   } else {
-    e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory) : extent(grid.instance, grid.geometry, grid.patch);
+    e = memory ? remembered_extent(grid.instance, grid.geometry, grid.patch, memory)
+               : extent(grid.instance, grid.geometry, grid.patch);
   }
   const V3f s = e.s * (1 / nu), t = e.t * (1 / nv);
   return {std::sqrt(std::max(length2(s), length2(t))), s, t};
 }
 
-float PatchTable::seen_length(const Cell& cell, const V3f& d) { return std::sqrt(std::max(across2(cell.s, d), across2(cell.t, d))); }
+float PatchTable::seen_length(const Cell& cell, const V3f& d) {
+  return std::sqrt(std::max(across2(cell.s, d), across2(cell.t, d)));
+}
 
 PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
   const GridId& id = at.grid;
-  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)), y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
+  const float x = std::clamp(at.x - 0.5f, 0.0f, float(id.width() - 1)),
+              y = std::clamp(at.y - 0.5f, 0.0f, float(id.height() - 1));
   const int i0 = int(x), j0 = int(y);
   const float fx = x - float(i0), fy = y - float(j0);
   Neighbours n;
@@ -360,12 +388,14 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   return s <= t;
 }
 
-void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const {
+void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits,
+                               int lane) const {
   const GeometryPatches& patches = geometries_[grid.geometry];
   const bool group = grid.cluster_level > 0;
   const uint32_t patch = group ? stand_in(grid, grid.tile_u).patch : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
-  const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i), j0 = float(grid.tile_v * GridId::tile) + float(j);
+  const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i),
+              j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
   if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry))) {
     set_hit(grid, patch, s, 0, hits, lane);
@@ -427,17 +457,20 @@ PatchTable::Facets PatchTable::facets(uint32_t instance, uint32_t geometry, uint
   const geom::SurfacePoint a = at(0, 0), b = at(1, 0), c = at(1, 1), d = half ? c : at(0, 1);
   const float error = 1.5f * std::max({a.error, b.error, c.error, d.error});
   f.facet[0] = {a.P, b.P - a.P, f.falling ? d.P - a.P : c.P - b.P, a.Ng, error};
-  f.facet[1] = f.falling ? Facets::Facet{b.P + d.P - c.P, c.P - d.P, c.P - b.P, c.Ng, error} : Facets::Facet{a.P, c.P - d.P, d.P - a.P, d.Ng, error};
+  f.facet[1] = f.falling ? Facets::Facet{b.P + d.P - c.P, c.P - d.P, c.P - b.P, c.Ng, error}
+                         : Facets::Facet{a.P, c.P - d.P, d.P - a.P, d.Ng, error};
   return f;
 }
 
-const PatchTable::Facets& PatchTable::remembered_facets(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const {
+const PatchTable::Facets& PatchTable::remembered_facets(uint32_t instance, uint32_t geometry, uint32_t patch,
+                                                        Extents* memory) const {
   Facets& f = memory->facets(instance, geometry, patch);
   if (f.instance != instance || f.geometry != geometry || f.patch != patch) f = facets(instance, geometry, patch);
   return f;
 }
 
-geom::SurfacePoint PatchTable::surface_on_tile(const GridId& grid, float x, float y, float time, Extents* memory) const {
+geom::SurfacePoint PatchTable::surface_on_tile(const GridId& grid, float x, float y, float time,
+                                               Extents* memory) const {
   const Facets& f = remembered_facets(grid.instance, grid.geometry, grid.patch, memory);
   if (!f.known) {
     trace::HitBatch hit;

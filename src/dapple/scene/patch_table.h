@@ -12,16 +12,17 @@
 
 namespace dapple::scene {
 
-/// Names a tile of shading points: at most 4 x 4 cells of a patch diced 2^u_level by 2^v_level, or one point for a group of patches. A
-/// shading point is the centre of its cell.
+/// Names a tile of shading points: at most 4 x 4 cells of a patch diced 2^u_level by 2^v_level, or one point for a
+/// group of patches. A shading point is the centre of its cell.
 struct GridId {
   uint32_t instance = trace::no_id, geometry = 0;
-  uint32_t patch = 0;  ///< or the group, where cluster_level > 0
+  uint32_t patch = 0;               ///< or the group, where cluster_level > 0
   uint32_t tile_u = 0, tile_v = 0;  ///< of a group, tile_u says which of its patches stands for it
   uint8_t u_level = 0, v_level = 0, cluster_level = 0;
   uint8_t behind = 0;  ///< the side shaded: 1 = the one that Ng does not point to
   uint8_t span = 0;    ///< the time that it is shaded for (Motion)
-  uint16_t medium = 0; ///< in which rays arrive, where that is not the same for all of them: a number above 0. 0: it is
+  uint16_t medium =
+      0;  ///< in which rays arrive, where that is not the same for all of them: a number above 0. 0: it is
 
   static constexpr int tile = 4;  ///< cells along an edge
   int width() const { return std::min(tile, 1 << u_level); }
@@ -31,8 +32,10 @@ struct GridId {
   uint64_t hash() const;
   /// Quickly, for small tables.
   uint32_t slot() const {
-    const uint32_t levels = uint32_t(u_level) << 16 | uint32_t(v_level) << 8 | span << 1 | behind | uint32_t(medium) << 24;
-    const uint32_t h = patch * 0x9e3779b1u + tile_u * 0x85ebca77u + tile_v * 0xc2b2ae3du + (instance + geometry * 31) * 0x27d4eb2fu + levels * 0x165667b1u;
+    const uint32_t levels =
+        uint32_t(u_level) << 16 | uint32_t(v_level) << 8 | span << 1 | behind | uint32_t(medium) << 24;
+    const uint32_t h = patch * 0x9e3779b1u + tile_u * 0x85ebca77u + tile_v * 0xc2b2ae3du +
+                       (instance + geometry * 31) * 0x27d4eb2fu + levels * 0x165667b1u;
     return h >> 16 ^ h;
   }
   auto operator<=>(const GridId&) const = default;
@@ -49,9 +52,9 @@ struct GridPoint {
   int cell() const { return grid.index(std::min(int(x), grid.width() - 1), std::min(int(y), grid.height() - 1)); }
 };
 
-/// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it, and
-/// where those points are. Rates are powers of two chosen by the width of a pixel at the hit, so a moving camera chooses among fixed
-/// points and never makes new ones.
+/// The patches of everything that is traced, and how they are diced: for a hit, which tile of shading points serves it,
+/// and where those points are. Rates are powers of two chosen by the width of a pixel at the hit, so a moving camera
+/// chooses among fixed points and never makes new ones.
 class PatchTable {
  public:
   explicit PatchTable(const trace::TracedScene& scene, Motion motion = {});
@@ -62,29 +65,38 @@ class PatchTable {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
     V3f s{0, 0, 0}, t{0, 0, 0};  ///< change of P across the patch, world
   };
-  /// A patch of a mesh that stands still and has no normals of its own: two triangles, on each of which places are P + s S + t T.
+  /// A patch of a mesh that stands still and has no normals of its own: two triangles, on each of which places are P +
+  /// s S + t T.
   struct Facets {
     uint32_t instance = trace::no_id, geometry = trace::no_id, patch = 0;
-    bool known = false;  ///< false: it is no such patch
-    bool half = false;     ///< GridPoint::half
-    bool falling = false;  ///< the triangles meet where s + t = 1; else where s = t
+    bool known = false;          ///< false: it is no such patch
+    bool half = false;           ///< GridPoint::half
+    bool falling = false;        ///< the triangles meet where s + t = 1; else where s = t
     V3f s{0, 0, 0}, t{0, 0, 0};  ///< Extent
     float s2 = 0, t2 = 0;        ///< squares of their lengths
     struct Facet {
       V3f P{0, 0, 0}, s{0, 0, 0}, t{0, 0, 0}, Ng{0, 0, 1};
       float error = 0;
     } facet[2];
-    const Facet& at(const V2f& st) const { return facet[int(falling & (st.x + st.y > 1)) | int(!falling & (st.y > st.x))]; }
+    const Facet& at(const V2f& st) const {
+      return facet[int(falling & (st.x + st.y > 1)) | int(!falling & (st.y > st.x))];
+    }
   };
   /// The patches that were asked for lately, for callers that meet the same ones many times.
   class Extents {
    public:
-    Extent& of(uint32_t instance, uint32_t geometry, uint32_t patch) { return entries_[slot(instance, geometry, patch)]; }
-    Facets& facets(uint32_t instance, uint32_t geometry, uint32_t patch) { return facets_[slot(instance, geometry, patch)]; }
+    Extent& of(uint32_t instance, uint32_t geometry, uint32_t patch) {
+      return entries_[slot(instance, geometry, patch)];
+    }
+    Facets& facets(uint32_t instance, uint32_t geometry, uint32_t patch) {
+      return facets_[slot(instance, geometry, patch)];
+    }
 
    private:
     static constexpr uint32_t entry_count = 256;
-    static uint32_t slot(uint32_t instance, uint32_t geometry, uint32_t patch) { return (instance * 7 + geometry * 5 + patch) % entry_count; }
+    static uint32_t slot(uint32_t instance, uint32_t geometry, uint32_t patch) {
+      return (instance * 7 + geometry * 5 + patch) % entry_count;
+    }
     Extent entries_[entry_count];
     Facets facets_[entry_count];
   };
@@ -94,15 +106,19 @@ class PatchTable {
     uint32_t instance, geometry, patch;
     float s, t, time;
     bool behind = false, half = false;  ///< GridId::behind, GridPoint::half
-    float s_length2 = -1, t_length2 = -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
+    float s_length2 = -1,
+          t_length2 =
+              -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
     V3f Ng{0, 0, 0};  ///< of curves: not known
   };
   /// Of hit i of a ray along d at a time.
-  PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s, Extents* memory) const;
+  PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s,
+                     Extents* memory) const;
   /// The same where the patch is of the kind of Facets, whose surface need not be known; else false.
-  bool flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory, PatchHit* out) const;
-  /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where it has no lattice, as
-  /// curves that are wider than a pixel: these are shaded at the hit.
+  bool flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory,
+                      PatchHit* out) const;
+  /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where
+  /// it has no lattice, as curves that are wider than a pixel: these are shaded at the hit.
   bool dice(const PatchHit& hit, float width, GridPoint* out) const;
   /// Makes a place that dice() gave for a width what it gives for half of that.
   void refine(const PatchHit& hit, float half_width, GridPoint* place) const;
@@ -115,15 +131,18 @@ class PatchTable {
   GridId stand_in(const GridId& group, uint32_t choice) const;
   /// Makes patch number `choice` < stand_ins stand for a group, and returns its middle.
   geom::SurfacePoint choose_stand_in(GridId* group, uint32_t choice) const;
-  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and the last group may
-  /// end before the part.
+  /// The middles of patches at opposite ends of that part of a group. Returns how many: one patch is both its ends, and
+  /// the last group may end before the part.
   int ends_of_part(const GridId& group, int part, geom::SurfacePoint ends[2]) const;
   /// Part of the group in which a patch of it is.
-  int part(const GridId& group, uint32_t patch) const { return geometries_[group.geometry].clusters->part(patch, group.cluster_level); }
+  int part(const GridId& group, uint32_t patch) const {
+    return geometries_[group.geometry].clusters->part(patch, group.cluster_level);
+  }
   /// Whether the patch of a hit belongs to the tile's patch, or group of patches.
   bool is_of(const GridId& grid, const trace::HitBatch& hits, int i) const;
-  /// Lets a patch stand for a group that is turned alike `patch`, which was hit and whose normal is Ng; where none is, the name becomes that of
-  /// `patch`. What only shows a ray the same side may be at a right angle to it: the outer side of the next wall.
+  /// Lets a patch stand for a group that is turned alike `patch`, which was hit and whose normal is Ng; where none is,
+  /// the name becomes that of `patch`. What only shows a ray the same side may be at a right angle to it: the outer
+  /// side of the next wall.
   void turn_group(const V3f& Ng, uint32_t patch, GridId* group) const;
   static constexpr float alike = 0.2f;  ///< cosine between normals
 
@@ -139,8 +158,8 @@ class PatchTable {
   static constexpr float dicing_time = 0.5f;
   /// When a tile's shading points are where shading_point() says.
   float time(const GridId& grid) const { return motion_.middle(grid.span); }
-  /// The shading points around a place on a tile, by their number in it, and how much each counts: bilinear within the tile, the nearest
-  /// beyond its outermost points. Weights add up to one; points outside the patch have none.
+  /// The shading points around a place on a tile, by their number in it, and how much each counts: bilinear within the
+  /// tile, the nearest beyond its outermost points. Weights add up to one; points outside the patch have none.
   struct Neighbours {
     int index[4];
     float weight[4];
@@ -149,7 +168,8 @@ class PatchTable {
   Neighbours neighbours(const GridPoint& at) const;
   /// The nearest alone, of a place that dice() gave.
   int nearest(const GridPoint& at) const { return at.half ? neighbours(at).nearest : at.cell(); }
-  /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the camera.
+  /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the
+  /// camera.
   bool has_lattice(const GridId& grid) const;
   /// Whether the patch is a single triangle, half of its lattice.
   bool is_half(const GridId& grid) const;
@@ -158,8 +178,8 @@ class PatchTable {
 
   /// A micropolygon of a tile.
   struct Cell {
-    float size = 0;                        ///< m: the longer side; of a group, its diameter
-    V3f s{0, 0, 0}, t{0, 0, 0};            ///< sides, world; 0 where there is no lattice
+    float size = 0;              ///< m: the longer side; of a group, its diameter
+    V3f s{0, 0, 0}, t{0, 0, 0};  ///< sides, world; 0 where there is no lattice
     /// The shorter side.
     float width() const { return s == V3f(0, 0, 0) ? size : std::sqrt(std::min(length2(s), length2(t))); }
     float area() const { return s == V3f(0, 0, 0) ? size * size : length(cross(s, t)); }  ///< m2

@@ -12,7 +12,8 @@ void light_by_sun_only(Scene* scene, const V3f& to_sun, RGB irradiance) {
   for (GeometryBinding& b : scene->bindings) b.first_light = trace::no_id;
   scene->lights.push_back(std::make_unique<shading::DistantLight>(to_sun, irradiance));
   scene->infinite_lights = {0};
-  scene->light_sampler = std::make_unique<shading::LightSampler>(std::vector<const shading::Light*>{scene->lights[0].get()}, 1.0f);
+  scene->light_sampler =
+      std::make_unique<shading::LightSampler>(std::vector<const shading::Light*>{scene->lights[0].get()}, 1.0f);
 }
 
 }  // namespace dapple::scene

@@ -48,8 +48,8 @@ void Scene::set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy,
 }
 
 template <class T>
-void Scene::evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
-                     const float* time, T* out) const {
+void Scene::evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive,
+                     const float* u, const float* v, const float* time, T* out) const {
   if (const auto value = texture.constant()) {
     std::fill_n(out, n, *value);
     return;
@@ -68,9 +68,10 @@ void Scene::opacity(uint32_t geometry, int n, const uint32_t* primitive, const f
   evaluate(*bindings[geometry].alpha, geometry, n, primitive, u, v, time, alpha);
 }
 
-void Scene::colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
-                            RGB* alpha) const {
-  if (bindings[geometry].opacity) return evaluate(*bindings[geometry].opacity, geometry, n, primitive, u, v, time, alpha);
+void Scene::colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                            const float* time, RGB* alpha) const {
+  if (bindings[geometry].opacity)
+    return evaluate(*bindings[geometry].opacity, geometry, n, primitive, u, v, time, alpha);
   OpacityTest::colored_opacity(geometry, n, primitive, u, v, time, alpha);
 }
 

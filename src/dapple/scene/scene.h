@@ -31,10 +31,12 @@ struct GeometryBinding {
   shading::FloatTexturePtr alpha;  ///< null = opaque
   shading::RgbTexturePtr opacity;  ///< where it differs by channel: `alpha` is its mean. null = it does not
   int32_t inside_medium = vacuum, outside_medium = vacuum;
-  bool changes_medium = false;     ///< the surface separates the two media above
+  bool changes_medium = false;  ///< the surface separates the two media above
 
   /// The medium on a side of a surface that separates two, else `otherwise`: that of whoever comes to it.
-  int32_t medium_at(bool inside, int32_t otherwise) const { return !changes_medium ? otherwise : inside ? inside_medium : outside_medium; }
+  int32_t medium_at(bool inside, int32_t otherwise) const {
+    return !changes_medium ? otherwise : inside ? inside_medium : outside_medium;
+  }
   /// The medium that a ray along d is in after it left the surface of normal Ng, having been in `before`.
   int32_t medium_beyond(const V3f& d, const V3f& Ng, int32_t before) const {
     return !changes_medium ? before : dot(d, Ng) < 0 ? inside_medium : outside_medium;
@@ -80,13 +82,13 @@ class Scene final : public trace::OpacityTest {
 
   void opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
                float* alpha) const override;
-  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
-                       RGB* alpha) const override;
+  void colored_opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
+                       const float* time, RGB* alpha) const override;
 
  private:
   template <class T>
-  void evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v,
-                const float* time, T* out) const;
+  void evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u,
+                const float* v, const float* time, T* out) const;
 };
 
 }  // namespace dapple::scene

@@ -96,7 +96,9 @@ void DescriptionBuilder::coord_sys_transform(const std::string& name, const File
 }
 
 std::string DescriptionBuilder::begin_name(Bracket bracket) {
-  return bracket == Bracket::object ? "ObjectBegin" : bracket == Bracket::transform ? "TransformBegin" : "AttributeBegin";
+  return bracket == Bracket::object      ? "ObjectBegin"
+         : bracket == Bracket::transform ? "TransformBegin"
+                                         : "AttributeBegin";
 }
 std::string DescriptionBuilder::end_name(Bracket bracket) {
   return bracket == Bracket::object ? "ObjectEnd" : bracket == Bracket::transform ? "TransformEnd" : "AttributeEnd";
@@ -112,8 +114,8 @@ void DescriptionBuilder::pop(const FileLoc& loc, Bracket bracket) {
   if (stack_.size() <= stack_floor_) throw InputError(loc, end_name(bracket) + " without " + begin_name(bracket));
   Pushed& top = stack_.back();
   if ((top.bracket == Bracket::object) != (bracket == Bracket::object))
-    throw InputError(loc, end_name(bracket) + " inside of the " + begin_name(top.bracket) + " at " + top.loc.to_string() +
-                              "; expected " + end_name(top.bracket));
+    throw InputError(loc, end_name(bracket) + " inside of the " + begin_name(top.bracket) + " at " +
+                              top.loc.to_string() + "; expected " + end_name(top.bracket));
   state_ = std::move(top.state);
   stack_.pop_back();
 }

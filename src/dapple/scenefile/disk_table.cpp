@@ -45,7 +45,8 @@ DiskTable parse_disks(std::string_view data, std::string_view name, const FileLo
       if (n == columns) fail("more than 7 numbers; expected radius x y z nx ny nz");
       const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
       const auto [stop, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), x[n]);
-      if (problem != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(x[n]) || !(std::abs(x[n]) <= 1e9))
+      if (problem != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(x[n]) ||
+          !(std::abs(x[n]) <= 1e9))
         fail(std::string(column_names[n]) + " is " + in_quotes(word) + ", expected a number from -1e9 to 1e9");
     }
     if (n == 0) continue;

@@ -38,19 +38,22 @@ bool may_be_far(std::span<const float> xyz) {
 
 V3d take_off_base(std::span<const double> xyz, std::span<float> rest) {
   return take_off(
-      xyz.size() / 3, [&](size_t i, int k) { return xyz[3 * i + size_t(k)]; }, [&](size_t i, int k, float v) { rest[3 * i + size_t(k)] = v; });
+      xyz.size() / 3, [&](size_t i, int k) { return xyz[3 * i + size_t(k)]; },
+      [&](size_t i, int k, float v) { rest[3 * i + size_t(k)] = v; });
 }
 
 V3d take_off_base(std::vector<V3f>* points) {
   if (points->empty() || !may_be_far({&points->front().x, 3})) return V3d(0, 0, 0);
   return take_off(
-      points->size(), [&](size_t i, int k) { return double((*points)[i][k]); }, [&](size_t i, int k, float v) { (*points)[i][k] = v; });
+      points->size(), [&](size_t i, int k) { return double((*points)[i][k]); },
+      [&](size_t i, int k, float v) { (*points)[i][k] = v; });
 }
 
 V3d take_off_base(std::span<const V3d> points, std::vector<V3f>* rest) {
   rest->resize(points.size());
   return take_off(
-      points.size(), [&](size_t i, int k) { return points[i][k]; }, [&](size_t i, int k, float v) { (*rest)[i][k] = v; });
+      points.size(), [&](size_t i, int k) { return points[i][k]; },
+      [&](size_t i, int k, float v) { (*rest)[i][k] = v; });
 }
 
 }  // namespace dapple::scenefile

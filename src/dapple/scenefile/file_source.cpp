@@ -67,7 +67,8 @@ std::string inflate_gzip(std::string_view data, const std::string& path, const F
       const std::string_view rest(reinterpret_cast<const char*>(next), left);
       if (!is_gzip(rest)) {
         if (rest.find_first_not_of('\0') == std::string_view::npos) break;
-        cannot_read(path, loc, "behind its compressed data stand " + std::to_string(left) + " bytes that are not compressed");
+        cannot_read(path, loc,
+                    "behind its compressed data stand " + std::to_string(left) + " bytes that are not compressed");
       }
       inflateReset(&z);
     } else if (status != Z_OK) {

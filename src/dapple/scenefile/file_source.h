@@ -39,7 +39,8 @@ class FileSource {
   Identity identity_;
 };
 
-/// Inflates gzip data (one or more members). InputError at `loc`, naming `path`, if it is damaged, larger than above, or followed by anything but zeros.
+/// Inflates gzip data (one or more members). InputError at `loc`, naming `path`, if it is damaged, larger than above,
+/// or followed by anything but zeros.
 std::string inflate_gzip(std::string_view data, const std::string& path, const FileLoc& loc);
 
 }  // namespace dapple::scenefile

@@ -46,7 +46,8 @@ std::vector<V3d> ply_points(const std::string& head) {
     const std::string_view body = std::string_view(head).substr(header.bytes);
     if (header.format == PlyFormat::ascii) {
       // The last line may be cut within a number.
-      PlyAsciiStream in(body.substr(0, head.size() < head_bytes ? body.size() : body.rfind('\n') + 1), header.lines, place);
+      PlyAsciiStream in(body.substr(0, head.size() < head_bytes ? body.size() : body.rfind('\n') + 1), header.lines,
+                        place);
       read_rows(&in, header.elements.front(), &points);
     } else {
       const bool is_little = header.format == PlyFormat::binary_little_endian;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/obj_reader.h"
-#include "dapple/scenefile/far_points.h"
 
 #include <charconv>
 #include <cstring>
 
+#include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/text.h"
 
@@ -115,7 +115,8 @@ class ObjParser {
       if (text.empty()) fail("the line ends too early; expected a number");
       p[k] = to_number(text);
       exact[k] = double(p[k]);
-      if (std::abs(p[k]) >= float(nearest_far)) std::from_chars(text.data() + (text.front() == '+'), text.data() + text.size(), exact[k]);
+      if (std::abs(p[k]) >= float(nearest_far))
+        std::from_chars(text.data() + (text.front() == '+'), text.data() + text.size(), exact[k]);
     }
     if (mesh_.P.size() == exact_.size() && (!exact_.empty() || may_be_far({&p.x, 3}))) exact_.push_back(exact);
     mesh_.P.push_back(p);

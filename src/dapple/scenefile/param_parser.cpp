@@ -150,7 +150,9 @@ void ParamParser::parse_list(Tokenizer* tokenizer, ColorSpace color_space, Param
     const std::string name = in_quotes(p.name);
     const FileLoc loc = p.loc;
     if (const auto first = set->add(std::move(p)))
-      diagnostics->warn(loc, "parameter " + name + " is given twice, first at " + first->to_string() + "; the last value counts", "twice " + name);
+      diagnostics->warn(
+          loc, "parameter " + name + " is given twice, first at " + first->to_string() + "; the last value counts",
+          "twice " + name);
   }
 }
 
@@ -167,7 +169,8 @@ Param ParamParser::parse_option(Tokenizer* tokenizer) {
     if (in_brackets) tokenizer->next();
     read_values(tokenizer, in_brackets ? SIZE_MAX : 1, &p);
     if (in_brackets)
-      if (const Token close = tokenizer->next(); close.kind != Kind::close) wrong_value(close, p, "more values or \"]\"");
+      if (const Token close = tokenizer->next(); close.kind != Kind::close)
+        wrong_value(close, p, "more values or \"]\"");
   } else {
     p.name = string_of(name);
     if (tokenizer->peek() == Kind::string) {

@@ -13,8 +13,8 @@ namespace dapple::scenefile {
 /// between lists, so that large arrays are copied once, at their final size.
 class ParamParser {
  public:
-  /// Adds the parameters from here up to the next directive. InputError for an unknown type, values of the wrong kind or an odd number of
-  /// values in a spectrum; of a name that is given twice the last value counts, with a warning.
+  /// Adds the parameters from here up to the next directive. InputError for an unknown type, values of the wrong kind
+  /// or an odd number of values in a spectrum; of a name that is given twice the last value counts, with a warning.
   void parse_list(Tokenizer* tokenizer, ColorSpace color_space, ParamSet* set, Diagnostics* diagnostics);
 
   /// The value of `Option "name" value`, whose type shows in the value itself.

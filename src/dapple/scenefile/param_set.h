@@ -43,9 +43,9 @@ struct Param {
   ColorSpace color_space = ColorSpace::srgb;  ///< in force where the parameter stands; matters to rgb only
   std::string name;
   FileLoc loc;
-  std::vector<float> numbers;        ///< real, point*, vector*, normal, rgb, blackbody, spectrum
-  std::vector<double> exact;         ///< `numbers` of a short real list as written, where floats may not be enough; else empty
-  V3d base{0, 0, 0};                 ///< of point3: what is to be added to each point (far_points.h); 0 but far from the origin
+  std::vector<float> numbers;  ///< real, point*, vector*, normal, rgb, blackbody, spectrum
+  std::vector<double> exact;  ///< `numbers` of a short real list as written, where floats may not be enough; else empty
+  V3d base{0, 0, 0};  ///< of point3: what is to be added to each point (far_points.h); 0 but far from the origin
   std::vector<int32_t> integers;     ///< integer; boolean as 0 and 1
   std::vector<std::string> strings;  ///< string, texture, named spectrum
   mutable bool used = false;         ///< set by look-ups

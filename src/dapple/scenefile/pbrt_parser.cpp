@@ -22,11 +22,13 @@ using Kind = Token::Kind;
 // Bounds on what a small hostile set of files can make of Include and Import; film scenes stay far below.
 constexpr size_t max_include_depth = 64;
 constexpr size_t max_includes = 100000;
-// Directives that are kept, each in about a kilobyte, beside one for so many stored bytes: compressed text of a scene, whose numbers differ, has
-// more for each; that of one line a million times has a small part of one. Instances are compact, and are not counted.
+// Directives that are kept, each in about a kilobyte, beside one for so many stored bytes: compressed text of a scene,
+// whose numbers differ, has more for each; that of one line a million times has a small part of one. Instances are
+// compact, and are not counted.
 constexpr size_t free_directives = size_t(1) << 18, bytes_a_directive = 4;
-constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource", "Attribute", "LightSource", "MakeNamedMaterial", "MakeNamedMedium",
-                                                             "Material", "ObjectBegin", "Shape", "Texture"};
+constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource",   "Attribute",       "LightSource",
+                                                             "MakeNamedMaterial", "MakeNamedMedium", "Material",
+                                                             "ObjectBegin",       "Shape",           "Texture"};
 
 class PbrtParser {
  public:
@@ -113,7 +115,7 @@ class PbrtParser {
   Diagnostics& diagnostics_;
   DescriptionBuilder builder_;
   ParamParser params_;
-  Tokenizer* tokenizer_ = nullptr;  // of the file being read
+  Tokenizer* tokenizer_ = nullptr;     // of the file being read
   std::vector<Tokenizer*> includers_;  // of the files that include it, as if their text were one
   std::vector<FileSource::Identity> open_files_;
   std::map<std::string, const std::string*, std::less<>> file_names_;
@@ -189,9 +191,12 @@ void PbrtParser::parse_directive(const Token& word) {
     throw InputError(word.loc, std::string(it->name) + " is not allowed after WorldBegin");
   if (it->block == Block::world && !builder_.in_world())
     throw InputError(word.loc, std::string(it->name) + " is not allowed before WorldBegin");
-  if (std::binary_search(kept_directives.begin(), kept_directives.end(), it->name) && ++kept_ > free_directives + stored_bytes_ / bytes_a_directive)
-    throw InputError(word.loc, "there are implausibly many directives for the size of the compressed file; expected at most " +
-                                   std::to_string(free_directives) + ", and one more for each " + std::to_string(bytes_a_directive) + " bytes");
+  if (std::binary_search(kept_directives.begin(), kept_directives.end(), it->name) &&
+      ++kept_ > free_directives + stored_bytes_ / bytes_a_directive)
+    throw InputError(
+        word.loc, "there are implausibly many directives for the size of the compressed file; expected at most " +
+                      std::to_string(free_directives) + ", and one more for each " + std::to_string(bytes_a_directive) +
+                      " bytes");
   (this->*it->handler)(word);
 }
 

@@ -7,7 +7,9 @@
 namespace dapple::scenefile {
 
 namespace {
-uint64_t bits_of(const V2f& v) { return uint64_t(std::bit_cast<uint32_t>(v.x)) << 32 | std::bit_cast<uint32_t>(v.y); }
+uint64_t bits_of(const V2f& v) {
+  return uint64_t(std::bit_cast<uint32_t>(v.x)) << 32 | std::bit_cast<uint32_t>(v.y);
+}
 }  // namespace
 
 size_t CornerSplitter::KeyHash::operator()(const Key& k) const {
@@ -16,7 +18,9 @@ size_t CornerSplitter::KeyHash::operator()(const Key& k) const {
   return size_t(h ^ h >> 32);
 }
 
-CornerSplitter::CornerSplitter(PlyMesh* mesh) : mesh_(*mesh), has_uv_(mesh->P.size(), false) { mesh_.uv.resize(mesh_.P.size(), V2f(0, 0)); }
+CornerSplitter::CornerSplitter(PlyMesh* mesh) : mesh_(*mesh), has_uv_(mesh->P.size(), false) {
+  mesh_.uv.resize(mesh_.P.size(), V2f(0, 0));
+}
 
 bool CornerSplitter::split(const std::vector<V2f>& uv, std::vector<int32_t>* corners) {
   for (size_t i = 0; i < corners->size(); ++i) {

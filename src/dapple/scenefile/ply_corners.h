@@ -10,13 +10,14 @@
 
 namespace dapple::scenefile {
 
-/// Texture coordinates by corner of faces become such by vertex: a vertex keeps the first that it has, and is repeated for each further one.
+/// Texture coordinates by corner of faces become such by vertex: a vertex keeps the first that it has, and is repeated
+/// for each further one.
 class CornerSplitter {
  public:
   /// The mesh with all vertices, before its vertices are split. Must outlive this object.
   explicit CornerSplitter(PlyMesh* mesh);
-  /// `uv`: one a corner. The corners, which are in range, come to name vertices that have these coordinates. False if there are more vertices
-  /// than an index can tell.
+  /// `uv`: one a corner. The corners, which are in range, come to name vertices that have these coordinates. False if
+  /// there are more vertices than an index can tell.
   bool split(const std::vector<V2f>& uv, std::vector<int32_t>* corners);
 
  private:

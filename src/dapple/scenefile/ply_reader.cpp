@@ -163,8 +163,10 @@ class MeshReader {
     const char* const rows = in->data();
     if (const size_t bad = copy_column(rows + p_offset, stride, e.count, &mesh_.P); bad < e.count)
       in->fail("the position of vertex " + std::to_string(bad) + " is not finite");
-    if (layout.has_n()) mesh_.bad_normals = zero_if_not_finite(copy_column(rows + n_offset, stride, e.count, &mesh_.N), &mesh_.N);
-    if (layout.has_uv()) mesh_.bad_uvs = zero_if_not_finite(copy_column(rows + uv_offset, stride, e.count, &mesh_.uv), &mesh_.uv);
+    if (layout.has_n())
+      mesh_.bad_normals = zero_if_not_finite(copy_column(rows + n_offset, stride, e.count, &mesh_.N), &mesh_.N);
+    if (layout.has_uv())
+      mesh_.bad_uvs = zero_if_not_finite(copy_column(rows + uv_offset, stride, e.count, &mesh_.uv), &mesh_.uv);
     mesh_.base = take_off_base(&mesh_.P);
     in->advance_to(rows + stride * e.count);
     return true;
@@ -237,8 +239,8 @@ class MeshReader {
         }
       }
       if (has_corner_uvs_ && !uv_.empty() && uv_.size() != face.size())
-        in->fail("face " + std::to_string(i) + " has " + std::to_string(face.size()) + " corners and texture coordinates of " +
-                 std::to_string(uv_.size()));
+        in->fail("face " + std::to_string(i) + " has " + std::to_string(face.size()) +
+                 " corners and texture coordinates of " + std::to_string(uv_.size()));
       add_face(face, index);
     }
   }
@@ -341,7 +343,9 @@ class MeshReader {
   }
 
   void split_vertices() {
-    for (auto [indices, uvs] : {std::pair{&mesh_.tri_indices, &tri_uvs_}, {&mesh_.quad_indices, &quad_uvs_}, {&polygon_corners_, &polygon_uvs_}})
+    for (auto [indices, uvs] : {std::pair{&mesh_.tri_indices, &tri_uvs_},
+                                {&mesh_.quad_indices, &quad_uvs_},
+                                {&polygon_corners_, &polygon_uvs_}})
       for (size_t i = 0; i < uvs->size(); ++i)
         if (std::isnan((*uvs)[i].x)) (*uvs)[i] = mesh_.uv.empty() ? V2f(0) : mesh_.uv[size_t((*indices)[i])];
     CornerSplitter splitter(&mesh_);

@@ -25,17 +25,18 @@ struct PlyMesh {
   std::vector<int32_t> face_indices;
   /// Of the last vertices: which one each repeats, because its corners have other texture coordinates.
   std::vector<int32_t> repeats;
-  bool many_textures = false;  ///< faces name more than one by texnumber
-  int64_t ignored_faces = 0;  ///< faces of fewer than 3 corners, left out
+  bool many_textures = false;                                ///< faces name more than one by texnumber
+  int64_t ignored_faces = 0;                                 ///< faces of fewer than 3 corners, left out
   int64_t bad_normals = 0, bad_uvs = 0, bad_corner_uvs = 0;  ///< those that were not finite
-  bool has_more_data = false;            ///< after the last element that the header announces
+  bool has_more_data = false;                                ///< after the last element that the header announces
 };
 
 /// Reads a PLY file: ASCII or binary of either byte order, plain or gzip. Vertex properties x y z, nx ny nz, and u v
 /// (also s t, texture_u texture_v, texture_s texture_t) of any number type; face properties vertex_indices (also
-/// vertex_index), face_indices, and texcoord: u, v of each corner in turn, which go before those of vertices (empty: the face has the
-/// vertices' own); all others are skipped. InputError at `loc`, naming the file, if it is damaged, lies
-/// about its size, has indices out of range or positions that are not finite. Memory stays in proportion to the file.
+/// vertex_index), face_indices, and texcoord: u, v of each corner in turn, which go before those of vertices (empty:
+/// the face has the vertices' own); all others are skipped. InputError at `loc`, naming the file, if it is damaged,
+/// lies about its size, has indices out of range or positions that are not finite. Memory stays in proportion to the
+/// file.
 PlyMesh read_ply(const std::string& path, const FileLoc& loc);
 
 /// The same from memory; `name` stands for the file in messages.

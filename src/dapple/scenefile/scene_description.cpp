@@ -42,7 +42,9 @@ TransformPair CompactTransform::expand() const {
 }
 
 uint64_t CompactTransform::key() const {
-  const auto bytes = [](const Rows& rows) { return std::string_view(reinterpret_cast<const char*>(rows.data()), sizeof(Rows)); };
+  const auto bytes = [](const Rows& rows) {
+    return std::string_view(reinterpret_cast<const char*>(rows.data()), sizeof(Rows));
+  };
   const uint64_t start = hash_bytes(bytes(start_), 0);
   return end_ ? hash_bytes(bytes(*end_), start) : start;
 }

@@ -69,8 +69,8 @@ struct ObjectEntity {
   std::vector<ShapeEntity> shapes;
 };
 
-/// An affine TransformPair in the space of 12 floats, and of 12 more only where it moves: there may be millions of instances. Where a
-/// translation is 256 or more, 24 doubles are kept as well.
+/// An affine TransformPair in the space of 12 floats, and of 12 more only where it moves: there may be millions of
+/// instances. Where a translation is 256 or more, 24 doubles are kept as well.
 class CompactTransform {
  public:
   explicit CompactTransform(const TransformPair& affine);
@@ -109,7 +109,7 @@ struct SceneDescription {
   std::deque<std::string> files;  ///< paths as opened, the main file first; stable addresses
   std::string base_directory;     ///< relative file names in parameters are relative to this (the main file's folder)
 
-  uint64_t fingerprint = 0;       ///< of the text of all files, as read
+  uint64_t fingerprint = 0;  ///< of the text of all files, as read
 
   // Each exactly once; an empty type means that the file is silent: pbrt-v4's default holds (camera "perspective" at
   // the origin, film "rgb", ...). color_space is the one of the film; parameters carry their own (Param::color_space).

@@ -25,7 +25,7 @@ class AreaLight : public Light {
   }
 
   uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const override {
-    if constexpr (requires(geom::EmitterSample* s) { shape_.sample(to.p, u, s); }) {
+    if constexpr (requires(geom::EmitterSample * s) { shape_.sample(to.p, u, s); }) {
       geom::EmitterSample s[Light::most_at_once];
       uint32_t drawn = shape_.sample(to.p, u, s);
       for (size_t i = 0; i < u.size(); ++i)
@@ -82,7 +82,9 @@ class AreaLight : public Light {
   }
 
  private:
-  float luminance() const { return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance() * pattern_->shaded_share() : 1); }
+  float luminance() const {
+    return radiance_.luminance() * (pattern_ ? pattern_->mean_luminance() * pattern_->shaded_share() : 1);
+  }
 
   Shape shape_;
   RGB radiance_;
@@ -115,8 +117,8 @@ class MovingAreaLight final : public AreaLight<Shape> {
   float pdf(const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override {
     const LightMotion::Place now = motion_->at(to.time);
     const LightReceiver at_open{now.point_at_open(to.p), to.n, to.time, to.transmits};
-    return now.density(wi) * AreaLight<Shape>::pdf(at_open, normalize(now.vector_at_open(wi)), now.point_at_open(p_light),
-                                                   now.normal_at_open(n_light));
+    return now.density(wi) * AreaLight<Shape>::pdf(at_open, normalize(now.vector_at_open(wi)),
+                                                   now.point_at_open(p_light), now.normal_at_open(n_light));
   }
 
   bool moves() const override { return true; }
@@ -137,7 +139,8 @@ std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmiss
       std::move(shape));
 }
 
-std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission, std::shared_ptr<const LightMotion> motion) {
+std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission,
+                                       std::shared_ptr<const LightMotion> motion) {
   return std::visit(
       [&](auto&& s) -> std::unique_ptr<Light> {
         using Shape = std::decay_t<decltype(s)>;

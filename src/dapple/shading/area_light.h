@@ -23,6 +23,7 @@ struct AreaEmission {
 /// that test already).
 std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission);
 /// The same of a shape that moves, which is given as it is at shutter open.
-std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission, std::shared_ptr<const LightMotion> motion);
+std::unique_ptr<Light> make_area_light(geom::EmitterShape shape, const AreaEmission& emission,
+                                       std::shared_ptr<const LightMotion> motion);
 
 }  // namespace dapple::shading

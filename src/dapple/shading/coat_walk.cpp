@@ -56,7 +56,8 @@ RGB Coat::scatter_in_medium(Vertex* v, const Connection& exit, const V3f& wi, Ke
     RGB leaving(p * coat_transmittance(v->depth, exit.up.z));
     if (both_smooth_) {
       // No other draw finds what leaves by way of the mirror below, and what goes to and fro between the mirrors first.
-      const RGB reflected = fresnel_conductor(exit.up.z, conductor_.eta, conductor_.k) * coat_transmittance(thickness_, exit.up.z);
+      const RGB reflected =
+          fresnel_conductor(exit.up.z, conductor_.eta, conductor_.k) * coat_transmittance(thickness_, exit.up.z);
       const float by_base = phase(dot(v->travel, V3f(exit.up.x, exit.up.y, -exit.up.z)), g_);
       leaving += reflected * (by_base * coat_transmittance(thickness_ - v->depth, exit.up.z));
       const RGB again = reflected * (fresnel_dielectric(wi.z, coat_.ior) * coat_transmittance(thickness_, exit.up.z));

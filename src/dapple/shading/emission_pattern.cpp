@@ -51,8 +51,10 @@ void visit_points(const std::vector<std::optional<geom::EmitterShape>>& emitters
   const size_t step = std::max<size_t>(1, emitters.size() / most);
   for (size_t i = 0; i < emitters.size(); i += step) {
     if (!emitters[i]) continue;
-    const auto [box, cone] = std::visit([](const auto& e) { return std::pair(e.bounds(), e.normal_cone()); }, *emitters[i]);
-    const V3f far = box.center() + cone.axis * (8 * length(box.size()));  // from there samples are spread by area, nearly
+    const auto [box, cone] =
+        std::visit([](const auto& e) { return std::pair(e.bounds(), e.normal_cone()); }, *emitters[i]);
+    const V3f far =
+        box.center() + cone.axis * (8 * length(box.size()));  // from there samples are spread by area, nearly
     for (int k = 0; k < side * side; ++k) {
       geom::EmitterSample s;
       if (geom::sample(*emitters[i], far, V2f((float(k % side) + 0.5f) / side, (float(k / side) + 0.5f) / side), &s))
@@ -63,7 +65,8 @@ void visit_points(const std::vector<std::optional<geom::EmitterShape>>& emitters
 
 }  // namespace
 
-EmissionPattern::EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters, FloatTexturePtr alpha)
+EmissionPattern::EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters,
+                                 FloatTexturePtr alpha)
     : texture_(std::move(texture)), alpha_(std::move(alpha)) {
   double sum = 0, area = 0;
   visit_points(emitters, [&](const geom::EmitterSample& s, double piece) {
@@ -74,7 +77,8 @@ EmissionPattern::EmissionPattern(RgbTexturePtr texture, const std::vector<std::o
   mean_luminance_ = std::max(area > 0 ? float(sum / area) : 0.0f, 1e-4f);
 }
 
-void EmissionPattern::add_shader(LightShaderPtr shader, const RGB& radiance, const std::vector<std::optional<geom::EmitterShape>>& emitters) {
+void EmissionPattern::add_shader(LightShaderPtr shader, const RGB& radiance,
+                                 const std::vector<std::optional<geom::EmitterShape>>& emitters) {
   shader_ = std::move(shader);
   double sum = 0, whole = 0;
   int directions = 0;
@@ -82,7 +86,8 @@ void EmissionPattern::add_shader(LightShaderPtr shader, const RGB& radiance, con
     const RGB before = radiance * this->radiance(s.p, s.n, s.uv);
     const Frame frame(s.n);
     for (int k = 0; k < 4; ++k, ++directions) {
-      const V2f u(std::fmod(0.5f + 0.754877666f * float(directions), 1.0f), std::fmod(0.5f + 0.569840291f * float(directions), 1.0f));
+      const V2f u(std::fmod(0.5f + 0.754877666f * float(directions), 1.0f),
+                  std::fmod(0.5f + 0.569840291f * float(directions), 1.0f));
       whole += piece * before.luminance();
       sum += piece * emitted(radiance, s.p, s.n, s.uv, frame.to_world(square_to_cosine_hemisphere(u))).luminance();
     }

@@ -15,27 +15,31 @@ namespace dapple::shading {
 /// Value of a texture at one surface point, unfiltered. What is not finite or negative counts as black.
 RGB emission_at(const RgbTexture& texture, const V3f& p, const V3f& n, const V2f& uv);
 
-/// How the emission of an area light varies over a surface: an image of radiance over u, v or a texture, opacity, or both.
-/// Shared by the primitives of a shape.
+/// How the emission of an area light varies over a surface: an image of radiance over u, v or a texture, opacity, or
+/// both. Shared by the primitives of a shape.
 class EmissionPattern {
  public:
   /// image: the top row at v = 1; texels finite and not negative; may be null. alpha: the surface's opacity; may be
   /// null.
   EmissionPattern(std::shared_ptr<const image::Image> image, FloatTexturePtr alpha);
   /// texture: not null. emitters: on which it lies; its mean is estimated there, from 16 points of at most 256 of them.
-  EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters, FloatTexturePtr alpha);
+  EmissionPattern(RgbTexturePtr texture, const std::vector<std::optional<geom::EmitterShape>>& emitters,
+                  FloatTexturePtr alpha);
 
-  /// Adds a program over the surface and the directions from it, to which `radiance` goes. Before the pattern is shared.
-  void add_shader(LightShaderPtr shader, const RGB& radiance, const std::vector<std::optional<geom::EmitterShape>>& emitters);
+  /// Adds a program over the surface and the directions from it, to which `radiance` goes. Before the pattern is
+  /// shared.
+  void add_shader(LightShaderPtr shader, const RGB& radiance,
+                  const std::vector<std::optional<geom::EmitterShape>>& emitters);
 
-  /// Factor on the radiance at point p of normal n: the image, bilinear, clamped at its edges; or the texture; 1 without.
+  /// Factor on the radiance at point p of normal n: the image, bilinear, clamped at its edges; or the texture; 1
+  /// without.
   RGB radiance(const V3f& p, const V3f& n, const V2f& uv) const;
   /// What leaves p in direction wo, given the radiance without pattern.
   RGB emitted(const RGB& radiance, const V3f& p, const V3f& n, const V2f& uv, const V3f& wo) const;
   /// In [0, 1]; 1 without alpha.
   float opacity(const geom::EmitterSample& s, float time) const;
-  /// Mean of the image or texture, not weighed by opacity. Only for choosing lights and setting their power; above 0 unless the
-  /// pattern is black for certain.
+  /// Mean of the image or texture, not weighed by opacity. Only for choosing lights and setting their power; above 0
+  /// unless the pattern is black for certain.
   float mean_luminance() const { return mean_luminance_; }
   /// What the shader makes of the power, roughly. Only for choosing lights.
   float shaded_share() const { return shaded_share_; }

@@ -32,10 +32,12 @@ EnvironmentLight::EnvironmentLight(image::EnvironmentImage image, RGB scale, con
       y_(light_to_world.vector({0, 1, 0})),
       z_(light_to_world.vector({0, 0, 1})),
       determinant_(dot(x_, cross(y_, z_))),
-      bright_(image_.width(), image_.height(),
-              [this, mean = image_.mean().average()](int y, std::span<float> row) { bright_weights(image_, mean, y, row); }) {
+      bright_(image_.width(), image_.height(), [this, mean = image_.mean().average()](int y, std::span<float> row) {
+        bright_weights(image_, mean, y, row);
+      }) {
   const double power = 4 * double(pi) * image_.mean().average(), texels = double(image_.width()) * image_.height();
-  dim_ = power > 0 && !bright_.is_zero() ? std::clamp(float(1 - bright_.integral() * texels / power), least_dim, 1.0f) : 1;
+  dim_ =
+      power > 0 && !bright_.is_zero() ? std::clamp(float(1 - bright_.integral() * texels / power), least_dim, 1.0f) : 1;
   const float inverse = 1 / determinant_;
   row_x_ = cross(y_, z_) * inverse;
   row_y_ = cross(z_, x_) * inverse;
@@ -52,7 +54,9 @@ float EnvironmentLight::stretch(const V3f& w) const {
   return std::abs(determinant_) / (l2 * std::sqrt(l2));
 }
 
-bool EnvironmentLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const { return sample_all(to, {&u, 1}, out) != 0; }
+bool EnvironmentLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const {
+  return sample_all(to, {&u, 1}, out) != 0;
+}
 
 uint32_t EnvironmentLight::sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const {
   const float dim = by_cosine(to);
@@ -77,7 +81,8 @@ uint32_t EnvironmentLight::sample_all(const LightReceiver& to, std::span<const V
 }
 
 // What arrives from a place of the image.
-bool EnvironmentLight::arrive(const LightReceiver& to, const Distribution2D::Sample& s, const RGB& texel, LightSample* out) const {
+bool EnvironmentLight::arrive(const LightReceiver& to, const Distribution2D::Sample& s, const RGB& texel,
+                              LightSample* out) const {
   const V3f local = image_.direction(s.p);
   const float per_area = image_.solid_angle_per_area(s.p);
   if (!(per_area > 0)) return false;

@@ -8,10 +8,11 @@
 
 namespace dapple::shading {
 
-/// Radiance from an image around the scene. Drawn in proportion to how far radiance times solid angle lies above its mean, constant over texels,
-/// where the radiance of a texel is that of itself and its neighbours in tent weights; the dim rest is left to other rays where
-/// LightReceiver::shared. Elsewhere so many samples as the dim part's share of the power, but a quarter at least, are drawn by the cosine: so
-/// every direction can be drawn, and what a window shows of a sky is found though its sun is behind the wall.
+/// Radiance from an image around the scene. Drawn in proportion to how far radiance times solid angle lies above its
+/// mean, constant over texels, where the radiance of a texel is that of itself and its neighbours in tent weights; the
+/// dim rest is left to other rays where LightReceiver::shared. Elsewhere so many samples as the dim part's share of the
+/// power, but a quarter at least, are drawn by the cosine: so every direction can be drawn, and what a window shows of
+/// a sky is found though its sun is behind the wall.
 class EnvironmentLight final : public Light {
  public:
   /// light_to_world: its linear part turns directions. Mirroring and shear are allowed for; it must be invertible.
@@ -43,7 +44,6 @@ class EnvironmentLight final : public Light {
   float determinant_;
   Distribution2D bright_;  // above the mean
   float dim_;              // share of the power below it, a quarter at least
-
 };
 
 }  // namespace dapple::shading

@@ -20,8 +20,8 @@ V3f per_axis(const V3f& a, const V3f& b) {
 
 }  // namespace
 
-/// The part of a ray in the box, as collisions with the majorant. Positions are in the unit cube; lengths are those along the ray, in the world,
-/// from where it enters the box.
+/// The part of a ray in the box, as collisions with the majorant. Positions are in the unit cube; lengths are those
+/// along the ray, in the world, from where it enters the box.
 class GridMedium::Walk {
  public:
   Walk(const GridMedium& medium, const Ray& ray, float t_max) : medium_(medium) {
@@ -188,7 +188,8 @@ RGB GridMedium::transmittance(const Ray& ray, float t_max, uint64_t key) const {
 std::vector<std::string> GridMedium::warnings() const {
   if (exhausted() == 0) return {};
   return {name_ + ": " + std::to_string(exhausted()) +
-          " rays met its largest extinction too often and count as absorbed; it differs too much between channels or places"};
+          " rays met its largest extinction too often and count as absorbed; it differs too much between channels or "
+          "places"};
 }
 
 }  // namespace dapple::shading

@@ -36,7 +36,9 @@ class GridMedium final : public Medium {
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   bool emits() const override { return !content_.emission.is_black(); }
-  uint64_t exhausted() const { return exhausted_.load(std::memory_order_relaxed); }  ///< rays given up on; they count as absorbed
+  uint64_t exhausted() const {
+    return exhausted_.load(std::memory_order_relaxed);
+  }  ///< rays given up on; they count as absorbed
   std::vector<std::string> warnings() const override;
 
  private:

@@ -62,9 +62,11 @@ void add_light_faults(const std::vector<std::unique_ptr<const Light>>& lights, S
     const GuardedMaterial::Faults faults = guarded->faults();
     const auto at = [](uint64_t n) { return " at " + std::to_string(n) + (n == 1 ? " point" : " points"); };
     if (faults.thrown > 0)
-      all->errors.push_back(guarded->name() + ": emission threw" + at(faults.thrown) + ", whose light is magenta: " + faults.message);
+      all->errors.push_back(guarded->name() + ": emission threw" + at(faults.thrown) +
+                            ", whose light is magenta: " + faults.message);
     if (faults.bad > 0)
-      all->warnings.push_back(guarded->name() + ": emission gave values that are wrong" + at(faults.bad) + "; they are replaced");
+      all->warnings.push_back(guarded->name() + ": emission gave values that are wrong" + at(faults.bad) +
+                              "; they are replaced");
   }
 }
 

@@ -10,8 +10,8 @@
 
 namespace dapple::shading {
 
-/// A light shader that is not ours, so wrapped that no fault of it ends the program: where it throws, light is magenta, of the
-/// luminance that it had; what is negative or not finite is black. Both are counted (see GuardedMaterial).
+/// A light shader that is not ours, so wrapped that no fault of it ends the program: where it throws, light is magenta,
+/// of the luminance that it had; what is negative or not finite is black. Both are counted (see GuardedMaterial).
 class GuardedLight final : public LightShader {
  public:
   /// code: kept alive as long as the shader. name: for reports, with its place.

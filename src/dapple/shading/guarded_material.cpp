@@ -30,13 +30,15 @@ bool is_orthonormal(const Frame& f) {
 }
 
 bool scatters_diffusely(const Bsdf& b) {
-  return b.is_diffuse() || b.kind == BsdfKind::subsurface || (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
+  return b.is_diffuse() || b.kind == BsdfKind::subsurface ||
+         (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
 }
 
 // True if something had to be changed.
 bool repair(Bsdf* b, const ShadingPoints& points, int i) {
   bool bad = false;
-  for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo, &b->extinction}) bad |= repair(c);
+  for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo, &b->extinction})
+    bad |= repair(c);
   const auto check = [&bad](float* v, bool right, float otherwise) {
     if (right) return;
     *v = otherwise;

@@ -9,6 +9,8 @@ bool InfiniteLight::sample(const LightReceiver& to, const V2f& u, LightSample* o
   return out->pdf > 0 && !radiance_.is_black();
 }
 
-float InfiniteLight::pdf(const LightReceiver& to, const V3f& wi, const V3f&, const V3f&) const { return to.cosine_pdf(wi); }
+float InfiniteLight::pdf(const LightReceiver& to, const V3f& wi, const V3f&, const V3f&) const {
+  return to.cosine_pdf(wi);
+}
 
 }  // namespace dapple::shading

@@ -43,7 +43,8 @@ float DielectricInterface::eval(const V3f& wo, const V3f& wi, Transport transpor
   return eval_facet(wo, wi, m, fresnel_dielectric(dot(wo, m), eta), transport, parts, pdf);
 }
 
-float DielectricInterface::eval_facet(const V3f& wo, const V3f& wi, const V3f& m, float F, Transport transport, Part parts, float* pdf) const {
+float DielectricInterface::eval_facet(const V3f& wo, const V3f& wi, const V3f& m, float F, Transport transport,
+                                      Part parts, float* pdf) const {
   *pdf = 0;
   const bool reflected = wo.z * wi.z > 0;
   const float cos_om = dot(wo, m), cos_im = dot(wi, m);

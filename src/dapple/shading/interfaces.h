@@ -67,7 +67,8 @@ struct DielectricInterface {
 
  private:
   /// What is scattered at a facet of normal m on wo's side, of which F is the reflectance.
-  float eval_facet(const V3f& wo, const V3f& wi, const V3f& m, float F, Transport transport, Part parts, float* pdf) const;
+  float eval_facet(const V3f& wo, const V3f& wi, const V3f& m, float F, Transport transport, Part parts,
+                   float* pdf) const;
   bool sample_smooth(const V3f& wo, float u1, Transport transport, Part parts, InterfaceSample<float>* out) const;
 };
 

@@ -5,8 +5,8 @@
 
 namespace dapple::shading {
 
-LearnedLights::LearnedLights(RegionTree regions, LightTree::Crown crown, int unbounded, std::vector<std::pair<int, SkyCells>> skies,
-                             std::vector<float> values, size_t light_count)
+LearnedLights::LearnedLights(RegionTree regions, LightTree::Crown crown, int unbounded,
+                             std::vector<std::pair<int, SkyCells>> skies, std::vector<float> values, size_t light_count)
     : regions_(std::move(regions)),
       crown_(std::move(crown)),
       skies_(std::move(skies)),
@@ -16,7 +16,8 @@ LearnedLights::LearnedLights(RegionTree regions, LightTree::Crown crown, int unb
   for (size_t sky = 0; sky < skies_.size(); ++sky) sky_of_[size_t(skies_[sky].first)] = int(sky);
 }
 
-uint32_t LearnedLights::sample_all(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u, LightSample* out) const {
+uint32_t LearnedLights::sample_all(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u,
+                                   LightSample* out) const {
   const float* cdf = cells_of(index, to);
   if (!cdf) return light.sample_all(to, u, out);
   const SkyCells& cells = skies_[size_t(sky_of_[size_t(index)])].second;
@@ -25,8 +26,13 @@ uint32_t LearnedLights::sample_all(const Light& light, int index, const LightRec
     const int cell = int(std::upper_bound(cdf, cdf + SkyCells::count - 1, u[i].x) - cdf);
     const float below = cell > 0 ? cdf[cell - 1] : 0, probability = cdf[cell] - below;
     float in_cell = 0;
-    const V3f wi = cells.draw(cell, V2f(std::clamp((u[i].x - below) / probability, 0.0f, one_minus_epsilon), u[i].y), &in_cell);
-    out[i] = {.wi = wi, .distance = infinity, .radiance = light.environment_at(to.p, wi, 0), .pdf = probability * in_cell, .delta = false};
+    const V3f wi =
+        cells.draw(cell, V2f(std::clamp((u[i].x - below) / probability, 0.0f, one_minus_epsilon), u[i].y), &in_cell);
+    out[i] = {.wi = wi,
+              .distance = infinity,
+              .radiance = light.environment_at(to.p, wi, 0),
+              .pdf = probability * in_cell,
+              .delta = false};
     drawn |= uint32_t(out[i].pdf > 0 && !out[i].radiance.is_black()) << i;
   }
   return drawn;
@@ -42,7 +48,8 @@ float LearnedLights::pdf(const Light& light, int index, const LightReceiver& to,
 }
 
 size_t LearnedLights::bytes() const {
-  return regions_.bytes() + values_.capacity() * sizeof(float) + skies_.size() * size_t(SkyCells::count * SkyCells::pieces * SkyCells::pieces * 5);
+  return regions_.bytes() + values_.capacity() * sizeof(float) +
+         skies_.size() * size_t(SkyCells::count * SkyCells::pieces * SkyCells::pieces * 5);
 }
 
 }  // namespace dapple::shading

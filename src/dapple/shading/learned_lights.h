@@ -11,10 +11,10 @@
 
 namespace dapple::shading {
 
-/// What was learned, before rendering, of the light that reaches each region of a scene, for drawing lights and directions to the sky by it:
-/// which class of LightSampler gives how much, which of the lights at infinity, from which cells of a sky, and which parts of the tree
-/// of the others. Only densities depend on it: with any values, as long as shares and odds lie above zero, images have the same mean.
-/// Immutable, thread-safe.
+/// What was learned, before rendering, of the light that reaches each region of a scene, for drawing lights and
+/// directions to the sky by it: which class of LightSampler gives how much, which of the lights at infinity, from which
+/// cells of a sky, and which parts of the tree of the others. Only densities depend on it: with any values, as long as
+/// shares and odds lie above zero, images have the same mean. Immutable, thread-safe.
 class LearnedLights {
  public:
   /// A region's values, one after the other.
@@ -42,8 +42,10 @@ class LearnedLights {
   bool sample(const Light& light, int index, const LightReceiver& to, const V2f& u, LightSample* out) const {
     return sample_all(light, index, to, {&u, 1}, out) != 0;
   }
-  uint32_t sample_all(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u, LightSample* out) const;
-  float pdf(const Light& light, int index, const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const;
+  uint32_t sample_all(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u,
+                      LightSample* out) const;
+  float pdf(const Light& light, int index, const LightReceiver& to, const V3f& wi, const V3f& p_light,
+            const V3f& n_light) const;
 
   const Layout& layout() const { return layout_; }
   const RegionTree& regions() const { return regions_; }
@@ -71,11 +73,14 @@ class LearnedLights {
 inline bool sample_light(const Light& light, int index, const LightReceiver& to, const V2f& u, LightSample* out) {
   return to.region ? to.region.lights->sample(light, index, to, u, out) : light.sample(to, u, out);
 }
-inline uint32_t sample_light(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u, LightSample* out) {
+inline uint32_t sample_light(const Light& light, int index, const LightReceiver& to, std::span<const V2f> u,
+                             LightSample* out) {
   return to.region ? to.region.lights->sample_all(light, index, to, u, out) : light.sample_all(to, u, out);
 }
-inline float light_pdf(const Light& light, int index, const LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) {
-  return to.region ? to.region.lights->pdf(light, index, to, wi, p_light, n_light) : light.pdf(to, wi, p_light, n_light);
+inline float light_pdf(const Light& light, int index, const LightReceiver& to, const V3f& wi, const V3f& p_light,
+                       const V3f& n_light) {
+  return to.region ? to.region.lights->pdf(light, index, to, wi, p_light, n_light)
+                   : light.pdf(to, wi, p_light, n_light);
 }
 
 }  // namespace dapple::shading

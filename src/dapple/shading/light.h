@@ -38,8 +38,8 @@ struct LightReceiver {
   /// Light from below n counts too. False narrows the importance to the side of n: then light from below may get the
   /// density 0, in Light::pdf and in LightSampler alike.
   bool transmits = true;
-  /// Rays by the Bsdf or phase function look for the light too, and are combined with these by their densities: what is dim may be left to
-  /// them, with density 0 here (Karlik et al. 2019, "MIS compensation").
+  /// Rays by the Bsdf or phase function look for the light too, and are combined with these by their densities: what is
+  /// dim may be left to them, with density 0 here (Karlik et al. 2019, "MIS compensation").
   bool shared = false;
   LightRegion region = {};
 
@@ -72,7 +72,8 @@ class Light {
 
   /// Draws a direction towards the light. False where none arrives.
   virtual bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const = 0;
-  /// Draws up to most_at_once directions, as sample() does, for less: bit i of the result is set where out[i] was drawn.
+  /// Draws up to most_at_once directions, as sample() does, for less: bit i of the result is set where out[i] was
+  /// drawn.
   virtual uint32_t sample_all(const LightReceiver& to, std::span<const V2f> u, LightSample* out) const;
   static constexpr int most_at_once = geom::most_at_once;
   /// Density of sample() for wi, given that the light was hit at `p_light` with geometric normal `n_light` (both unused

@@ -14,7 +14,8 @@ LightMotion::LightMotion(const AnimatedTransform& world_from_object)
 
 LightMotion::Place::Place(const M44d& m) : shift_(float(m[0][3]), float(m[1][3]), float(m[2][3])) {
   for (int j = 0; j < 3; ++j) columns_[j] = V3f(float(m[0][j]), float(m[1][j]), float(m[2][j]));
-  const V3f cofactors[3] = {cross(columns_[1], columns_[2]), cross(columns_[2], columns_[0]), cross(columns_[0], columns_[1])};
+  const V3f cofactors[3] = {cross(columns_[1], columns_[2]), cross(columns_[2], columns_[0]),
+                            cross(columns_[0], columns_[1])};
   const float back = 1 / dot(columns_[0], cofactors[0]);
   for (int j = 0; j < 3; ++j) rows_back_[j] = cofactors[j] * back;
   determinant_back_ = std::abs(back);
@@ -38,7 +39,8 @@ LightMotion::Place LightMotion::at(float time) const {
 LightBounds LightMotion::bounds(const LightBounds& at_open) const {
   LightBounds out = at_open;
   float travel = 0;
-  out.box = swept_box(at_open.box, [this](float time, const V3f& p) { return at(time).point(p); }, &travel);
+  out.box = swept_box(
+      at_open.box, [this](float time, const V3f& p) { return at(time).point(p); }, &travel);
   if (!way_) out.cos_theta_o = -1;
   return out;
 }

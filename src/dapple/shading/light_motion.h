@@ -21,11 +21,18 @@ class LightMotion {
     explicit Place(const V3f& shift) : shift_(shift) {}
     V3f point(const V3f& p) const { return vector(p) + shift_; }
     V3f vector(const V3f& v) const { return columns_[0] * v.x + columns_[1] * v.y + columns_[2] * v.z; }
-    V3f normal(const V3f& n) const { return normalize(rows_back_[0] * n.x + rows_back_[1] * n.y + rows_back_[2] * n.z); }
+    V3f normal(const V3f& n) const {
+      return normalize(rows_back_[0] * n.x + rows_back_[1] * n.y + rows_back_[2] * n.z);
+    }
     V3f point_at_open(const V3f& p) const { return vector_at_open(p - shift_); }
-    V3f vector_at_open(const V3f& v) const { return V3f(dot(rows_back_[0], v), dot(rows_back_[1], v), dot(rows_back_[2], v)); }
-    V3f normal_at_open(const V3f& n) const { return normalize(V3f(dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n))); }
-    /// Density over solid angle now over that at open, of a unit direction d: |det A| / |A d|^3, A taking vectors back to open.
+    V3f vector_at_open(const V3f& v) const {
+      return V3f(dot(rows_back_[0], v), dot(rows_back_[1], v), dot(rows_back_[2], v));
+    }
+    V3f normal_at_open(const V3f& n) const {
+      return normalize(V3f(dot(columns_[0], n), dot(columns_[1], n), dot(columns_[2], n)));
+    }
+    /// Density over solid angle now over that at open, of a unit direction d: |det A| / |A d|^3, A taking vectors back
+    /// to open.
     float density(const V3f& d) const;
 
    private:
@@ -44,8 +51,8 @@ class LightMotion {
   std::optional<V3f> way_;  ///< from shutter open to close, of what neither turns nor changes its size
 };
 
-/// A light without area that moves: one at a point, or that shines in one direction. Irradiance by the former falls with the square of the
-/// world's distance, whatever the transform scales.
+/// A light without area that moves: one at a point, or that shines in one direction. Irradiance by the former falls
+/// with the square of the world's distance, whatever the transform scales.
 class MovingLight final : public Light {
  public:
   /// light: as it is at shutter open; its samples are delta ones.

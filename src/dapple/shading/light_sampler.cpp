@@ -91,11 +91,13 @@ void LightSampler::select(const LightReceiver& to, std::span<const float> u, Sel
   if (to.region) {
     const LightTree::Odds odds = to.region.lights->odds(to.region);
     for (size_t i = 0; i < u.size(); ++i)
-      out[i] = select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks, odds); });
+      out[i] = select(to, u[i], p,
+                      [&](double v, float* probability) { return tree_.select(to, v, probability, &walks, odds); });
     return;
   }
   for (size_t i = 0; i < u.size(); ++i)
-    out[i] = select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks); });
+    out[i] =
+        select(to, u[i], p, [&](double v, float* probability) { return tree_.select(to, v, probability, &walks); });
 }
 
 // walk: of the tree.
@@ -126,7 +128,8 @@ float LightSampler::probability(const LightReceiver& to, int light) const {
   const float p = unbounded_probability(to);
   if (slot != in_tree) return share(to, slot) * p;
   if (!(p < 1)) return 0;
-  return to.region ? tree_.probability(to, light, 1 - p, to.region.lights->odds(to.region)) : tree_.probability(to, light, 1 - p);
+  return to.region ? tree_.probability(to, light, 1 - p, to.region.lights->odds(to.region))
+                   : tree_.probability(to, light, 1 - p);
 }
 
 size_t LightSampler::bytes() const {

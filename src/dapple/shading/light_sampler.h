@@ -17,8 +17,8 @@ namespace dapple::shading {
 /// where E are estimates of irradiance: within a factor of two of a coin toss, because occlusion is unknown (a sky
 /// behind a window, a lamp behind a wall). Inside the class, half is shared evenly and half in proportion to power.
 ///
-/// Where LightReceiver::region knows what reaches a part of the scene, its shares take the place of those of the class and in it, and its odds
-/// guide the walk.
+/// Where LightReceiver::region knows what reaches a part of the scene, its shares take the place of those of the class
+/// and in it, and its odds guide the walk.
 ///
 /// Lights without power are never chosen. Probabilities add up to one, less the share of walks in the tree that end at
 /// a node both of whose children turn out to contribute nothing (select() then returns light -1). Wherever a light may
@@ -42,7 +42,9 @@ class LightSampler {
   float probability(const LightReceiver& to, int light) const;
 
   /// LightTree::nearest: over how much space light from the nearest source changes, and no more than `within`.
-  float nearest(const LightReceiver& to, float within) const { return tree_.empty() ? within : tree_.nearest(to, within); }
+  float nearest(const LightReceiver& to, float within) const {
+    return tree_.empty() ? within : tree_.nearest(to, within);
+  }
 
   const LightTree& tree() const { return tree_; }
   /// The lights at infinity, or without a finite place, that have power.

@@ -8,16 +8,17 @@
 
 namespace dapple::shading {
 
-/// A batch of places and directions in which light leaves a source, structure of arrays. World space where nothing else is said.
+/// A batch of places and directions in which light leaves a source, structure of arrays. World space where nothing else
+/// is said.
 struct LightPoints {
   static constexpr int capacity = ShadingPoints::capacity;
 
   int count = 0;
-  Lanes3<capacity> P;      ///< where light leaves; of sources at a point, that point
-  Lanes3<capacity> N;      ///< unit normal of the surface that shines, on the side of d; 0 of sources at a point
-  Lanes3<capacity> d;      ///< unit direction of propagation
-  /// d in the source's axes: of a spot and a projector x to the right, y up and z along the axis, as seen from it; of other sources
-  /// at a point the light's own; of a surface z along N, x and y any two across it.
+  Lanes3<capacity> P;  ///< where light leaves; of sources at a point, that point
+  Lanes3<capacity> N;  ///< unit normal of the surface that shines, on the side of d; 0 of sources at a point
+  Lanes3<capacity> d;  ///< unit direction of propagation
+  /// d in the source's axes: of a spot and a projector x to the right, y up and z along the axis, as seen from it; of
+  /// other sources at a point the light's own; of a surface z along N, x and y any two across it.
   Lanes3<capacity> local;
   /// Of a surface that shines, its own; of sources at a point those of textures over directions (docs/guide/lights.md).
   alignas(64) float u[capacity], v[capacity];
@@ -27,8 +28,8 @@ struct LightPoints {
 class LightShader {
  public:
   virtual ~LightShader() = default;
-  /// L[0, points.count): what the light sends without the shader; becomes what it sends. Radiance of surfaces, intensity of
-  /// sources at a point. Where that is black the shader may not be asked.
+  /// L[0, points.count): what the light sends without the shader; becomes what it sends. Radiance of surfaces,
+  /// intensity of sources at a point. Where that is black the shader may not be asked.
   virtual void emission(const LightPoints& points, RGB* L) const = 0;
 };
 

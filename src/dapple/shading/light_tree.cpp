@@ -253,7 +253,9 @@ float LightTree::nearest(const LightReceiver& to, float within) const {
   for (int left = 1; left > 0;) {
     const Node& node = nodes_[stack[--left]];
     const float d2 = length2(to.p - node.centre);
-    if (node.intensity < strong_share * nodes_[0].intensity || d2 >= sqr(within + node.radius) || importance(node, to) == 0) continue;
+    if (node.intensity < strong_share * nodes_[0].intensity || d2 >= sqr(within + node.radius) ||
+        importance(node, to) == 0)
+      continue;
     if (node.link & leaf_flag) {
       within = std::min(within, std::sqrt(d2 + sqr(node.radius)));
     } else {
@@ -287,8 +289,8 @@ class LightTree::OddsWalk {
   int at_;
 };
 
-// first_probability(children, came_by): of the first of these; the walk has come by the first (0) or second child (1) of their grandparent,
-// or from nowhere (-1).
+// first_probability(children, came_by): of the first of these; the walk has come by the first (0) or second child (1)
+// of their grandparent, or from nowhere (-1).
 template <class First>
 int LightTree::walk(double u, float* probability, const First& first_probability) const {
   const Node* node = &nodes_[0];
@@ -340,12 +342,14 @@ int LightTree::select(const LightReceiver& to, double u, float* probability, Wal
 
 int LightTree::select(const LightReceiver& to, double u, float* probability, const Odds& odds) const {
   OddsWalk of(odds);
-  return walk(u, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
+  return walk(u, probability,
+              [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
 }
 
 int LightTree::select(const LightReceiver& to, double u, float* probability, Walks* walks, const Odds& odds) const {
   OddsWalk of(odds);
-  return walk(u, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, walks, of(came_by)); });
+  return walk(u, probability,
+              [&](uint32_t children, int came_by) { return first_probability(children, to, walks, of(came_by)); });
 }
 
 float LightTree::probability(const LightReceiver& to, int light, float probability) const {
@@ -354,7 +358,8 @@ float LightTree::probability(const LightReceiver& to, int light, float probabili
 
 float LightTree::probability(const LightReceiver& to, int light, float probability, const Odds& odds) const {
   OddsWalk of(odds);
-  return walk_to(light, probability, [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
+  return walk_to(light, probability,
+                 [&](uint32_t children, int came_by) { return first_probability(children, to, of(came_by)); });
 }
 
 LightTree::Crown LightTree::crown(int most_leaves) const {
@@ -368,7 +373,8 @@ LightTree::Crown LightTree::crown(int most_leaves) const {
   if (!nodes_.empty()) open.push_back({nodes_[0].intensity, -1, 0, 0});
   int leaves = 0;
   while (!open.empty()) {
-    const auto next = std::max_element(open.begin(), open.end(), [](const Open& a, const Open& b) { return a.intensity < b.intensity; });
+    const auto next = std::max_element(open.begin(), open.end(),
+                                       [](const Open& a, const Open& b) { return a.intensity < b.intensity; });
     const Open top = *next;
     open.erase(next);
     const Node& node = nodes_[top.node];
@@ -379,7 +385,8 @@ LightTree::Crown LightTree::crown(int most_leaves) const {
       continue;
     }
     const uint32_t children = node.link & link_mask;
-    for (int i = 0; i < 2; ++i) open.push_back({nodes_[children + uint32_t(i)].intensity, crown.pairs(), i, children + uint32_t(i)});
+    for (int i = 0; i < 2; ++i)
+      open.push_back({nodes_[children + uint32_t(i)].intensity, crown.pairs(), i, children + uint32_t(i)});
     crown.pairs_.push_back({{0, 0}});
   }
   return crown;

@@ -55,8 +55,8 @@ class LightTree {
   /// `probability` times that of the walk to a light of the tree: what select() makes of it, to the last bit.
   float probability(const LightReceiver& to, int light, float probability) const;
 
-  /// The nodes around the root. At each of its pairs of siblings, walks can be given odds of their own: the first's importance counts so many
-  /// times. Where it ends, at its leaves, stands a light or a subtree.
+  /// The nodes around the root. At each of its pairs of siblings, walks can be given odds of their own: the first's
+  /// importance counts so many times. Where it ends, at its leaves, stands a light or a subtree.
   class Crown {
    public:
     int pairs() const { return int(pairs_.size()); }
@@ -85,8 +85,8 @@ class LightTree {
   int select(const LightReceiver& to, double u, float* probability, Walks* walks, const Odds& odds) const;
   float probability(const LightReceiver& to, int light, float probability, const Odds& odds) const;
 
-  /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a sphere around each;
-  /// `within` where there is none so near.
+  /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a
+  /// sphere around each; `within` where there is none so near.
   static constexpr float strong_share = 1.0f / 16;
   float nearest(const LightReceiver& to, float within) const;
   /// Estimate of the luminous irradiance all lights together can give; zero only where there is none.

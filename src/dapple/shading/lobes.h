@@ -15,7 +15,8 @@ namespace dapple::shading {
 /// | scattering in a medium | fog | specular bounce |
 /// | passthrough | interface, alpha | no bounce |
 ///
-/// pbrt's `maxdepth` d caps the whole path at d - 1 scatterings of any kind and sets --bounces to d - 1. Given on the command line,
+/// pbrt's `maxdepth` d caps the whole path at d - 1 scatterings of any kind and sets --bounces to d - 1. Given on the
+/// command line,
 /// --bounces and --specular-depth replace that cap.
 enum class Lobe : uint8_t { none = 0, diffuse = 1, glossy = 2, delta = 4, passthrough = 8 };
 

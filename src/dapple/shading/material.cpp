@@ -7,7 +7,9 @@ void Material::displacement(const ShadingPoints& points, V3f* P) const {
   for (int i = 0; i < points.count; ++i) P[i] = points.P[i];
 }
 
-void Material::opacity(const ShadingPoints& points, RGB* Oi) const { std::fill_n(Oi, points.count, RGB(1)); }
+void Material::opacity(const ShadingPoints& points, RGB* Oi) const {
+  std::fill_n(Oi, points.count, RGB(1));
+}
 
 void Material::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
   prelighting(points, out);
@@ -15,7 +17,8 @@ void Material::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
 }
 
 void Material::diffuselighting(const DiffuseLighting& in) const {
-  for (int i = 0; i < in.points.count; ++i) in.diffuse[i] = lambertian_radiance(in.bsdf[i], in.irradiance[i], in.irradiance_behind[i]);
+  for (int i = 0; i < in.points.count; ++i)
+    in.diffuse[i] = lambertian_radiance(in.bsdf[i], in.irradiance[i], in.irradiance_behind[i]);
 }
 
 void Material::specularlighting(const SpecularLighting& in) const {

@@ -8,8 +8,8 @@
 
 namespace dapple::shading {
 
-/// A surface shader. It has prelighting, and any of the other stages (stages.h); for stages that it does not have, the renderer
-/// does what the Bsdf of prelighting says. Immutable, thread-safe.
+/// A surface shader. It has prelighting, and any of the other stages (stages.h); for stages that it does not have, the
+/// renderer does what the Bsdf of prelighting says. Immutable, thread-safe.
 class Material {
  public:
   virtual ~Material() = default;
@@ -39,8 +39,8 @@ class Material {
   virtual bool is_translucent() const { return false; }
   /// True if prelighting chooses at random: more samples of a point see more than one Bsdf.
   virtual bool is_random() const { return false; }
-  /// True if every Bsdf of prelighting is diffuse, or a coat over a diffuse base: then all that a diffuse ray sees of the surface is
-  /// view-independent, and can be cached.
+  /// True if every Bsdf of prelighting is diffuse, or a coat over a diffuse base: then all that a diffuse ray sees of
+  /// the surface is view-independent, and can be cached.
   virtual bool is_diffuse_to_rays() const { return is_diffuse(); }
   /// True if a diffuse surface can stand for it: as above, or of metal, bare or coated, where caustics are not wanted.
   virtual bool is_opaque_reflector() const { return is_diffuse_to_rays(); }

@@ -32,7 +32,9 @@ class Ggx {
   }
 
   /// Density of the visible normals of w: G1(w) D(m) |w.m| / |w.z|.
-  float visible_pdf(const V3f& w, const V3f& m) const { return visible_share(w) * distribution(m) * std::abs(dot(w, m)); }
+  float visible_pdf(const V3f& w, const V3f& m) const {
+    return visible_share(w) * distribution(m) * std::abs(dot(w, m));
+  }
   /// G1(w) / |w.z|.
   float visible_share(const V3f& w) const { return 2 / (std::abs(w.z) + stretched_length(w)); }
 

@@ -20,7 +20,7 @@ class BsdfStorage {
  private:
   alignas(Bsdf) std::byte bytes_[sizeof(Bsdf) * ShadingPoints::capacity];
 };
-}
+}  // namespace
 
 MixMaterial::MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt)
     : first_(std::move(first)), second_(std::move(second)), amount_(std::move(amount)), salt_(salt) {}
@@ -81,7 +81,8 @@ void MixMaterial::blend(const ShadingPoints& points, Bsdf* out, const Bsdf* seco
     const RGB transmittance = lerp(t, out[i].transmittance, second[i].transmittance);
     const RGB reflectance = lerp(t, out[i].reflectance, second[i].reflectance);
     const float mirrored = lerp(t, out[i].mirrored, second[i].mirrored);
-    out[i] = transmittance.is_black() ? Bsdf::make_diffuse(reflectance) : Bsdf::make_diffuse_transmission(reflectance, transmittance);
+    out[i] = transmittance.is_black() ? Bsdf::make_diffuse(reflectance)
+                                      : Bsdf::make_diffuse_transmission(reflectance, transmittance);
     out[i].frame = frame;
     out[i].mirrored = mirrored;
   }

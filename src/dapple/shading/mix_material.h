@@ -6,9 +6,9 @@
 
 namespace dapple::shading {
 
-/// A share `amount` (clamped to [0, 1]; NaN is 0) of the second material. Where both are diffuse, or stand for diffuse ones, and their
-/// frames agree, reflectances are blended; else one of the two at each point, at random: a hash of the point's key and of `salt`, which must differ between mixes that
-/// nest.
+/// A share `amount` (clamped to [0, 1]; NaN is 0) of the second material. Where both are diffuse, or stand for diffuse
+/// ones, and their frames agree, reflectances are blended; else one of the two at each point, at random: a hash of the
+/// point's key and of `salt`, which must differ between mixes that nest.
 class MixMaterial final : public Material {
  public:
   MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);

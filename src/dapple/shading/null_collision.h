@@ -12,11 +12,11 @@ namespace dapple::shading {
 
 enum class Collision : uint8_t { none, scattered, absorbed };
 
-/// Adds what the medium emits there to a flight, and draws whether it scatters or goes on, each in proportion to what the
-/// path's throughput `beta` would carry on (spectral tracking; Kutz et al. 2017); absorption is a weight.
+/// Adds what the medium emits there to a flight, and draws whether it scatters or goes on, each in proportion to what
+/// the path's throughput `beta` would carry on (spectral tracking; Kutz et al. 2017); absorption is a weight.
 /// `inverse`: 1 / majorant, not above the inverse of sigma_a + sigma_s.
-inline Collision null_collision(const RGB& sigma_a, const RGB& sigma_s, const RGB& emission, float inverse, const RGB& beta,
-                                KeyedRng& rng, MediumSample* flight) {
+inline Collision null_collision(const RGB& sigma_a, const RGB& sigma_s, const RGB& emission, float inverse,
+                                const RGB& beta, KeyedRng& rng, MediumSample* flight) {
   if (!emission.is_black()) flight->emitted += flight->weight * sigma_a * emission * inverse;
   const RGB scatter = flight->weight * sigma_s * inverse;
   RGB null = RGB(1) - (sigma_a + sigma_s) * inverse;
@@ -37,8 +37,8 @@ inline Collision null_collision(const RGB& sigma_a, const RGB& sigma_s, const RG
   return Collision::none;
 }
 
-/// Ratio tracking (Novak et al. 2014), with Russian roulette where hardly anything is left: false where it ends the ray, whose
-/// transmittance is then 0.
+/// Ratio tracking (Novak et al. 2014), with Russian roulette where hardly anything is left: false where it ends the
+/// ray, whose transmittance is then 0.
 inline bool pass_collision(const RGB& sigma_t, float inverse, KeyedRng& rng, RGB* transmittance) {
   RGB& out = *transmittance;
   const RGB keep = RGB(1) - sigma_t * inverse;

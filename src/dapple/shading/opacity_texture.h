@@ -6,7 +6,8 @@
 
 namespace dapple::shading {
 
-/// How much of a surface is there, by channel, in [0, 1]: a shader's opacity stage times the shape's opacity times its alpha.
+/// How much of a surface is there, by channel, in [0, 1]: a shader's opacity stage times the shape's opacity times its
+/// alpha.
 class OpacityTexture final : public RgbTexture {
  public:
   /// Any may be null. `shader`: one that has an opacity stage.

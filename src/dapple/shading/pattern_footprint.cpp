@@ -45,7 +45,8 @@ std::array<Value, 2> PatternGraph::footprint(Value value) {
   std::sort(needed.begin(), needed.end());
   for (const Value v : needed) footprints_.emplace(v, footprint_of_node(v));
   const std::array<Value, 2> result = footprints_.at(value);
-  // A width has no width of its own: noises that warp noises would ask for the widths of widths, and the graph would grow exponentially.
+  // A width has no width of its own: noises that warp noises would ask for the widths of widths, and the graph would
+  // grow exponentially.
   for (const Value width : result)
     if (!is_leaf(node(width).op)) footprints_.emplace(width, std::array<Value, 2>{constant(0), constant(0)});
   return result;

@@ -28,12 +28,24 @@ bool clip(const V3f& o, const V3f& d, const Box3f& box, float* first, float* end
   return *first < *end;
 }
 
-float most(float v) { return v; }
-float most(const RGB& v) { return v.max(); }
-bool is_usable(float v) { return v >= 0 && v < infinity; }
-bool is_usable(const RGB& v) { return is_usable(v.r) && is_usable(v.g) && is_usable(v.b); }
-float cut(float v, float bound) { return std::min(v, bound); }
-RGB cut(const RGB& v, float bound) { return {cut(v.r, bound), cut(v.g, bound), cut(v.b, bound)}; }
+float most(float v) {
+  return v;
+}
+float most(const RGB& v) {
+  return v.max();
+}
+bool is_usable(float v) {
+  return v >= 0 && v < infinity;
+}
+bool is_usable(const RGB& v) {
+  return is_usable(v.r) && is_usable(v.g) && is_usable(v.b);
+}
+float cut(float v, float bound) {
+  return std::min(v, bound);
+}
+RGB cut(const RGB& v, float bound) {
+  return {cut(v.r, bound), cut(v.g, bound), cut(v.b, bound)};
+}
 
 void raise(std::atomic<float>* largest, float v) {
   float before = largest->load(std::memory_order_relaxed);
@@ -51,9 +63,12 @@ struct Walk {
 
 }  // namespace
 
-PatternMedium::PatternMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name)
+PatternMedium::PatternMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase,
+                             std::string name)
     : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()), name_(std::move(name)) {
-  const auto bound_of = [](const auto& input, float bound) { return input.constant() ? most(*input.constant()) : bound; };
+  const auto bound_of = [](const auto& input, float bound) {
+    return input.constant() ? most(*input.constant()) : bound;
+  };
   bounds_[absorption] = bound_of(content_.sigma_a, content_.sigma_a_bound);
   bounds_[scattering] = bound_of(content_.sigma_s, content_.sigma_s_bound);
   bounds_[density] = bound_of(content_.density, content_.density_bound);
@@ -104,8 +119,8 @@ void PatternMedium::evaluate(const ShadingPoints& points, Point* out) const {
   for (int i = 0; i < n; ++i) out[i].emission = color[i];
 }
 
-// visit(ray, t, point, rng) at each collision with the majorant says whether the ray goes on; give_up(ray) where there are too many.
-// A ray's numbers are those of its key, whatever other rays do.
+// visit(ray, t, point, rng) at each collision with the majorant says whether the ray goes on; give_up(ray) where there
+// are too many. A ray's numbers are those of its key, whatever other rays do.
 template <class Visit, class GiveUp>
 void PatternMedium::track(const MediumRays& rays, const Visit& visit, const GiveUp& give_up) const {
   if (!(majorant_ > 0)) return;
@@ -121,7 +136,8 @@ void PatternMedium::track(const MediumRays& rays, const Visit& visit, const Give
   Point at[capacity];
   const V3f none(0, 0, 0);
   for (int i = 0; i < n; ++i) {
-    for (auto* v : {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy, &points.Ng, &points.Ns})
+    for (auto* v :
+         {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy, &points.Ng, &points.Ns})
       v->set(i, none);
     for (auto* v : {points.u, points.v, points.dudx, points.dudy, points.dvdx, points.dvdy}) v[i] = 0;
     points.key[i] = 0;
@@ -197,7 +213,8 @@ RGB PatternMedium::transmittance(const Ray& ray, float t_max, uint64_t key) cons
 
 PatternMedium::Faults PatternMedium::faults(Parameter parameter) const {
   const Count& c = counts_[parameter];
-  return {c.above.load(std::memory_order_relaxed), c.largest.load(std::memory_order_relaxed), c.bad.load(std::memory_order_relaxed)};
+  return {c.above.load(std::memory_order_relaxed), c.largest.load(std::memory_order_relaxed),
+          c.bad.load(std::memory_order_relaxed)};
 }
 
 std::vector<std::string> PatternMedium::warnings() const {
@@ -213,8 +230,8 @@ std::vector<std::string> PatternMedium::warnings() const {
     const Faults f = faults(parameter);
     const std::string what = name_ + ": \"" + parameter_names[i] + "\" ";
     if (f.above > 0)
-      warnings.push_back(what + "was above its bound of " + number(bound(parameter)) + points(f.above) + ", up to " + number(f.largest) +
-                         ": cut to the bound");
+      warnings.push_back(what + "was above its bound of " + number(bound(parameter)) + points(f.above) + ", up to " +
+                         number(f.largest) + ": cut to the bound");
     if (f.bad > 0) warnings.push_back(what + "was negative or not finite" + points(f.bad) + ": taken as 0");
   }
   if (exhausted() > 0)

@@ -11,16 +11,16 @@
 
 namespace dapple::shading {
 
-/// Coefficients that are patterns over space, in a box; vacuum outside it. Patterns see the world's points as P, no normal,
-/// u = v = 0, and are not filtered. They are evaluated for all rays of a batch at once.
+/// Coefficients that are patterns over space, in a box; vacuum outside it. Patterns see the world's points as P, no
+/// normal, u = v = 0, and are not filtered. They are evaluated for all rays of a batch at once.
 ///
-/// Distances are drawn by null-collision tracking, transmittance by ratio tracking (null_collision.h), with one majorant for
-/// the whole box, which follows from stated bounds. A pattern above its bound is cut to it, one that is negative or not finite
-/// counts as 0: both are counted, and reported by warnings().
+/// Distances are drawn by null-collision tracking, transmittance by ratio tracking (null_collision.h), with one
+/// majorant for the whole box, which follows from stated bounds. A pattern above its bound is cut to it, one that is
+/// negative or not finite counts as 0: both are counted, and reported by warnings().
 class PatternMedium final : public Medium {
  public:
   struct Content {
-    Box3f box{V3f(0, 0, 0), V3f(1, 1, 1)};  ///< in the medium's space, of positive extent
+    Box3f box{V3f(0, 0, 0), V3f(1, 1, 1)};        ///< in the medium's space, of positive extent
     Input<RGB> sigma_a{RGB(1)}, sigma_s{RGB(1)};  ///< 1/m in the world, times density
     Input<float> density{1.0f};
     Input<RGB> emission{RGB(0)};  ///< radiance, emitted in proportion to absorption
@@ -50,7 +50,9 @@ class PatternMedium final : public Medium {
   static constexpr const char* parameter_names[parameter_count] = {"sigma_a", "sigma_s", "density", "Le"};
   Faults faults(Parameter parameter) const;
   float bound(Parameter parameter) const { return bounds_[parameter]; }  ///< infinity for emission
-  uint64_t exhausted() const { return exhausted_.load(std::memory_order_relaxed); }  ///< rays given up on; they count as absorbed
+  uint64_t exhausted() const {
+    return exhausted_.load(std::memory_order_relaxed);
+  }  ///< rays given up on; they count as absorbed
 
  private:
   struct Point {

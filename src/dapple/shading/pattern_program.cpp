@@ -148,7 +148,8 @@ class FloatPattern final : public FloatTexture {
 class RgbPattern final : public RgbTexture {
  public:
   explicit RgbPattern(const PatternColor& c)
-      : program_(std::array{c.r, c.g, c.b}), reads_(std::max({pattern_reads(c.r), pattern_reads(c.g), pattern_reads(c.b)})) {}
+      : program_(std::array{c.r, c.g, c.b}),
+        reads_(std::max({pattern_reads(c.r), pattern_reads(c.g), pattern_reads(c.b)})) {}
   void evaluate(const ShadingPoints& points, RGB* out) const override {
     const PatternProgram::Output outputs[]{{&out->r, 3}, {&out->g, 3}, {&out->b, 3}};
     program_.evaluate(points, outputs);

@@ -9,13 +9,15 @@ using Value = PatternGraph::Value;
 
 TextureReads reads_of_node(const PatternGraph& graph, Value value) {
   const PatternGraph::Node& n = graph.node(value);
-  if (n.op == PatternOp::foreign) return n.results == 1 ? graph.foreign_float(n)->reads() : graph.foreign_rgb(n)->reads();
+  if (n.op == PatternOp::foreign)
+    return n.results == 1 ? graph.foreign_float(n)->reads() : graph.foreign_rgb(n)->reads();
   if (n.op != PatternOp::input) return TextureReads::uv;
   const auto input = static_cast<PatternInput>(n.data);
   if (input == PatternInput::time) return TextureReads::time;
   return input < PatternInput::time ? TextureReads::uv : TextureReads::surface;
 }
-static_assert(PatternInput::v < PatternInput::time && PatternInput::dvdy < PatternInput::time && PatternInput::Px > PatternInput::time);
+static_assert(PatternInput::v < PatternInput::time && PatternInput::dvdy < PatternInput::time &&
+              PatternInput::Px > PatternInput::time);
 
 struct Affine {
   float scale, offset;
@@ -30,7 +32,8 @@ std::optional<Affine> affine_of(const PatternGraph& graph, Value value, PatternI
     const auto number = graph.number(n.operands[size_t(1 - i)]);
     const auto inner = number ? affine_of(graph, n.operands[size_t(i)], input, operations - 1) : std::nullopt;
     if (!inner) continue;
-    return n.op == PatternOp::add ? Affine{inner->scale, inner->offset + *number} : Affine{inner->scale * *number, inner->offset * *number};
+    return n.op == PatternOp::add ? Affine{inner->scale, inner->offset + *number}
+                                  : Affine{inner->scale * *number, inner->offset * *number};
   }
   return std::nullopt;
 }

@@ -26,8 +26,8 @@
 //   DAPPLE_SHADER_PLUGIN(Toon, "toon")
 //
 // compiled to a shared object (CMake: dapple_add_plugin) and named by a scene: Material "plugin" "string filename"
-// "libtoon.so". A light shader derives from dapple::shading::PluginLight, ends with DAPPLE_LIGHT_PLUGIN, and is named by
-// "string shader" of a light.
+// "libtoon.so". A light shader derives from dapple::shading::PluginLight, ends with DAPPLE_LIGHT_PLUGIN, and is named
+// by "string shader" of a light.
 //
 // The rule of binary compatibility: C++ types cross the border, so a plug-in works with the Dapple whose headers it was
 // compiled against, and a C++ library of the same layout (libstdc++). PluginTable carries a version and a hash of the
@@ -147,8 +147,8 @@ class PluginMaterial : public Material {
   bool needs_differentials() const override { return true; }
 };
 
-/// Base of light shaders. A derived class has emission, in public, which must be a pure function; parameters and a constructor as
-/// those of PluginMaterial.
+/// Base of light shaders. A derived class has emission, in public, which must be a pure function; parameters and a
+/// constructor as those of PluginMaterial.
 class PluginLight : public LightShader {};
 
 /// What the entry point returns. magic, abi_version and layout keep their places for ever: the rest is read only if
@@ -297,7 +297,17 @@ template <class T>
 PluginTable plugin_table(const char* name) {
   constexpr bool material = std::is_base_of_v<PluginMaterial, T>, light = std::is_base_of_v<PluginLight, T>;
   static_assert(material != light, "a plug-in derives from dapple::shading::PluginMaterial or PluginLight");
-  PluginTable t{plugin_magic, plugin_abi_version, plugin_instruction_sets(), plugin_layout(), __VERSION__, name, nullptr, 0, {}, nullptr, nullptr};
+  PluginTable t{plugin_magic,
+                plugin_abi_version,
+                plugin_instruction_sets(),
+                plugin_layout(),
+                __VERSION__,
+                name,
+                nullptr,
+                0,
+                {},
+                nullptr,
+                nullptr};
   if constexpr (material) {
     t.stages = plugin_stages<T>();
     t.make = make_plugin<T>;

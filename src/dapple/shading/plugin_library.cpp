@@ -84,10 +84,11 @@ PluginLibrary::~PluginLibrary() {
 }
 
 template <class T>
-std::unique_ptr<const T> PluginLibrary::make(T* (*function)(const PluginParams&), const char* what, std::span<const ParamValue> values,
-                                             const FileLoc& loc) const {
+std::unique_ptr<const T> PluginLibrary::make(T* (*function)(const PluginParams&), const char* what,
+                                             std::span<const ParamValue> values, const FileLoc& loc) const {
   if (!function)
-    throw InputError(loc, "the shader plug-in \"" + path_ + "\" is for " + (is_light() ? "lights" : "materials") + "; expected one for a " + what);
+    throw InputError(loc, "the shader plug-in \"" + path_ + "\" is for " + (is_light() ? "lights" : "materials") +
+                              "; expected one for a " + what);
   std::string why = "it made nothing";
   try {
     if (T* made = function(PluginParams(parameters(), values))) return std::unique_ptr<const T>(made);
@@ -103,7 +104,8 @@ std::unique_ptr<const Material> PluginLibrary::make(std::span<const ParamValue> 
   return make(table_->make, "material", values, loc);
 }
 
-std::unique_ptr<const LightShader> PluginLibrary::make_light(std::span<const ParamValue> values, const FileLoc& loc) const {
+std::unique_ptr<const LightShader> PluginLibrary::make_light(std::span<const ParamValue> values,
+                                                             const FileLoc& loc) const {
   return make(table_->make_light, "light", values, loc);
 }
 

@@ -26,15 +26,15 @@ class PluginLibrary {
 
   bool is_light() const { return table_->make_light != nullptr; }
 
-  /// A material or light shader of this code, which must not outlive it. values: one for each parameter. What the plug-in throws
-  /// becomes an InputError at `loc`, as does the wrong kind of plug-in.
+  /// A material or light shader of this code, which must not outlive it. values: one for each parameter. What the
+  /// plug-in throws becomes an InputError at `loc`, as does the wrong kind of plug-in.
   std::unique_ptr<const Material> make(std::span<const ParamValue> values, const FileLoc& loc) const;
   std::unique_ptr<const LightShader> make_light(std::span<const ParamValue> values, const FileLoc& loc) const;
 
  private:
   template <class T>
-  std::unique_ptr<const T> make(T* (*function)(const PluginParams&), const char* what, std::span<const ParamValue> values,
-                                const FileLoc& loc) const;
+  std::unique_ptr<const T> make(T* (*function)(const PluginParams&), const char* what,
+                                std::span<const ParamValue> values, const FileLoc& loc) const;
 
   std::string path_;
   void* handle_ = nullptr;

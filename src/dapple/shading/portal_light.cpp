@@ -41,7 +41,11 @@ bool PortalLight::sample(const LightReceiver& to, const V2f& u, LightSample* out
     if (!sky_->sample(behind_portal(to), V2f(2 * u.x - 1, u.y), out)) return false;
     wi = out->wi;
   }
-  *out = {.wi = wi, .distance = infinity, .radiance = environment_at(to.p, wi, 0), .pdf = pdf(to, wi, wi, wi), .delta = false};
+  *out = {.wi = wi,
+          .distance = infinity,
+          .radiance = environment_at(to.p, wi, 0),
+          .pdf = pdf(to, wi, wi, wi),
+          .delta = false};
   return out->pdf > 0 && !out->radiance.is_black();
 }
 
@@ -57,6 +61,8 @@ RGB PortalLight::environment_at(const V3f& p, const V3f& wi, float dwi) const {
 }
 
 // Of the mean radiance of the sky, what passes the portal to one side.
-float PortalLight::power(float scene_radius) const { return sky_->power(scene_radius) / (4 * pi * sqr(scene_radius)) * portal_.area(); }
+float PortalLight::power(float scene_radius) const {
+  return sky_->power(scene_radius) / (4 * pi * sqr(scene_radius)) * portal_.area();
+}
 
 }  // namespace dapple::shading

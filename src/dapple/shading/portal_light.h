@@ -8,13 +8,14 @@
 
 namespace dapple::shading {
 
-/// A light at infinity that arrives through a rectangle only, as a sky through a window. Half of the samples are drawn in proportion to the
-/// solid angle of the portal, half as the light draws them by itself, of which those beside the portal bring nothing: combined by their
-/// balance (Veach & Guibas 1995). pbrt's portals, for which Bitterli, Novak and Jarosz 2015 ("Portal-masked environment map sampling")
-/// give a scheme that draws from the product of both.
+/// A light at infinity that arrives through a rectangle only, as a sky through a window. Half of the samples are drawn
+/// in proportion to the solid angle of the portal, half as the light draws them by itself, of which those beside the
+/// portal bring nothing: combined by their balance (Veach & Guibas 1995). pbrt's portals, for which Bitterli, Novak and
+/// Jarosz 2015 ("Portal-masked environment map sampling") give a scheme that draws from the product of both.
 class PortalLight final : public Light {
  public:
-  /// Corners of a rectangle, in order around it. Light comes in against (c3 - c0) x (c1 - c0): that is the side of the sky.
+  /// Corners of a rectangle, in order around it. Light comes in against (c3 - c0) x (c1 - c0): that is the side of the
+  /// sky.
   PortalLight(std::unique_ptr<const Light> sky, const V3f corners[4]);
 
   bool sample(const LightReceiver& to, const V2f& u, LightSample* out) const override;

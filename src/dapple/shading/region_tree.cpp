@@ -43,7 +43,8 @@ RegionTree::RegionTree(std::span<const LightReceiver> points) {
 void RegionTree::fill_table(int32_t node, int depth, int x, int y, int z) {
   const int32_t children = nodes_[size_t(node)].children;
   if (depth < top && children > 0) {
-    for (int o = 0; o < 8; ++o) fill_table(children + o, depth + 1, 2 * x + (o & 1), 2 * y + (o >> 1 & 1), 2 * z + (o >> 2));
+    for (int o = 0; o < 8; ++o)
+      fill_table(children + o, depth + 1, 2 * x + (o & 1), 2 * y + (o >> 1 & 1), 2 * z + (o >> 2));
     return;
   }
   const int n = 1 << (top - depth);
@@ -53,7 +54,8 @@ void RegionTree::fill_table(int32_t node, int depth, int x, int y, int z) {
 }
 
 // Makes regions of a node, whose `region` are those of the cube around, and the nodes below.
-void RegionTree::build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner, float side, int depth) {
+void RegionTree::build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner,
+                       float side, int depth) {
   std::array<int, kinds> counts{};
   for (const int i : inside) ++counts[size_t(kind(points[size_t(i)]))];
   for (size_t k = 0; k < kinds; ++k) {

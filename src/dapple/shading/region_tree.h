@@ -10,12 +10,13 @@
 
 namespace dapple::shading {
 
-/// Space in cubes, smaller where given points are denser: an octree. Each of its cubes holds a region for each of the main directions that
-/// surfaces face, apart for those that transmit, and one for media; so both sides of a wall are told apart. Immutable, thread-safe.
+/// Space in cubes, smaller where given points are denser: an octree. Each of its cubes holds a region for each of the
+/// main directions that surfaces face, apart for those that transmit, and one for media; so both sides of a wall are
+/// told apart. Immutable, thread-safe.
 class RegionTree {
  public:
   static constexpr int kinds = 13;
-  static constexpr int most_points = 64;  ///< of a cube that is not split
+  static constexpr int most_points = 64;   ///< of a cube that is not split
   static constexpr int least_points = 12;  ///< of a region: fewer belong to that of the cube around
 
   RegionTree() = default;
@@ -27,7 +28,8 @@ class RegionTree {
   int parent(int region) const { return parents_[size_t(region)]; }
   /// Where a point belongs.
   int home(const LightReceiver& at) const { return node_at(at.p, nullptr).region[size_t(kind(at))]; }
-  /// home(), or a neighbour: by random numbers of a key, so that images do not show where regions end. The same for the same key.
+  /// home(), or a neighbour: by random numbers of a key, so that images do not show where regions end. The same for the
+  /// same key.
   int near(const LightReceiver& at, uint64_t key) const;
   size_t bytes() const { return nodes_.capacity() * sizeof(Node) + parents_.capacity() * sizeof(int); }
 
@@ -41,7 +43,8 @@ class RegionTree {
 
   static int kind(const LightReceiver& at);
   const Node& node_at(const V3f& p, float* side) const;
-  void build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner, float side, int depth);
+  void build(size_t node, std::span<const LightReceiver> points, std::span<int> inside, const V3f& corner, float side,
+             int depth);
 
   void fill_table(int32_t node, int depth, int x, int y, int z);
 

@@ -16,15 +16,17 @@ struct Lanes3 {
   void set(int i, const V3f& v) { x[i] = v.x, y[i] = v.y, z[i] = v.z; }
 };
 
-/// A batch of surface points to be shaded, structure of arrays. Everything here is independent of the view: no direction to
-/// the eye is given, so that it can be cached (Christensen et al. 2012, "Multiresolution radiosity caching"). World space.
+/// A batch of surface points to be shaded, structure of arrays. Everything here is independent of the view: no
+/// direction to the eye is given, so that it can be cached (Christensen et al. 2012, "Multiresolution radiosity
+/// caching"). World space.
 struct ShadingPoints {
   static constexpr int capacity = 256;
 
   int count = 0;
-  Lanes3<capacity> P;    ///< position
-  Lanes3<capacity> Ng;   ///< unit geometric normal, on the outside of the surface (after ReverseOrientation)
-  Lanes3<capacity> Ns;   ///< unit shading normal, same side as Ng; bump and normal maps are applied later, by the material
+  Lanes3<capacity> P;   ///< position
+  Lanes3<capacity> Ng;  ///< unit geometric normal, on the outside of the surface (after ReverseOrientation)
+  Lanes3<capacity>
+      Ns;  ///< unit shading normal, same side as Ng; bump and normal maps are applied later, by the material
   Lanes3<capacity> dPdu, dPdv;  ///< of the surface's parametrisation
   Lanes3<capacity> dNdu, dNdv;  ///< change of Ns; zero on flat surfaces
   Lanes3<capacity> dPdx, dPdy;  ///< footprint: change of P from one sample to its neighbour; zero = unfiltered

@@ -59,7 +59,11 @@ V3f DirectionMap::direction(const V2f& uv, float* solid_angle) const {
 
 ShapedLight::ShapedLight(std::unique_ptr<const PositionalLight> light, Decay decay, RgbTexturePtr texture,
                          std::optional<DirectionMap> map, LightShaderPtr shader)
-    : light_(std::move(light)), decay_(std::move(decay)), texture_(std::move(texture)), map_(std::move(map)), shader_(std::move(shader)) {
+    : light_(std::move(light)),
+      decay_(std::move(decay)),
+      texture_(std::move(texture)),
+      map_(std::move(map)),
+      shader_(std::move(shader)) {
   if (!texture_ && !shader_) return;
   constexpr int side = 64;
   double sum = 0, whole = 0;

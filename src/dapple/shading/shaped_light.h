@@ -55,8 +55,8 @@ class DirectionMap {
   V2f half_;
 };
 
-/// A light at a point with a texture over its directions (a gobo), a program for them, a decay of its own, or several of these. Textures see the
-/// direction of propagation, in the axes of the map, as P.
+/// A light at a point with a texture over its directions (a gobo), a program for them, a decay of its own, or several
+/// of these. Textures see the direction of propagation, in the axes of the map, as P.
 class ShapedLight final : public Light {
  public:
   /// texture and shader may be null; else there must be a map.

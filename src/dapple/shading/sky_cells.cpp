@@ -22,10 +22,13 @@ V2f in_cells(const V3f& wi) {
   return {std::clamp(uv.x * SkyCells::side, 0.0f, most), std::clamp(uv.y * SkyCells::side, 0.0f, most)};
 }
 
-int cell_at(const V2f& p) { return int(p.y) * SkyCells::side + int(p.x); }
+int cell_at(const V2f& p) {
+  return int(p.y) * SkyCells::side + int(p.x);
+}
 
 V3f direction(int cell, const V2f& p) {
-  return image::equal_area_direction(V2f(float(cell % SkyCells::side) + p.x, float(cell / SkyCells::side) + p.y) * (1.0f / SkyCells::side));
+  return image::equal_area_direction(V2f(float(cell % SkyCells::side) + p.x, float(cell / SkyCells::side) + p.y) *
+                                     (1.0f / SkyCells::side));
 }
 
 }  // namespace
@@ -53,7 +56,9 @@ SkyCells::SkyCells(const Light& sky) : luminance_(count) {
   }
 }
 
-int SkyCells::cell_of(const V3f& wi) { return cell_at(in_cells(wi)); }
+int SkyCells::cell_of(const V3f& wi) {
+  return cell_at(in_cells(wi));
+}
 
 V3f SkyCells::draw(int cell, const V2f& u, float* pdf) const {
   const int place = place_[size_t(cell)];

@@ -8,8 +8,9 @@
 
 namespace dapple::shading {
 
-/// The sphere of directions in cells of equal solid angle, and how the luminance of a light at infinity is spread in each: piecewise constant,
-/// over pieces of equal solid angle (Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD").
+/// The sphere of directions in cells of equal solid angle, and how the luminance of a light at infinity is spread in
+/// each: piecewise constant, over pieces of equal solid angle (Clarberg 2008, "Fast equal-area mapping of the
+/// (hemi)sphere using SIMD").
 class SkyCells {
  public:
   static constexpr int side = 16, count = side * side, pieces = 16;  ///< pieces: of a cell, along a side

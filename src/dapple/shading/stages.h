@@ -12,8 +12,8 @@
 namespace dapple::shading {
 
 /// The methods of a surface shader, in the order in which the renderer calls them (Christensen et al. 2012).
-/// Each is a pure function of what it reads, for a batch of points; the renderer stops when it has what it needs, and may go on
-/// later with the stored results of earlier stages.
+/// Each is a pure function of what it reads, for a batch of points; the renderer stops when it has what it needs, and
+/// may go on later with the stored results of earlier stages.
 ///
 /// | stage            | reads                                        | writes               | sees the viewer |
 /// |------------------|----------------------------------------------|----------------------|---|
@@ -25,8 +25,8 @@ namespace dapple::shading {
 /// | postlighting     | points, Bsdf, wo, Ci                         | Ci                   | yes |
 enum class Stage : uint8_t { displacement, opacity, prelighting, diffuselighting, specularlighting, postlighting };
 inline constexpr int stage_count = 6;
-inline constexpr std::array<std::string_view, stage_count> stage_names{"displacement",    "opacity",          "prelighting",
-                                                                       "diffuselighting", "specularlighting", "postlighting"};
+inline constexpr std::array<std::string_view, stage_count> stage_names{
+    "displacement", "opacity", "prelighting", "diffuselighting", "specularlighting", "postlighting"};
 
 class StageSet {
  public:

@@ -43,7 +43,8 @@ Box3f bulk_bounds(const TracedScene& scene) {
   size_t next = 0;  // primitive of those that lie ahead
   each_placed([&](uint32_t instance, uint32_t g) {
     for (; next < primitives[g]; next += stride) {
-      const V3f local = middle_of(scene, g, next), p = instance == no_id ? local : scene.instance_point(instance, local);
+      const V3f local = middle_of(scene, g, next),
+                p = instance == no_id ? local : scene.instance_point(instance, local);
       for (int axis = 0; axis < 3; ++axis) middles[axis].push_back(p[axis]);
     }
     next -= primitives[g];

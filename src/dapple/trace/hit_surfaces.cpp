@@ -4,7 +4,8 @@
 
 namespace dapple::trace {
 
-// Embree leaves u and v of disks to us, gives the tangents of flat curves for normals, v of ribbons from 0 to 1, and none of round curves.
+// Embree leaves u and v of disks to us, gives the tangents of flat curves for normals, v of ribbons from 0 to 1, and
+// none of round curves.
 void TracedScene::complete_hits(const RayBatch& r, int n, HitBatch* h) const {
   for (int i = 0; i < n; ++i) {
     if (h->geometry[i] == no_id) continue;
@@ -59,8 +60,8 @@ void TracedScene::instance_transform(const Instance& instance, float time, float
     for (int j = 0; j < 4; ++j) m[i][j] = columns[j * 3 + i];
 }
 
-geom::SurfacePoint TracedScene::local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye,
-                                                bool tangents) const {
+geom::SurfacePoint TracedScene::local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time,
+                                              const V3f& eye, bool tangents) const {
   const Shape& shape = geometries_[geometry]->shape;
   if (const auto* mesh = std::get_if<MeshPtr>(&shape)) return (*mesh)->at(primitive, u, v, time, tangents);
   if (const auto* grids = std::get_if<GridsPtr>(&shape)) return (*grids)->at(primitive, u, v, time, tangents);
@@ -83,7 +84,8 @@ void TracedScene::surfaces(const HitBatch& h, int i, std::span<const float> time
   geom::SurfacePoint local;
   for (size_t k = 0; k < times.size(); ++k) {
     if (k == 0 || deforms)
-      local = local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], times[k], V3f(h.nx[i], h.ny[i], h.nz[i]), false);
+      local =
+          local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], times[k], V3f(h.nx[i], h.ny[i], h.nz[i]), false);
     out[k] = h.instance[i] == no_id ? local : to_world(local, h.instance[i], times[k], false);
   }
 }
@@ -110,7 +112,8 @@ geom::SurfacePoint TracedScene::surface_without_tangents(const RayBatch& rays, c
   return s;
 }
 
-geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32_t instance, float time, bool tangents) const {
+geom::SurfacePoint TracedScene::to_world(const geom::SurfacePoint& local, uint32_t instance, float time,
+                                         bool tangents) const {
   geom::SurfacePoint s = local;
   float m[3][4];
   instance_transform(instances_[instance], time, m);

@@ -6,8 +6,9 @@
 
 namespace dapple::trace {
 
-// The motion interpolates T, R and S of T R S, S upper triangular, linearly but for R: S has an inverse all the time if no entry of its
-// diagonal changes sign, and what that inverse does to a vector is bounded by the smallest of these entries and the largest of the others.
+// The motion interpolates T, R and S of T R S, S upper triangular, linearly but for R: S has an inverse all the time if
+// no entry of its diagonal changes sign, and what that inverse does to a vector is bounded by the smallest of these
+// entries and the largest of the others.
 float TracedScene::reach_of(const AnimatedTransform& motion) {
   double least[3], shear[3][3], shift = 0;
   for (int i = 0; i < 3; ++i) {
@@ -17,11 +18,13 @@ float TracedScene::reach_of(const AnimatedTransform& motion) {
     if (!(least[i] >= least_scale * (1 - 1e-6))) return 0;
     double longest = 0;  // of the axis as it is mapped
     for (int j = 0; j <= i; ++j) {
-      shear[j][i] = std::max(std::abs(motion.decomposition(0).scale[j][i]), std::abs(motion.decomposition(1).scale[j][i]));
+      shear[j][i] =
+          std::max(std::abs(motion.decomposition(0).scale[j][i]), std::abs(motion.decomposition(1).scale[j][i]));
       longest = std::max(longest, shear[j][i]);
     }
     if (!(longest <= most_scale * (1 + 1e-6))) return 0;
-    shift += std::max(std::abs(motion.decomposition(0).translation[i]), std::abs(motion.decomposition(1).translation[i]));
+    shift +=
+        std::max(std::abs(motion.decomposition(0).translation[i]), std::abs(motion.decomposition(1).translation[i]));
   }
   const double xy = shear[0][1] / (least[0] * least[1]), yz = shear[1][2] / (least[1] * least[2]);
   const double xz = shear[0][2] / (least[0] * least[2]) + xy * shear[1][2] / least[2];

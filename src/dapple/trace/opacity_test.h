@@ -7,7 +7,8 @@
 
 namespace dapple::trace {
 
-/// Port through which traced geometry asks how opaque it is at a hit. Filled in by the shading system. Thread-safe and pure.
+/// Port through which traced geometry asks how opaque it is at a hit. Filled in by the shading system. Thread-safe and
+/// pure.
 class OpacityTest {
  public:
   /// A ray's hit on cut-out geometry.
@@ -15,7 +16,8 @@ class OpacityTest {
     uint32_t geometry, primitive;
     float u, v, time;
     float width;  ///< of the ray's footprint there, in the space of the geometry; 0: not known, or none
-    float area;   ///< of the parallelogram that u and v in [0, 1] span, in that space; 0 where the shape does not tell (curves, quadrics)
+    float area;   ///< of the parallelogram that u and v in [0, 1] span, in that space; 0 where the shape does not tell
+                  ///< (curves, quadrics)
   };
   /// What became of look-ups, where answers are kept.
   struct Counts {

@@ -17,7 +17,8 @@ class CellWalk {
   CellWalk(const RayBatch& rays, int n, const Box2f& cell, const Box3f& bounds) : cell_(cell), bounds_(bounds) {
     for (int i = 0; i < n; ++i) {
       const float x = into(rays.ox[i], 0), y = into(rays.oy[i], 1);
-      segments.set(i, V3f(x, y, rays.oz[i]), rays.direction(i), 0, rays.time[i], rays.key[i], rays.width[i], rays.spread[i]);
+      segments.set(i, V3f(x, y, rays.oz[i]), rays.direction(i), 0, rays.time[i], rays.key[i], rays.width[i],
+                   rays.spread[i]);
       ray[i] = i;
       passed[i] = 0;
       left_[i] = rays.t_max[i];
@@ -26,7 +27,8 @@ class CellWalk {
     keep([](int) { return true; });
   }
 
-  /// Ends each ray's segment where it leaves its cell. A little beyond, so that nothing slips through between two cells.
+  /// Ends each ray's segment where it leaves its cell. A little beyond, so that nothing slips through between two
+  /// cells.
   void measure() {
     for (int i = 0; i < count; ++i) {
       const float tx = to_border(segments.ox[i], segments.dx[i], 0), ty = to_border(segments.oy[i], segments.dy[i], 1);
@@ -53,13 +55,14 @@ class CellWalk {
       o[axis] = d[axis] > 0 ? cell_.min[axis] : cell_.max[axis];
       const int other = 1 - axis;
       o[other] = std::clamp(o[other], cell_.min[other], cell_.max[other]);
-      segments.set(i, o, d, 0, segments.time[i], segments.key[i], segments.width[i] + segments.spread[i] * length_[i], segments.spread[i]);
+      segments.set(i, o, d, 0, segments.time[i], segments.key[i], segments.width[i] + segments.spread[i] * length_[i],
+                   segments.spread[i]);
     }
     keep(wanted);
   }
 
   int count = 0;
-  int ray[RayBatch::capacity];      ///< number in the batch
+  int ray[RayBatch::capacity];        ///< number in the batch
   double passed[RayBatch::capacity];  ///< distance to the segment's origin
   RayBatch segments;
 
@@ -81,7 +84,8 @@ class CellWalk {
       const float z = segments.oz[i], dz = segments.dz[i];
       const bool gone = (z > bounds_.max.z && dz >= 0) || (z < bounds_.min.z && dz <= 0);
       if (!wanted(i) || gone || !(left_[i] > 0)) continue;
-      segments.set(kept, segments.origin(i), segments.direction(i), 0, segments.time[i], segments.key[i], segments.width[i], segments.spread[i]);
+      segments.set(kept, segments.origin(i), segments.direction(i), 0, segments.time[i], segments.key[i],
+                   segments.width[i], segments.spread[i]);
       ray[kept] = ray[i], passed[kept] = passed[i], left_[kept] = left_[i];
       ++kept;
     }

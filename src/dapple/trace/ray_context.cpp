@@ -40,7 +40,8 @@ bool TracedScene::RayContext::weaken(const RGB& opacity) {
 
 RGB TracedScene::RayContext::transmittance() const {
   RGB passed;
-  for (int c = 0; c < 3; ++c) passed[c] = depth[c] == 0 ? 1 : depth[c] == most_depth ? 0 : std::exp(float(depth[c]) / -depth_unit);
+  for (int c = 0; c < 3; ++c)
+    passed[c] = depth[c] == 0 ? 1 : depth[c] == most_depth ? 0 : std::exp(float(depth[c]) / -depth_unit);
   return passed;
 }
 

@@ -18,13 +18,15 @@ constexpr uint32_t leading_channel = 0x1ead;  // tells this use of a ray's key f
 
 void check(RTCDevice device) {
   const RTCError code = rtcGetDeviceError(device);
-  if (code == RTC_ERROR_OUT_OF_MEMORY) throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
-  if (code != RTC_ERROR_NONE) throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
+  if (code == RTC_ERROR_OUT_OF_MEMORY)
+    throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
+  if (code != RTC_ERROR_NONE)
+    throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
 }
 
 template <class T>
-void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data, size_t stride,
-           size_t count) {
+void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data,
+           size_t stride, size_t count) {
   rtcSetSharedGeometryBuffer(g, type, slot, format, data.data(), 0, stride, count);
 }
 
@@ -73,7 +75,8 @@ struct TracedScene::Callbacks {
   }
 
   // One lane of a ray packet against a quadric; true if hit and kept.
-  static bool quadric(const Geometry& g, RTCRayN* ray, unsigned N, unsigned i, RTCIntersectContext* embree, float* t, float* u, float* v) {
+  static bool quadric(const Geometry& g, RTCRayN* ray, unsigned N, unsigned i, RTCIntersectContext* embree, float* t,
+                      float* u, float* v) {
     const auto& q = *std::get<QuadricPtr>(g.shape);
     const V3f o(RTCRayN_org_x(ray, N, i), RTCRayN_org_y(ray, N, i), RTCRayN_org_z(ray, N, i));
     const V3f d(RTCRayN_dir_x(ray, N, i), RTCRayN_dir_y(ray, N, i), RTCRayN_dir_z(ray, N, i));
@@ -84,7 +87,8 @@ struct TracedScene::Callbacks {
       if (g.cut_out == CutOut::none) return true;
       RayContext* const context = context_of(embree);
       const uint32_t instance = embree->instID[0];
-      const OpacityTest::Hit hit{g.index, 0, *u, *v, RTCRayN_time(ray, N, i), g.scene->local_width(*context, *t, instance), 0};
+      const OpacityTest::Hit hit{
+          g.index, 0, *u, *v, RTCRayN_time(ray, N, i), g.scene->local_width(*context, *t, instance), 0};
       if (g.scene->keep_hit(g, hit, *t, instance, RTCRayN_id(ray, N, i), context)) return true;
       t_min = std::nextafter(*t, infinity);
     }
@@ -113,14 +117,14 @@ struct TracedScene::Callbacks {
     const auto& g = *static_cast<const Geometry*>(a->geometryUserPtr);
     for (unsigned i = 0; i < a->N; ++i) {
       float t, u, v;
-      if (a->valid[i] && quadric(g, a->ray, a->N, i, a->context, &t, &u, &v))
-        RTCRayN_tfar(a->ray, a->N, i) = -infinity;
+      if (a->valid[i] && quadric(g, a->ray, a->N, i, a->context, &t, &u, &v)) RTCRayN_tfar(a->ray, a->N, i) = -infinity;
     }
   }
 };
 
 TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
-  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // a number of threads would limit the whole process, to its processors at most
+  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // a number of threads would limit the whole process, to
+                                                             // its processors at most
   if (!device_) throw Error(ExitCode::memory, "ray tracing: Embree could not be started");
   rtcSetDeviceMemoryMonitorFunction(device_, MemoryUse::monitor, memory_.get());
   top_.scene = rtcNewScene(device_);
@@ -145,7 +149,8 @@ RTCGeometry TracedScene::make_grids(const geom::GridMesh& grids) const {
   RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_GRID);
   if (!grids.P_end.empty()) rtcSetGeometryTimeStepCount(g, 2);
   share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, grids.P, sizeof(V3f), grids.P.size());
-  if (!grids.P_end.empty()) share(g, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, grids.P_end, sizeof(V3f), grids.P_end.size());
+  if (!grids.P_end.empty())
+    share(g, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, grids.P_end, sizeof(V3f), grids.P_end.size());
   share(g, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, grids.grids, sizeof(RTCGrid), grids.grids.size());
   return g;
 }
@@ -170,9 +175,11 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
     g = make_grids(**grids);
   } else if (const auto* disks = std::get_if<DisksPtr>(&owner.shape)) {
     g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
-    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, (*disks)->disks, sizeof(geom::DiskCloud::Disk), (*disks)->disks.size());
+    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, (*disks)->disks, sizeof(geom::DiskCloud::Disk),
+          (*disks)->disks.size());
     // As positions of meshes, normals are read 16 bytes at a time.
-    void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), (*disks)->normals.size());
+    void* to =
+        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), (*disks)->normals.size());
     if (to) std::memcpy(to, (*disks)->normals.data(), (*disks)->normals.size() * sizeof(V3f));
   } else if (std::holds_alternative<QuadricPtr>(owner.shape)) {
     g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
@@ -193,7 +200,8 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
                                                                  sizeof(uint32_t), curves.segment_count()));
     for (uint32_t i = 0; index && i < curves.segment_count(); ++i) index[i] = 4 * i;
     if (curves.kind == geom::CurveKind::ribbon) {
-      void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
+      void* to =
+          rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
       if (to) std::memcpy(to, curves.normals.data(), curves.normals.size() * sizeof(V3f));
     }
   }
@@ -225,7 +233,9 @@ uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
 
 uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& motion) {
   const float reach = reach_of(motion);
-  if (!(reach > 0)) throw Error(ExitCode::bad_input, "ray tracing: an instance's transform leaves the range of floats, or has no inverse all the time");
+  if (!(reach > 0))
+    throw Error(ExitCode::bad_input,
+                "ray tracing: an instance's transform leaves the range of floats, or has no inverse all the time");
   reach_ = std::min(reach_, reach);
   RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(g, objects_[object].scene);
@@ -279,8 +289,10 @@ void TracedScene::commit() {
   build_seconds_ = timer.seconds();
 }
 
-// One draw serves all channels. Embree may ask twice about a hit, and in any order: what is kept in the context does not mind.
-bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t key, RayContext* context) const {
+// One draw serves all channels. Embree may ask twice about a hit, and in any order: what is kept in the context does
+// not mind.
+bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t key,
+                           RayContext* context) const {
   const auto draw = [&] { return hash(key, hit.geometry, instance, hit.primitive); };
   const bool weakens = context->is_shadow && g.met_once;
   if (g.cut_out == CutOut::gray) {
@@ -295,7 +307,9 @@ bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float
   const uint64_t random = draw();
   if (weakens) return !context->meets_again(random) && context->weaken(alpha);
   const float drawn = to_unit_float(random);
-  if (context->is_shadow) return context->weaken({drawn < alpha.r ? 1.0f : 0.0f, drawn < alpha.g ? 1.0f : 0.0f, drawn < alpha.b ? 1.0f : 0.0f});
+  if (context->is_shadow)
+    return context->weaken(
+        {drawn < alpha.r ? 1.0f : 0.0f, drawn < alpha.g ? 1.0f : 0.0f, drawn < alpha.b ? 1.0f : 0.0f});
   uint8_t blocks = no_channel;
   for (int c = 0; c < 3; ++c) {
     if (!(drawn < alpha[c])) continue;
@@ -328,7 +342,8 @@ int TracedScene::packet_end(const RayBatch& r, int i, int n) const {
   return end - i >= least_packet ? end : i + 1;
 }
 
-void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* h, int i) const {
+void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* h,
+                          int i) const {
   h->primitive[i] = primitive;
   h->geometry[i] = embree_geometry, h->instance[i] = embree_instance;
   if (embree_geometry == RTC_INVALID_GEOMETRY_ID) return;
@@ -442,6 +457,8 @@ Box3f TracedScene::bounds() const {
   return box;
 }
 
-size_t TracedScene::acceleration_bytes() const { return size_t(std::max<int64_t>(0, memory_->bytes.load())); }
+size_t TracedScene::acceleration_bytes() const {
+  return size_t(std::max<int64_t>(0, memory_->bytes.load()));
+}
 
 }  // namespace dapple::trace

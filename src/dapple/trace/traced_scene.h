@@ -41,8 +41,9 @@ class RayRecorder {
   virtual void record(const RayBatch& rays, int n, bool occlusion) = 0;
 };
 
-/// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from any
-/// number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes where Embree allows.
+/// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from
+/// any number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes
+/// where Embree allows.
 class TracedScene {
  public:
   TracedScene();
@@ -56,14 +57,15 @@ class TracedScene {
   uint32_t add(const Shape& shape, CutOut cut_out, uint32_t object = no_id);
   /// Places an object; motion is world from object space, and reach_of() it is above 0. Returns the instance's index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
-  /// How far from the world's origin (sum of the coordinates' magnitudes) rays may begin that are taken into an instance's space all the time
-  /// and meet numbers there that Embree takes. 0 where the motion passes through a map without an inverse, or the scale along an axis
-  /// leaves [least_scale, most_scale]: floats would not hold what is computed of it.
+  /// How far from the world's origin (sum of the coordinates' magnitudes) rays may begin that are taken into an
+  /// instance's space all the time and meet numbers there that Embree takes. 0 where the motion passes through a map
+  /// without an inverse, or the scale along an axis leaves [least_scale, most_scale]: floats would not hold what is
+  /// computed of it.
   static float reach_of(const AnimatedTransform& motion);
   static constexpr double least_scale = 1e-10, most_scale = 1e9;
-  /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again on its
-  /// other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what crosses a border is there on
-  /// both sides. Distances along rays count on; positions of hits may lie in any copy.
+  /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again
+  /// on its other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what
+  /// crosses a border is there on both sides. Distances along rays count on; positions of hits may lie in any copy.
   void set_period(const Box2f& cell) { period_ = cell; }
   const std::optional<Box2f>& period() const { return period_; }
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
@@ -74,22 +76,25 @@ class TracedScene {
   /// True if something is CutOut::colored: then HitBatch::channels are set.
   bool has_colored_opacity() const { return has_colored_opacity_; }
 
-  /// Nearest hits of rays [0, n). Where opacity differs by channel a ray takes the way of one channel, drawn by its key; others go with it
-  /// where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean right. Rays that are no numbers, or come
-  /// from beyond 1e18 or an instance's reach, miss.
+  /// Nearest hits of rays [0, n). Where opacity differs by channel a ray takes the way of one channel, drawn by its
+  /// key; others go with it where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean
+  /// right. Rays that are no numbers, or come from beyond 1e18 or an instance's reach, miss.
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
-  /// What shadow rays bring: passed[i] is the share of the light that comes through all that lies within [0, t_max). Layers of flat primitives
-  /// multiply; others stop a ray or not, by draws, as they do nearest hits. Rays that intersect() would not trace bring nothing.
+  /// What shadow rays bring: passed[i] is the share of the light that comes through all that lies within [0, t_max).
+  /// Layers of flat primitives multiply; others stop a ray or not, by draws, as they do nearest hits. Rays that
+  /// intersect() would not trace bring nothing.
   void transmitted(const RayBatch& rays, int n, RGB* passed) const;
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
-  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time, const V3f& eye = {0, 0, 1},
-                                   bool tangents = true) const;
-  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where `tangents` are not wanted.
+  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time,
+                                   const V3f& eye = {0, 0, 1}, bool tangents = true) const;
+  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where
+  /// `tangents` are not wanted.
   geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
   /// The same at each of several times, without the tangents.
   void surfaces(const HitBatch& hits, int i, std::span<const float> times, geom::SurfacePoint* out) const;
-  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far, since no vertex is read.
+  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far,
+  /// since no vertex is read.
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
 
   /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
@@ -108,7 +113,9 @@ class TracedScene {
   bool is_animated(uint32_t instance) const { return instances_[instance].animated; }
   V3f instance_point(uint32_t instance, const V3f& p) const;
   /// Rows of an instance's map, world from object space, at a time of the shutter interval.
-  void instance_rows(uint32_t instance, float time, float m[3][4]) const { instance_transform(instances_[instance], time, m); }
+  void instance_rows(uint32_t instance, float time, float m[3][4]) const {
+    instance_transform(instances_[instance], time, m);
+  }
   const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }
   Box3f bounds() const;
   /// Bytes Embree holds now, beside the shapes themselves.
@@ -122,8 +129,8 @@ class TracedScene {
 
     // Of a shadow ray under way. In whole numbers, since sums of these do not depend on the order of hits.
     bool is_shadow = false;
-    int32_t depth[3];    ///< optical, by channel, in units of 1 / depth_unit
-    uint64_t met[4];     ///< random numbers of the last hits
+    int32_t depth[3];  ///< optical, by channel, in units of 1 / depth_unit
+    uint64_t met[4];   ///< random numbers of the last hits
     unsigned met_count;
 
     // Of another ray, where opacity is coloured.
@@ -166,12 +173,13 @@ class TracedScene {
   struct Callbacks;
   struct MemoryUse;
   static constexpr int packet = RayBatch::packet;
-  static constexpr int least_packet = 8;  ///< fewer are traced one at a time
+  static constexpr int least_packet = 8;      ///< fewer are traced one at a time
   static constexpr float most_reach = 1e18f;  ///< Embree's own bound is 1.844e18
 
   /// False for a ray that Embree does not take, of numbers too large or none at all.
   bool can_trace(const RayBatch& r, int i) const {
-    const float size = std::abs(r.ox[i]) + std::abs(r.oy[i]) + std::abs(r.oz[i]) + std::abs(r.dx[i]) + std::abs(r.dy[i]) + std::abs(r.dz[i]);
+    const float size = std::abs(r.ox[i]) + std::abs(r.oy[i]) + std::abs(r.oz[i]) + std::abs(r.dx[i]) +
+                       std::abs(r.dy[i]) + std::abs(r.dz[i]);
     return size < reach_ && r.t_max[i] == r.t_max[i];
   }
   /// The end of the packet that begins with ray i; i + 1 if it is to be traced by itself.
@@ -187,7 +195,8 @@ class TracedScene {
   void complete_hits(const RayBatch& rays, int n, HitBatch* hits) const;
   RTCGeometry make_geometry(Geometry& g) const;
   RTCGeometry make_grids(const geom::GridMesh& grids) const;
-  bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key, RayContext* context) const;
+  bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key,
+                RayContext* context) const;
   float local_width(const RayContext& context, float t, uint32_t instance) const;
   float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
   geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time, bool tangents) const;

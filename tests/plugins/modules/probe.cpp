@@ -20,7 +20,8 @@ class Probe final : public PluginMaterial {
       ParamDecl::color("a_colour", RGB(1, 2, 3), ""),
   };
 
-  explicit Probe(const PluginParams& p) : fault_(p.text("fault")), coverage_(p.color_texture("coverage")), colored_(p.boolean("colored")) {
+  explicit Probe(const PluginParams& p)
+      : fault_(p.text("fault")), coverage_(p.color_texture("coverage")), colored_(p.boolean("colored")) {
     if (fault_ == "factory") throw std::runtime_error("the factory is closed");
     if (fault_ == "undeclared") p.number("nowhere");
     if (fault_ == "values" &&
