@@ -15,7 +15,7 @@ constexpr float trials_around = 2, points_around = 4;
 // A sky is drawn by its cells where the expected square falls to this part at least.
 constexpr float pays_below = 0.7f;
 // Of a sky's samples, those that are drawn by luminance, and evenly, whatever was seen.
-constexpr float by_luminance = 0.2f, by_area = 0.05f;
+constexpr float by_luminance = 0.4f, by_area = 0.05f;
 // What is left to choices that learning found to bring nothing.
 constexpr float least_class = 0.1f, least_light = 0.15f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
 

@@ -13,6 +13,9 @@ namespace {
 // Of a cell's mean, what a piece counts at least: its luminance is looked at by a filter.
 constexpr float least_share = 0.05f;
 
+// Of a cell's mean, how bright the brightest piece is where finer ones are looked at: a sun is smaller than a piece.
+constexpr float fine_above = 8;
+
 // Of its mean, how bright the brightest piece of a cell may be that is drawn from evenly, for less.
 constexpr float even_below = 2;
 
@@ -31,28 +34,47 @@ V3f direction(int cell, const V2f& p) {
                                      (1.0f / SkyCells::side));
 }
 
+// Luminances of so many pieces of a cell along a side.
+std::vector<float> look_at(const Light& sky, size_t cell, int pieces) {
+  const float width = std::sqrt(SkyCells::solid_angle) / float(pieces);
+  std::vector<float> w;
+  w.reserve(size_t(pieces * pieces));
+  for (int y = 0; y < pieces; ++y)
+    for (int x = 0; x < pieces; ++x) {
+      const V3f wi = direction(int(cell), V2f(float(x) + 0.5f, float(y) + 0.5f) * (1.0f / float(pieces)));
+      w.push_back(std::clamp(sky.environment(wi, width).luminance(), 0.0f, 1e30f));
+    }
+  return w;
+}
+
+float mean_of(const std::vector<float>& w) {
+  double sum = 0;
+  for (const float v : w) sum += v;
+  return float(sum / double(w.size()));
+}
+
+float largest_of(const std::vector<float>& w) {
+  return *std::max_element(w.begin(), w.end());
+}
+
 }  // namespace
 
 SkyCells::SkyCells(const Light& sky) : luminance_(count) {
   std::vector<std::vector<float>> weights(count);
-  const float width = std::sqrt(solid_angle) / pieces;
   parallel_for(count, [&](size_t cell) {
     std::vector<float>& w = weights[cell];
-    double sum = 0;
-    for (int y = 0; y < pieces; ++y)
-      for (int x = 0; x < pieces; ++x) {
-        const V3f wi = direction(int(cell), V2f(float(x) + 0.5f, float(y) + 0.5f) * (1.0f / pieces));
-        w.push_back(std::clamp(sky.environment(wi, width).luminance(), 0.0f, 1e30f));
-        sum += w.back();
-      }
-    luminance_[cell] = float(sum / (pieces * pieces));
+    w = look_at(sky, cell, pieces);
+    if (largest_of(w) > fine_above * mean_of(w)) w = look_at(sky, cell, fine_pieces);
+    luminance_[cell] = mean_of(w);
     for (float& v : w) v += least_share * luminance_[cell];
   });
   for (size_t cell = 0; cell < count; ++cell) {
+    const std::vector<float>& w = weights[cell];
     black_ = black_ && luminance_[cell] == 0;
-    const bool even = *std::max_element(weights[cell].begin(), weights[cell].end()) <= even_below * luminance_[cell];
+    const bool even = largest_of(w) <= even_below * luminance_[cell];
     place_.push_back(even ? -1 : int(in_cell_.size()));
-    if (!even) in_cell_.emplace_back(std::span<const float>(weights[cell]), pieces, pieces);
+    const int side_of = int(w.size()) == pieces * pieces ? pieces : fine_pieces;
+    if (!even) in_cell_.emplace_back(std::span<const float>(w), side_of, side_of);
   }
 }
 

@@ -14,6 +14,7 @@ namespace dapple::shading {
 class SkyCells {
  public:
   static constexpr int side = 16, count = side * side, pieces = 16;  ///< pieces: of a cell, along a side
+  static constexpr int fine_pieces = 128;  ///< the same where it holds something as small as a sun
   static constexpr float solid_angle = 4 * pi / float(count);
 
   explicit SkyCells(const Light& sky);
