@@ -205,6 +205,7 @@ PYBIND11_MODULE(canopy, m) {
         }
       },
       "path"_a,
-      "What `dapple canopy solve` writes for this file, as a dictionary. ValueError for what the file says wrong.");
+      "What `dapple canopy solve` writes for this file, as a dictionary. ValueError for a file that is wrong or cannot "
+      "be read.");
   m.def("set_threads", &dapple::set_thread_count, "threads"_a, "0: all processors.");
 }

@@ -170,7 +170,7 @@ Material "diffuse" "rgb reflectance" [ 1 1 1 ]
           rectangle(V3f(-1, -1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) + rectangle(V3f(-1, 1, 0), V3f(2, 0, 0), V3f(0, 0, 1)) +
           rectangle(V3f(-1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1)) + rectangle(V3f(1, -1, 0), V3f(0, 2, 0), V3f(0, 0, 1));
   const Means on = render_paths(text, 1024, 12, 32, 200);
-  EXPECT_NEAR(on.mean.mean(), 1, 0.002);
+  EXPECT_NEAR(on.mean.mean(), 1, 0.004);  // five standard errors
   EXPECT_GT(test::z_test(on.mean, 1), 0.01) << on.mean.mean();
 }
 

@@ -37,14 +37,14 @@ class Canopy(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "canopy.json")
             with open(path, "w") as file:
-                json.dump({"layers": [layer], "ground": {"reflectance": 0.15}, "sky": {"irradiance_W_m2": 1}}, file)
+                json.dump({"layers": [layer], "ground": {"reflectance": 0.15}, "sky": {"type": "uniform", "irradiance_W_m2": 1}}, file)
             solution = canopy.solve_file(path)
             self.assertAlmostEqual(np.ravel(solution["albedo"]["white_sky"])[0], 0.4317546137538, delta=1e-9)
             with open(path, "w") as file:
                 json.dump({"layers": [dict(layer, reflectance=2)]}, file)
             with self.assertRaisesRegex(ValueError, "reflectance"):
                 canopy.solve_file(path)
-            with self.assertRaises(RuntimeError):
+            with self.assertRaisesRegex(ValueError, "cannot read"):
                 canopy.solve_file(os.path.join(folder, "none.json"))
 
     def test_methods_agree(self):

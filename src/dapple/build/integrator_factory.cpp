@@ -142,11 +142,19 @@ size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
   return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0;
 }
 
-// A few hundredths of the image's work.
+// A few hundredths of the image's work: each of their points sends some twenty rays.
 int learning_paths(const scene::Scene& scene, int pixel_samples) {
-  constexpr double least = 512, most = 32768, part = 1.0 / 256;
+  constexpr double least = 512, most = 32768, part = 1.0 / 256, most_part = 1.0 / 64;
   const V2i film = scene.camera.settings().resolution;
-  return int(std::clamp(double(film.x) * film.y * pixel_samples * part, least, most));
+  const double samples = double(film.x) * film.y * pixel_samples;
+  return int(std::min(std::clamp(samples * part, least, most), samples * most_part));
+}
+
+// Else each light gets rays of its own, to all of it.
+bool distribution_chooses(const scene::Scene& scene) {
+  const auto is_sky = [](const auto& light) { return light->is_infinite() && !light->is_delta(); };
+  return int(scene.lights.size()) > light::DirectLight::lights_apart || scene.has_media() ||
+         std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
 }
 
 }  // namespace
@@ -379,7 +387,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
-  if (r.light_learning.value_or(true)) {
+  if (r.light_learning.value_or(true) && distribution_chooses(scene)) {
     path::PathIntegrator::Settings p;
     p.diffuse_bounces = std::max(s.shading.bounces, 1);
     p.seed = seed;

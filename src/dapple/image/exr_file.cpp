@@ -29,11 +29,13 @@ using Imath::half;
 constexpr ImageLimits limits{.max_side = 65536, .max_channels = 1024, .max_bytes = uint64_t{64} << 30};
 
 uint64_t checked_size(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  // Before it is opened: a pipe would wait for a writer.
   std::error_code error;
-  if (!in || !std::filesystem::is_regular_file(path, error))
-    throw IoError("cannot open image \"" + path + "\"" +
-                  (in ? ": not a plain file" : std::string(": ") + std::strerror(errno)));
+  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
+  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found)
+    throw IoError("cannot open image \"" + path + "\": " + (error ? error.message() : "not a plain file"));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw IoError("cannot open image \"" + path + "\": " + std::strerror(errno));
   char magic[4] = {};
   if (!in.read(magic, 4) || std::memcmp(magic, "\x76\x2f\x31\x01", 4) != 0)
     throw InputError(FileLoc{path}, "not an OpenEXR file");
@@ -71,6 +73,7 @@ ExrFile::ExrFile(const std::string& path) : headers_(std::make_unique<Headers>()
     OIIO::ImageSpec spec;
     if (!in || !in->open(path, spec))
       throw InputError(loc, "cannot read the image: " + (in ? in->geterror() : "this build reads no OpenEXR"));
+    const int parts = spec.get_int_attribute("oiio:subimages", 1);
     for (int s = 0; in->seek_subimage(s, 0); ++s) {
       spec = in->spec();
       if (spec.deep || spec.depth > 1) throw InputError(loc, "the image is deep; expected a flat one");
@@ -84,7 +87,10 @@ ExrFile::ExrFile(const std::string& path) : headers_(std::make_unique<Headers>()
       parts_.push_back(std::move(part));
       headers_->specs.push_back(spec);
     }
-    in->geterror();  // that there is no further part
+    const std::string complaint = in->geterror();
+    if (int(parts_.size()) < parts)
+      throw InputError(loc, "part " + std::to_string(parts_.size() + 1) + " of " + std::to_string(parts) +
+                                " cannot be read: " + complaint);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {

@@ -21,6 +21,8 @@ using shading::SkyCells;
 constexpr int strata = 4;         // of a sky, along a side: a ray each
 constexpr int more_sky_rays = 8;  // of a sky, where the first found it
 constexpr int lamp_rays = 4;
+constexpr float brightest = 1e15f;       // squares of more would leave floats
+constexpr size_t most_unbounded = 1024;  // lights at infinity, beside skies
 // Of points, those in regions that must gain, or all is left as it was: samples by what was learned cost more.
 constexpr double least_gaining = 0.25;
 constexpr size_t chunk = 512;  // points
@@ -78,9 +80,9 @@ class Observer {
     float density = 0;
     const V3f wi = cells.draw(cell, u, &density);
     out->choice = uint32_t(cell);
-    out->light = cells.luminance(cell) * cosine(point, wi) * SkyCells::solid_angle;
+    out->light = std::min(cells.luminance(cell) * cosine(point, wi) * SkyCells::solid_angle, brightest);
     if (!(out->light > 0)) return;
-    out->radiance = cells.luminance(cell);
+    out->radiance = std::min(cells.luminance(cell), brightest);
     shading::LightReceiver alone = point.to;
     alone.shared = false;
     out->own = scene_.lights[size_t(light)]->pdf(alone, wi, V3f(0, 0, 0), V3f(0, 0, 0)) / density;
@@ -100,7 +102,7 @@ class Observer {
 
   void look_at_lamp(const LightPoint& point, int i, LightSeen* out) {
     const uint32_t dimension = 32 + uint32_t(2 * i);
-    const float u = (float(i) + draw(dimension).x) / lamp_rays;
+    const float u = std::min((float(i) + draw(dimension).x) / lamp_rays, one_minus_epsilon);
     float probability = 1;
     const int light = choices_.tree->select(point.to, u, &probability);
     out->choice = 0;
@@ -114,7 +116,7 @@ class Observer {
     if (!scene_.lights[size_t(light)]->sample(point.to, u, &s)) return;
     const float arrives = s.radiance.luminance() * cosine(point, s.wi) / (s.pdf * probability);
     if (!(arrives > 0 && arrives < infinity)) return;
-    out->light = out->own = arrives;
+    out->light = out->own = std::min(arrives, brightest);
     send(point, s, out);
   }
 
@@ -225,6 +227,7 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
                                                            std::span<const LightPoint> points, uint64_t seed) {
   if (!pays_to_learn(scene) || points.empty()) return nullptr;
   LightChoices choices = choices_of(scene);
+  if (choices.others.size() > most_unbounded) return nullptr;  // regions of so many values would fill the memory
   const Looks looks{scene, tracer, choices, points, seed};
   std::vector<shading::LightReceiver> receivers;
   for (const LightPoint& point : points) receivers.push_back(point.to);

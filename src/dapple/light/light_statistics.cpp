@@ -150,7 +150,7 @@ LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) con
   };
   struct Below {
     float arrives = 0, sent = 0;
-    float visibility() const { return sent > 0 ? arrives / sent : 1; }
+    float visibility() const { return sent > 1e-30f ? std::max(arrives / sent, least_visibility) : 1; }
   };
   std::vector<Below> below(size_t(choices_.crown.pairs()));
   const auto of = [&](int pair, int i) -> Below {

@@ -54,6 +54,8 @@ constexpr float lit_share = 0.25f;
 constexpr float delta_cosine = 0.98f;
 
 constexpr uint64_t for_learning = 0x6c69676874;  // of all that random numbers are for
+// Points that are learned from: at most, and by a batch of paths, which in a cloud scatter without end.
+constexpr size_t most_points = size_t(1) << 17, most_points_of_batch = 32 * PathWorkspace::capacity;
 
 const shading::Visibility* visibility_of(const PathIntegrator::Settings& s) {
   if (s.far_ground) return s.far_ground.get();
@@ -80,7 +82,13 @@ void PathIntegrator::learn() {
     trace_camera_rays(*w);
   });
   std::vector<light::LightPoint> points;
-  for (const auto& f : found) points.insert(points.end(), f.begin(), f.end());
+  size_t all = 0;
+  for (const auto& f : found) all += f.size();
+  const size_t every = all / most_points + 1;
+  size_t number = 0;
+  for (const auto& f : found)
+    for (const light::LightPoint& point : f)
+      if (number++ % every == 0) points.push_back(point);
   learned_ = light::learn_lights(scene_, rays_, points, seed);
 }
 
@@ -336,10 +344,16 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
     w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
+namespace {
+void note(const light::LightPoint& point, PathWorkspace& w) {
+  if (w.points_found->size() < most_points_of_batch) w.points_found->push_back(point);
+}
+}  // namespace
+
 void PathIntegrator::note_point(int k, PathWorkspace& w) const {
   if (w.walk[w.point_path[k]].inside()) return;
   const geom::SurfacePoint& s = w.surface[k];
-  w.points_found->push_back({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]});
+  note({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]}, w);
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -396,9 +410,10 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const V3f wo = -w.wi[k];
   shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   if (learned_) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
-  if (w.points_found)
-    w.points_found->push_back({.to = receiver, .medium = w.medium[p]});
-  else if (scene_.light_sampler)
+  if (w.points_found) {
+    // Of each path the first: in a dense cloud shadow rays take thousands of steps.
+    if (w.scatterings[p] == 0) note({.to = receiver, .medium = w.medium[p]}, w);
+  } else if (scene_.light_sampler)
     connect(
         k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
