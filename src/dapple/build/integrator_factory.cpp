@@ -150,13 +150,6 @@ int learning_paths(const scene::Scene& scene, int pixel_samples) {
   return int(std::min(std::clamp(samples * part, least, most), samples * most_part));
 }
 
-// Else each light gets rays of its own, to all of it.
-bool distribution_chooses(const scene::Scene& scene) {
-  const auto is_sky = [](const auto& light) { return light->is_infinite() && !light->is_delta(); };
-  return int(scene.lights.size()) > light::DirectLight::lights_apart || scene.has_media() ||
-         std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
-}
-
 }  // namespace
 
 IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const {
@@ -387,7 +380,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
-  if (r.light_learning.value_or(true) && distribution_chooses(scene)) {
+  if (r.light_learning.value_or(true) && light::DirectLight::reads_learned(scene)) {
     path::PathIntegrator::Settings p;
     p.diffuse_bounces = std::max(s.shading.bounces, 1);
     p.seed = seed;

@@ -197,7 +197,7 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p], 0);
   PointBatch& b = w.shading.level(sample_level);
   b.count = s.flights.count;
-  for (int f = 0; f < b.count; ++f) MediaLight::set_flight(s.flights, f, s.rays, settings_.sharing_samples(), b, f);
+  for (int f = 0; f < b.count; ++f) set_flight(s.flights, f, s.rays, settings_.sharing_samples(), b, f);
   shader_.shade_media({sample_level, {}, Arrival::view}, w.shading);
   for (int k = 0; k < b.count; ++k) s.L.add(b.parent[k], s.passed[b.parent[k]], b.Ci.at(k));
 }

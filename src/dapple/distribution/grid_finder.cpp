@@ -100,7 +100,7 @@ void GridFinder::refine(int* cuts, int cut, CameraSamples& samples, Scratch& scr
     for (int i = 0; i < cut; ++i) {
       CameraSample& sample = samples.sample[cuts[i]];
       sample.refined = true;
-      if (finer <= most_refined && hider_.dice(cuts[i], finer, samples, w))
+      if (finer <= settings_.most_refined && hider_.dice(cuts[i], finer, samples, w))
         scratch.order[n++] = cuts[i];
       else
         sample.source = Source::hit;

@@ -32,9 +32,6 @@ class GridFinder {
   /// The grids of all such samples alone.
   void find_grids(CameraSamples& s, Scratch& scratch, ShadingWorkspace& w) const;
 
-  /// Times a shading point may be shorter than its pixel asks for.
-  static constexpr float most_refined = 4;
-
  private:
   int list_grids(const CameraSamples& s, Scratch& scratch) const;
   int find_first(int n, CameraSamples& s, Scratch& scratch, int* cuts, ShadingWorkspace& w) const;

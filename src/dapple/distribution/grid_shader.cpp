@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "dapple/distribution/camera_samples.h"
-#include "dapple/distribution/grid_finder.h"
 
 namespace dapple::distribution {
 
@@ -73,7 +72,7 @@ int GridShader::finest_step(const scene::PatchTable::Cell& cell, const V3f& P) c
   const float width = shading_.scene.camera.pixel_width(P) * std::sqrt(settings_.shading_rate);
   const float length = scene::PatchTable::seen_length(cell, normalize(shading_.scene.camera.to_eye(P)));
   int step = 1;
-  for (float refined = 2; refined <= GridFinder::most_refined && length * refined <= finer_than * width; refined *= 2)
+  for (float refined = 2; refined <= settings_.most_refined && length * refined <= finer_than * width; refined *= 2)
     ++step;
   return step;
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/hit_gatherer.h"
 
-#include "dapple/distribution/media_light.h"
-
 namespace dapple::distribution {
 
 using integrate::PointBatch;
@@ -125,7 +123,7 @@ void HitGatherer::add_media(RaySet& r, const Place& below, RayFilter wanted, Sha
   in_media.count = 0;
   for (int f = 0; f < r.flights->count; ++f) {
     const int ray = r.flights->ray[f];
-    if (wanted(r, ray)) MediaLight::set_flight(*r.flights, f, r.rays, r.share[ray], in_media, in_media.count++);
+    if (wanted(r, ray)) set_flight(*r.flights, f, r.rays, r.share[ray], in_media, in_media.count++);
   }
   if (in_media.count == 0) return;
   shader_.shade_media(below, w);

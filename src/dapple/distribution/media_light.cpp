@@ -5,24 +5,6 @@ namespace dapple::distribution {
 
 using integrate::PointBatch;
 using integrate::RaySet;
-using integrate::RayTracer;
-
-void MediaLight::set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
-                            PointBatch& b, int k) {
-  const int r = flights.ray[f];
-  b.parent[k] = r;
-  b.surface[k] = {};
-  b.surface[k].P = flights.P[f];
-  b.geometry[k] = trace::no_id;
-  b.wo[k] = -rays.direction(r);
-  b.set_one_time(k, rays.time[r]);
-  b.width[k] = rays.width[r] + rays.spread[r] * length(flights.P[f] - rays.origin(r));
-  b.spread[k] = rays.spread[r];
-  b.medium[k] = flights.medium[f];
-  b.set_key(k, random_of(rays.key[r], Purpose::flights));
-  b.share[k] = share;
-  b.crowd[k] = b.effort[k] = 1;
-}
 
 void MediaLight::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);

@@ -11,11 +11,8 @@ class MediaLight {
   MediaLight(const ShadingScene& shading, const CachedRadiosity& cached, const HitGatherer& gatherer)
       : shading_(shading), cached_(cached), gatherer_(gatherer) {}
 
-  /// Writes the inputs of point k of a batch: where flight f of these rays scattered in a medium. b.parent[k] is its
-  /// ray.
-  static void set_flight(const integrate::RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
-                         integrate::PointBatch& b, int k);
-  /// b.Ci of such points: the lights' and, up to the specular depth, what one ray by the phase function brings.
+  /// b.Ci of points in media (set_flight): the lights' and, up to the specular depth, what one ray by the phase
+  /// function brings.
   void shade(const Place& place, ShadingWorkspace& w) const;
 
  private:

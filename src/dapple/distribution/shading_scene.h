@@ -64,6 +64,10 @@ class ShadingScene {
   const gi::TileLinker linker_;
 };
 
+/// Writes the inputs of point k of a batch: where flight f of these rays scattered in a medium. b.parent[k] is its ray.
+void set_flight(const integrate::RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
+                integrate::PointBatch& b, int k);
+
 /// A ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a
 /// whole wall.
 inline constexpr float widest_cone = 0.5f;

@@ -65,6 +65,12 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
   group_.resize(scene.lights.size());
 }
 
+bool DirectLight::reads_learned(const scene::Scene& scene) {
+  const auto is_sky = [](const auto& light) { return light->is_infinite() && !light->is_delta(); };
+  return int(scene.lights.size()) > lights_apart || scene.has_media() ||
+         std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
+}
+
 shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
   return {P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, time, b.bsdf[k].has_transmission(), false, region(b, k)};
 }

@@ -19,6 +19,9 @@ class DirectLight {
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
               std::shared_ptr<const shading::LearnedLights> learned = nullptr);
 
+  /// Some ray is drawn by what was learned: else each light gets rays of its own, to all of it.
+  static bool reads_learned(const scene::Scene& scene);
+
   /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a
   /// sun may be painted.
   bool throws_edges() const { return throws_edges_; }

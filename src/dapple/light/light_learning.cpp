@@ -243,7 +243,7 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
   LightStatistics::Learned learned = statistics.learned(regions);
   if (learned.gaining < least_gaining) return nullptr;
   if (!choices.skies.empty()) {
-    const shading::LearnedLights::Layout layout{choices.unbounded, int(choices.skies.size()), choices.crown.pairs()};
+    const shading::LearnedLights::Layout layout = choices.layout();
     each = choices.skies.size() * more_sky_rays;
     seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) {
       o.observe_skies(points[i], uint32_t(i), layout, learned.values.data() + size_t(home[i]) * size_t(layout.size()),

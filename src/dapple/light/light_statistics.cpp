@@ -59,7 +59,7 @@ LightStatistics::Learned LightStatistics::learned(const shading::RegionTree& reg
   LightStatistics means = *this;
   const int n = int(regions.size());
   for (int r = n - 1; r > 0; --r) means.add_to_parent(r, regions.parent(r));
-  const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
+  const LearnedLights::Layout layout = choices_.layout();
   Learned out{std::vector<float>(size_t(n) * size_t(layout.size()))};
   double gaining = 0, all = 0;
   for (int r = 0; r < n; ++r) {
@@ -175,7 +175,7 @@ LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) con
 
 // Whether the region gains.
 bool LightStatistics::write(int region, float* out) const {
-  const LearnedLights::Layout layout{choices_.unbounded, int(choices_.skies.size()), choices_.crown.pairs()};
+  const LearnedLights::Layout layout = choices_.layout();
   std::vector<float> weight(size_t(choices_.unbounded));
   bool gains = false;
   for (size_t i = 0; i < choices_.skies.size(); ++i) {

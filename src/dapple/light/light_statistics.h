@@ -24,6 +24,7 @@ struct LightChoices {
   shading::LightTree::Crown crown;
   std::vector<int> leaf_of_light;
 
+  shading::LearnedLights::Layout layout() const { return {unbounded, int(skies.size()), crown.pairs()}; }
   /// Looked at from one point.
   int others_at_once() const { return std::min(int(others.size()), most_others); }
 };

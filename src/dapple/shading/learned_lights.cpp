@@ -47,9 +47,4 @@ float LearnedLights::pdf(const Light& light, int index, const LightReceiver& to,
   return (cdf[cell] - (cell > 0 ? cdf[cell - 1] : 0)) * in_cell;
 }
 
-size_t LearnedLights::bytes() const {
-  return regions_.bytes() + values_.capacity() * sizeof(float) +
-         skies_.size() * size_t(SkyCells::count * SkyCells::pieces * SkyCells::pieces * 5);
-}
-
 }  // namespace dapple::shading

@@ -48,9 +48,7 @@ class LearnedLights {
             const V3f& n_light) const;
 
   const Layout& layout() const { return layout_; }
-  const RegionTree& regions() const { return regions_; }
   const float* values_of(int region) const { return values_.data() + size_t(region) * size_t(layout_.size()); }
-  size_t bytes() const;
 
  private:
   /// The cdf of the cells of a light, where it is drawn by these; null: by itself.

@@ -31,7 +31,6 @@ class RegionTree {
   /// home(), or a neighbour: by random numbers of a key, so that images do not show where regions end. The same for the
   /// same key.
   int near(const LightReceiver& at, uint64_t key) const;
-  size_t bytes() const { return nodes_.capacity() * sizeof(Node) + parents_.capacity() * sizeof(int); }
 
  private:
   struct Node {
