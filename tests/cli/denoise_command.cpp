@@ -137,6 +137,22 @@ TEST_F(DenoiseCommand, GivesWhatRenderGives) {
   EXPECT_EQ(command.text("dapple/denoised"), rendered.text("dapple/denoised"));
 }
 
+// A group may have the name of a picture.
+TEST_F(DenoiseCommand, GroupsAddUpWhateverTheirNames) {
+  std::vector<float> all;
+  for (const float v : channels_of(picture(), 0, 1))
+    all.insert(all.end(), {v, v, v, .25f * v, .25f * v, .25f * v, .75f * v, .75f * v, .75f * v});
+  write_parts(file("in.exr"), {{"",
+                                {"R", "G", "B", "light.color.R", "light.color.G", "light.color.B", "light.rest.R",
+                                 "light.rest.G", "light.rest.B"},
+                                all}});
+  ASSERT_EQ(denoise("in.exr", "out.exr").exit_code, 0);
+  const ExrLayers out(file("out.exr"));
+  for (size_t i = 0; i < out["R"].size(); ++i)
+    ASSERT_NEAR(out["light.color.R"][i] + out["light.rest.R"][i], out["R"][i], 1e-5f * std::max(1.0f, out["R"][i]))
+        << i;
+}
+
 TEST_F(DenoiseCommand, KnowsTheNamesOfOtherRenderers) {
   const std::vector<float> all = picture();
   const ExrLayers expected = denoised({{"", dapple_names, all}});

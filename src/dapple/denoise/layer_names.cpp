@@ -85,9 +85,10 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
     if (const std::string view = split(layer.name).first; std::find(views.begin(), views.end(), view) == views.end())
       views.push_back(view);
   std::vector<Picture> pictures;
+  const std::string root;
   for (const std::string& view : views) {
     const std::optional<Layer> colour = find(layers, &view, colours);
-    if (!colour) continue;
+    if (!colour || (view == "light" && find(layers, &root, colours))) continue;  // a group of lights, called "color"
     const std::optional<Layer> noisy = find(layers, &view, noisy_ones);
     Picture picture{*colour, noisy.value_or(*colour), find(layers, &view, albedos), find(layers, &view, normals), {}};
     if (view.empty())
