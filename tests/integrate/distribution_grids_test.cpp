@@ -16,13 +16,15 @@ using shading::Stage;
 using test::build_text;
 using test::expect_near;
 using test::film;
+using test::furnished_room;
 using test::render_built;
 using test::render_text;
 using test::same_bits;
 using test::uncached;
 
 TEST(DistributionGrids, OfAnyNumberOfThreadsAndAnyBudgetAreTheSame) {
-  const auto built = build_text(room(R"(Material "coateddiffuse" "texture reflectance" "checks" "float roughness" 0)"));
+  const auto built =
+      build_text(furnished_room(R"(Material "coateddiffuse" "texture reflectance" "checks" "float roughness" 0)"));
   auto s = uncached(1, {2}, {3});
   const auto whole = render_built(built, 4, s);
   set_thread_count(1);

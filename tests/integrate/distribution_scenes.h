@@ -24,4 +24,35 @@ inline std::string film(int size) {
   return "Film \"rgb\" \"integer xresolution\" " + n + " \"integer yresolution\" " + n + "\nPixelFilter \"box\"\n";
 }
 
+/// A room with a lamp, checks on its floor and two balls of `material`.
+inline std::string furnished_room(const std::string& material) {
+  return film(48) + R"(LookAt 0 -3.2 1.2  0 0 .8  0 0 1
+Camera "perspective" "float fov" 50
+WorldBegin
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 12 11 9 ]
+  Shape "bilinearmesh" "point3 P" [ -.4 -.4 1.98  -.4 .4 1.98  .4 -.4 1.98  .4 .4 1.98 ]
+AttributeEnd
+Texture "checks" "spectrum" "checkerboard" "float uscale" 6 "float vscale" 6 "rgb tex1" [ .8 .7 .3 ] "rgb tex2" [ .1 .2 .4 ]
+Material "diffuse" "texture reflectance" "checks"
+Shape "trianglemesh" "point3 P" [ -2 -4 0  2 -4 0  2 2 0  -2 2 0 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ] "integer indices" [ 0 1 2  0 2 3 ]
+Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
+Shape "bilinearmesh" "point3 P" [ -2 2 0  2 2 0  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 2 2  2 2 2 ]
+Material "diffuse" "rgb reflectance" [ .7 .1 .1 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
+)" + material +
+         R"(
+ObjectBegin "ball"
+Shape "sphere" "float radius" .5
+ObjectEnd
+Translate -.7 .6 .5
+ObjectInstance "ball"
+Translate 1.4 0 0
+Scale 1 1 .8
+ObjectInstance "ball"
+)";
+}
+
 }  // namespace dapple::test

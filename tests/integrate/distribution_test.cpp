@@ -12,6 +12,7 @@ using shading::Stage;
 using test::build_text;
 using test::expect_near;
 using test::film;
+using test::furnished_room;
 using test::render_built;
 using test::render_text;
 using test::uncached;
@@ -165,43 +166,12 @@ INSTANTIATE_TEST_SUITE_P(
         Look{"interface", R"(Material "interface")"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-// A room with everything in it, by both integrators.
-std::string room(const std::string& material) {
-  return film(48) + R"(LookAt 0 -3.2 1.2  0 0 .8  0 0 1
-Camera "perspective" "float fov" 50
-WorldBegin
-AttributeBegin
-  AreaLightSource "diffuse" "rgb L" [ 12 11 9 ]
-  Shape "bilinearmesh" "point3 P" [ -.4 -.4 1.98  -.4 .4 1.98  .4 -.4 1.98  .4 .4 1.98 ]
-AttributeEnd
-Texture "checks" "spectrum" "checkerboard" "float uscale" 6 "float vscale" 6 "rgb tex1" [ .8 .7 .3 ] "rgb tex2" [ .1 .2 .4 ]
-Material "diffuse" "texture reflectance" "checks"
-Shape "trianglemesh" "point3 P" [ -2 -4 0  2 -4 0  2 2 0  -2 2 0 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ] "integer indices" [ 0 1 2  0 2 3 ]
-Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
-Shape "bilinearmesh" "point3 P" [ -2 2 0  2 2 0  -2 2 2  2 2 2 ]
-Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 2 2  2 2 2 ]
-Material "diffuse" "rgb reflectance" [ .7 .1 .1 ]
-Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
-Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
-)" + material +
-         R"(
-ObjectBegin "ball"
-Shape "sphere" "float radius" .5
-ObjectEnd
-Translate -.7 .6 .5
-ObjectInstance "ball"
-Translate 1.4 0 0
-Scale 1 1 .8
-ObjectInstance "ball"
-)";
-}
-
 class DistributionAgainstPath : public testing::TestWithParam<Look> {};
 
 // Both estimate the same integral, but for layered materials at diffuse hits (their mean albedo) and interpolation:
 // within 1 % of the mean, where noise leaves .3 %.
 TEST_P(DistributionAgainstPath, InARoom) {
-  const auto built = build_text(room(GetParam().material));
+  const auto built = build_text(furnished_room(GetParam().material));
   auto s = uncached(2, {8, 2}, {16, 2});
   s.shading.specular_depth = 8;
   const RGB mean = render_built(built, 16, s).mean();
@@ -212,7 +182,7 @@ TEST_P(DistributionAgainstPath, InARoom) {
 // The same with diffuse rays, and those of coats, that end in the cache. Cells in the ball's contact shadow add to the
 // bias.
 TEST_P(DistributionAgainstPath, InARoomWithTheCache) {
-  const auto built = build_text(room(GetParam().material));
+  const auto built = build_text(furnished_room(GetParam().material));
   auto s = uncached(2, {8, 2}, {64, 8});
   s.shading.specular_depth = 8;
   s.radiosity_cache = true;
