@@ -14,6 +14,7 @@ import against_povray
 import bare_rays
 import canopy
 import common
+import constants
 import equal_time
 import denoise
 import figures
@@ -28,7 +29,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "motion": motion,
               "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 

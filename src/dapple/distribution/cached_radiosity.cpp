@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "dapple/distribution/cache_numbers.h"
+
 namespace dapple::distribution {
 
 using gi::CacheBatch;
@@ -16,15 +18,9 @@ using trace::no_id;
 
 namespace {
 
-// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a
-// corner or between the legs of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and of
-// cells with few rays, as those of leaves, noise hides how coarse they are.
-constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
-constexpr float largest_cell = 32;  // common ones
+using Numbers = CacheNumbers;
 
-// A tile must be this many cells away from a strong light; where it is not, the next finer one is tried.
-constexpr float near_lights = 1;
-constexpr int most_halvings = 12;
+constexpr int most_halvings = 12;  // of a tile near a light
 // For an entry that others keep adding to, or replacing; then it is computed twice.
 constexpr int most_waits = 8;
 // Points that a thread claims at a time: of what several threads want, each computes a part, where one would compute
@@ -61,19 +57,17 @@ CachedRadiosity::CachedRadiosity(const ShadingScene& shading, const PointPlacer&
       shader_(shader),
       radiosity_(radiosity),
       irradiance_(irradiance),
-      widest_cell_(std::sqrt(largest_cell * shading.common_area)) {}
+      widest_cell_(std::sqrt(Numbers::largest_cell * shading.common_area)) {}
 
 float CachedRadiosity::growth(const Place& place, int share) const {
-  if (place.depth.diffuse == 0) return most_growth;
-  return std::clamp(growth_of_one_ray / float(std::max(shading_.settings.diffuse_ray_count(place, share), 1)),
-                    least_growth, most_growth);
+  if (place.depth.diffuse == 0) return Numbers::most_growth;
+  return std::clamp(Numbers::growth_of_one_ray / float(std::max(shading_.settings.diffuse_ray_count(place, share), 1)),
+                    Numbers::least_growth, Numbers::most_growth);
 }
 
-// Groups of patches are read for their mean, in which noise hides how coarse they are: forests would cost twice as
-// much at .2.
 float CachedRadiosity::group_width() const {
   const float width = shading_.settings.cache_width;
-  return std::max(width, std::min(1.75f * width, 0.35f));
+  return std::max(width, std::min(Numbers::group_width * width, Numbers::most_group_width));
 }
 
 // Whether a source of light is so near a tile, for the size of its cells, that their few rays would find the spot that
@@ -87,7 +81,7 @@ bool CachedRadiosity::lies_near_light(const scene::GridId& tile, ShadingWorkspac
     shading_.patches->place_on_tile(tile, 0.5f * float(tile.width()), 0.5f * float(tile.height()), &middle, 0);
     const float time = shading_.patches->time(tile);
     const V3f P = shading_.scene.traced.surface(middle, 0, time, false).P;
-    const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + near_lights) * cell.size;
+    const float reach = (0.71f * float(std::max(tile.width(), tile.height())) + Numbers::near_lights) * cell.size;
     known = {tile, shading_.scene.light_sampler->nearest({P, V3f(0, 0, 0), time}, reach) < reach};
   }
   return known.near;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/diffuse_rays.h"
 
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/integrate/ray_origin.h"
 
 namespace dapple::distribution {
@@ -37,7 +38,7 @@ void order_by_direction(const ShadingWorkspace& w, int first, int end, int* orde
 // it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
 DiffuseRays::Fan DiffuseRays::fan(const PointBatch& b, int k, int rays) const {
   const float solid_angle = pi / float(rays);
-  return {k, solid_angle, std::max(b.spread[k], std::min(widest_spread, std::sqrt(solid_angle))),
+  return {k, solid_angle, std::max(b.spread[k], std::min(GridNumbers::widest_spread, std::sqrt(solid_angle))),
           cached_ ? shared_by(b.diffuse_share(k), rays) : b.share[k]};
 }
 
@@ -48,7 +49,7 @@ void DiffuseRays::set(const PointBatch& b, const Fan& fan, RaySet& r, int i, con
   r.sequence[i] = hash(b.key[k], key);
   r.number[i] = 0;
   r.weight[i] = RGB(1);
-  r.cone[i] = std::min(widest_cone, std::sqrt(fan.solid_angle / cosine));
+  r.cone[i] = std::min(CacheNumbers::widest_cone, std::sqrt(fan.solid_angle / cosine));
   r.spread[i] = fan.spread;
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], fan.spread);
   r.medium[i] = shading_.scene.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium_of(k, from));

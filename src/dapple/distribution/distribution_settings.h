@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "dapple/distribution/grid_numbers.h"
 #include "dapple/distribution/pixel_points.h"
 #include "dapple/distribution/shading_scene.h"
 #include "dapple/forest/ground_visibility.h"
@@ -33,12 +34,9 @@ struct DistributionSettings {
   /// Asked before `masks`, for which it answers too; null: none.
   std::shared_ptr<const forest::GroundVisibility> far_ground;
 
-  /// Times a shading point may be shorter than its pixel asks for.
-  static constexpr float most_refined = 4;
-
   /// A pixel may see more small patches than it shades.
   bool chooses_points() const {
-    return pixel_points > 0 && pixel_points <= std::min(pixel_samples, int(PixelPoints::first_samples));
+    return pixel_points > 0 && pixel_points <= std::min(pixel_samples, int(GridNumbers::first_samples));
   }
   int sharing_samples() const { return std::max(pixel_samples, max_pixel_samples); }
 };

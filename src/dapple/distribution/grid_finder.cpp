@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/grid_finder.h"
 
+#include "dapple/distribution/grid_numbers.h"
+
 namespace dapple::distribution {
 
 using gi::TileLinker;
@@ -100,7 +102,7 @@ void GridFinder::refine(int* cuts, int cut, CameraSamples& samples, Scratch& scr
     for (int i = 0; i < cut; ++i) {
       CameraSample& sample = samples.sample[cuts[i]];
       sample.refined = true;
-      if (finer <= settings_.most_refined && hider_.dice(cuts[i], finer, samples, w))
+      if (finer <= GridNumbers::most_refined && hider_.dice(cuts[i], finer, samples, w))
         scratch.order[n++] = cuts[i];
       else
         sample.source = Source::hit;

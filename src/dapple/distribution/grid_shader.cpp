@@ -4,6 +4,8 @@
 #include <bit>
 
 #include "dapple/distribution/camera_samples.h"
+#include "dapple/distribution/grid_numbers.h"
+#include "dapple/distribution/interpolation_numbers.h"
 
 namespace dapple::distribution {
 
@@ -11,11 +13,7 @@ using integrate::offset_origin;
 using integrate::PointBatch;
 using scene::GridId;
 
-namespace {
-// A point is n times as fine as its pixel asks for if n of its lengths are less than this much of what that is: rates
-// are powers of two, so that points are .7 to 1.4 times as long.
-constexpr float finer_than = 1.2f;
-}  // namespace
+using Numbers = GridNumbers;
 
 void GridShader::shade(int left, ClaimedPoints& claimed, Scratch& scratch, ShadingWorkspace& w) const {
   if (claimed.count() <= left) return;
@@ -72,7 +70,8 @@ int GridShader::finest_step(const scene::PatchTable::Cell& cell, const V3f& P) c
   const float width = shading_.scene.camera.pixel_width(P) * std::sqrt(settings_.shading_rate);
   const float length = scene::PatchTable::seen_length(cell, normalize(shading_.scene.camera.to_eye(P)));
   int step = 1;
-  for (float refined = 2; refined <= settings_.most_refined && length * refined <= finer_than * width; refined *= 2)
+  for (float refined = 2; refined <= Numbers::most_refined && length * refined <= Numbers::finer_than * width;
+       refined *= 2)
     ++step;
   return step;
 }
@@ -102,12 +101,11 @@ GridId GridShader::patches_seen(const GridId& grid, Scratch& scratch) const {
 // What points of small patches share of the work of one; the last few rays are each point's own. Where hemispheres
 // serve many points, diffuse rays are so many as those of one hemisphere, which a leaf cannot share.
 GridShader::Shares GridShader::shared_work(const GridId& grid, Scratch& scratch, ShadingWorkspace& w) const {
-  constexpr int least_rays = 4, points_of_hemisphere = 16;
-  const int most = std::max(settings_.shading.shadow_rays.at(0) / least_rays, 1),
-            most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / least_rays, 1);
+  const int most = std::max(settings_.shading.shadow_rays.at(0) / Numbers::least_rays, 1),
+            most_diffuse = std::max(settings_.shading.diffuse_rays.at(0) / Numbers::least_rays, 1);
   if (!PixelPoints::is_small(grid))
-    return {1, interpolator_ ? std::min(IrradianceInterpolator::unserved_share, most_diffuse) : 1};
-  const int alone = interpolator_ ? std::min(points_of_hemisphere, most_diffuse) : 1;
+    return {1, interpolator_ ? std::min(InterpolationNumbers::unserved_share, most_diffuse) : 1};
+  const int alone = interpolator_ ? std::min(Numbers::points_of_hemisphere, most_diffuse) : 1;
   const int crowd = most > 1 || most_diffuse > alone ? points_in_pixel(grid, scratch, w) : 1;
   const int rays = std::min(crowd, most), diffuse = std::min(crowd * alone, most_diffuse);
   return {rays, std::max(diffuse / rays, 1)};
@@ -116,7 +114,7 @@ GridShader::Shares GridShader::shared_work(const GridId& grid, Scratch& scratch,
 // A pixel that sees many small patches shows the mean of some. So many as rays through the footprint of a pixel around
 // this one meet: a function of the name, as in patches_seen().
 int GridShader::points_in_pixel(const GridId& grid, Scratch& scratch, ShadingWorkspace& w) const {
-  constexpr int most = int(PixelPoints::first_samples);
+  constexpr int most = int(Numbers::first_samples);
   const int rays =
       std::min({settings_.pixel_points > 0 ? settings_.pixel_points : most, settings_.pixel_samples, most});
   const float time = shading_.patches->time(grid);

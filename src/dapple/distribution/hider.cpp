@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dapple/distribution/grid_numbers.h"
+
 namespace dapple::distribution {
 
 using integrate::CameraBatch;
@@ -11,9 +13,6 @@ using integrate::RayTracer;
 using trace::no_id;
 
 namespace {
-// Points of diced surfaces, which are displaced or curved, stand closer by this: points that bumps hide share in what
-// is seen between them.
-constexpr float diced_spacing = 0.8f;
 
 // Of still surfaces: no more than a pixel's samples tell apart, or diffuse rays can be shared among.
 int most_segments(const DistributionSettings& s) {
@@ -42,7 +41,7 @@ void Hider::choose_points(const Box2i& pixels, uint32_t sample, const PixelSets&
     chosen.points.clear();
     // A crop shows that part of the whole: what pixels beyond it choose counts too.
     const Box2i block = CameraBatch::block_around(pixels, shading_.scene.film.resolution);
-    for (uint32_t first = 0; first < std::min(uint32_t(settings_.pixel_samples), PixelPoints::first_samples); ++first) {
+    for (uint32_t first = 0; first < std::min(uint32_t(settings_.pixel_samples), GridNumbers::first_samples); ++first) {
       locate(block, first, sets, s, w);
       for (int p = 0; p < s.count(); ++p)
         if (is_small(p))
@@ -113,7 +112,7 @@ void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {
 bool Hider::dice(int p, float finer, CameraSamples& samples, ShadingWorkspace& w) const {
   CameraSample& s = samples.sample[p];
   const bool diced = std::holds_alternative<trace::GridsPtr>(shading_.scene.traced.shape(s.geometry));
-  const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? diced_spacing : 1) / finer;
+  const float width = s.width * std::sqrt(settings_.shading_rate) * (diced ? GridNumbers::diced_spacing : 1) / finer;
   if (!shading_.patches->dice(shading_.patches->patch_hit(samples.hits, p, s.d, s.time, s.surface, &w.extents), width,
                               &s.point))
     return false;

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/hit_gatherer.h"
 
+#include "dapple/distribution/cache_numbers.h"
+
 namespace dapple::distribution {
 
 using integrate::PointBatch;
 using integrate::RaySet;
 using integrate::RayTracer;
 using trace::no_id;
-
-namespace {
-constexpr float least_coats =
-    0.3f;  // of those that are met, at least such a share is looked at: fewer find lamps by chance
-}  // namespace
 
 void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
@@ -58,7 +55,7 @@ void HitGatherer::add_coats(const Place& place, const Place& below, RayFilter wa
 // One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
 float HitGatherer::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
   const float cosine = dot(shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i));
-  const float chance = std::max(shading::CommonCoat::reflectance(cosine), least_coats);
+  const float chance = std::max(shading::CommonCoat::reflectance(cosine), CacheNumbers::least_coats);
   return to_unit_float(random_of(b.key[r.point[i]], Purpose::coats, r.rays.key[i])) < chance ? 1 / chance : 0;
 }
 

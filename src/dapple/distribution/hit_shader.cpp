@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/custom_stages.h"
 #include "dapple/integrate/ray_origin.h"
 
@@ -195,10 +196,11 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];
     r.lobe[i] = s.lobe;
-    r.cone[i] =
-        std::max(b.spread[k], s.pdf > 0 ? std::min(widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
+    r.cone[i] = std::max(
+        b.spread[k], s.pdf > 0 ? std::min(CacheNumbers::widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
     r.share[i] = shared_by(b.share[k], int(std::lround(1 / w.job_weight[j])));
-    r.spread[i] = s.lobe == Lobe::diffuse ? std::max(b.spread[k], 0.05f) : widened(b.spread[k], onward);
+    r.spread[i] =
+        s.lobe == Lobe::diffuse ? std::max(b.spread[k], GridNumbers::diffuse_spread) : widened(b.spread[k], onward);
     r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
     r.medium[i] = shading_.scene.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]);
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);

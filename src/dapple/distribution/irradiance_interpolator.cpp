@@ -5,6 +5,8 @@
 #include <cstring>
 #include <utility>
 
+#include "dapple/distribution/interpolation_numbers.h"
+
 namespace dapple::distribution {
 
 using gi::TileCache;
@@ -19,19 +21,9 @@ using Node = IrradianceInterpolator::Workspace::Node;
 
 namespace {
 
-constexpr float least_cosine = 0.8f;  // of a turn of the normal that records reach
-// What hemispheres may differ by, of their mean, at accuracy 1.
-constexpr float tolerance = 0.25f;
-// In distances to the nearest thing seen, how far hemispheres on the finest lattice reach, two points apart: beside an
-// edge they would never be near enough, and each point there would send all rays of its own.
-constexpr float finest_reach = 4;
-// Of a hemisphere's cell: how wide its rays start, for the choice of the radiosity cache's resolution. Where
-// hemispheres are sparse there is nothing near that would need finer cells.
-constexpr float ray_width = 0.25f;
-constexpr int no_lattice = IrradianceInterpolator::max_step;  // steps finer, where none would serve
-// At accuracy 1, the share of glints in what arrives that may be interpolated: hemispheres whose rays find spots by
-// chance agree where all missed them.
-constexpr float most_glints = 0.05f;
+using Numbers = InterpolationNumbers;
+constexpr int max_step = Numbers::max_step;
+constexpr int no_lattice = max_step;  // steps finer, where none would serve
 
 // What is kept of a node, before its parts by groups of lights.
 struct Kept {
@@ -50,14 +42,11 @@ uint8_t hemisphere_span(const scene::Motion& motion, const GridId& id) {
   return motion.moves(id.instance, id.geometry) ? scene::Motion::around(scene::Motion::around(id.span)) : 0;
 }
 
-// Rays in proportion to the root of how many points a hemisphere stands for: what noise the wide ones have shows as
-// blotches.
 std::vector<gi::HemisphereStrata> strata_of_steps(int rays) {
-  constexpr int first_wide = 3, most_rays = 1024;
   std::vector<gi::HemisphereStrata> strata;
-  for (int step = 0; step <= IrradianceInterpolator::max_step; ++step) {
-    const int times = step < first_wide ? 1 : 2 << (step - first_wide);
-    strata.emplace_back(std::max(rays, std::min(rays * times, most_rays)));
+  for (int step = 0; step <= max_step; ++step) {
+    const int times = step < Numbers::first_wide ? 1 : 2 << (step - Numbers::first_wide);
+    strata.emplace_back(std::max(rays, std::min(rays * times, Numbers::most_rays)));
   }
   return strata;
 }
@@ -137,7 +126,7 @@ void IrradianceInterpolator::interpolate(const Place& place, Workspace& w, Shadi
       const int k = w.pending[n];
       const int finer = blend(n, k, w, b);
       b.indirect_known[k] = finer == 0;
-      if (finer == no_lattice) b.crowd[k] = std::max(b.crowd[k] / unserved_share, 1);
+      if (finer == no_lattice) b.crowd[k] = std::max(b.crowd[k] / Numbers::unserved_share, 1);
       next_step[k] =
           step > w.point[k].finest_step && finer != no_lattice ? std::max(w.point[k].finest_step, step - finer) : 0;
     }
@@ -292,7 +281,7 @@ void IrradianceInterpolator::shoot(const Place& place, Node* const* nodes, int c
   for (int k = 0; k < count; ++k) {
     const Point& at = nodes[k]->at;
     scene::PatchTable::Cell cell = patches_.cell(at.grid);
-    cell.size *= ray_width;
+    cell.size *= Numbers::ray_width;
     placer_.place(at.grid, at.i, at.j, cell, nodes[k]->key, &s.extents, b, k);
     nodes[k]->P = b.surface[k].P;
     nodes[k]->n = at.grid.behind ? -b.surface[k].Ns : b.surface[k].Ns;
@@ -372,24 +361,25 @@ int IrradianceInterpolator::blend(int n, int k, const Workspace& w, PointBatch& 
     const Node& node = w.node[w.node_of[w.quad_of[n] * w.corners + c]];
     const Frame frame(node.n);
     way[c] = frame.to_local(P - node.P), turned[c] = frame.to_local(normal);
-    if (!(turned[c].z >= least_cosine)) return 1;
+    if (!(turned[c].z >= Numbers::least_cosine)) return 1;
     value[c] = node.record.at(way[c].x, way[c].y, turned[c]);
     sum += value[c] * weight;
     reach += weight * length(way[c]) / node.record.distance;
     glints += weight * node.glints;
     all += weight;
   }
-  const float limit = w.step > w.point[k].finest_step || w.point[k].parted ? settings_.accuracy
-                                                                           : std::max(settings_.accuracy, finest_reach);
-  if (!(reach <= limit * all)) return reach < 4 * settings_.accuracy * all ? 1 : 2;
+  const float limit = w.step > w.point[k].finest_step || w.point[k].parted
+                          ? settings_.accuracy
+                          : std::max(settings_.accuracy, Numbers::finest_reach);
+  if (!(reach <= limit * all)) return reach < Numbers::two_steps_beyond * settings_.accuracy * all ? 1 : 2;
   sum *= 1 / all;
-  if (glints > most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;
+  if (glints > Numbers::most_glints * settings_.accuracy * sum.luminance() * all) return no_lattice;
   for (int c = 0; c < w.corners; ++c) {
     if (!(w.weight[n][c] > 0)) continue;
     const RGB off = value[c] - sum;
     difference += w.weight[n][c] * std::max({std::abs(off.r), std::abs(off.g), std::abs(off.b)});
   }
-  if (!(difference <= tolerance * settings_.accuracy * sum.max() * all)) return 1;
+  if (!(difference <= Numbers::tolerance * settings_.accuracy * sum.max() * all)) return 1;
   if (later != 0) {
     sum = RGB();
     for (int c = 0; c < w.corners; ++c)

@@ -27,11 +27,6 @@ class IrradianceInterpolator {
     size_t bytes = size_t(16) << 20;  ///< of the cache
     int light_groups = 0;
   };
-  /// A point that is not interpolated sends 1 / unserved_share of a hemisphere's rays; all of them if glints are the
-  /// reason.
-  static constexpr int unserved_share = 4;
-  static constexpr int max_step = 5;  ///< the coarsest hemispheres are 2^max_step shading points apart
-
   /// All must outlive this object.
   IrradianceInterpolator(const ShadingScene& shading, const PointPlacer& placer, const DiffuseRays& diffuse_rays,
                          const HitGatherer& gatherer, const Settings& settings);

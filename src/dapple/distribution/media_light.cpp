@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/media_light.h"
 
+#include "dapple/distribution/cache_numbers.h"
+
 namespace dapple::distribution {
 
 using integrate::PointBatch;
@@ -21,8 +23,8 @@ void MediaLight::shade(const Place& place, ShadingWorkspace& w) const {
     r.sequence[k] = b.key[k];
     r.number[k] = 0;
     r.weight[k] = RGB(1);
-    r.cone[k] = std::max(b.spread[k], std::min(widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
-    r.spread[k] = std::max(b.spread[k], std::min(widest_spread, r.cone[k]));
+    r.cone[k] = std::max(b.spread[k], std::min(CacheNumbers::widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
+    r.spread[k] = std::max(b.spread[k], std::min(GridNumbers::widest_spread, r.cone[k]));
     r.share[k] = b.share[k];
     r.medium[k] = b.medium[k];
     r.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], r.spread[k]);

@@ -25,7 +25,7 @@ void PixelPoints::consider(const scene::Scene& scene, int pixel, int enough, con
     if (c->grid == point.grid) return;
     some_alike |= alike(scene, c->grid, point.grid);
   }
-  if ((count >= enough && some_alike) || count == int(first_samples)) return;
+  if ((count >= enough && some_alike) || count == int(GridNumbers::first_samples)) return;
   chosen_[pixel][count++] = point;
   if (point.grid.count() == 1) in_block_.push_back(point.grid.hash());
 }

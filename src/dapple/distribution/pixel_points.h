@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "dapple/distribution/grid_numbers.h"
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/scene/patch_table.h"
 #include "dapple/scene/scene.h"
@@ -14,8 +15,6 @@ namespace dapple::distribution {
 /// pixel chose, of the same material and side, stands for any other that the pixel sees (docs/design/016).
 class PixelPoints {
  public:
-  /// Samples of a pixel whose patches may be chosen.
-  static constexpr uint32_t first_samples = 16;
   /// Patches, or groups of them, that are a single tile: a pixel's samples may see many.
   static bool is_small(const scene::GridId& grid) { return grid.u_level + grid.v_level <= 4; }
 
@@ -31,7 +30,7 @@ class PixelPoints {
 
  private:
   int count_[integrate::CameraBatch::capacity];
-  scene::GridPoint chosen_[integrate::CameraBatch::capacity][first_samples];
+  scene::GridPoint chosen_[integrate::CameraBatch::capacity][GridNumbers::first_samples];
   std::vector<uint64_t> in_block_;  ///< hashes of the grids of one point that were chosen
 };
 

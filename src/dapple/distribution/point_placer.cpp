@@ -3,21 +3,17 @@
 
 #include <bit>
 
+#include "dapple/distribution/cache_numbers.h"
+#include "dapple/gi/link_numbers.h"
+
 namespace dapple::distribution {
 
+using gi::LinkNumbers;
 using gi::TileLinks;
 using integrate::PointBatch;
 using integrate::RayOrigin;
 
 namespace {
-
-// A wall is read as a few entries by thousands of rays; leaves as thousands of entries by a few rays each, whose errors
-// cancel: so many do the work of one between them.
-constexpr int scattered_share = 4;
-// A cell larger than a common one stands for much of the scene, and is read by so many more rays. There can be few of
-// these.
-constexpr float most_effort = 64;
-constexpr int many_origins_effort = 4;
 
 // A time of the span of point k, in one of as many parts of it as there are origins.
 float time_of_origin(const PointBatch& b, int k, int o) {
@@ -46,10 +42,11 @@ void PointPlacer::place_cached_cell(const scene::GridId& id, int i, int j, const
                                     PointBatch& b, int k) const {
   place_middle(id, i, j, cell, key, memory, b, k);
   if (id.cluster_level > 0 && links.is_scattered())
-    b.share[k] *= scattered_share;
+    b.share[k] *= CacheNumbers::scattered_share;
   else
-    b.effort[k] = int(std::bit_floor(uint32_t(std::clamp(cell.area() / shading_.common_area, 1.0f, most_effort))));
-  b.origins[k] = b.effort[k] >= many_origins_effort ? PointBatch::most_origins : PointBatch::few_origins;
+    b.effort[k] =
+        int(std::bit_floor(uint32_t(std::clamp(cell.area() / shading_.common_area, 1.0f, CacheNumbers::most_effort))));
+  b.origins[k] = b.effort[k] >= CacheNumbers::many_origins_effort ? PointBatch::most_origins : PointBatch::few_origins;
   spread_origins(id, i, j, links, true, memory, b, k);
 }
 
@@ -127,7 +124,7 @@ void PointPlacer::spread_origins(const scene::GridId& id, int i, int j, const Ti
       s = surface_at(b, k, time);
     } else {
       // What is nearer to the edges may be behind a wall.
-      constexpr float low = TileLinks::margin, high = 1 - low;
+      const float low = LinkNumbers::margin, high = 1 - low;
       at = (V2f(float(o % side), float(o / side)) + at) * (1 / float(side));
       at = V2f(float(i), float(j)) + V2f(std::clamp(at.x, low, high), std::clamp(at.y, low, high));
       if (o == seen_from) {

@@ -101,7 +101,7 @@ void SampleFinisher::finish(LightSums& L, Scratch& scratch, ShadingWorkspace& w,
       const CameraSample& s = *scratch.sample[i];
       L.add(scratch.sample_L[i], s.passed, b.Ci.at(k));
       if (!wants_features) continue;
-      scratch.features[i] = describe(shading_.scene, b.surface[k], b.bsdf[k], b.wo[k]);
+      scratch.features[i] = describe(shading_.scene, b.surface[k]);
       if (source == Source::grid) scratch.features[i].grid = describe_grid(s, &w.extents);
     }
   }

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/trace/bulk_bounds.h"
 
 namespace dapple::distribution {
@@ -14,13 +15,11 @@ using light::SurfaceMedia;
 
 namespace {
 
-constexpr float common_cells = 1024;
-
 float common_cell(const scene::Scene& scene) {
   const Box3f box = trace::bulk_bounds(scene.traced);
   if (box.isEmpty()) return infinity;
   const V3f size = box.size();
-  const float area = 2 * (size.x * size.y + size.y * size.z + size.z * size.x) / common_cells;
+  const float area = 2 * (size.x * size.y + size.y * size.z + size.z * size.x) / CacheNumbers::common_cells;
   return area > 0 ? std::exp2(std::floor(std::log2(area))) : infinity;
 }
 

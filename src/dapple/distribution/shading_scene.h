@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "dapple/distribution/grid_numbers.h"
 #include "dapple/distribution/shading_place.h"
 #include "dapple/distribution/shading_workspace.h"
 #include "dapple/light/direct_light.h"
@@ -68,12 +69,6 @@ class ShadingScene {
 void set_flight(const integrate::RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
                 integrate::PointBatch& b, int k);
 
-/// A ray stands for a cone of this growth at most: few rays, and those at glancing angles, would read the mean of a
-/// whole wall.
-inline constexpr float widest_cone = 0.5f;
-/// Wider than this, textures would blur what shadows and edges do not.
-inline constexpr float widest_spread = 0.25f;
-
 /// PointBatch::share of what one of `rays` from a point of this share meets.
 inline int shared_by(int share, int rays) {
   constexpr int64_t most_shares = 1 << 16;  // more than any list of rays has
@@ -82,7 +77,7 @@ inline int shared_by(int share, int rays) {
 
 /// The spread of a ray that does the work of so many: each stands for more.
 inline float widened(float spread, float rays) {
-  return std::max(spread, std::min(widest_spread, spread * std::sqrt(rays)));
+  return std::max(spread, std::min(GridNumbers::widest_spread, spread * std::sqrt(rays)));
 }
 
 }  // namespace dapple::distribution

@@ -3,15 +3,16 @@
 
 #include <algorithm>
 
+#include "dapple/distribution/subsurface_numbers.h"
+
 namespace dapple::distribution {
 
 using shading::DiffusionProfile;
 
 namespace {
 
-constexpr int least_probes = 8;                     // that have their axes dealt out
-constexpr int order[] = {2, 2, 0, 2, 2, 2, 1, 2};   // of axes, by probe
-constexpr float share[] = {0.125f, 0.125f, 0.75f};  // of the probes, by axis
+using Numbers = SubsurfaceNumbers;
+constexpr int least_probes = int(std::size(Numbers::order));  // that have their axes dealt out
 
 V3f axis_of(const Frame& f, int axis) {
   return axis == 0 ? f.s : axis == 1 ? f.t : f.n;
@@ -41,15 +42,15 @@ SubsurfaceProbe::SubsurfaceProbe(const shading::Bsdf& bsdf, int probes)
 int SubsurfaceProbe::count_along(int axis) const {
   int count = 0;
   for (int i = 0; i < least_probes; ++i)
-    count += order[i] == axis ? (probes_ + least_probes - 1 - i) / least_probes : 0;
+    count += Numbers::order[i] == axis ? (probes_ + least_probes - 1 - i) / least_probes : 0;
   return count;
 }
 
 SubsurfaceProbe::Chord SubsurfaceProbe::chord(int i, const V2f& u, float u2) const {
-  int axis = order[i % least_probes];
+  int axis = Numbers::order[i % least_probes];
   float choice = u2;
   if (probes_ < least_probes) {
-    axis = order[int(u2 * least_probes)];
+    axis = Numbers::order[int(u2 * least_probes)];
     choice = u2 * least_probes - float(int(u2 * least_probes));
   }
   const DiffusionProfile& p = profile_[channel_[std::min(int(choice * float(active_)), active_ - 1)]];
@@ -66,7 +67,7 @@ RGB SubsurfaceProbe::weight(const V3f& offset, const V3f& Ng) const {
   if (r > r_max_) return {};
   float density = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const float expected = probes_ < least_probes ? share[axis] * float(probes_) : float(count_along(axis));
+    const float expected = probes_ < least_probes ? Numbers::share[axis] * float(probes_) : float(count_along(axis));
     const float r2 = axis == 0 ? squared.y + squared.z : axis == 1 ? squared.x + squared.z : squared.x + squared.y;
     const float projected = std::max(std::sqrt(r2), least);
     float sum = 0;

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dapple/gi/hemisphere_numbers.h"
+
 namespace dapple::gi {
 
 namespace {
 
 // What light from a ring loses of its irradiance when the receiver is turned by this, whichever way, over 1 - its
 // cosine.
-constexpr float turn = radians(30);
+constexpr float turn = HemisphereNumbers::turn;
 float loss_by_turning(float x0, float x1) {
   constexpr int steps = 16, ways = 64;
   float kept = 0;
@@ -71,8 +73,7 @@ RGB IrradianceRecord::at(float ds, float dt, const V3f& n, float time) const {
 
 IrradianceRecord integrate_hemisphere(const HemisphereStrata& strata, const RGB* L, const float* r, const float* time) {
   const int rings = strata.rings(), sectors = strata.sectors();
-  // What is in the last ring is the receiver itself, bent, or so near its plane that it gives little.
-  const int near_rings = rings < 6 ? rings : rings - 1;
+  const int near_rings = rings < HemisphereNumbers::rings_without_last ? rings : rings - 1;
   IrradianceRecord out;
   out.distance = infinity;
   for (int k = 0; k < sectors; ++k) {

@@ -9,6 +9,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/gi/opacity_numbers.h"
 #include "dapple/scene/patch_table.h"
 
 namespace dapple::gi {
@@ -23,9 +24,7 @@ namespace {
 
 constexpr int tile_bytes = OpacityCache::tile * OpacityCache::tile;
 static_assert(tile_bytes == 4 * OpacityCache::colored_tile * OpacityCache::colored_tile);
-constexpr float cell_width = 1;           // of a ray's footprint
-constexpr uint8_t times_before_tile = 4;  // a tile costs some twenty single cells
-constexpr float widest_plane = 0x1p14f;   // |u| and |v| up to here fit the names of tiles
+constexpr float widest_plane = 0x1p14f;  // |u| and |v| up to here fit the names of tiles
 constexpr float time = scene::PatchTable::dicing_time;
 
 uint8_t to_byte(float alpha) {
@@ -202,7 +201,7 @@ float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* cou
 }
 
 int OpacityCache::level_of(float area, float width) {
-  const float cells = area / sqr(cell_width * width);  // at least, of the whole
+  const float cells = area / sqr(OpacityNumbers::cell_width * width);  // at least, of the whole
   if (!(cells < 0x1p60f)) return max_level + 1;
   const int exponent = int(std::bit_cast<uint32_t>(cells) >> 23) - 127;
   return std::max(min_level, (exponent + 2) >> 1);
@@ -271,7 +270,7 @@ bool OpacityCache::first_times(uint64_t key) const {
   if (asked_.empty()) return false;
   std::atomic<uint8_t>& count = asked_[key & (asked_.size() - 1)];
   const uint8_t n = count.load(std::memory_order_relaxed);
-  if (n >= times_before_tile) return false;
+  if (n >= OpacityNumbers::times_before_tile) return false;
   count.store(uint8_t(n + 1), std::memory_order_relaxed);
   return true;
 }

@@ -3,27 +3,13 @@
 
 #include <algorithm>
 
+#include "dapple/gi/link_numbers.h"
+
 namespace dapple::gi {
 
 using scene::GridId;
 using scene::PatchTable;
 using trace::no_id;
-
-namespace {
-
-// In cells, or lengths of ways within groups: so far above the surface rays keep.
-constexpr float height = 0.03f;
-constexpr float margin = TileLinks::margin;
-// Where, beside that, something small must stand in a way to part it.
-struct Offset {
-  float height, aside;
-};
-constexpr Offset other_ways[] = {{0.1f, 0.1f}, {0.2f, -0.1f}, {0.25f, 0}};
-// A group lies in a surface where nearly all of its parts have a normal like that of its stand-in, and are near its
-// plane: the sine of the angle.
-constexpr float like_normals = 0.7f, near_plane = 0.3f;
-
-}  // namespace
 
 bool TileLinks::restrict_to(const scene::GridPoint& at, PatchTable::Neighbours* near) const {
   if (!serves(at, near->nearest)) return false;
@@ -84,11 +70,12 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
   const uint32_t wanted = lines(job.wanted) & ~lines(job.known);
   for (int j = 0; j < h; ++j)
     if (wanted & TileLinks::row(j))
-      add(job, {margin, float(j) + 0.5f}, {float(w) - margin, float(j) + 0.5f}, size, {0, TileLinks::row(j)}, s, rays);
+      add(job, {LinkNumbers::margin, float(j) + 0.5f}, {float(w) - LinkNumbers::margin, float(j) + 0.5f}, size,
+          {0, TileLinks::row(j)}, s, rays);
   for (int i = 0; i < w; ++i)
     if (wanted & TileLinks::column(i))
-      add(job, {float(i) + 0.5f, margin}, {float(i) + 0.5f, float(h) - margin}, size, {0, TileLinks::column(i)}, s,
-          rays);
+      add(job, {float(i) + 0.5f, LinkNumbers::margin}, {float(i) + 0.5f, float(h) - LinkNumbers::margin}, size,
+          {0, TileLinks::column(i)}, s, rays);
 }
 
 // From each wanted shading point in a line where something stands to the next ones in that line, and to the corners of
@@ -96,7 +83,8 @@ void TileLinker::add_lines(const Job& job, Scratch& s, uint64_t* rays) const {
 // of a floor.
 void TileLinker::add_ways(const Job& job, Scratch& s, uint64_t* rays) const {
   const int w = job.grid.width(), h = job.grid.height();
-  const float size = patches_->cell(job.grid, &s.extents).width(), corner = 0.5f - margin, beyond = margin;
+  const float size = patches_->cell(job.grid, &s.extents).width(), corner = 0.5f - LinkNumbers::margin,
+              beyond = LinkNumbers::margin;
   const uint32_t suspects = job.links->cut & TileLinks::suspects;
   const auto is_wanted = [&](int i, int j) { return bool(job.wanted >> job.grid.index(i, j) & 1); };
   const auto is_new_pair = [&](int i, int j, int i1, int j1) {
@@ -130,7 +118,8 @@ void TileLinker::add_parts(const Job& job, Scratch& s, uint64_t* rays) const {
     const int n = patches_->ends_of_part(id, part, of_part);
     for (int end = 0; end < n; ++end) {
       const V3f way = of_part[end].P - from.P;
-      if (dot(of_part[end].Ng, from.Ng) < like_normals || std::abs(dot(way, from.Ng)) > near_plane * length(way)) {
+      if (dot(of_part[end].Ng, from.Ng) < LinkNumbers::like_normals ||
+          std::abs(dot(way, from.Ng)) > LinkNumbers::near_plane * length(way)) {
         if (4 * ++elsewhere <= part_count) continue;
         job.links->cut |= TileLinks::scattered;
         return;
@@ -177,7 +166,7 @@ TileLinker::Way& TileLinker::new_way(const Job& job, float cell_size, const Tile
 }
 
 void TileLinker::trace(Scratch& s, uint64_t* rays) const {
-  trace_at(height, 0, s, rays);
+  trace_at(LinkNumbers::height, 0, s, rays);
   int doubtful = 0;
   for (int k = 0; k < s.count; ++k) {
     const Obstacle o = obstacle(s, k);
@@ -185,7 +174,7 @@ void TileLinker::trace(Scratch& s, uint64_t* rays) const {
     if (o == Obstacle::small) s.ways[doubtful++] = s.ways[k];
   }
   s.count = doubtful;
-  for (const Offset& o : other_ways) {
+  for (const LinkNumbers::Offset& o : LinkNumbers::other_ways) {
     trace_at(o.height, o.aside, s, rays);
     int blocked = 0;
     for (int k = 0; k < s.count; ++k)

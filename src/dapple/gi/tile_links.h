@@ -14,9 +14,6 @@ struct TileLinks {
   static constexpr int side = scene::GridId::tile;
   static constexpr int most_parts = 16;  ///< bits of `divided` that are in use
   static constexpr uint32_t all_parts = (1u << most_parts) - 1;
-  /// In cells: obstacles nearer than this to the edge of a tile or cell are ignored, such as a room's walls at the edge
-  /// of its floor.
-  static constexpr float margin = 0.04f;
   static_assert(side * side <= most_parts && geom::PatchClusters::most_parts <= most_parts);
 
   /// By cell, or part of a group: something stands in it, so that its shading point does not stand for all of it.

@@ -6,6 +6,7 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/integrate/camera_batch.h"
+#include "dapple/integrate/feature_numbers.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/shading/fresnel.h"
 #include "dapple/shading/sheet.h"
@@ -18,13 +19,10 @@ using trace::no_id;
 
 namespace {
 
-constexpr int most_bounces = 8;       // a ball of glass takes three, two panes four
-constexpr float least_share = 0.05f;  // of a pixel, of which a way is followed apart
-constexpr float smooth_alpha = 0.1f;  // rougher ones blur what is seen in them beyond use
-constexpr int most_splits = 4;        // rays of a camera sample at a time, at most
+using Numbers = FeatureNumbers;
 
 bool is_smooth(const Bsdf& b) {
-  return std::max(b.alpha_x, b.alpha_y) <= smooth_alpha;
+  return std::max(b.alpha_x, b.alpha_y) <= Numbers::smooth_alpha;
 }
 
 RGB no_brighter_than_white(const RGB& c) {
@@ -109,8 +107,8 @@ FeatureTracer::Layers FeatureTracer::trace(const Box2i& pixels, StopToken stop) 
 }
 
 void FeatureTracer::trace_block(const Box2i& block, Workspace& w) const {
-  w.now.reserve(Workspace::capacity * most_splits);
-  w.next.reserve(Workspace::capacity * most_splits);
+  w.now.reserve(Workspace::capacity * Numbers::most_splits);
+  w.next.reserve(Workspace::capacity * Numbers::most_splits);
   const PixelSets sets(settings_.pixel_samples, settings_.seed);
   for (int i = 0; i < settings_.samples; ++i) {
     w.camera.generate(scene_, block, uint32_t(i), sets);
@@ -202,7 +200,7 @@ bool FeatureTracer::follow_specular(int k, Workspace& w) const {
   const int i = w.point_ray[k];
   const Workspace::PendingRay r = w.first[i];
   const Bsdf& b = w.bsdf[k];
-  if (r.bounces >= most_bounces || scene_.emitter(w.geometry[k], w.hits.primitive[i])) return false;
+  if (r.bounces >= Numbers::most_bounces || scene_.emitter(w.geometry[k], w.hits.primitive[i])) return false;
   const V3f wo = -r.ray.d, n = b.frame.n;
   const auto send = [&](const V3f& d, const RGB& weight) {
     Workspace::PendingRay next = r;
@@ -233,7 +231,8 @@ bool FeatureTracer::follow_specular(int k, Workspace& w) const {
   const float F = !passes ? 1 : pane ? 1 - shading::straight_transmittance(b, wo) : fresnel_dielectric(cosine, b.ior);
   if (!passes && !mirrors) return false;
   // Of a share that no longer counts, the stronger way stands for both.
-  const bool both = mirrors && passes && F * r.share >= least_share && (1 - F) * r.share >= least_share;
+  const bool both =
+      mirrors && passes && F * r.share >= Numbers::least_share && (1 - F) * r.share >= Numbers::least_share;
   if (both) {
     send(mirrored, RGB(F));
     send(through, RGB(1 - F));

@@ -26,16 +26,12 @@ using trace::RayBatch;
 namespace {
 
 constexpr uint32_t for_lights = 1;  // of all that random numbers of a point are for
-// Of metal and coats in which a light without size shines, times the spread of the ray that sees them: the spots that
-// smoother ones throw would be found by chance. Of n rays from a point each spreads by sqrt(pi / n), and such a lobe,
-// about 4 pi alpha^2 steradians, is as wide as 32, or 8. Few rays from what is seen need the more; what cells' rays
-// find is averaged over those who read the cells.
 float least_alpha(float spread, int diffuse_depth) {
-  constexpr float least = 0.8f, most = 1.6f, of_few = 0.2f;
-  return spread * (diffuse_depth >= 2 ? least : std::clamp(most / of_few * spread, least, most));
+  using N = DirectNumbers;
+  return spread * (diffuse_depth >= 2
+                       ? N::least_alpha
+                       : std::clamp(N::most_alpha / N::few_spread * spread, N::least_alpha, N::most_alpha));
 }
-// The same, for what must not depend on whether a ray was lucky: PointBatch::glint.
-constexpr float glint_alpha = 3.2f;
 enum Target : uint8_t { to_irradiance, to_irradiance_behind, to_specular };
 
 // Something lets a part of the light through: where rays are stopped by draws (RayTracer::visible through media), one
@@ -67,7 +63,7 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
 
 bool DirectLight::reads_learned(const scene::Scene& scene) {
   const auto is_sky = [](const auto& light) { return light->is_infinite() && !light->is_delta(); };
-  return int(scene.lights.size()) > lights_apart || scene.has_media() ||
+  return int(scene.lights.size()) > DirectNumbers::lights_apart || scene.has_media() ||
          std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
 }
 
@@ -113,7 +109,7 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Li
     if (!wanted[k]) continue;
     const int rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
     if (chooses()) {
-      add(k, -1, rays * lights_apart);
+      add(k, -1, rays * DirectNumbers::lights_apart);
       continue;
     }
     for (int light = 0; light < lights; ++light) {
@@ -153,7 +149,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
         return L * scale * rough.eval(b.wo[k], light.wi, key);
       };
       const float spread = b.spread[k];
-      if (spread > 0) glint = blurred(glint_alpha * spread).luminance();
+      if (spread > 0) glint = blurred(DirectNumbers::glint_alpha * spread).luminance();
       L = blurred(least_alpha(spread, diffuse_depth));
     } else {
       float bsdf_pdf = 0;
@@ -282,7 +278,7 @@ float DirectLight::density(const shading::LightReceiver& to, uint32_t index, con
                            int rays, int diffuse_depth) const {
   const float pdf = shading::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng);
   if (!chooses()) return pdf * float(rays_to(index, rays, diffuse_depth));
-  return pdf * float(rays * lights_apart) * scene_.light_sampler->probability(to, int(index));
+  return pdf * float(rays * DirectNumbers::lights_apart) * scene_.light_sampler->probability(to, int(index));
 }
 
 void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const {
@@ -316,7 +312,8 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
   if (!scene_.light_sampler) return;
   int rays[PointBatch::capacity], most = 0;
   for (int k = 0; k < b.count; ++k) {
-    rays[k] = shadow_rays_.at(diffuse_depth, b.share[k]) * std::min(int(scene_.lights.size()), lights_apart);
+    rays[k] =
+        shadow_rays_.at(diffuse_depth, b.share[k]) * std::min(int(scene_.lights.size()), DirectNumbers::lights_apart);
     most = std::max(most, rays[k]);
   }
   for (int i = 0; i < most; ++i) {

@@ -2,18 +2,18 @@
 #pragma once
 
 #include "dapple/integrate/ray_list.h"
+#include "dapple/light/direct_numbers.h"
 #include "dapple/light/light_workspace.h"
 #include "dapple/shading/learned_lights.h"
 
 namespace dapple::light {
 
 /// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each
-/// light gets its own stratified shadow rays, a sky up to `sky_times` as many, since rooms see little of it, through
-/// windows; where there are more than `lights_apart`, that many times the rays of one choose lights by importance.
+/// light gets its own stratified shadow rays, a sky up to DirectNumbers::sky_times as many, since rooms see little of
+/// it, through windows; where there are more than lights_apart, that many times the rays of one choose lights by
+/// importance.
 class DirectLight {
  public:
-  static constexpr int lights_apart = 6, sky_times = 4, sky_rays = 16;
-
   /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing.
   /// The others must outlive this object.
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
@@ -46,9 +46,11 @@ class DirectLight {
  private:
   /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share.
   int rays_to(size_t light, int rays, int diffuse_depth) const {
-    return sky_[light] ? rays * std::clamp(sky_rays / shadow_rays_.at(diffuse_depth), 1, sky_times) : rays;
+    return sky_[light] ? rays * std::clamp(DirectNumbers::sky_rays / shadow_rays_.at(diffuse_depth), 1,
+                                           DirectNumbers::sky_times)
+                       : rays;
   }
-  bool chooses() const { return int(scene_.lights.size()) > lights_apart; }
+  bool chooses() const { return int(scene_.lights.size()) > DirectNumbers::lights_apart; }
   shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
   shading::LightRegion region(const integrate::PointBatch& b, int k) const;
   float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays,

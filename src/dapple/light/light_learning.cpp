@@ -5,6 +5,7 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/light/learning_numbers.h"
 #include "dapple/light/light_statistics.h"
 #include "dapple/numeric/sobol.h"
 
@@ -18,14 +19,11 @@ using shading::LightSample;
 using shading::LightTree;
 using shading::SkyCells;
 
-constexpr int strata = 4;         // of a sky, along a side: a ray each
-constexpr int more_sky_rays = 8;  // of a sky, where the first found it
-constexpr int lamp_rays = 4;
+constexpr int strata = LearningNumbers::strata, more_sky_rays = LearningNumbers::more_sky_rays;
+constexpr int lamp_rays = LearningNumbers::lamp_rays;
 constexpr float brightest = 1e15f;       // squares of more would leave floats
 constexpr size_t most_unbounded = 1024;  // lights at infinity, beside skies
-// Of points, those in regions that must gain, or all is left as it was: samples by what was learned cost more.
-constexpr double least_gaining = 0.25;
-constexpr size_t chunk = 512;  // points
+constexpr size_t chunk = 512;            // points
 constexpr uint32_t for_learning = 7;
 
 // Finds out what reaches points, and writes it down.
@@ -241,7 +239,7 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
       looks.all(each, [&](Observer& o, size_t i, LightSeen* out) { o.observe(points[i], uint32_t(i), out); });
   for (size_t i = 0; i < points.size(); ++i) statistics.add(home[i], {&seen[i * each], each}, strata * strata);
   LightStatistics::Learned learned = statistics.learned(regions);
-  if (learned.gaining < least_gaining) return nullptr;
+  if (learned.gaining < LearningNumbers::least_gaining) return nullptr;
   if (!choices.skies.empty()) {
     const shading::LearnedLights::Layout layout = choices.layout();
     each = choices.skies.size() * more_sky_rays;

@@ -3,23 +3,14 @@
 
 #include <cmath>
 
+#include "dapple/light/learning_numbers.h"
+
 namespace dapple::light {
 
 using shading::LearnedLights;
 using shading::SkyCells;
 
-namespace {
-
-// What the region around counts beside a region's own: so many rays, or points.
-constexpr float trials_around = 2, points_around = 4;
-// A sky is drawn by its cells where the expected square falls to this part at least.
-constexpr float pays_below = 0.7f;
-// Of a sky's samples, those that are drawn by luminance, and evenly, whatever was seen.
-constexpr float by_luminance = 0.4f, by_area = 0.05f;
-// What is left to choices that learning found to bring nothing.
-constexpr float least_class = 0.1f, least_light = 0.15f, least_sky = 0.1f, least_visibility = 0.1f, most_odds = 32;
-
-}  // namespace
+using Numbers = LearningNumbers;
 
 LightStatistics::LightStatistics(const LightChoices& choices, size_t regions)
     : choices_(choices),
@@ -96,23 +87,23 @@ void LightStatistics::lean_on(int region, int parent) {
   for (size_t i = 0; i < part_count_; ++i) {
     Part& p = parts(region)[i];
     const Part& around = parent < 0 ? no_part : parts(parent)[i];
-    const float trials = std::max(p.trials + (parent < 0 ? 0 : trials_around), 1.0f);
-    p.sum = (p.sum + trials_around * around.sum) / trials;
-    p.square = (p.square + trials_around * around.square) / trials;
-    p.own = (p.own + trials_around * around.own) / trials;
+    const float trials = std::max(p.trials + (parent < 0 ? 0 : Numbers::trials_around), 1.0f);
+    p.sum = (p.sum + Numbers::trials_around * around.sum) / trials;
+    p.square = (p.square + Numbers::trials_around * around.square) / trials;
+    p.own = (p.own + Numbers::trials_around * around.own) / trials;
   }
-  const float points = std::max(points_[size_t(region)] + (parent < 0 ? 0 : points_around), 1.0f);
+  const float points = std::max(points_[size_t(region)] + (parent < 0 ? 0 : Numbers::points_around), 1.0f);
   for (size_t i = 0; i < leaf_count_; ++i) {
     Leaf& l = leaves(region)[i];
     const Leaf& around = parent < 0 ? no_leaf : leaves(parent)[i];
-    l.arrived = (l.arrived + points_around * around.arrived) / points;
-    l.sent = (l.sent + points_around * around.sent) / points;
+    l.arrived = (l.arrived + Numbers::points_around * around.arrived) / points;
+    l.sent = (l.sent + Numbers::points_around * around.sent) / points;
   }
   for (size_t i = 0; i < choices_.skies.size(); ++i) {
     ByCosine& c = cosines(region)[i];
     const ByCosine& around = parent < 0 ? no_cosine : cosines(parent)[i];
-    c.sum = (c.sum + points_around * around.sum) / points;
-    c.square = (c.square + points_around * around.square) / points;
+    c.sum = (c.sum + Numbers::points_around * around.sum) / points;
+    c.square = (c.square + Numbers::points_around * around.square) / points;
   }
 }
 
@@ -129,28 +120,29 @@ LightStatistics::Worth LightStatistics::sky_values(int region, size_t sky, float
   const double even = 1.0 / SkyCells::count;
   for (int i = 0; i < SkyCells::count; ++i) {
     const double seen = sum > 0 ? part[i].weight() / sum : even;
-    const double learned =
-        (1 - by_luminance - by_area) * seen + by_luminance * cells.luminance(i) / luminance + by_area * even;
+    const double learned = (1 - Numbers::by_luminance - Numbers::by_area) * seen +
+                           Numbers::by_luminance * cells.luminance(i) / luminance + Numbers::by_area * even;
     before += part[i].square / std::max(part[i].own, 1e-5f);
     after += part[i].square / learned;
     out[1 + i] = float(below += learned);
   }
-  out[0] = after < pays_below * before;
+  out[0] = after < Numbers::pays_below * before;
   out[SkyCells::count] = 1;
   const ByCosine& c = cosines(region)[sky];
   const float deviation = pi * std::sqrt(std::max(c.square - c.sum * c.sum, 0.0f));
-  return {std::max(std::min(float(sum), deviation), least_sky * float(sum)), out[0] > 0};
+  return {std::max(std::min(float(sum), deviation), Numbers::least_sky * float(sum)), out[0] > 0};
 }
 
 // Writes the odds of the crown's pairs.
 LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) const {
   const Leaf* const leaf = leaves(region);
   const auto visibility = [&](size_t i) {
-    return leaf[i].sent > 0 ? std::clamp(std::sqrt(leaf[i].arrived / leaf[i].sent), least_visibility, 1.0f) : 1;
+    return leaf[i].sent > 0 ? std::clamp(std::sqrt(leaf[i].arrived / leaf[i].sent), Numbers::least_visibility, 1.0f)
+                            : 1;
   };
   struct Below {
     float arrives = 0, sent = 0;
-    float visibility() const { return sent > 1e-30f ? std::max(arrives / sent, least_visibility) : 1; }
+    float visibility() const { return sent > 1e-30f ? std::max(arrives / sent, Numbers::least_visibility) : 1; }
   };
   std::vector<Below> below(size_t(choices_.crown.pairs()));
   const auto of = [&](int pair, int i) -> Below {
@@ -161,7 +153,7 @@ LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) con
   for (int pair = choices_.crown.pairs() - 1; pair >= 0; --pair) {
     const Below first = of(pair, 0), second = of(pair, 1);
     below[size_t(pair)] = {first.arrives + second.arrives, first.sent + second.sent};
-    odds[pair] = std::clamp(first.visibility() / second.visibility(), 1 / most_odds, most_odds);
+    odds[pair] = std::clamp(first.visibility() / second.visibility(), 1 / Numbers::most_odds, Numbers::most_odds);
   }
   // Expected squares of samples by what lamps send, and by the root of sent times arriving light.
   float sent = 0, arrived = 0, light = 0;
@@ -170,7 +162,7 @@ LightStatistics::Worth LightStatistics::lamp_values(int region, float* odds) con
     arrived += leaf[i].arrived;
     light += std::sqrt(std::max(leaf[i].arrived * leaf[i].sent, 0.0f));
   }
-  return {light, sqr(light) < pays_below * sent * arrived};
+  return {light, sqr(light) < Numbers::pays_below * sent * arrived};
 }
 
 // Whether the region gains.
@@ -190,12 +182,12 @@ bool LightStatistics::write(int region, float* out) const {
   for (const float w : weight) unbounded += w;
   for (size_t i = 0; i < weight.size(); ++i) {
     const double even = 1 / double(weight.size());
-    below += unbounded > 0 ? least_light * even + (1 - least_light) * weight[i] / unbounded : even;
+    below += unbounded > 0 ? Numbers::least_light * even + (1 - Numbers::least_light) * weight[i] / unbounded : even;
     out[1 + i] = i + 1 == weight.size() ? 1 : float(below);
   }
   const Worth lamps = leaf_count_ > 0 ? lamp_values(region, out + layout.odds_at()) : Worth();
   const double all = unbounded + lamps.light;
-  out[0] = all > 0 ? float(least_class + (1 - 2 * least_class) * unbounded / all) : 0.5f;
+  out[0] = all > 0 ? float(Numbers::least_class + (1 - 2 * Numbers::least_class) * unbounded / all) : 0.5f;
   return gains || lamps.gains;
 }
 

@@ -5,6 +5,7 @@
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/path/path_numbers.h"
 
 namespace dapple::path {
 
@@ -16,11 +17,6 @@ using integrate::offset_origin;
 using integrate::RayTracer;
 using integrate::TileWork;
 using trace::no_id;
-
-namespace {
-// Of a pixel's footprint: that of a camera ray, one of sixteen or so.
-constexpr float camera_share = 0.25f;
-}  // namespace
 
 struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   static constexpr int capacity = CameraBatch::capacity;
@@ -82,7 +78,7 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
         const int p = w.seen.owner[k];
         L[p] = w.open[k] * w.seen.passed[k] * (1 / float(settings_.rays));
         if (settings_.color_bleeding) L[p] *= w.seen.bsdf[k].albedo();
-        if (wants_features) features[p] = describe(scene_, w.seen.surface[k], w.seen.bsdf[k], -w.seen.d[k]);
+        if (wants_features) features[p] = describe(scene_, w.seen.surface[k]);
       }
       for (int p = 0; p < w.camera.count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], L[p], features[p]);
@@ -94,7 +90,7 @@ void AmbientOcclusion::trace_camera_rays(OcclusionWorkspace& w) const {
   const CameraBatch& c = w.camera;
   for (int p = 0; p < c.count; ++p) {
     w.batch.set(p, c.ray[p].ray.o, c.ray[p].ray.d, infinity, c.ray[p].ray.time, trace::ray_key(c.seed[p], c.index[p]),
-                c.ray[p].cone_width * camera_share, c.ray[p].cone_spread * camera_share);
+                c.ray[p].cone_width * PathNumbers::camera_share, c.ray[p].cone_spread * PathNumbers::camera_share);
     w.medium[p] = scene::vacuum;
   }
   tracer_.nearest(w.batch, c.count, w.medium, &w.hits, w.distance, w.passed, w.tracing);
@@ -130,7 +126,7 @@ void AmbientOcclusion::trace_hemispheres(OcclusionWorkspace& w) const {
 
 void AmbientOcclusion::gather(OcclusionWorkspace& w) const {
   sample_2d(w.sobol_seed, w.sobol_index, CameraBatch::dimensions, w.ray_count, w.u, w.v);
-  const float spread = std::sqrt(pi / float(settings_.rays)) * 0.25f;
+  const float spread = std::sqrt(pi / float(settings_.rays)) * PathNumbers::occlusion_share;
   for (int i = 0; i < w.ray_count; ++i) {
     const int k = w.ray_owner[i];
     Frame frame = w.seen.bsdf[k].frame;

@@ -9,6 +9,7 @@
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/path/path_numbers.h"
 #include "dapple/path/path_workspace.h"
 #include "dapple/shading/medium.h"
 #include "dapple/shading/sheet.h"
@@ -43,29 +44,12 @@ static_assert(step_dimensions == PathWorkspace::dimensions);
 // Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
 constexpr int max_passes = 4096;
 
-// Texture footprints after a diffuse scattering: wide enough to use filtered texels, narrow enough not to blur light
-// and texture together.
-constexpr float diffuse_spread = 0.05f;
-
-// Of the points that end paths in a canopy, those lit by a shadow ray: their light is but a part of what one diffuse
-// ray brings.
-constexpr float lit_share = 0.25f;
-// Cosine of the angle, .2, by which lights without extent are widened behind smooth subsurface boundaries.
-constexpr float delta_cosine = 0.98f;
-
 constexpr uint64_t for_learning = 0x6c69676874;  // of all that random numbers are for
-// Points that are learned from: at most, and by a batch of paths, which in a cloud scatter without end.
-constexpr size_t most_points = size_t(1) << 17, most_points_of_batch = 32 * PathWorkspace::capacity;
-
-const shading::Visibility* visibility_of(const PathIntegrator::Settings& s) {
-  if (s.far_ground) return s.far_ground.get();
-  return s.masks.get();
-}
 
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, visibility_of(settings)) {
+    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, settings.visibility()) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
   if (settings.learning_paths > 0 && light::pays_to_learn(scene)) learn();
@@ -74,22 +58,14 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
 void PathIntegrator::learn() {
   constexpr size_t batch = PathWorkspace::capacity;
   const uint64_t seed = hash(settings_.seed, for_learning);
-  std::vector<std::vector<light::LightPoint>> found((size_t(settings_.learning_paths) + batch - 1) / batch);
-  parallel_for(found.size(), [&](size_t i) {
+  LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
+  parallel_for(points.batches(), [&](size_t i) {
     const auto w = std::make_unique<PathWorkspace>();
-    w->points_found = &found[i];
+    w->points_found = points.of_batch(i);
     w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
     trace_camera_rays(*w);
   });
-  std::vector<light::LightPoint> points;
-  size_t all = 0;
-  for (const auto& f : found) all += f.size();
-  const size_t every = all / most_points + 1;
-  size_t number = 0;
-  for (const auto& f : found)
-    for (const light::LightPoint& point : f)
-      if (number++ % every == 0) points.push_back(point);
-  learned_ = light::learn_lights(scene_, rays_, points, seed);
+  learned_ = light::learn_lights(scene_, rays_, points.thinned(), seed);
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
@@ -291,7 +267,7 @@ void PathIntegrator::describe_first_surfaces(PathWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k) {
     const int p = w.point_path[k];
     if (w.bsdf[k].kind == BsdfKind::passthrough || w.features[p].alpha > 0) continue;
-    w.features[p] = describe(scene_, w.surface[k], w.bsdf[k], -w.wi[k]);
+    w.features[p] = describe(scene_, w.surface[k]);
   }
 }
 
@@ -344,16 +320,10 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
     w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
 }
 
-namespace {
-void note(const light::LightPoint& point, PathWorkspace& w) {
-  if (w.points_found->size() < most_points_of_batch) w.points_found->push_back(point);
-}
-}  // namespace
-
 void PathIntegrator::note_point(int k, PathWorkspace& w) const {
   if (w.walk[w.point_path[k]].inside()) return;
   const geom::SurfacePoint& s = w.surface[k];
-  note({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]}, w);
+  w.points_found->note({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]});
 }
 
 void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
@@ -390,7 +360,7 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
 void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   add_canopy_light(k, w);
-  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= lit_share) return;
+  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= PathNumbers::lit_share) return;
   if (w.points_found) return note_point(k, w);
   const V3f wo = -w.wi[k];
   const uint64_t key = w.vertex_key(w.point_path[k], 1);
@@ -399,7 +369,7 @@ void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
       [&](const V3f& wi, float* pdf) {
         const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
         *pdf = 0;  // no ray goes on that could meet the light
-        return f * (std::abs(dot(wi, bsdf.frame.n)) / lit_share);
+        return f * (std::abs(dot(wi, bsdf.frame.n)) / PathNumbers::lit_share);
       },
       w);
 }
@@ -412,7 +382,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   if (learned_) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
   if (w.points_found) {
     // Of each path the first: in a dense cloud shadow rays take thousands of steps.
-    if (w.scatterings[p] == 0) note({.to = receiver, .medium = w.medium[p]}, w);
+    if (w.scatterings[p] == 0) w.points_found->note({.to = receiver, .medium = w.medium[p]});
   } else if (scene_.light_sampler)
     connect(
         k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
@@ -461,7 +431,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
   w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
-  if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+  if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
   // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in
   // which the path came.
   w.medium[p] = scene_.bindings[w.point_geometry[k]].medium_beyond(sample.wi, w.surface[k].Ng, w.medium[p]);
@@ -488,7 +458,7 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
     if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
     w.bsdf_pdf[p] = sample.pdf;
     w.receiver[p] = receiver_at(k, true, w);
-    if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], diffuse_spread);
+    if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
     ++(diffused ? w.rays.diffuse : w.rays.specular);
   }
   w.push_ray(p, offset_origin(s, sample.wi), sample.wi, w.next_key(p));
@@ -504,9 +474,10 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
   shading::LightSample light;
   if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
       !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) ||
-      dot(wi, light.wi) < delta_cosine)
+      dot(wi, light.wi) < PathNumbers::delta_cosine)
     return;
-  const RGB L = w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - delta_cosine)));
+  const RGB L =
+      w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - PathNumbers::delta_cosine)));
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = offset_origin(w.surface[k], light.wi);
   const ShadowRay ray(receiver.p, light, origin);

@@ -34,6 +34,11 @@ class PathIntegrator final : public integrate::Integrator {
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
     int learning_paths =
         0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
+
+    const shading::Visibility* visibility() const {
+      if (far_ground) return far_ground.get();
+      return masks.get();
+    }
   };
 
   PathIntegrator(const scene::Scene& scene, const Settings& settings);

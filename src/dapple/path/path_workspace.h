@@ -10,8 +10,8 @@
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
-#include "dapple/light/light_learning.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/path/learning_points.h"
 #include "dapple/path/subsurface_walk.h"
 
 namespace dapple::path {
@@ -69,8 +69,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   geom::SurfacePoint surface[capacity];
   shading::Bsdf bsdf[capacity];
   shading::LightRegion region[capacity];
-  std::vector<light::LightPoint>* points_found =
-      nullptr;  ///< where paths note the points at which they want light, and do without it
+  /// Where paths note the points at which they want light, and do without it; null: they have it.
+  LearningPoints::Batch* points_found = nullptr;
   integrate::MaterialTable::Scratch prelighting;
 
   // Shadow rays.

@@ -5,15 +5,13 @@
 #include <utility>
 
 #include "dapple/base/parallel.h"
+#include "dapple/shading/light_tree_numbers.h"
 
 namespace dapple::shading {
 namespace {
 
 // Round-off in chains of rotated angles is below this; what is cut off by a cosine is cut off by that much more.
 constexpr float cosine_slack = 1e-3f;
-// Least weight of the two cosines. Emission need not fall off as the first, nor a bumped surface's reflection as the
-// second.
-constexpr float least_cosine = 0.05f;
 
 /// cos(max(0, a - b)) and its sine, for angles in [0, pi] given by cosine and sine.
 float cos_difference(float sin_a, float cos_a, float sin_b, float cos_b) {
@@ -224,7 +222,7 @@ LightTree::Node LightTree::make_node(const LightBounds& b, float intensity_scale
 float LightTree::importance(const Node& node, const LightReceiver& to) {
   const V3f d = to.p - node.centre;
   const float d2 = std::min(length2(d), 1e36f), r2 = std::min(node.radius * node.radius, 1e36f);
-  float weight = node.intensity / (d2 + r2 / 8 + 1e-30f);
+  float weight = node.intensity / (d2 + r2 * LightTreeNumbers::radius_share + 1e-30f);
   if (d2 <= r2) return weight;
   const V3f w = d * (1 / std::sqrt(d2));
   const float sin_b = std::sqrt(r2 / d2), cos_b = safe_sqrt(1 - r2 / d2);  // the sphere, seen from the receiver
@@ -232,14 +230,14 @@ float LightTree::importance(const Node& node, const LightReceiver& to) {
     const float cos_n = -dot(to.n, w), cos_i = to.transmits ? std::abs(cos_n) : cos_n;
     const float least = cos_difference(safe_sqrt(1 - cos_i * cos_i), cos_i, sin_b, cos_b);
     if (least < -cosine_slack) return 0;
-    weight *= std::max(least, least_cosine);
+    weight *= std::max(least, LightTreeNumbers::least_cosine);
   }
   const float cos_axis = dot(node.axis, w), cos_w = node.link & two_sided_flag ? std::abs(cos_axis) : cos_axis;
   const float sin_w = safe_sqrt(1 - cos_w * cos_w);
   const float cos_x = cos_difference(sin_w, cos_w, node.sin_o, node.cos_o);
   const float sin_x = sin_difference(sin_w, cos_w, node.sin_o, node.cos_o);
   const float least = cos_difference(sin_x, cos_x, sin_b, cos_b);
-  return least < node.cos_e ? 0 : weight * std::max(least, least_cosine);
+  return least < node.cos_e ? 0 : weight * std::max(least, LightTreeNumbers::least_cosine);
 }
 
 float LightTree::first_probability(uint32_t children, const LightReceiver& to, float odds) const {
@@ -253,7 +251,7 @@ float LightTree::nearest(const LightReceiver& to, float within) const {
   for (int left = 1; left > 0;) {
     const Node& node = nodes_[stack[--left]];
     const float d2 = length2(to.p - node.centre);
-    if (node.intensity < strong_share * nodes_[0].intensity || d2 >= sqr(within + node.radius) ||
+    if (node.intensity < LightTreeNumbers::strong_share * nodes_[0].intensity || d2 >= sqr(within + node.radius) ||
         importance(node, to) == 0)
       continue;
     if (node.link & leaf_flag) {

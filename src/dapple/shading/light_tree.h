@@ -85,9 +85,8 @@ class LightTree {
   int select(const LightReceiver& to, double u, float* probability, Walks* walks, const Odds& odds) const;
   float probability(const LightReceiver& to, int light, float probability, const Odds& odds) const;
 
-  /// The least sqrt(d^2 + r^2) over strong lights that may contribute, which have this share of all intensity, of a
-  /// sphere around each; `within` where there is none so near.
-  static constexpr float strong_share = 1.0f / 16;
+  /// The least sqrt(d^2 + r^2) over strong lights (LightTreeNumbers::strong_share) that may contribute, of a sphere
+  /// around each; `within` where there is none so near.
   float nearest(const LightReceiver& to, float within) const;
   /// Estimate of the luminous irradiance all lights together can give; zero only where there is none.
   float irradiance(const LightReceiver& to) const { return importance(nodes_[0], to) * intensity_scale_; }

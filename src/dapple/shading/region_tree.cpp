@@ -6,14 +6,9 @@
 #include <numeric>
 
 #include "dapple/base/hash.h"
+#include "dapple/shading/region_numbers.h"
 
 namespace dapple::shading {
-namespace {
-
-// Of a cube's side, how far from itself a point looks for its region, to either side.
-constexpr float reach = 0.25f;
-
-}  // namespace
 
 int RegionTree::kind(const LightReceiver& at) {
   if (at.n == V3f(0, 0, 0)) return kinds - 1;
@@ -59,11 +54,11 @@ void RegionTree::build(size_t node, std::span<const LightReceiver> points, std::
   std::array<int, kinds> counts{};
   for (const int i : inside) ++counts[size_t(kind(points[size_t(i)]))];
   for (size_t k = 0; k < kinds; ++k) {
-    if (counts[k] < least_points) continue;
+    if (counts[k] < RegionNumbers::least_points) continue;
     parents_.push_back(nodes_[node].region[k]);
     nodes_[node].region[k] = int32_t(parents_.size()) - 1;
   }
-  if (inside.size() <= most_points || depth == max_depth) return;
+  if (inside.size() <= RegionNumbers::most_points || depth == max_depth) return;
   const float half = side / 2;
   const V3f middle = corner + V3f(half);
   const auto octant = [&](int i) {
@@ -107,7 +102,7 @@ int RegionTree::near(const LightReceiver& at, uint64_t key) const {
   KeyedRng rng(key);
   const float x = rng.next(), y = rng.next(), z = rng.next();
   LightReceiver moved = at;
-  moved.p += V3f(x - 0.5f, y - 0.5f, z - 0.5f) * (2 * reach * side);
+  moved.p += V3f(x - 0.5f, y - 0.5f, z - 0.5f) * (2 * RegionNumbers::reach * side);
   return home(moved);
 }
 

@@ -16,8 +16,6 @@ namespace dapple::shading {
 class RegionTree {
  public:
   static constexpr int kinds = 13;
-  static constexpr int most_points = 64;   ///< of a cube that is not split
-  static constexpr int least_points = 12;  ///< of a region: fewer belong to that of the cube around
 
   RegionTree() = default;
   /// The same for any order of threads; depends on the order of points.

@@ -6,18 +6,10 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/image/environment.h"
+#include "dapple/shading/region_numbers.h"
 
 namespace dapple::shading {
 namespace {
-
-// Of a cell's mean, what a piece counts at least: its luminance is looked at by a filter.
-constexpr float least_share = 0.05f;
-
-// Of a cell's mean, how bright the brightest piece is where finer ones are looked at: a sun is smaller than a piece.
-constexpr float fine_above = 8;
-
-// Of its mean, how bright the brightest piece of a cell may be that is drawn from evenly, for less.
-constexpr float even_below = 2;
 
 V2f in_cells(const V3f& wi) {
   const V2f uv = image::equal_area_uv(wi);
@@ -64,14 +56,14 @@ SkyCells::SkyCells(const Light& sky) : luminance_(count) {
   parallel_for(count, [&](size_t cell) {
     std::vector<float>& w = weights[cell];
     w = look_at(sky, cell, pieces);
-    if (largest_of(w) > fine_above * mean_of(w)) w = look_at(sky, cell, fine_pieces);
+    if (largest_of(w) > RegionNumbers::fine_above * mean_of(w)) w = look_at(sky, cell, fine_pieces);
     luminance_[cell] = mean_of(w);
-    for (float& v : w) v += least_share * luminance_[cell];
+    for (float& v : w) v += RegionNumbers::least_share * luminance_[cell];
   });
   for (size_t cell = 0; cell < count; ++cell) {
     const std::vector<float>& w = weights[cell];
     black_ = black_ && luminance_[cell] == 0;
-    const bool even = largest_of(w) <= even_below * luminance_[cell];
+    const bool even = largest_of(w) <= RegionNumbers::even_below * luminance_[cell];
     place_.push_back(even ? -1 : int(in_cell_.size()));
     const int side_of = int(w.size()) == pieces * pieces ? pieces : fine_pieces;
     if (!even) in_cell_.emplace_back(std::span<const float>(w), side_of, side_of);

@@ -11,6 +11,7 @@
 #include "dapple/forest/leaf_angles.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/scene/patch_table.h"
+#include "dapple/vegetation/canopy_numbers.h"
 
 namespace dapple::vegetation {
 
@@ -59,7 +60,8 @@ struct Inventory {
 
 bool spans(const Box3f& box, const Box2f& plot) {
   for (int k = 0; k < 2; ++k)
-    if (std::min(box.max[k], plot.max[k]) - std::max(box.min[k], plot.min[k]) < 0.9f * (plot.max[k] - plot.min[k]))
+    if (std::min(box.max[k], plot.max[k]) - std::max(box.min[k], plot.min[k]) <
+        CanopyNumbers::ground_share * (plot.max[k] - plot.min[k]))
       return false;
   return true;
 }
@@ -223,11 +225,11 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceO
 
 namespace {
 
-constexpr int gap_directions = 8;
-constexpr double lowest_gap_cosine = 0.2;
+using Numbers = CanopyNumbers;
+constexpr int gap_directions = Numbers::gap_directions;
 
 double gap_cosine(int direction) {
-  return 1 - (1 - lowest_gap_cosine) * (direction + 0.5) / gap_directions;
+  return 1 - (1 - Numbers::lowest_gap_cosine) * (direction + 0.5) / gap_directions;
 }
 
 // Fraction of parallel rays that cross from `top` down to `bottom` over the plot. At least half a ray.
@@ -302,7 +304,6 @@ ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const Canopy
   const forest::LeafSurvey& areas = survey.areas;
   const std::vector<double>& z = areas.frame().edges_m;
   const size_t slabs = size_t(areas.slabs());
-  constexpr double least = 0.02;
   std::vector<double> above(slabs, 0), below = above, expected = above;
   for (int d = 0; d < gap_directions; ++d) {
     const double mu = gap_cosine(d);
@@ -324,7 +325,7 @@ ClumpingProfile measure_clumping_profile(const scene::Scene& scene, const Canopy
   }
   for (size_t s = 0; s < slabs; ++s)
     for (std::vector<double>* side : {&above, &below})
-      (*side)[s] = expected[s] > 0 ? std::clamp((*side)[s] / expected[s], least, 1.0) : 1;
+      (*side)[s] = expected[s] > 0 ? std::clamp((*side)[s] / expected[s], Numbers::least_clumping, 1.0) : 1;
   return {above, below};
 }
 

@@ -9,6 +9,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/forest/penumbra.h"
 #include "dapple/scene/patch_table.h"
+#include "dapple/vegetation/ground_numbers.h"
 #include "dapple/vegetation/mask_scene.h"
 #include "dapple/vegetation/scene_mask.h"
 
@@ -19,16 +20,11 @@ namespace {
 using forest::Raster;
 using V2d = Imath::V2d;
 
-constexpr int most_pixels = 4096, usual_pixels = 3072;  // of a plot, a side
-constexpr int coarsest = 16;                            // pixels of a cell of the sky's sheet a side
-constexpr int scout_cells = 512;                        // to find where anything stands
-constexpr float beam_margin = 1e-3f;                    // radians
-constexpr double least_rise = 0.1;                      // of a sun's direction
-constexpr float widest_sun = 0.1f;                      // radians, radius
-constexpr int sky_rows = 64;
-constexpr double sky_cell = 1.0 / 32;  // pixels of the sky's sheet, of its height
+using Numbers = GroundNumbers;
+constexpr int most_pixels = 4096;     // of a plot, a side
+constexpr float beam_margin = 1e-3f;  // radians
 
-/// The pixels that are looked at, a whole number of the sky's coarsest cells.
+/// The pixels that are looked at, a whole number of the sky's Numbers::coarsest cells.
 struct Plot {
   Box2f area;
   int width = 0, height = 0;
@@ -41,12 +37,13 @@ struct Plot {
     const V3f eye = camera.position();
     const float footprint = std::max(camera.pixel_width(o.nearest), 1e-4f * o.nearest),
                 widest = std::max(of.max.x - of.min.x, of.max.y - of.min.y);
-    pitch = double(o.pixel > 0 ? o.pixel : std::clamp(widest / usual_pixels, footprint, 8 * footprint));
+    pitch = double(o.pixel > 0 ? o.pixel : std::clamp(widest / Numbers::usual_pixels, footprint, 8 * footprint));
     const auto along = [&](int axis, int* pixels) {
       const double from = double(of.min[axis]), to = double(of.max[axis]), half = 0.5 * most_pixels * pitch;
       const bool whole = to - from <= 2 * half;
       const double middle = whole ? 0.5 * (from + to) : std::clamp(double(eye[axis]), from + half, to - half);
-      *pixels = whole ? std::max(int(std::ceil((to - from) / (pitch * coarsest))), 1) * coarsest : most_pixels;
+      *pixels = whole ? std::max(int(std::ceil((to - from) / (pitch * Numbers::coarsest))), 1) * Numbers::coarsest
+                      : most_pixels;
       area.min[axis] = float(middle - 0.5 * *pixels * pitch), area.max[axis] = float(middle + 0.5 * *pixels * pitch);
       cut[2 * axis] = from<double(area.min[axis]) - pitch, cut[2 * axis + 1] = to> double(area.max[axis]) + pitch;
     };
@@ -87,15 +84,16 @@ Box2f shaded_area(const scene::Scene& scene) {
   const Box3f all = scene.traced.bounds();
   if (all.isEmpty()) return {};
   const float margin = 1e-3f * std::max(all.max.z - all.min.z, 1.0f), least = 1e-4f * (all.max.z - all.min.z),
-              side_x = (all.max.x - all.min.x) / scout_cells, side_y = (all.max.y - all.min.y) / scout_cells;
-  std::vector<Box2f> areas(scout_cells);
-  std::vector<float> tallest(scout_cells);
-  parallel_for(scout_cells, [&](size_t row) {
-    float below[scout_cells], above[scout_cells];
-    std::fill_n(below, scout_cells, infinity), std::fill_n(above, scout_cells, infinity);
+              side_x = (all.max.x - all.min.x) / Numbers::scout_cells,
+              side_y = (all.max.y - all.min.y) / Numbers::scout_cells;
+  std::vector<Box2f> areas(Numbers::scout_cells);
+  std::vector<float> tallest(Numbers::scout_cells);
+  parallel_for(Numbers::scout_cells, [&](size_t row) {
+    float below[Numbers::scout_cells], above[Numbers::scout_cells];
+    std::fill_n(below, Numbers::scout_cells, infinity), std::fill_n(above, Numbers::scout_cells, infinity);
     const auto look = [&](float z, float up, float* distance) {
       trace_row(
-          scene, scout_cells, V3f(0, 0, up),
+          scene, Numbers::scout_cells, V3f(0, 0, up),
           [&](int x) {
             KeyedRng rng(hash(uint64_t(x), uint64_t(row), uint64_t{0x67726f}));
             return V3f(all.min.x + (float(x) + rng.next()) * side_x, all.min.y + (float(row) + rng.next()) * side_y, z);
@@ -104,7 +102,7 @@ Box2f shaded_area(const scene::Scene& scene) {
     };
     look(all.min.z - margin, 1, below);
     look(all.max.z + margin, -1, above);
-    for (int x = 0; x < scout_cells; ++x) {
+    for (int x = 0; x < Numbers::scout_cells; ++x) {
       const float tall = all.max.z - all.min.z + 2 * margin - below[x] - above[x];
       if (!(tall > least)) continue;
       tallest[row] = std::max(tallest[row], tall);
@@ -228,7 +226,7 @@ class Survey {
   /// No pixels for those left out.
   Raster share_of(const shading::NarrowBeam& beam) {
     const V3d d(beam.to_light);
-    if (d.z < least_rise || beam.radius > widest_sun) return {};
+    if (d.z < Numbers::least_rise || beam.radius > Numbers::widest_sun) return {};
     const auto height = sheet_height(beam.to_light);
     if (!height) return Raster(1, 1, 1, 1);
     // The sheet reaches from above the plot to where the sun is seen from it, by whole pixels.
@@ -252,22 +250,22 @@ class Survey {
 
   /// Of all lights at infinity but the beams, as they look from the middle of the plot.
   std::optional<forest::SkyDome> sky() const {
-    image::Image image(2 * sky_rows, sky_rows, 3);
+    image::Image image(2 * Numbers::sky_rows, Numbers::sky_rows, 3);
     bool shines = false;
     const V2d middle = plot_.centre();
     const float ground = height_at(middle.x, middle.y);
     const V3f from(float(middle.x), float(middle.y), std::isnan(ground) ? scene_.traced.bounds().min.z : ground);
     constexpr int samples = 4;
-    for (int y = 0; y < sky_rows / 2; ++y)
-      for (int x = 0; x < 2 * sky_rows; ++x) {
+    for (int y = 0; y < Numbers::sky_rows / 2; ++y)
+      for (int x = 0; x < 2 * Numbers::sky_rows; ++x) {
         RGB sum;
         for (int k = 0; k < samples * samples; ++k) {
-          const V3f w =
-              image::latitude_longitude_direction({(float(x) + (float(k % samples) + 0.5f) / samples) / (2 * sky_rows),
-                                                   (float(y) + (float(k / samples) + 0.5f) / samples) / sky_rows});
+          const V3f w = image::latitude_longitude_direction(
+              {(float(x) + (float(k % samples) + 0.5f) / samples) / (2 * Numbers::sky_rows),
+               (float(y) + (float(k / samples) + 0.5f) / samples) / Numbers::sky_rows});
           if (in_beam(w)) continue;
           for (const uint32_t l : scene_.infinite_lights)
-            sum += scene_.lights[l]->environment_at(from, w, pi / (sky_rows * samples));
+            sum += scene_.lights[l]->environment_at(from, w, pi / (Numbers::sky_rows * samples));
         }
         shines |= !sum.is_black();
         for (int c = 0; c < 3; ++c) image.pixel(x, y)[c] = sum[c] / (samples * samples);
@@ -291,7 +289,7 @@ class Survey {
     if (!height) return;
     SceneMaskView view = view_of(V3f(0, 0, 1), *height);
     int coarser = 1;
-    while (coarser < coarsest && 2 * coarser * plot_.pitch <= *height * sky_cell) coarser *= 2;
+    while (coarser < Numbers::coarsest && 2 * coarser * plot_.pitch <= *height * Numbers::sky_cell) coarser *= 2;
     view.width /= coarser, view.height /= coarser;
     view.pitch *= coarser;
     light_.sky = forest::sky_irradiance(mask_of_scene(scene_, view, false), *height, *dome);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace dapple::distribution {
+
+/// Fitted numbers of rays that end in the radiosity cache: how coarse what they read may be, and how its cells are
+/// shaded (docs/design/006, 016). Seen at half and double: docs/design/measurements/constants.md.
+struct CacheNumbers {
+  /// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a
+  /// corner or between the legs of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and
+  /// of cells with few rays, as those of leaves, noise hides how coarse they are: `growth_of_one_ray` over the number
+  /// of rays, between the others.
+  static constexpr float least_growth = 1, most_growth = 3, growth_of_one_ray = 12;
+  /// Common cells on the surface of the box around the scene: where a cell's effort begins to grow.
+  static constexpr float common_cells = 1024;
+  /// Common cells, in area: the largest that a ray reads.
+  static constexpr float largest_cell = 32;
+  /// Groups of patches are read for their mean, in which noise hides how coarse they are: scale of the cache's width,
+  /// up to a width that needs none. Forests would cost twice as much at widths of .2.
+  static constexpr float group_width = 1.75f, most_group_width = 0.35f;
+  /// Cells: so far from a strong light a tile must be; where it is not, the next finer one is tried.
+  static constexpr float near_lights = 1;
+  /// Points of scattered groups that do the work of one: a wall is read as a few entries by thousands of rays, leaves
+  /// as thousands of entries by a few rays each, whose errors cancel.
+  static constexpr int scattered_share = 4;
+  /// Common cells: a larger cell stands for much of the scene, and is read by so many more rays. There can be few of
+  /// these.
+  static constexpr float most_effort = 64;
+  /// Effort from which light and diffuse rays of a cell start at 16 places of it, not 4.
+  static constexpr int many_origins_effort = 4;
+  /// Radians, growth of a ray's cone at most, by which it reads the cache: few rays, and those at glancing angles,
+  /// would read the mean of a whole wall.
+  static constexpr float widest_cone = 0.5f;
+  /// Of the coats that diffuse rays meet, at least such a share is looked at: fewer find lamps by chance.
+  static constexpr float least_coats = 0.3f;
+};
+
+}  // namespace dapple::distribution
