@@ -125,14 +125,7 @@ Numbers irradiance(const Solver& s, const Field& f, double mu, double azimuth) {
   return array_of(s.get().irradiance(f, mu, azimuth), {s.levels(), s.wavelengths()});
 }
 
-}  // namespace
-
-PYBIND11_MODULE(canopy, m) {
-  m.doc() =
-      "Light in plane-parallel vegetation (docs/guide/canopy.md). Heights in metres, angles in radians; directions by "
-      "mu, the cosine against the\n"
-      "zenith, of propagation: positive is upwards. Wrong values raise ValueError.";
-
+void add_constituents(py::module_& m) {
   py::class_<LeafAngles>(m, "LeafAngles", "Density of the inclination of leaf normals; uniform in azimuth.")
       .def(py::init([](const std::string& name) { return LeafAngles::by_name(name); }), "name"_a)
       .def_static("beta", &LeafAngles::beta, "mean"_a, "standard_deviation"_a)
@@ -168,7 +161,9 @@ PYBIND11_MODULE(canopy, m) {
            }),
            "legendre"_a, "albedo"_a,
            "Legendre moments of the phase function, the first is 1: [1] is isotropic, [1, 0, .1] Rayleigh's.");
+}
 
+void add_solver(py::module_& m) {
   py::class_<Field>(m, "Field", "Diffuse radiance at all levels, for one source of light.");
   py::class_<Solver>(
       m, "Solver",
@@ -191,6 +186,18 @@ PYBIND11_MODULE(canopy, m) {
         for (int l = 0; l < s.get().levels(); ++l) z.push_back(s.get().height(l));
         return array_of(z, {s.levels()});
       });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(canopy, m) {
+  m.doc() =
+      "Light in plane-parallel vegetation (docs/guide/canopy.md). Heights in metres, angles in radians; directions by "
+      "mu, the cosine against the\n"
+      "zenith, of propagation: positive is upwards. Wrong values raise ValueError.";
+
+  add_constituents(m);
+  add_solver(m);
   m.def(
       "solve_file",
       [](const std::string& path) {

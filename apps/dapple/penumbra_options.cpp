@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "penumbra_options.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -41,8 +42,9 @@ std::pair<double, double> location(const PenumbraOptions& o) {
 
 forest::PlaceAndTime day(const PenumbraOptions& o) {
   const std::vector<double> v = numbers(o.date, '-', 3);
-  const bool legal = !v.empty() && v[0] >= 1950 && v[0] <= 2050 && v[1] >= 1 && v[1] <= 12 && v[2] >= 1 &&
-                     v[2] <= forest::days_of_month(int(v[0]), int(v[1]));
+  const auto whole = [](double n) { return n >= 0 && n <= 9999 && n == std::floor(n); };
+  const bool legal =
+      !v.empty() && whole(v[0]) && whole(v[1]) && whole(v[2]) && forest::is_known_day(int(v[0]), int(v[1]), int(v[2]));
   if (!legal) out_of_range("--date", "\"" + o.date + "\"", "YEAR-MONTH-DAY from 1950 to 2050, such as 2024-06-21");
   const auto [latitude, longitude] = location(o);
   return {latitude, longitude, int(v[0]), int(v[1]), int(v[2]), 12};
@@ -182,15 +184,11 @@ std::vector<SunPlace> sun_places(const PenumbraOptions& o) {
   if (from < 0 || to < from)
     out_of_range("--time-range", "\"" + o.time_range + "\"",
                  "HH:MM-HH:MM in Universal Time, from 00:00 to 24:00, the later second");
-  forest::PlaceAndTime at = day(o);
-  const int frames = dash == std::string::npos ? 1 : o.frames;
   std::vector<SunPlace> places;
-  for (int i = 0; i < frames; ++i) {
-    at.hour = frames == 1 ? from : from + (to - from) * i / (frames - 1);
-    const forest::SunPosition sun = forest::sun_position(at);
-    const std::string when = time_text(o, at.hour);
+  for (const auto& [hour, sun] : forest::sun_course(day(o), from, to, dash == std::string::npos ? 1 : o.frames)) {
+    const std::string when = time_text(o, hour);
     check_zenith(o, "--time-range: the zenith angle of the sun at " + when, sun.zenith_deg);
-    places.push_back({sun.zenith_deg, 90 - sun.compass_deg, when});
+    places.push_back({sun.zenith_deg, sun.azimuth_deg(), when});
   }
   return places;
 }
@@ -203,22 +201,14 @@ std::optional<forest::SunDisc> make_sun(const PenumbraOptions& o, const SunPlace
                       o.sun_diameter / 2 * degree);
   if (o.sun_image.empty()) return sun;
   const FileLoc loc{o.sun_image, 0, 0};
-  image::Image cover = image::read_image(o.sun_image, loc, image::Encoding::linear());
-  for (const float v : cover.pixels())
-    if (!(v >= 0 && v <= 1))
-      throw InputError(loc, "a pixel of --sun-image is " + shown(double(v)) + ", expected numbers from 0 to 1");
-  return sun.covered(std::move(cover));
+  return sun.covered(image::read_image(o.sun_image, loc, image::Encoding::linear()), "--sun-image", loc);
 }
 
 std::optional<forest::SkyDome> read_sky_file(const PenumbraOptions& o) {
-  for (const char* model : {"uniform", "overcast", "clear", "preetham"})
-    if (o.sky == model) return std::nullopt;
+  const auto& models = forest::SkyDome::model_names;
+  if (std::find(std::begin(models), std::end(models), o.sky) != std::end(models)) return std::nullopt;
   const FileLoc loc{o.sky, 0, 0};
-  const image::Image picture = image::read_image(o.sky, loc);
-  for (const float v : picture.pixels())
-    if (!(v >= 0 && std::isfinite(v)))
-      throw InputError(loc, "a pixel of --sky is " + shown(double(v)) + ", expected radiances from 0 upwards");
-  return forest::SkyDome::from_image(image::EnvironmentImage(picture, std::nullopt, loc));
+  return forest::SkyDome::from_picture(image::read_image(o.sky, loc), "--sky", loc);
 }
 
 std::optional<forest::SkyDome> make_sky(const PenumbraOptions& o, const SunPlace& place,
@@ -226,11 +216,7 @@ std::optional<forest::SkyDome> make_sky(const PenumbraOptions& o, const SunPlace
   const double irradiance = o.sky_irradiance.value_or(0);
   if (irradiance == 0 && (o.sky_irradiance || !file)) return std::nullopt;
   const V3d sun = forest::sky_direction(place.zenith_deg * degree, place.azimuth_deg * degree);
-  const forest::SkyDome sky = file                  ? *file
-                              : o.sky == "overcast" ? forest::SkyDome::cie_overcast()
-                              : o.sky == "clear"    ? forest::SkyDome::cie_clear(sun)
-                              : o.sky == "preetham" ? forest::SkyDome::preetham(sun, o.turbidity)
-                                                    : forest::SkyDome::uniform();
+  const forest::SkyDome sky = file ? *file : forest::SkyDome::model(o.sky, sun, o.turbidity);
   if (!o.sky_irradiance) return sky;
   if (!(sky.irradiance().luminance() > 0))
     throw InputError(FileLoc{o.sky, 0, 0}, "this sky is black above the horizon: it cannot have --sky-irradiance");

@@ -170,6 +170,52 @@ bool keeps_features(const std::vector<std::string>& aovs) {
                      [](const std::string& aov) { return aov != "albedo" && aov != "normal"; });
 }
 
+build::BuildOptions build_options(const RenderOptions& o) {
+  build::BuildOptions options;
+  options.keep_going = o.keep_going;
+  if (!o.resolution.empty()) options.film.resolution = resolution("--resolution", o.resolution);
+  if (!o.crop.empty()) options.film.crop = crop("--crop", o.crop);
+  return options;
+}
+
+// What the command line asks for, else the scene.
+build::IntegratorRequest settled_request(const RenderOptions& o, const build::BuiltScene& built,
+                                         const std::vector<std::string>& aovs, Diagnostics& diagnostics) {
+  build::IntegratorRequest request = integrator_request(o).over(built.request);
+  request.log_caches = render::show_cache_use(aovs);
+  if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
+  if (request.type == "path" || request.type == "canopy")
+    warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
+  if (o.light_groups && request.type != "path" && request.type != "distribution")
+    throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
+  request.light_groups = o.light_groups;
+  return request;
+}
+
+scene::Film::Settings film_settings(const scene::Scene& scene, const build::IntegratorRequest& request,
+                                    const render::OutputSettings& output) {
+  scene::Film::Settings s = scene.film;
+  s.features = keeps_features(output.aovs);
+  s.light_groups = int(output.light_groups.size());
+  s.cache_use = request.log_caches;
+  return s;
+}
+
+void warn_of_dropped(const scene::Film& film) {
+  if (film.dropped_samples() > 0)
+    log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
+  if (film.dropped_features() > 0)
+    log_warning(std::to_string(film.dropped_features()) + " numbers of AOVs were not finite and count as 0");
+}
+
+// "a.exr: 640 x 480, 64 samples a pixel, 12 s (14 s with loading)"
+std::string summary_of(const std::vector<std::string>& paths, const scene::Film& film, const render::SessionResult& r,
+                       double wall_seconds) {
+  return joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
+         samples_text(r, film) + ", " + format_seconds(r.seconds) + " (" + format_seconds(wall_seconds) +
+         " with loading)";
+}
+
 int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer wall;
   check_render_options(o);
@@ -181,26 +227,15 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (o.quiet) set_log_level(1);
   set_thread_count(o.threads);
   Diagnostics diagnostics(o.strict);
-  build::BuildOptions build_options;
-  build_options.keep_going = o.keep_going;
-  if (!o.resolution.empty()) build_options.film.resolution = resolution("--resolution", o.resolution);
-  if (!o.crop.empty()) build_options.film.crop = crop("--crop", o.crop);
-  build::BuiltScene built = build::load_scene(o.scene, build_options, diagnostics);
+  build::BuiltScene built = build::load_scene(o.scene, build_options(o), diagnostics);
   std::vector<std::string> paths = output_paths(o, built, diagnostics);
   if (o.outputs.empty()) outputs.add_image_of_scene(paths[0], built.film.place);
   outputs.check_inputs(built.named_files);
   outputs.check_input(o.ocio);
 
-  build::IntegratorRequest request = integrator_request(o).over(built.request);
   render::OutputSettings output = output_settings(o, built, command_line);
-  request.log_caches = render::show_cache_use(output.aovs);
-  if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
-  if (request.type == "path" || request.type == "canopy")
-    warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
+  const build::IntegratorRequest request = settled_request(o, built, output.aovs, diagnostics);
   warn_of_unused(o, request, paths);
-  if (o.light_groups && request.type != "path" && request.type != "distribution")
-    throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
-  request.light_groups = o.light_groups;
   FrameDenoising denoising(o, request);
   render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
   const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
@@ -212,12 +247,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
                            std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();
 
-  scene::Film::Settings film_settings = built.scene->film;
-  film_settings.features = keeps_features(output.aovs);
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
-  film_settings.light_groups = int(output.light_groups.size());
-  film_settings.cache_use = request.log_caches;
-  scene::Film film(film_settings);
+  scene::Film film(film_settings(*built.scene, request, output));
 
   interrupts.begin_rendering();
   render::RenderSession session(*integrator, film, rules);
@@ -236,10 +267,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   interrupts.begin_writing(files);
   for (const std::string& path : paths) render::write_output(path, film, output);
 
-  if (film.dropped_samples() > 0)
-    log_warning(std::to_string(film.dropped_samples()) + " samples were not finite or negative and count as black");
-  if (film.dropped_features() > 0)
-    log_warning(std::to_string(film.dropped_features()) + " numbers of AOVs were not finite and count as 0");
+  warn_of_dropped(film);
   render::RunReport report;
   report.scene_path = o.scene;
   report.command_line = command_line;
@@ -256,10 +284,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
-  const std::string summary = joined(paths) + ": " + std::to_string(film.width()) + " x " +
-                              std::to_string(film.height()) + ", " + samples_text(result, film) + ", " +
-                              format_seconds(result.seconds) + " (" + format_seconds(report.wall_seconds) +
-                              " with loading)";
+  const std::string summary = summary_of(paths, film, result, report.wall_seconds);
   if (is_partial || interrupts.flag()) {
     log_warning(summary +
                 (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));

@@ -155,10 +155,9 @@ void check_render_options(const RenderOptions& o) {
   if (!o.compression.empty()) image::check_compression(o.compression);
 }
 
-void add_render_options(CLI::App& app, RenderOptions& o) {
-  app.add_option("SCENE", o.scene, "Scene file (.pbrt, .pbrt.gz)")->required();
-  app.add_option("-o,--output", o.outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
-      ->allow_extra_args(false);
+namespace {
+
+void add_transport_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--integrator", o.integrator, "Light transport: path, distribution, canopy, ao [the scene's]")
       ->check(CLI::IsMember(
           std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
@@ -193,6 +192,9 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
                  "diffuse there) "
                  "[off in preset draft]")
       ->check(CLI::IsMember({"on", "off"}));
+}
+
+void add_cache_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--radiosity-cache", o.radiosity_cache,
                  "distribution: diffuse rays end in the radiosity cache: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));
@@ -216,6 +218,9 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--cache-mb", o.cache_mb, "Memory of all caches of view-independent results, MB [100]")
       ->check(CLI::Range(0.0, 1e6));
+}
+
+void add_mask_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--sun-shadows", o.masks.sun_shadows,
                  "Shadows of the sun: rays, or layered masks of what stands in its way, which are approximate [rays]");
   app.add_option("--mask-levels", o.masks.levels, "masks: slabs along the light, 8 to 4096 [256]");
@@ -227,6 +232,10 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
                  "Ground farther from the camera than this, z up: shadows of sun and sky as penumbras of the canopy "
                  "above it, in place of rays; 0: nowhere [0]");
   app.add_option("--ground-pixel", o.masks.ground_pixel, "far ground: side of a pixel, scene units; 0: by itself [0]");
+}
+
+// Of single integrators.
+void add_own_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--max-distance", o.max_distance, "ao: reach of its rays, scene units [infinite]")->check(positive());
   app.add_flag("--color-bleeding", o.color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o.canopy_gather,
@@ -236,6 +245,9 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
                  "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
   app.add_option("--canopy-slabs", o.canopy_slabs, "canopy: slabs of its height [20]")
       ->check(CLI::Range(1, build::max_canopy_slabs));
+}
+
+void add_sampling_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--pixel-samples", o.pixel_samples, "Camera samples a pixel [the scene's, else the preset's]")
       ->check(positive());
   app.add_option(
@@ -251,10 +263,16 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--noise-target", o.noise_target,
                  "Stop when the image's estimated relative RMSE is this low, such as 0.02 [none]")
       ->check(positive());
+}
+
+void add_image_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--resolution", o.resolution, "Image size WxH [the scene's]");
   app.add_option("--crop", o.crop, "Render only pixels X0,Y0,X1,Y1 (X1, Y1 excluded) [the scene's]");
   add_threads(app, o.threads);
   app.add_option("--seed", o.seed, "Seed of all random numbers [the scene's or 0]");
+}
+
+void add_layer_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--aov", o.aovs,
                  "Further layers of an EXR: "
                  "albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
@@ -274,6 +292,10 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--denoise-weights", o.denoise_weights,
                  "Network for that, .tza of 3, 6 or 9 channels: colour, albedo, normals [that of all 9]");
   app.add_option("--stats", o.stats, "Write a JSON run report to this file [none]");
+}
+
+// How images are written.
+void add_file_options(CLI::App& app, RenderOptions& o) {
   app.add_flag("--half", o.half, "16-bit float EXR [as the scene says]");
   app.add_flag("--float", o.full_float, "32-bit float EXR [as the scene says]");
   app.add_flag("--tiled", o.tiled, "Tiled EXR [scanlines]");
@@ -284,6 +306,22 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--view", o.view, "OpenColorIO view for PNG [plain sRGB]");
   app.add_option("--display", o.display, "OpenColorIO display for PNG [the configuration's default]");
   app.add_option("--ocio", o.ocio, "OpenColorIO configuration file [$OCIO]");
+}
+
+}  // namespace
+
+void add_render_options(CLI::App& app, RenderOptions& o) {
+  app.add_option("SCENE", o.scene, "Scene file (.pbrt, .pbrt.gz)")->required();
+  app.add_option("-o,--output", o.outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
+      ->allow_extra_args(false);
+  add_transport_options(app, o);
+  add_cache_options(app, o);
+  add_mask_options(app, o);
+  add_own_options(app, o);
+  add_sampling_options(app, o);
+  add_image_options(app, o);
+  add_layer_options(app, o);
+  add_file_options(app, o);
   app.add_flag("--strict", o.strict, "Whatever would be a warning about the scene is an error");
   app.add_flag(
       "--keep-going", o.keep_going,

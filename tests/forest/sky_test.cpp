@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "dapple/forest/canopy_mask.h"
@@ -63,6 +64,23 @@ TEST(SkyDome, Preetham) {
 }
 
 // Expectation: the canopy solver sees the same radiance, its azimuth counted from the sun's.
+// Expectation: names stand for those models; of other names, and of pictures that hold no radiance, an error.
+TEST(SkyDome, ByNameAndFromPictures) {
+  const V3d sun = sky_direction(0.6, 2), w = sky_direction(0.9, 1);
+  const SkyDome expected[] = {SkyDome::uniform(), SkyDome::cie_overcast(), SkyDome::cie_clear(sun),
+                              SkyDome::preetham(sun, 3)};
+  ASSERT_EQ(std::size(SkyDome::model_names), std::size(expected));
+  for (size_t i = 0; i < std::size(expected); ++i)
+    EXPECT_EQ(SkyDome::model(SkyDome::model_names[i], sun, 3).radiance(w), expected[i].radiance(w)) << i;
+  EXPECT_THROW(SkyDome::model("cloudy", sun, 3), std::invalid_argument);
+  image::Image picture(32, 16, 3);
+  EXPECT_TRUE(SkyDome::from_picture(picture, "the sky", {}).irradiance().is_black());
+  for (const float bad : {-1.0f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    picture.pixel(3, 4)[1] = bad;
+    EXPECT_THROW(SkyDome::from_picture(picture, "the sky", {}), InputError) << bad;
+  }
+}
+
 TEST(SkyDome, GoesIntoTheCanopySolver) {
   const double azimuth = 1.1;
   const SkyDome sky = SkyDome::preetham(sky_direction(0.7, azimuth), 4);
@@ -113,6 +131,9 @@ TEST(SunDisc, Cover) {
   const V3d west(-1, 0, 0);
   EXPECT_GT(sun.radiance((middle + west * 0.002).normalized()).g, 0);
   EXPECT_EQ(sun.radiance((middle - west * 0.002).normalized()).g, 0);
+  image::Image wrong(4, 4, 1);
+  wrong.pixel(1, 1)[0] = 1.5f;
+  EXPECT_THROW(SunDisc(0.5, 1, RGB(1)).covered(std::move(wrong), "the cover", {}), InputError);
 }
 
 // The worked example of NREL's Solar Position Algorithm (Reda and Andreas 2004): 2003-10-17 12:30:30 MST at 39.742476
@@ -136,6 +157,25 @@ TEST(SunPosition, OfSeasons) {
   EXPECT_EQ(days_of_month(2000, 2), 29);
   EXPECT_EQ(days_of_month(1900, 2), 28);
   EXPECT_EQ(days_of_month(2001, 13), 0);
+}
+
+// Expectation: at the equator on an equinox the sun goes from the east over the zenith to the west, 15 degrees an hour.
+TEST(SunPosition, OfPartsOfDays) {
+  const auto course = sun_course({0, 0, 2024, 3, 20, -1}, 8, 16, 5);
+  ASSERT_EQ(course.size(), 5u);
+  for (int i = 0; i < 5; ++i) {
+    const auto& [hour, sun] = course[size_t(i)];
+    EXPECT_DOUBLE_EQ(hour, 8 + 2 * i);
+    EXPECT_DOUBLE_EQ(sun.zenith_deg, sun_position({0, 0, 2024, 3, 20, hour}).zenith_deg);
+    EXPECT_NEAR(sun.zenith_deg, std::abs(hour - 12) * 15, 2.5);  // the equation of time: at most 17 minutes
+  }
+  EXPECT_NEAR(course[0].sun.azimuth_deg(), 0, 1);
+  EXPECT_NEAR(std::abs(course[4].sun.azimuth_deg()), 180, 1);
+  ASSERT_EQ(sun_course({0, 0, 2024, 3, 20, 0}, 9, 16, 1).size(), 1u);
+  EXPECT_DOUBLE_EQ(sun_course({0, 0, 2024, 3, 20, 0}, 9, 16, 1)[0].hour, 9);
+  EXPECT_TRUE(is_known_day(2024, 2, 29) && is_known_day(1950, 1, 1) && is_known_day(2050, 12, 31));
+  EXPECT_FALSE(is_known_day(2023, 2, 29) || is_known_day(1949, 12, 31) || is_known_day(2051, 1, 1) ||
+               is_known_day(2024, 13, 1) || is_known_day(2024, 4, 0));
 }
 
 TEST(CanopyMask, RefusesWhatIsNoTransmittance) {

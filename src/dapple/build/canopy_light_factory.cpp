@@ -59,16 +59,14 @@ std::optional<forest::SunDisc> sun_of(const LightEntity& e, const BuildContext& 
                             flat ? forest::LimbDarkening::none : forest::LimbDarkening::hestroffer_magnan,
                             radius * degree);
   if (!image) return sun;
-  image::Image cover = textures.light_image(filename, image->loc, image::Encoding::linear());
-  for (const float v : cover.pixels())
-    if (!(v >= 0 && v <= 1)) throw InputError(image->loc, "a pixel of \"sunimage\" is not from 0 to 1");
-  return sun.covered(std::move(cover));
+  return sun.covered(textures.light_image(filename, image->loc, image::Encoding::linear()), "\"sunimage\"", image->loc);
 }
 
 std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& context,
                                       const TextureLibrary& textures) {
-  static const std::vector<std::string_view> models = {"uniform", "overcast", "clear", "preetham"};
-  const int model = e.params.get_choice("skymodel", models, 0);
+  using forest::SkyDome;
+  static const std::vector<std::string_view> models(std::begin(SkyDome::model_names), std::end(SkyDome::model_names));
+  const std::string_view model = models[size_t(e.params.get_choice("skymodel", models, 0))];
   const double turbidity = number(e, "turbidity", 3, 1.9, 10, "a number from 1.9 to 10");
   const Param* image = e.params.find("skyimage");
   const std::string filename = e.params.get_string("skyimage", "");
@@ -77,21 +75,14 @@ std::optional<forest::SkyDome> sky_of(const LightEntity& e, const BuildContext& 
   if (power.is_black() && (given || !image)) return std::nullopt;
   const V3d sun = forest::sky_direction(double(e.params.get_float("sunzenith", 0)) * degree,
                                         double(e.params.get_float("sunazimuth", 0)) * degree);
-  std::optional<forest::SkyDome> sky;
+  std::optional<SkyDome> sky;
   if (image) {
-    image::Image picture = textures.light_image(filename, image->loc);
-    for (const float v : picture.pixels())
-      if (!(v >= 0 && std::isfinite(v)))
-        throw InputError(image->loc, "a pixel of \"skyimage\" is negative or not finite: it cannot be a light");
-    sky = forest::SkyDome::from_image(image::EnvironmentImage(picture, std::nullopt, image->loc));
+    sky = SkyDome::from_picture(textures.light_image(filename, image->loc), "\"skyimage\"", image->loc);
     if (!given) return sky;
     if (!(sky->irradiance().luminance() > 0))
       throw InputError(image->loc, "this sky is black above the horizon: it cannot have \"skyirradiance\"");
   } else {
-    sky = model == 1   ? forest::SkyDome::cie_overcast()
-          : model == 2 ? forest::SkyDome::cie_clear(sun)
-          : model == 3 ? forest::SkyDome::preetham(sun, turbidity)
-                       : forest::SkyDome::uniform();
+    sky = SkyDome::model(model, sun, turbidity);
   }
   return sky->with_irradiance(1) * power;
 }

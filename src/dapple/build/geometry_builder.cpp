@@ -2,7 +2,6 @@
 #include "dapple/build/geometry_builder.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -13,8 +12,8 @@
 #include "dapple/build/light_factory.h"
 #include "dapple/build/light_group_factory.h"
 #include "dapple/build/shape_factory.h"
+#include "dapple/build/subdivision_levels.h"
 #include "dapple/shading/light_motion.h"
-#include "dapple/shading/opacity_texture.h"
 
 namespace dapple::build {
 
@@ -75,10 +74,6 @@ const char* name_of(const trace::Shape& shape) {
 
 // Of all surfaces that are diced.
 constexpr size_t least_vertex_budget = size_t(1) << 21, vertices_a_pixel = 64;
-
-// Of Loop subdivision. A million triangles take 3 s and 300 MB; more than max_subdivided_faces are taken as a mistake.
-constexpr int free_levels = 3, deepest_levels = 20;
-constexpr double max_deep_faces = 500e3, max_subdivided_faces = 64e6;
 
 // Errors come out by the order of the file, not by which thread failed first.
 template <class Job, class Body>
@@ -216,48 +211,6 @@ void GeometryBuilder::dice(std::vector<Job>* jobs) {
   });
 }
 
-// Loop subdivision to as many levels as pbrt's default has is the file's own size; deeper ones are held to a number of
-// triangles in all.
-int GeometryBuilder::find_most_levels() const {
-  const auto& d = context_.description;
-  std::vector<std::pair<const ShapeEntity*, double>> meshes;
-  const auto collect = [&](const std::vector<ShapeEntity>& shapes) {
-    for (const ShapeEntity& e : shapes) {
-      if (e.type != "loopsubdiv" || e.params.get_bool("diced", false) || e.params.find("displacement") ||
-          scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement))
-        continue;
-      const scenefile::Param *indices = e.params.find("indices"), *sizes = e.params.find("faceverts");
-      if (!indices) continue;
-      const double corners = double(indices->integers.size());
-      meshes.push_back({&e, sizes ? std::max(0.0, corners - 2 * double(sizes->integers.size())) : corners / 3});
-    }
-  };
-  collect(d.shapes);
-  for (const auto& object : d.objects) collect(object.shapes);
-  const auto count = [&](int most) {
-    double all = 0;
-    for (const auto& [e, faces] : meshes)
-      all += faces * std::pow(4.0, std::clamp(e->params.get_int("levels", 3), 0, most));
-    return all;
-  };
-  int most = deepest_levels;
-  while (most > free_levels && count(most) > max_deep_faces) --most;
-  for (const auto& [e, faces] : meshes) {
-    if (e->params.get_int("levels", 3) <= most) continue;
-    context_.diagnostics.warn(e->loc,
-                              "\"levels\" is held to " + std::to_string(most) +
-                                  ", so that Loop subdivision makes at most " + std::to_string(int(max_deep_faces)) +
-                                  " triangles; \"bool diced\" true is as smooth as can be seen",
-                              "levels of loopsubdiv");
-    break;
-  }
-  if (!meshes.empty() && count(most) > max_subdivided_faces)
-    throw InputError(meshes.front().first->loc,
-                     "Loop subdivision of this shape and others to their \"levels\" would make more than " +
-                         std::to_string(int(max_subdivided_faces / 1e6)) + " million triangles");
-  return most;
-}
-
 void GeometryBuilder::build() {
   const Timer timer;
   const auto& d = context_.description;
@@ -266,7 +219,7 @@ void GeometryBuilder::build() {
   for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
 
   make_views();
-  most_levels_ = find_most_levels();
+  most_levels_ = most_subdivision_levels(context_, scene_.materials);
   std::vector<Job> jobs = collect_jobs();
   for_each_job(&jobs, [this](Job& job) { make_job(&job); });
   dice(&jobs);
@@ -341,7 +294,7 @@ void GeometryBuilder::check_reach(const Box3f& bounds, const V3f& camera) const 
 
 void GeometryBuilder::add(Job& job) {
   const ShapeEntity& e = *job.entity;
-  const Opacity opacity = opacity_of(e);
+  const ShapeOpacity opacity = opacities_.make(e);
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();
@@ -379,28 +332,6 @@ void GeometryBuilder::add(Job& job) {
   }
 }
 
-// The shape's alpha, its opacity by channel, and that of its shader where it has such a stage.
-GeometryBuilder::Opacity GeometryBuilder::opacity_of(const ShapeEntity& e) {
-  shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
-  if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
-  shading::RgbTexturePtr opacity = textures_.optional_reflectance_texture(e.params, "opacity");
-  if (opacity && opacity->constant() && opacity->constant()->min() >= 1) opacity = nullptr;
-  shading::MaterialPtr shader = scene_.materials[size_t(e.material)];
-  if (!shader->stages().has(shading::Stage::opacity)) shader = nullptr;
-  if (!opacity && !shader) return {alpha, nullptr};
-  Opacity& both = opacities_[{shader, opacity, alpha}];
-  if (!both.alpha) {
-    const auto product = std::make_shared<shading::OpacityTexture>(shader, opacity, alpha);
-    both.alpha = std::make_shared<shading::MeanTexture>(product);
-    const auto constant = product->constant();
-    const bool gray = constant && constant->min() == constant->max();
-    if ((opacity && !gray) || (shader && shader->has_colored_opacity())) both.colored = product;
-  }
-  if (!both.colored || e.area_light < 0) return both;
-  context_.diagnostics.unsupported(e.loc, "opacity that differs by channel on an area light", "its mean");
-  return {both.alpha, nullptr};
-}
-
 void GeometryBuilder::flush_curves() {
   if (!pending_.curves) return;
   const PendingCurves curves = std::move(pending_);
@@ -408,7 +339,7 @@ void GeometryBuilder::flush_curves() {
   add_shape(trace::CurvesPtr(curves.curves), {curves.like, curves.object, false, {}}, curves.opacity, curves.object);
 }
 
-void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
+void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
                                 const trace::Shape* emitter) {
   const ShapeEntity& e = *job.entity;
   bytes_ += bytes_of(shape);

@@ -7,6 +7,7 @@
 
 #include "dapple/build/coverage.h"
 #include "dapple/build/dicing.h"
+#include "dapple/build/opacity_factory.h"
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
@@ -22,7 +23,11 @@ class GeometryBuilder {
  public:
   GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials,
                   scene::Scene& scene, const std::optional<Box2f>& period = {})
-      : context_(context), textures_(textures), materials_(materials), scene_(scene) {
+      : context_(context),
+        textures_(textures),
+        materials_(materials),
+        scene_(scene),
+        opacities_(context, textures, scene.materials) {
     if (period) repetition_.emplace(*period);
   }
 
@@ -49,12 +54,6 @@ class GeometryBuilder {
     std::unique_ptr<DicePlan> plan{};      ///< of a shape that is diced, until it is
     std::vector<trace::Shape> emitters{};  ///< of what moves and shines: the shapes in world space, at shutter open
   };
-  /// As GeometryBinding has it.
-  struct Opacity {
-    shading::FloatTexturePtr alpha;
-    shading::RgbTexturePtr colored;
-    bool operator==(const Opacity&) const = default;
-  };
 
   std::vector<Job> collect_jobs();
   Job job_of(const scenefile::ShapeEntity& entity, uint32_t object, const V3d& origin);
@@ -63,10 +62,9 @@ class GeometryBuilder {
   void make_views();
   void make_job(Job* job) const;
   void dice(std::vector<Job>* jobs);
-  int find_most_levels() const;
   Dicing dicing_of(const Job& job) const;
   void add(Job& job);
-  void add_shape(const trace::Shape& shape, const Job& job, const Opacity& opacity, uint32_t object,
+  void add_shape(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
                  const trace::Shape* emitter = nullptr);
   void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
                   const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
@@ -74,13 +72,13 @@ class GeometryBuilder {
   std::vector<bool> find_repeated_instances() const;
   void note_reach(float reach, const FileLoc& loc);
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
-  Opacity opacity_of(const scenefile::ShapeEntity& e);
   int32_t medium_index(const std::string& name) const;
 
   const BuildContext& context_;
   const TextureLibrary& textures_;
   const CoverageMaterials& materials_;
   scene::Scene& scene_;
+  OpacityFactory opacities_;
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;    ///< traced object of each definition
@@ -100,14 +98,11 @@ class GeometryBuilder {
   size_t bytes_ = 0;
   uint64_t fingerprint_ = 0;
 
-  /// Of shapes of equal shader, opacity and alpha.
-  std::map<std::tuple<shading::MaterialPtr, shading::RgbTexturePtr, shading::FloatTexturePtr>, Opacity> opacities_;
-
   // Curves of equal looks are gathered: hair comes as one directive a strand.
   struct PendingCurves {
     std::shared_ptr<geom::CurveSet> curves;
     const scenefile::ShapeEntity* like = nullptr;
-    Opacity opacity;
+    ShapeOpacity opacity;
     uint32_t object = trace::no_id;
   } pending_;
 };

@@ -2,6 +2,7 @@
 #include "dapple/build/integrator_factory.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "dapple/base/log.h"
 #include "dapple/build/camera_factory.h"
@@ -26,12 +27,16 @@ void fill(std::optional<T>* ours, const std::optional<T>& theirs) {
   if (!*ours) *ours = theirs;
 }
 
-std::optional<int> optional_int(const Entity& e, const char* name, int least) {
+std::optional<int> optional_int(const Entity& e, const char* name, int least,
+                                int most = std::numeric_limits<int>::max()) {
   if (!e.params.find(name)) return std::nullopt;
   const int value = e.params.get_int(name, 0);
   if (value < least)
     throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it must be at least " +
                                 std::to_string(least));
+  if (value > most)
+    throw InputError(e.loc, "\"" + std::string(name) + "\" is " + std::to_string(value) + "; it may be at most " +
+                                std::to_string(most));
   return value;
 }
 
@@ -224,10 +229,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     context.diagnostics.unsupported(e.loc, "integrator \"" + e.type + "\"", "path tracing");
     r.type = "path";
   }
-  r.max_pixel_samples = optional_int(e, "maxpixelsamples", 1);
-  if (r.max_pixel_samples.value_or(0) > max_pixel_samples)
-    throw InputError(e.loc, "\"maxpixelsamples\" is " + std::to_string(*r.max_pixel_samples) + "; it may be at most " +
-                                std::to_string(max_pixel_samples));
+  r.max_pixel_samples = optional_int(e, "maxpixelsamples", 1, max_pixel_samples);
   r.pixel_noise = optional_positive(e, "pixelnoise");
   r.max_depth = optional_int(e, "maxdepth", 0).value_or(default_max_depth);
   r.bounces = optional_int(e, "bounces", 0);
@@ -238,15 +240,9 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
                                 std::to_string(max_depth_followed));
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
-  r.subsurface_rays = optional_int(e, "subsurfacerays", 1);
-  if (r.subsurface_rays.value_or(0) > max_rays)
-    throw InputError(e.loc, "\"subsurfacerays\" is " + std::to_string(*r.subsurface_rays) + "; it may be at most " +
-                                std::to_string(max_rays));
+  r.subsurface_rays = optional_int(e, "subsurfacerays", 1, max_rays);
   r.shading_rate = optional_positive(e, "shadingrate");
-  r.pixel_points = optional_int(e, "pixelpoints", 0);
-  if (r.pixel_points.value_or(0) > max_pixel_points)
-    throw InputError(e.loc, "\"pixelpoints\" is " + std::to_string(*r.pixel_points) + "; it may be at most " +
-                                std::to_string(max_pixel_points));
+  r.pixel_points = optional_int(e, "pixelpoints", 0, max_pixel_points);
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "dapple/base/error.h"
+#include "dapple/base/number_text.h"
 #include "dapple/base/parallel.h"
 
 namespace dapple::forest {
@@ -130,6 +132,21 @@ SkyDome SkyDome::from_image(image::EnvironmentImage image) {
   auto shared = std::make_shared<const image::EnvironmentImage>(std::move(image));
   return SkyDome(
       {[shared](const V3d& w) { return shared->bilinear(V3f(float(w.x), float(w.y), float(w.z))); }, texel, grey});
+}
+
+SkyDome SkyDome::from_picture(const image::Image& picture, const std::string& what, const FileLoc& loc) {
+  for (const float v : picture.pixels())
+    if (!(v >= 0 && std::isfinite(v)))
+      throw InputError(loc, "a pixel of " + what + " is " + shown(double(v)) + ", expected radiances from 0 upwards");
+  return from_image(image::EnvironmentImage(picture, std::nullopt, loc));
+}
+
+SkyDome SkyDome::model(std::string_view name, const V3d& sun, double turbidity) {
+  if (name == "uniform") return uniform();
+  if (name == "overcast") return cie_overcast();
+  if (name == "clear") return cie_clear(sun);
+  if (name == "preetham") return preetham(sun, turbidity);
+  throw std::invalid_argument("no model of the sky is \"" + std::string(name) + "\"");
 }
 
 RGB SkyDome::radiance(const V3d& w) const {

@@ -3,7 +3,10 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
 
+#include "dapple/base/error.h"
 #include "dapple/base/rgb.h"
 #include "dapple/base/vec.h"
 #include "dapple/forest/solver.h"
@@ -35,6 +38,11 @@ class SkyDome {
   static SkyDome preetham(const V3d& sun, double turbidity);
   /// The upper half of an image around the scene, bilinear; its z is up and its x azimuth 0.
   static SkyDome from_image(image::EnvironmentImage image);
+  /// The same of a picture that was read for `what`: InputError at `loc` where a pixel is no radiance.
+  static SkyDome from_picture(const image::Image& picture, const std::string& what, const FileLoc& loc);
+  /// Those models by name, of which the first is the default. std::invalid_argument for other names.
+  static constexpr std::string_view model_names[] = {"uniform", "overcast", "clear", "preetham"};
+  static SkyDome model(std::string_view name, const V3d& sun, double turbidity);
 
   /// w: unit. Zero below the horizon.
   RGB radiance(const V3d& w) const;

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dapple/base/error.h"
+#include "dapple/base/number_text.h"
+
 namespace dapple::forest {
 
 namespace {
@@ -45,6 +48,13 @@ SunDisc SunDisc::covered(image::Image cover) const {
   out.cover_ = std::make_shared<const image::Image>(std::move(cover));
   out.measure();
   return out;
+}
+
+SunDisc SunDisc::covered(image::Image cover, const std::string& what, const FileLoc& loc) const {
+  for (const float v : cover.pixels())
+    if (!(v >= 0 && v <= 1))
+      throw InputError(loc, "a pixel of " + what + " is " + shown(double(v)) + ", expected numbers from 0 to 1");
+  return covered(std::move(cover));
 }
 
 // Without a cover the irradiances are known: the disc's is that of its centre, to the second order of its radius.

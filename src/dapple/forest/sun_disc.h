@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "dapple/base/error.h"
 #include "dapple/forest/sky_dome.h"
 #include "dapple/image/image.h"
 
@@ -26,6 +27,8 @@ class SunDisc {
   /// What of the sun is left, such as in an eclipse: an image over the square around the disc multiplies its radiance,
   /// x to the right, top row up, constant over pixels. The irradiance given is that of the sun without it.
   SunDisc covered(image::Image cover) const;
+  /// The same of an image that was read for `what`: InputError at `loc` where a pixel is not from 0 to 1.
+  SunDisc covered(image::Image cover, const std::string& what, const FileLoc& loc) const;
 
   const V3d& direction() const { return direction_; }  ///< unit, to its centre
   double radius() const { return radius_; }

@@ -47,4 +47,17 @@ SunPosition sun_position(const PlaceAndTime& at) {
   return {std::acos(std::clamp(up, -1.0, 1.0)) / degree, compass < 0 ? compass + 360 : compass};
 }
 
+std::vector<SunOfHour> sun_course(PlaceAndTime at, double from_hour, double to_hour, int count) {
+  std::vector<SunOfHour> course;
+  for (int i = 0; i < count; ++i) {
+    at.hour = count == 1 ? from_hour : from_hour + (to_hour - from_hour) * i / (count - 1);
+    course.push_back({at.hour, sun_position(at)});
+  }
+  return course;
+}
+
+bool is_known_day(int year, int month, int day) {
+  return year >= 1950 && year <= 2050 && day >= 1 && day <= days_of_month(year, month);
+}
+
 }  // namespace dapple::forest

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <stdexcept>
 
 #include "dapple/base/error.h"
 
@@ -40,16 +41,10 @@ ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, 
 ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSettings& settings) {
   const auto full = SampleType::full_float;
   const V3d& origin = settings.origin;
-  if (name == "albedo" && settings.features)
-    return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
-  if (name == "normal" && settings.features)
-    return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
-  if (name == "albedo")
-    return layer(film, name, {"albedo.R", "albedo.G", "albedo.B"}, {},
-                 [&](int x, int y, float* out) { put(film.features(x, y).albedo, out); });
-  if (name == "normal")
-    return layer(film, name, {"normal.X", "normal.Y", "normal.Z"}, {},
-                 [&](int x, int y, float* out) { put(film.features(x, y).normal, out); });
+  if ((name == "albedo" || name == "normal") && !settings.features)
+    throw std::logic_error("AOVs albedo and normal need OutputSettings::features");
+  if (name == "albedo") return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
+  if (name == "normal") return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
   if (name == "depth")
     return layer(film, name, {"Z"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).depth; });
   if (name == "position")

@@ -26,8 +26,7 @@ struct OutputSettings {
   std::vector<std::string> aovs;
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
   std::optional<CacheView> cache_view;    ///< in place of the picture
-  std::optional<FeatureLayers>
-      features;  ///< AOVs albedo and normal, over the film's crop; else those that the film keeps
+  std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
   V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
   image::ExrOptions exr;
@@ -38,7 +37,7 @@ struct OutputSettings {
 /// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV:
 /// albedo, normal, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
 /// shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light group. Crops keep
-/// the full display window.
+/// the full display window. std::logic_error for albedo and normal without OutputSettings::features.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

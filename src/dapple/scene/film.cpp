@@ -64,8 +64,6 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   const float w = weight * kept(f.alpha, &s.dropped);
   s.hits += w;
   for (int c = 0; c < 3; ++c) {
-    s.albedo[c] += w * kept(f.albedo[c], &s.dropped);
-    s.normal[c] += w * kept(f.normal[c], &s.dropped);
     s.position[c] += w * kept(f.position[c], &s.dropped);
   }
   s.depth += w * kept(f.depth, &s.dropped);
@@ -104,8 +102,6 @@ Features Film::features(int x, int y) const {
   if (s.hits == 0) return f;
   const float inv = 1 / s.hits;
   for (int c = 0; c < 3; ++c) {
-    f.albedo[c] = s.albedo[c] * inv;
-    f.normal[c] = s.normal[c] * inv;
     f.position[c] = s.position[c] * inv;
   }
   f.depth = s.depth * inv;

@@ -29,10 +29,9 @@ struct CacheUse {
   float reuse = 0;  ///< look-ups a fill: harmonic mean over rays
 };
 
-/// What the first surface along a camera ray shows, for AOVs.
+/// What the first surface along a camera ray shows, for AOVs. Albedo and normals: integrate::FeatureTracer, which looks
+/// into mirrors and through glass.
 struct Features {
-  RGB albedo;
-  V3f normal{0, 0, 0};    ///< shading normal, world, towards the camera
   V3f position{0, 0, 0};  ///< world, m
   float depth = 0;        ///< along the camera's axis
   float alpha = 0;        ///< 1 where a surface was met
@@ -95,7 +94,7 @@ class Film {
     uint32_t samples = 0, dropped = 0;
   };
   struct FeatureSums {
-    float albedo[3] = {}, normal[3] = {}, position[3] = {}, depth = 0, hits = 0, weight = 0;
+    float position[3] = {}, depth = 0, hits = 0, weight = 0;
     uint32_t dropped = 0;
     GridFeatures grid;
   };

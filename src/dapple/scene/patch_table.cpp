@@ -88,16 +88,6 @@ PatchSizes patch_sizes(const geom::GridMesh& mesh) {
 
 }  // namespace
 
-uint64_t GridId::hash() const {
-  const uint64_t levels =
-      uint64_t(u_level) << 24 | uint64_t(v_level) << 16 | uint64_t(cluster_level) << 8 | uint64_t(span) << 1 | behind;
-  if (medium > 0)
-    return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels,
-                        uint64_t(tile_u) << 32 | tile_v, medium);
-  return dapple::hash(uint64_t(instance) << 32 | geometry, uint64_t(patch) << 32 | levels,
-                      uint64_t(tile_u) << 32 | tile_v);
-}
-
 PatchTable::PatchTable(const trace::TracedScene& scene, Motion motion)
     : scene_(scene), motion_(std::move(motion)), geometries_(scene.geometry_count()) {
   parallel_for(geometries_.size(), [&](size_t g) {

@@ -8,60 +8,10 @@
 #include "dapple/base/vec.h"
 #include "dapple/numeric/half_space.h"
 #include "dapple/numeric/warp.h"
-#include "dapple/shading/lobes.h"
+#include "dapple/shading/bsdf_sample.h"
+#include "dapple/shading/common_coat.h"
 
 namespace dapple::shading {
-
-/// Varnish, glazes and wet surfaces, of index 1.5 (Schlick 1994).
-struct CommonCoat {
-  /// Reflectance at normal incidence, and of diffuse light.
-  static constexpr float normal = 0.04f, mean = normal + (1 - normal) / 21;
-  static float reflectance(float cosine) {
-    const float grazing = 1 - std::min(std::abs(cosine), 1.0f);
-    return normal + (1 - normal) * sqr(sqr(grazing)) * grazing;
-  }
-};
-
-/// What a coat that mirrors this share of diffuse light lets through at this cosine, over its mean, if it does so as
-/// the common coat does.
-inline float through_coat(float mirrored, float cosine) {
-  return std::max(1 - CommonCoat::reflectance(cosine) * (mirrored / CommonCoat::mean), 0.0f) /
-         (1 - std::min(mirrored, 0.99f));
-}
-
-enum class BsdfKind : uint8_t {
-  // Those that scatter the same to all directions of a side come first.
-  black,                 ///< absorbs everything
-  diffuse,               ///< Lambertian reflection
-  diffuse_transmission,  ///< Lambertian reflection and transmission (leaves)
-  conductor,             ///< GGX, or a mirror below the smoothness threshold
-  dielectric,            ///< GGX reflection and refraction, or smooth
-  thin_dielectric,       ///< a thin sheet, straight through
-  coated,                ///< a dielectric coat over a diffuse or conducting base, stochastic (Guo et al. 2018)
-  subsurface,            ///< the boundary of a body that scatters inside: as dielectric, and samples of it lose nothing
-  passthrough            ///< the surface is not there (interface, alpha)
-};
-
-/// A draw from Bsdf::sample. `weight` is f |cos theta| / pdf.
-struct BsdfSample {
-  V3f wi{0, 0, 1};
-  RGB weight;
-  /// Of all lobes together, solid angle; 0 for delta and passthrough lobes, and for what light does that a rough
-  /// subsurface boundary scatters more than once: MIS leaves those out.
-  float pdf = 0;
-  Lobe lobe = Lobe::none;
-  bool transmitted = false;
-  float eta = 1;  ///< eta transmitted / eta incident of a refraction; for Russian roulette only
-};
-
-/// What lies between a coat and its base, and how the walk through it is limited (pbrt-v4's parameters).
-struct CoatLayer {
-  float thickness = 0.01f;  ///< in mean free paths: the layer attenuates by exp(-thickness / |cos|) a crossing
-  float g = 0;              ///< Henyey-Greenstein asymmetry
-  RGB medium_albedo;        ///< single-scattering albedo; black: the layer only absorbs
-  int max_depth = 10;       ///< events inside the layer; at most 65535
-  int sample_count = 1;     ///< walks averaged by one evaluation
-};
 
 /// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance

@@ -1,35 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
-#include <variant>
 #include <vector>
 
 #include "dapple/base/animated_transform.h"
-#include "dapple/geom/curve_set.h"
-#include "dapple/geom/disk_cloud.h"
-#include "dapple/geom/grid_mesh.h"
-#include "dapple/geom/mesh.h"
-#include "dapple/geom/quadric.h"
-#include "dapple/trace/opacity_test.h"
-#include "dapple/trace/ray_batch.h"
+#include "dapple/trace/ray_context.h"
+#include "dapple/trace/shape.h"
 
 namespace dapple::trace {
-
-using MeshPtr = std::shared_ptr<const geom::Mesh>;
-using QuadricPtr = std::shared_ptr<const geom::Quadric>;
-using CurvesPtr = std::shared_ptr<const geom::CurveSet>;
-using GridsPtr = std::shared_ptr<const geom::GridMesh>;
-using DisksPtr = std::shared_ptr<const geom::DiskCloud>;
-using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr, DisksPtr>;
-
-/// World space, whatever moves at shutter open. Bezier curves: of their control points with radii.
-Box3f bounds_of(const Shape& shape);
 
 /// Whether hits on a shape are to be asked about: whether it is there, and for which light.
 enum class CutOut : uint8_t { none, gray, colored };
@@ -121,34 +103,6 @@ class TracedScene {
   /// Bytes Embree holds now, beside the shapes themselves.
   size_t acceleration_bytes() const;
   double build_seconds() const { return build_seconds_; }
-  /// What a query of Embree's scene needs: cut-out geometry asks it for the ray's footprint.
-  struct RayContext {
-    RTCIntersectContext embree;  ///< first: Embree hands it back
-    float width = 0, spread = 0;
-    OpacityTest::Counts counts{};
-
-    // Of a shadow ray under way. In whole numbers, since sums of these do not depend on the order of hits.
-    bool is_shadow = false;
-    int32_t depth[3];  ///< optical, by channel, in units of 1 / depth_unit
-    uint64_t met[4];   ///< random numbers of the last hits
-    unsigned met_count;
-
-    // Of another ray, where opacity is coloured.
-    uint8_t leading = no_channel;  ///< the channel whose way it takes
-    float blocked_at[3];           ///< by channel: the nearest that stops it
-    float stopped_at;              ///< by a surface of coloured opacity, if any,
-    uint8_t stopped;               ///< which blocks these
-
-    RayContext() { rtcInitIntersectContext(&embree); }
-    void start(uint8_t leading_channel);
-    uint8_t channels(float t) const;  ///< that go with a ray that ended at t
-    void start_shadow();
-    /// Embree gives a quad twice where the ray meets its diagonal, the second time after up to three others.
-    bool meets_again(uint64_t random);
-    /// True if no light is left.
-    bool weaken(const RGB& opacity);
-    RGB transmittance() const;
-  };
   /// Embree's own scene, for benchmarks. Queries take the `embree` of a RayContext.
   RTCScene embree_scene() const { return top_.scene; }
 
