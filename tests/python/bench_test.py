@@ -8,6 +8,7 @@ from unittest import mock
 
 import against_povray
 import common
+import constants
 import numpy as np
 import time_to_error
 from reprojection import Camera, found_again, temporal_variation
@@ -47,6 +48,33 @@ class Curves(unittest.TestCase):
         between = {frozenset("xa"): 0.05, frozenset("xb"): 0.05, frozenset("ab"): 0.04 * math.sqrt(2)}
         with mock.patch.object(common, "compare", lambda _, a, b: (between[frozenset(a + b)],) * 2 + (0.01,)):
             self.assertAlmostEqual(common.compare_without_noise(None, "x", "ab")[0], 0.03)
+
+
+
+class FittedNumbers(unittest.TestCase):
+    HEADER = "#pragma once\n\nstruct AnyNumbers {\n  /// a, b = 3\n  static constexpr float least = 1, most = 0.5f;\n  static constexpr int rays = 4;\n};\n"
+
+    def test_those_that_are_measured_are_read_from_the_environment(self):
+        varied = constants.read_from_environment(self.HEADER, "AnyNumbers", {"most"})
+        self.assertIn("static constexpr float least = 1;", varied)
+        self.assertIn('static inline const float most = varied<float>("AnyNumbers::most", 0.5f);', varied)
+        self.assertIn("static constexpr int rays = 4;", varied)
+        self.assertIn("#include \"dapple/base/varied.h\"", varied)
+
+    def test_values(self):
+        self.assertEqual([constants.value_now(self.HEADER, "AnyNumbers", n) for n in ("least", "most", "rays")], ["1", "0.5f", "4"])
+
+    def test_every_number_that_is_measured_is_in_its_struct(self):
+        headers = constants.headers()
+        for struct, number, low, high, scenes in constants.MEASURED:
+            now = constants.value_now(headers[struct].read_text(), struct, number)
+            value = eval(re.sub(r"(?<=[\d.])f", "", now))  # 0.25f, 1.0f / 8
+            self.assertTrue(low < value < high or low > value > high, f"{struct}::{number}")
+
+    def test_changes(self):
+        now = {"seconds": 2.0, "pixels": 0.1, "blocks": 0.05, "images": "a"}
+        self.assertEqual(constants.change(now, now), "same images")
+        self.assertEqual(constants.change(now, {"seconds": 3.0, "pixels": 0.05, "blocks": 0.05, "images": "b"}), "+50 -50 +0")
 
 
 class PovRay(unittest.TestCase):
