@@ -2,7 +2,7 @@
 """What the fitted numbers of each method do at half and double: errors against path tracing, and processor time, on a few scenes.
 
 The numbers are constants of structs (*Numbers, in *_numbers.h). A copy of the sources is built in OUT/constants in which those that are measured are read from the
-environment instead, once for all variants; the shipped program knows nothing of that. DAPPLE_CONSTANTS, a part of a name such as CacheNumbers, chooses some.
+environment instead, once for all variants; the shipped program knows nothing of that. DAPPLE_CONSTANTS, parts of names such as CacheNumbers,ray_width, chooses some.
 What was measured before, by the same sources, is kept in OUT/constants/measured.json. Needs ../shared/scenes."""
 import hashlib
 import json
@@ -11,6 +11,7 @@ import os
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import common
 from common import ROOT
@@ -127,18 +128,20 @@ def references(context, name, scene):
 
 def measure(context, varied, name, scene, value=None):
     """Of a scene with STRUCT::NUMBER=VALUE: relative errors of pixels and of 8x8 blocks, processor seconds, and a name of the images."""
-    pair, image = references(context, name, scene), context.out / "constants.exr"
-    errors, seconds, bits = [], 0, hashlib.sha256()
+    pair = references(context, name, scene)
     environment = {k: v for k, v in os.environ.items() if k != "DAPPLE_VARIED"} | ({"DAPPLE_VARIED": value} if value else {})
-    stats = context.out / "constants.json"
-    for seed in SEEDS:
+
+    def of_seed(seed):
+        image, stats = context.out / f"constants_{seed}.exr", context.out / f"constants_{seed}.json"
         common.run([varied / "dapple", "render", scene, "-o", image, "--stats", stats, "--denoise", "off", "--integrator", "distribution", "--bounces", BOUNCES, "--preset", "preview",
                     "--resolution", SIZE, "--seed", seed, "--float", "--quiet", "--threads", 1], env=environment)
-        seconds += json.loads(stats.read_text())["render_cpu_seconds"]
-        bits.update(subprocess.run(["oiiotool", image, "--hash"], stdout=subprocess.PIPE, check=True).stdout)
-        errors.append(common.compare_without_noise(context, image, pair)[:2])
+        bits = subprocess.run(["oiiotool", "--hash", image], stdout=subprocess.PIPE, check=True).stdout
+        return common.compare_without_noise(context, image, pair)[:2], json.loads(stats.read_text())["render_cpu_seconds"], bits
+
+    with ThreadPoolExecutor(context.threads) as pool:
+        errors, seconds, bits = zip(*pool.map(of_seed, SEEDS))
     pixels, blocks = (math.sqrt(sum(e[i] ** 2 for e in errors) / len(errors)) for i in (0, 1))
-    return {"pixels": pixels, "blocks": blocks, "seconds": seconds / len(SEEDS), "images": bits.hexdigest()[:16]}
+    return {"pixels": pixels, "blocks": blocks, "seconds": sum(seconds) / len(SEEDS), "images": hashlib.sha256(b"".join(bits)).hexdigest()[:16]}
 
 
 def change(now, then):
@@ -153,7 +156,8 @@ def bench(context):
         raise common.Skip(f"{SCENES} is absent")
     if not shutil.which("oiiotool"):
         raise common.Skip("there is no oiiotool")
-    chosen = [m for m in MEASURED if os.environ.get("DAPPLE_CONSTANTS", "") in f"{m[0]}::{m[1]}"]
+    parts = os.environ.get("DAPPLE_CONSTANTS", "").split(",")
+    chosen = [m for m in MEASURED if any(part in f"{m[0]}::{m[1]}" for part in parts)]
     folder = context.out / "constants"
     varied, sources = build(folder)
     kept = folder / "measured.json"
