@@ -5,8 +5,7 @@
 
 namespace dapple::distribution {
 
-/// Fitted numbers of shading grids: where visible points lie, and which share their work (docs/design/003, 016). Seen
-/// at half and double: docs/design/measurements/constants.md.
+/// Fitted numbers of shading grids: where visible points lie, and which share their work (docs/design/003, 016).
 struct GridNumbers {
   /// Times a shading point may be shorter than its pixel asks for, at contact lines: a power of two.
   static constexpr float most_refined = 4;

@@ -3,8 +3,7 @@
 
 namespace dapple::distribution {
 
-/// Fitted numbers of irradiance interpolation (docs/design/010). Seen at half and double:
-/// docs/design/measurements/constants.md.
+/// Fitted numbers of irradiance interpolation (docs/design/010).
 struct InterpolationNumbers {
   /// Steps of the coarsest lattice: its hemispheres are 2^max_step shading points apart.
   static constexpr int max_step = 5;

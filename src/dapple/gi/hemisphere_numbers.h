@@ -5,7 +5,7 @@
 
 namespace dapple::gi {
 
-/// Fitted numbers of hemispheres. Seen at half and double: docs/design/measurements/constants.md.
+/// Fitted numbers of hemispheres.
 struct HemisphereNumbers {
   /// Radians: the turn of a receiver's normal at which irradiance linear in the normal is exact for rings of light. The
   /// middle of what records reach (distribution::InterpolationNumbers::least_cosine: 37 degrees).

@@ -4,7 +4,7 @@
 namespace dapple::gi {
 
 /// Fitted numbers of TileLinks: which ways between points of a tile are tried. In cells, or lengths of ways within
-/// groups. Seen at half and double: docs/design/measurements/constants.md.
+/// groups.
 struct LinkNumbers {
   /// Obstacles nearer than this to the edge of a tile or cell are ignored, such as a room's walls at the edge of its
   /// floor. Rays of cells keep as far from their edges, too.

@@ -3,7 +3,7 @@
 
 namespace dapple::gi {
 
-/// Fitted numbers of the opacity cache. Seen at half and double: docs/design/measurements/constants.md.
+/// Fitted numbers of the opacity cache.
 struct OpacityNumbers {
   /// Widths of a ray's footprint: of a cell that it reads.
   static constexpr float cell_width = 1;

@@ -3,7 +3,7 @@
 
 namespace dapple::light {
 
-/// Fitted numbers of direct light (docs/design/003). Seen at half and double: docs/design/measurements/constants.md.
+/// Fitted numbers of direct light (docs/design/003).
 struct DirectNumbers {
   /// Lights that get shadow rays of their own; where there are more, that many times the rays of one choose among them.
   static constexpr int lights_apart = 6;

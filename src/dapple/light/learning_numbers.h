@@ -4,8 +4,7 @@
 namespace dapple::light {
 
 /// Fitted numbers of learning which light reaches regions (docs/design/029). Only densities depend on them: with any of
-/// them, images have the same mean. Those of regions and of cells of skies: shading::RegionNumbers. Seen at half and
-/// double: docs/design/measurements/constants.md.
+/// them, images have the same mean. Those of regions and of cells of skies: shading::RegionNumbers.
 struct LearningNumbers {
   /// Rays of a point to each sky: one a stratum, of so many along a side; then so many where those found light.
   static constexpr int strata = 4, more_sky_rays = 8;

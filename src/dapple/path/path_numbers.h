@@ -3,7 +3,7 @@
 
 namespace dapple::path {
 
-/// Fitted numbers of path tracing. Seen at half and double: docs/design/measurements/constants.md.
+/// Fitted numbers of path tracing.
 struct PathNumbers {
   /// Radians: texture footprints after a diffuse scattering, wide enough to use filtered texels, narrow enough not to
   /// blur light and texture together.

@@ -4,7 +4,7 @@
 namespace dapple::shading {
 
 /// Fitted numbers of the choice of lights (Conty Estevez and Kulla 2018). Only densities depend on them but for
-/// strong_share. Seen at half and double: docs/design/measurements/constants.md.
+/// strong_share.
 struct LightTreeNumbers {
   /// Least weight of the two cosines. Emission need not fall off as the first, nor a bumped surface's reflection as the
   /// second.

@@ -4,7 +4,6 @@
 namespace dapple::shading {
 
 /// Fitted numbers of regions of learned light, and of cells of skies (docs/design/029). Only densities depend on them.
-/// Seen at half and double: docs/design/measurements/constants.md.
 struct RegionNumbers {
   /// Points of a cube that is not split.
   static constexpr int most_points = 64;
