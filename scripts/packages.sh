@@ -13,6 +13,7 @@ build_packages=(
   libspdlog-dev       # messages
   nlohmann-json3-dev  # statistics
   libcli11-dev        # command line
+  libassimp-dev       # models of other programs
   zlib1g-dev          # .pbrt.gz, .ply.gz
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)  # import dapple.canopy; left out where they are absent

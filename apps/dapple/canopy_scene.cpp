@@ -39,7 +39,7 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   Imath::Box2d area;  // empty: all of the scene
   if (scene.period) area = *scene.period;
   if (!o.area.empty()) area = rectangle("--area", o.area);
-  scene.description = scenefile::read_pbrt(o.scene, diagnostics);
+  scene.description = modelfile::read_scene(o.scene, {}, diagnostics);
   if (scene.description.camera.type.empty()) scene.description.camera.type = "perspective";  // none is needed
   build::BuildOptions options;
   options.keep_going = o.keep_going;

@@ -14,6 +14,7 @@ using Command = std::function<int()>;
 Command add_render(CLI::App& app, const std::string& command_line);
 Command add_denoise(CLI::App& app);
 Command add_info(CLI::App& app);
+Command add_convert(CLI::App& app);
 Command add_canopy(CLI::App& app);
 Command add_penumbra(CLI::App& app, const std::string& command_line);
 Command add_canopy_reflect(CLI::App& app);

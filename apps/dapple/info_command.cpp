@@ -7,6 +7,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
 #include "interrupts.h"
+#include "model_options.h"
 
 namespace dapple::app {
 
@@ -15,6 +16,7 @@ namespace {
 struct InfoOptions {
   std::string scene;
   bool strict = false, keep_going = false;
+  ModelRequest model;
 };
 
 template <class Items>
@@ -61,7 +63,7 @@ void line(const char* name, const std::string& value) {
 int show(const InfoOptions& o) {
   Interrupts interrupts("result");
   Diagnostics diagnostics(o.strict);
-  const auto description = scenefile::read_pbrt(o.scene, diagnostics);
+  const auto description = modelfile::read_scene(o.scene, model_options(o.model, o.scene), diagnostics);
   build::BuildOptions options;
   options.keep_going = o.keep_going;
   const build::BuiltScene built = build::build_scene(description, options, diagnostics);
@@ -116,7 +118,8 @@ int show(const InfoOptions& o) {
 
 Command add_info(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
-  app.add_option("SCENE", o->scene, "Scene file (.pbrt, .pbrt.gz)")->required();
+  app.add_option("SCENE", o->scene, "Scene (.pbrt, .pbrt.gz) or model (.glb, .obj, .fbx, ...)")->required();
+  add_model_options(app, &o->model);
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
   app.add_flag("--keep-going", o->keep_going,
                "Missing images, meshes and plug-ins become visible stand-ins instead of errors");

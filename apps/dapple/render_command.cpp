@@ -175,6 +175,7 @@ build::BuildOptions build_options(const RenderOptions& o) {
   options.keep_going = o.keep_going;
   if (!o.resolution.empty()) options.film.resolution = resolution("--resolution", o.resolution);
   if (!o.crop.empty()) options.film.crop = crop("--crop", o.crop);
+  options.model = model_options(o.model, o.scene);
   return options;
 }
 

@@ -311,7 +311,8 @@ void add_file_options(CLI::App& app, RenderOptions& o) {
 }  // namespace
 
 void add_render_options(CLI::App& app, RenderOptions& o) {
-  app.add_option("SCENE", o.scene, "Scene file (.pbrt, .pbrt.gz)")->required();
+  app.add_option("SCENE", o.scene, "Scene (.pbrt, .pbrt.gz) or model (.glb, .gltf, .obj, .fbx, .dae, .stl, .ply, ...)")
+      ->required();
   app.add_option("-o,--output", o.outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
   add_transport_options(app, o);
@@ -322,6 +323,7 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   add_image_options(app, o);
   add_layer_options(app, o);
   add_file_options(app, o);
+  add_model_options(app, &o.model);
   app.add_flag("--strict", o.strict, "Whatever would be a warning about the scene is an error");
   app.add_flag(
       "--keep-going", o.keep_going,

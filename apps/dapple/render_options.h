@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dapple/build/integrator_factory.h"
+#include "model_options.h"
 
 namespace dapple::app {
 
@@ -26,6 +27,7 @@ struct RenderOptions {
   bool half = false, full_float = false, tiled = false, multi_part = false;
   std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;
   int canopy_slabs = 0;
+  ModelRequest model;
 };
 
 void add_render_options(CLI::App& app, RenderOptions& o);

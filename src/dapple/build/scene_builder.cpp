@@ -36,6 +36,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   const Timer timer;
   BuiltScene built;
   built.named_files = scenefile::named_files(description);
+  built.temporary_files = description.temporary_files;
   built.texture_system = std::make_unique<image::TextureSystem>();
   built.scene = std::make_unique<scene::Scene>();
   scene::Scene& scene = *built.scene;
@@ -98,7 +99,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
 
 BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics) {
   const Timer timer;
-  const SceneDescription description = scenefile::read_pbrt(path, diagnostics);
+  modelfile::ModelOptions model = options.model;
+  if (!model.resolution) model.resolution = options.film.resolution;
+  const SceneDescription description = modelfile::read_scene(path, model, diagnostics);
   const double parse_seconds = timer.seconds();
   BuiltScene built = build_scene(description, options, diagnostics);
   built.times.parse_seconds = parse_seconds;

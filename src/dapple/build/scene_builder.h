@@ -10,6 +10,7 @@
 #include "dapple/build/camera_factory.h"
 #include "dapple/build/integrator_factory.h"
 #include "dapple/image/texture_system.h"
+#include "dapple/modelfile/scene_reader.h"
 #include "dapple/scene/scene.h"
 
 namespace dapple::build {
@@ -26,6 +27,7 @@ struct BuildTimes {
 struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
+  modelfile::ModelOptions model;  ///< where load_scene() reads a model
   /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in
   /// on its other side.
   std::optional<Imath::Box2d> period;
@@ -39,6 +41,7 @@ struct BuiltScene {
   IntegratorRequest request;
   BuildTimes times;
   std::vector<std::string> named_files;  ///< scenefile::named_files()
+  std::shared_ptr<const void> temporary_files;  ///< SceneDescription::temporary_files
   /// Owns what image textures read; outlives the scene.
   std::unique_ptr<image::TextureSystem> texture_system;
 
@@ -52,7 +55,7 @@ struct BuiltScene {
 /// `diagnostics`.
 BuiltScene build_scene(const scenefile::SceneDescription& description, const BuildOptions& options,
                        Diagnostics& diagnostics);
-/// Reads a scene file (by its extension: .pbrt, .pbrt.gz) and builds it.
+/// Reads a scene or a model by its extension (modelfile/scene_reader.h) and builds it.
 BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics);
 
 }  // namespace dapple::build

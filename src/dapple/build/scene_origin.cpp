@@ -130,6 +130,7 @@ Box3d estimated_bounds(const SceneDescription& d, const ShapeEntity& e) {
   }
   if (!box.isEmpty()) return box;
   if (const scenefile::Param* p = parameter("filename"); p && p->strings.size() == 1) {
+    if (e.type == "mesh" || e.type == "trianglemesh") return box;  // read by Assimp, which has floats alone
     for (const V3d& point : scenefile::first_points(d.resolve(p->strings[0]))) box.extendBy(point);
     return box;
   }

@@ -6,6 +6,7 @@
 #include "dapple/build/disk_factory.h"
 #include "dapple/build/shape_params.h"
 #include "dapple/geom/loop_subdivision.h"
+#include "dapple/modelfile/scene_reader.h"
 
 namespace dapple::build {
 
@@ -177,6 +178,29 @@ std::vector<Mesh> ply_mesh(const BuildContext& context, const ShapeEntity& e, co
   return meshes;
 }
 
+// A model's meshes without its materials.
+std::vector<Mesh> model_mesh(const BuildContext& context, const ShapeEntity& e, const Transform& to_target) {
+  const std::string filename = e.params.get_string("filename", "");
+  if (filename.empty()) throw InputError(e.loc, "shape \"" + e.type + "\" needs \"string filename\"");
+  Mesh mesh;
+  try {
+    const modelfile::Model model = modelfile::read_model(context.description.resolve(filename), {}, e.loc);
+    modelfile::ModelMesh joined = modelfile::joined_meshes(model);
+    mesh.P = std::move(joined.P);
+    mesh.N = std::move(joined.N);
+    mesh.uv = std::move(joined.uv[0]);
+    mesh.indices.assign(joined.indices.begin(), joined.indices.end());
+  } catch (const InputError& error) {
+    if (!context.keep_going) throw;
+    context.diagnostics.warn(e.loc, std::string(error.what()) + "; a cube stands in");
+    mesh = stand_in_cube();
+  }
+  place(mesh, e, to_target);
+  std::vector<Mesh> list;
+  list.push_back(std::move(mesh));
+  return list;
+}
+
 std::vector<trace::Shape> subdivided_loop(const ShapeEntity& e, const geom::ControlCage& cage,
                                           const Transform& to_target, int most_levels) {
   int levels = e.params.get_int("levels", 3);
@@ -268,6 +292,8 @@ trace::Shape quadric(const ShapeEntity& e, const Transform& to_target) {
 
 std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity& e, const Transform& to_target,
                                   const Dicing& dicing) {
+  if (e.type == "mesh" || (e.type == "trianglemesh" && e.params.find("filename") && !e.params.find("P")))
+    return meshes(context, e, model_mesh(context, e, to_target), dicing);
   if (e.type == "trianglemesh") return meshes(context, e, {triangle_mesh(e, to_target)}, dicing);
   if (e.type == "plymesh") return meshes(context, e, ply_mesh(context, e, to_target), dicing);
   if (e.type == "bilinearmesh") return meshes(context, e, {bilinear_mesh(context, e, to_target)}, dicing);
@@ -284,7 +310,7 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
     return {};
   }
   throw InputError(e.loc, "shape \"" + e.type + "\" is unknown; " +
-                              one_of({"trianglemesh", "plymesh", "bilinearmesh", "sphere", "disk", "cylinder",
+                              one_of({"trianglemesh", "plymesh", "mesh", "bilinearmesh", "sphere", "disk", "cylinder",
                                       "loopsubdiv", "catmullclark", "curve", "disks"}));
 }
 

@@ -38,6 +38,7 @@ class DescriptionBuilder {
   DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics);
 
   bool in_world() const { return in_world_; }
+  bool in_object() const { return active_object_ >= 0; }
   ColorSpace color_space() const { return state_.color_space; }
 
   // Options block.

@@ -32,8 +32,11 @@ constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource", 
 
 class PbrtParser {
  public:
-  PbrtParser(SceneDescription* description, Diagnostics* diagnostics)
-      : description_(*description), diagnostics_(*diagnostics), builder_(description, diagnostics) {}
+  PbrtParser(SceneDescription* description, Diagnostics* diagnostics, Importer* importer)
+      : description_(*description),
+        diagnostics_(*diagnostics),
+        importer_(importer),
+        builder_(description, diagnostics) {}
 
   /// Parses a main file; `name` must live in description.files.
   void parse_main(std::string_view text, std::string_view name) {
@@ -113,6 +116,7 @@ class PbrtParser {
 
   SceneDescription& description_;
   Diagnostics& diagnostics_;
+  Importer* const importer_;
   DescriptionBuilder builder_;
   ParamParser params_;
   Tokenizer* tokenizer_ = nullptr;     // of the file being read
@@ -215,6 +219,12 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
     throw InputError(loc, "files are included more than " + std::to_string(max_include_depth) + " deep");
   if (++includes_ > max_includes)
     throw InputError(loc, "more than " + std::to_string(max_includes) + " files are included");
+  if (is_import && importer_ && importer_->reads(path)) {
+    DescriptionBuilder::Scope own = builder_.begin_import();
+    importer_->import(path, loc, &description_, &builder_, &diagnostics_);
+    builder_.end_import(std::move(own));
+    return;
+  }
   const FileSource source(path, loc);
   if (std::find(open_files_.begin(), open_files_.end(), source.identity()) != open_files_.end())
     throw InputError(loc, "file " + in_quotes(path, 400) + " includes itself, directly or through others");
@@ -388,13 +398,13 @@ std::string directory_of(const std::string& path) {
 
 }  // namespace
 
-SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
+SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics, Importer* importer) {
   if (path.empty()) throw InputError(FileLoc{"command line", 0, 0}, "the name of the scene is empty; expected a file");
   SceneDescription description;
   description.files.push_back(path);
   description.base_directory = directory_of(path);
   const FileSource source(path, FileLoc{description.files.front(), 0, 0});
-  PbrtParser parser(&description, &diagnostics);
+  PbrtParser parser(&description, &diagnostics, importer);
   parser.enter(source);
   description.fingerprint = hash_bytes(source.contents(), 0);
   parser.parse_main(source.contents(), description.files.front());
@@ -402,12 +412,12 @@ SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics) {
 }
 
 SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
-                            Diagnostics& diagnostics) {
+                            Diagnostics& diagnostics, Importer* importer) {
   SceneDescription description;
   description.files.push_back(name);
   description.base_directory = base_directory;
   description.fingerprint = hash_bytes(text, 0);
-  PbrtParser parser(&description, &diagnostics);
+  PbrtParser parser(&description, &diagnostics, importer);
   parser.add_stored_bytes(text.size());
   parser.parse_main(text, description.files.front());
   return description;

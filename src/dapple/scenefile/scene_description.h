@@ -134,14 +134,30 @@ struct SceneDescription {
   std::map<std::string, int32_t> named_objects;
   std::vector<InstanceEntity> instances;
 
+  /// Keeps files that were written for this description alone (pictures from inside of models) until what was built of
+  /// it has gone too.
+  std::shared_ptr<const void> temporary_files;
+
   /// Absolute or base_directory-relative path of a file named in a parameter.
   std::string resolve(const std::string& filename) const;
 };
 
+class DescriptionBuilder;
+
+/// Reads files of other formats where Import names them.
+class Importer {
+ public:
+  virtual ~Importer() = default;
+  virtual bool reads(const std::string& path) const = 0;
+  /// Adds what `path`, named at `loc`, holds to a description that is being built. Throws InputError.
+  virtual void import(const std::string& path, const FileLoc& loc, SceneDescription* description,
+                      DescriptionBuilder* builder, Diagnostics* diagnostics) = 0;
+};
+
 /// Reads a scene, its Includes and Imports. Throws InputError; survivable findings go to `diagnostics`.
-SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics);
+SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics, Importer* importer = nullptr);
 /// The same from memory, for tests and fuzzing; `name` stands in locations, includes are relative to `base_directory`.
 SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
-                            Diagnostics& diagnostics);
+                            Diagnostics& diagnostics, Importer* importer = nullptr);
 
 }  // namespace dapple::scenefile
