@@ -21,6 +21,7 @@ test_packages=(libgtest-dev librapidcheck-dev)
 bench_packages=(python3 python3-numpy python3-openimageio libbenchmark-dev valgrind)
 fuzz_packages=(clang libclang-rt-14-dev)
 format_packages=(clang-format)
+model_packages=(assimp-testmodels)  # models that scripts/models renders
 peer_packages=(blender povray)  # other renderers that bench/ compares with
 
 # install_packages PACKAGE...: installs those that are missing. Needs root or sudo only when some are.
@@ -51,7 +52,7 @@ install_packages() {
 }
 
 if [ "${BASH_SOURCE[0]}" = "$0" ]; then
-  for list in build python test bench fuzz format peer; do
+  for list in build python test bench fuzz format model peer; do
     declare -n packages="${list}_packages"
     echo "$list: ${packages[*]}"
   done

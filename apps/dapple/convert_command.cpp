@@ -22,7 +22,8 @@ int convert(const ConvertOptions& o) {
   Interrupts interrupts("result");
   if (o.quiet) set_log_level(1);
   if (!modelfile::is_model_file(o.model))
-    throw UsageError("\"" + o.model + "\" is named like no model; expected .glb, .gltf, .obj, .fbx, .dae, .stl, .ply ...");
+    throw UsageError("\"" + o.model +
+                     "\" is named like no model; expected .glb, .gltf, .obj, .fbx, .dae, .stl, .ply ...");
   OutputFiles outputs;
   outputs.add("--output", o.output);
   outputs.check_input(o.model);

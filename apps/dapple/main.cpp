@@ -34,7 +34,8 @@ int run(int argc, char** argv) {
   commands.emplace_back(denoise, dapple::app::add_denoise(*denoise));
   auto* info = app.add_subcommand("info", "Say what is in a scene and what of it is not supported");
   commands.emplace_back(info, dapple::app::add_info(*info));
-  auto* convert = app.add_subcommand("convert", "Write a model (.glb, .obj, .fbx, ...) as a pbrt-v4 scene to go on with");
+  auto* convert =
+      app.add_subcommand("convert", "Write a model (.glb, .obj, .fbx, ...) as a pbrt-v4 scene to go on with");
   commands.emplace_back(convert, dapple::app::add_convert(*convert));
   auto* canopy = app.add_subcommand("canopy", "Light inside vegetation: plane-parallel transport");
   commands.emplace_back(canopy, dapple::app::add_canopy(*canopy));

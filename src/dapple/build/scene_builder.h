@@ -40,7 +40,7 @@ struct BuiltScene {
   FilmRequest film;
   IntegratorRequest request;
   BuildTimes times;
-  std::vector<std::string> named_files;  ///< scenefile::named_files()
+  std::vector<std::string> named_files;         ///< scenefile::named_files()
   std::shared_ptr<const void> temporary_files;  ///< SceneDescription::temporary_files
   /// Owns what image textures read; outlives the scene.
   std::unique_ptr<image::TextureSystem> texture_system;

@@ -113,7 +113,9 @@ class MaterialReader {
     aiString mode;
     if (m_.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) == AI_SUCCESS) {
       const std::string text = mode.C_Str();
-      out_.alpha = text == "MASK" ? ModelMaterial::mask : text == "BLEND" ? ModelMaterial::blend : ModelMaterial::opaque;
+      out_.alpha = text == "MASK"    ? ModelMaterial::mask
+                   : text == "BLEND" ? ModelMaterial::blend
+                                     : ModelMaterial::opaque;
       number(AI_MATKEY_GLTF_ALPHACUTOFF, &out_.alpha_cutoff);
       if (out_.alpha == ModelMaterial::opaque) out_.opacity = 1;
       return;
@@ -136,7 +138,7 @@ class MaterialReader {
     number(AI_MATKEY_TRANSMISSION_FACTOR, &out_.transmission);
     map(aiTextureType_TRANSMISSION, 0, &out_.transmission_map);
     float thickness = 0;
-    out_.has_volume = number(AI_MATKEY_VOLUME_THICKNESS_FACTOR, &thickness) && thickness > 0;
+    if (number(AI_MATKEY_VOLUME_THICKNESS_FACTOR, &thickness) && thickness > 0) out_.has_volume = true;
     float ior = 0;
     if (number(AI_MATKEY_REFRACTI, &ior) && ior > 1 && ior < 10) out_.ior = ior;
   }

@@ -122,8 +122,10 @@ class Converter {
     out.P.resize(n);
     for (size_t i = 0; i < n; ++i) {
       usable[i] = is_usable(mesh.mVertices[i]);
-      if (usable[i]) out.P[i] = V3f(mesh.mVertices[i].x, mesh.mVertices[i].y, mesh.mVertices[i].z);
-      else out.P[i] = V3f(0, 0, 0);
+      if (usable[i])
+        out.P[i] = V3f(mesh.mVertices[i].x, mesh.mVertices[i].y, mesh.mVertices[i].z);
+      else
+        out.P[i] = V3f(0, 0, 0);
     }
     if (mesh.mNormals) {
       out.N.resize(n);
@@ -168,8 +170,10 @@ class Converter {
         whole = whole && face.mIndices[k] < usable.size() && usable[face.mIndices[k]];
         corners.push_back(int32_t(face.mIndices[k]));
       }
-      if (whole) triangulator_.add(corners, out->P, &out->indices);
-      else ++bad_faces_;
+      if (whole)
+        triangulator_.add(corners, out->P, &out->indices);
+      else
+        ++bad_faces_;
     }
   }
 
@@ -205,20 +209,23 @@ class Converter {
       const auto place = [&](const Pose& pose, V3d* eye, V3d* look, V3d* up) {
         const aiMatrix4x4 m = node ? pose.global(*node) : aiMatrix4x4();
         const aiMatrix3x3 linear(m);
-        *eye = to_v3d(m * c.mPosition);
+        // Assimp 5.2 gives a camera of glTF the translation of its node a second time.
+        *eye = to_v3d(m * (is_gltf_ ? aiVector3D() : c.mPosition));
         *look = *eye + to_v3d(linear * c.mLookAt).normalized();
         *up = to_v3d(linear * c.mUp).normalized();
       };
       place(start_, &out.eye, &out.look, &out.up);
       place(end_, &out.eye_end, &out.look_end, &out.up_end);
-      out.fov_x = double(c.mHorizontalFOV) * 180 / std::numbers::pi;
+      out.fov = double(c.mHorizontalFOV) * 180 / std::numbers::pi;
       out.aspect = double(c.mAspect);
-      out.fov_is_vertical = is_gltf_ && !(c.mAspect > 0);
+      // Of glTF's angle up the picture it makes the horizontal one by multiplying with the aspect.
+      out.fov_is_vertical = is_gltf_;
+      if (is_gltf_ && c.mAspect > 0) out.fov /= double(c.mAspect);
       if (c.mOrthographicWidth > 0) {
         model_.left_out.push_back("orthographic camera \"" + out.name + "\"");
         continue;
       }
-      const bool is_usable = out.fov_x > 0 && out.fov_x < 179 && std::isfinite(out.aspect) &&
+      const bool is_usable = out.fov > 0 && out.fov < 179 && std::isfinite(out.aspect) &&
                              std::isfinite(out.eye.length() + out.look.length() + out.up.length()) &&
                              out.up.cross(out.look - out.eye).length() > 1e-6;
       if (is_usable) model_.cameras.push_back(std::move(out));

@@ -150,8 +150,7 @@ std::string run_in_child(const std::function<std::string()>& work, const ChildLi
   if (reading == Reading::too_large)
     throw ChildFailure("it has more than " + whole_number(double(limits.result_bytes) / 1e6) + " MB of data");
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) throw ChildFailure(time);
-  if (WIFSIGNALED(status))
-    throw ChildFailure(std::string("its reader crashed (") + strsignal(WTERMSIG(status)) + ")");
+  if (WIFSIGNALED(status)) throw ChildFailure(std::string("its reader crashed (") + strsignal(WTERMSIG(status)) + ")");
   if (WIFEXITED(status) && WEXITSTATUS(status) == out_of_memory_code)
     throw ChildFailure("it took more than " + whole_number(double(limits.memory_bytes) / 1e6) + " MB of memory");
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || result.empty()) throw ChildFailure("its reader gave up");

@@ -72,7 +72,8 @@ std::vector<V3d> sample_points(const Model& model, double scale) {
         if (i++ % step != 0) continue;
         V3d q;
         for (int k = 0; k < 3; ++k)
-          q[k] = n.start[k][0] * double(p.x) + n.start[k][1] * double(p.y) + n.start[k][2] * double(p.z) + n.start[k][3];
+          q[k] =
+              n.start[k][0] * double(p.x) + n.start[k][1] * double(p.y) + n.start[k][2] * double(p.z) + n.start[k][3];
         points.push_back(q * scale);
       }
   }
@@ -86,7 +87,8 @@ struct Basis {
 Basis basis_of(const V3d& back, const Axes& axes) {
   const V3d b = back.normalized();
   V3d up = axes.up;
-  if (up.cross(b).length() < 1e-4) up = b.dot(axes.up) > 0 ? -axes.front : axes.front;  // from above: the front is below
+  if (up.cross(b).length() < 1e-4)
+    up = b.dot(axes.up) > 0 ? -axes.front : axes.front;  // from above: the front is below
   const V3d right = up.cross(b).normalized();
   return {right, b.cross(right), b};
 }
@@ -173,7 +175,7 @@ View view_of(const ModelCamera& c, double scale, double aspect, bool end) {
   view.look = view.eye + ((end ? c.look_end : c.look) - (end ? c.eye_end : c.eye));
   view.up = end ? c.up_end : c.up;
   // Files give the angle across the picture; ours is across its shorter side.
-  const double half = std::tan(c.fov_x * std::numbers::pi / 360);
+  const double half = std::tan(c.fov * std::numbers::pi / 360);
   const double own = c.aspect > 0 ? c.aspect : aspect;
   const double half_y = c.fov_is_vertical ? half : half / own;
   view.fov = 2 * std::atan(half_y * std::min(own, 1.0)) * 180 / std::numbers::pi;

@@ -13,12 +13,12 @@ namespace dapple::modelfile {
 
 /// How a model is looked at, and lit, where its file does not say.
 struct ViewOptions {
-  std::string from;             ///< a side: front, back, left, right, above, below, quarter; or "x,y,z"; empty: quarter
-  std::optional<V3d> look_at;   ///< default: the middle of what is seen
-  double fov = 0;               ///< degrees across the shorter side; 0: 35
-  std::string sky;              ///< clear, overcast, uniform, none, or an image file; empty: clear
-  std::string up;               ///< axis of the file: x, y, z, -x, -y, -z; empty: as its format has it
-  bool ground = true;           ///< a plane under the model, where the sky is the default one
+  std::string from;            ///< a side: front, back, left, right, above, below, quarter; or "x,y,z"; empty: quarter
+  std::optional<V3d> look_at;  ///< default: the middle of what is seen
+  double fov = 0;              ///< degrees across the shorter side; 0: 35
+  std::string sky;             ///< clear, overcast, uniform, none, or an image file; empty: clear
+  std::string up;              ///< axis of the file: x, y, z, -x, -y, -z; empty: as its format has it
+  bool ground = true;          ///< a plane under the model, where the sky is the default one
 };
 
 /// UsageError for what ViewOptions cannot be.

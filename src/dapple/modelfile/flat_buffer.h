@@ -73,7 +73,7 @@ class FlatReader {
     return n;
   }
   template <class T>
-    requires is_flat<T>
+  requires is_flat<T>
   void operator()(std::vector<T>& list) {
     const size_t n = resize(list, sizeof(T));
     if (n > 0) std::memcpy(static_cast<void*>(list.data()), take(n * sizeof(T)), n * sizeof(T));

@@ -65,6 +65,21 @@ void check(const ModelLight& l) {
 
 }  // namespace
 
+Imath::Box3d bounds_of(const Model& model) {
+  Imath::Box3d box;
+  for (const ModelNode& node : model.nodes) {
+    const M44d& m = node.start;
+    for (const uint32_t mesh : node.meshes)
+      for (const V3f& p : model.meshes[mesh].P) {
+        V3d q;
+        for (int i = 0; i < 3; ++i)
+          q[i] = m[i][0] * double(p.x) + m[i][1] * double(p.y) + m[i][2] * double(p.z) + m[i][3];
+        box.extendBy(q);
+      }
+  }
+  return box;
+}
+
 void check_model(const Model& model) {
   for (const ModelMaterial& m : model.materials) check(m, model);
   for (const ModelMesh& m : model.meshes) check(m, model);
@@ -75,7 +90,7 @@ void check_model(const Model& model) {
   for (const ModelCamera& c : model.cameras) {
     for (const V3d* v : {&c.eye, &c.look, &c.up, &c.eye_end, &c.look_end, &c.up_end})
       require(finite(*v), "a camera's place is not finite");
-    require(std::isfinite(c.fov_x) && std::isfinite(c.aspect), "a number of a camera is not finite");
+    require(std::isfinite(c.fov) && std::isfinite(c.aspect), "a number of a camera is not finite");
   }
   for (const ModelLight& l : model.lights) check(l);
   for (const ModelImage& i : model.images)

@@ -13,11 +13,11 @@ namespace dapple::modelfile {
 
 /// A use of a picture by a material.
 struct ModelTexture {
-  std::string file;      ///< as the model names it; empty: there is none
-  int32_t image = -1;    ///< of Model::images instead
-  uint32_t uv_set = 0;   ///< of ModelMesh::uv
-  uint8_t wrap = 0;      ///< 0 repeat, 1 clamp, 2 mirror (which is drawn as repeat)
-  float strength = 1;    ///< scale of a normal map
+  std::string file;     ///< as the model names it; empty: there is none
+  int32_t image = -1;   ///< of Model::images instead
+  uint32_t uv_set = 0;  ///< of ModelMesh::uv
+  uint8_t wrap = 0;     ///< 0 repeat, 1 clamp, 2 mirror (which is drawn as repeat)
+  float strength = 1;   ///< scale of a normal map
   bool given() const { return !file.empty() || image >= 0; }
 };
 
@@ -35,16 +35,16 @@ struct ModelMaterial {
   Kind kind = phong;
   Alpha alpha = opaque;
   bool two_sided = false;
-  bool has_volume = false;                ///< transmission into a body, not through a thin sheet
-  RGB base{0.8f};                         ///< base or diffuse colour, linear
-  RGB specular_color{0};                  ///< of specular and phong
-  RGB emission{0};                        ///< times emission_strength
+  bool has_volume = false;  ///< transmission into a body, not through a thin sheet
+  RGB base{0.8f};           ///< base or diffuse colour, linear
+  RGB specular_color{0};    ///< of specular and phong
+  RGB emission{0};          ///< times emission_strength
   float emission_strength = 1;
   float opacity = 1, alpha_cutoff = 0.5f;
-  float metalness = 0, roughness = 1;     ///< of metallic; roughness is the square root of GGX's alpha
-  float glossiness = 1;                   ///< of specular
-  float exponent = 0;                     ///< of phong
-  float reflectivity = 0;                 ///< of phong: mirrors
+  float metalness = 0, roughness = 1;  ///< of metallic; roughness is the square root of GGX's alpha
+  float glossiness = 1;                ///< of specular
+  float exponent = 0;                  ///< of phong
+  float reflectivity = 0;              ///< of phong: mirrors
   float transmission = 0, ior = 1.5f;
   ModelTexture base_map, opacity_map, normal_map, bump_map, emission_map, transmission_map;
   ModelTexture metalness_map, roughness_map;  ///< blue and green, as in glTF, where they are one picture
@@ -73,7 +73,7 @@ struct ModelCamera {
   std::string name;
   V3d eye{0, 0, 0}, look{0, 0, -1}, up{0, 1, 0};
   V3d eye_end{0, 0, 0}, look_end{0, 0, -1}, up_end{0, 1, 0};
-  double fov_x = 0;   ///< degrees, across the picture
+  double fov = 0;     ///< degrees, across the picture or up it
   double aspect = 0;  ///< width over height; 0: the model does not say
   bool fov_is_vertical = false;
 };
@@ -85,20 +85,20 @@ struct ModelLight {
   bool physical = false;  ///< glTF's units: candela, and lux of a distant light
   RGB color{1};           ///< times the intensity
   V3d position{0, 0, 0}, direction{0, 0, -1}, up{0, 1, 0};
-  float cone_inner = 0, cone_outer = 0;  ///< half angles, degrees
+  float cone_inner = 0, cone_outer = 0;           ///< half angles, degrees
   float constant = 0, linear = 0, quadratic = 1;  ///< light falls off by their polynomial in distance
   float width = 0, height = 0;                    ///< of an area light
 };
 
 /// A picture inside of the model.
 struct ModelImage {
-  std::string name, extension;    ///< of an encoded one: "png"
-  std::vector<uint8_t> bytes;     ///< a file, or RGBA if width is not 0
+  std::string name, extension;  ///< of an encoded one: "png"
+  std::vector<uint8_t> bytes;   ///< a file, or RGBA if width is not 0
   uint32_t width = 0, height = 0;
 };
 
-/// What a model file holds, flat, and at one time (or two). Indices are in range, numbers finite, once check_model() has
-/// passed.
+/// What a model file holds, flat, and at one time (or two). Indices are in range, numbers finite, once check_model()
+/// has passed.
 struct Model {
   std::vector<ModelMaterial> materials;
   std::vector<ModelMesh> meshes;
@@ -112,6 +112,9 @@ struct Model {
   uint8_t animations = 0;             ///< how many the file has, up to 255
   double duration = 0;                ///< seconds, of the longest
 };
+
+/// Box of all vertices at their places, when the shutter opens.
+Imath::Box3d bounds_of(const Model& model);
 
 /// Throws std::runtime_error, saying what is wrong, unless all counts, indices and numbers are in range.
 void check_model(const Model& model);

@@ -37,7 +37,7 @@ void node(Io& io, N& n) {
 
 template <class Io, class C>
 void camera(Io& io, C& c) {
-  io(c.name), io(c.eye), io(c.look), io(c.up), io(c.eye_end), io(c.look_end), io(c.up_end), io(c.fov_x), io(c.aspect);
+  io(c.name), io(c.eye), io(c.look), io(c.up), io(c.eye_end), io(c.look_end), io(c.up_end), io(c.fov), io(c.aspect);
   io(c.fov_is_vertical);
 }
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "dapple/base/hash.h"
 #include "dapple/modelfile/model_lights.h"
@@ -30,12 +29,6 @@ std::vector<float> flat(const std::vector<V>& list) {
   out.reserve(list.size() * V::dimensions());
   for (const V& v : list)
     for (unsigned k = 0; k < V::dimensions(); ++k) out.push_back(v[int(k)]);
-  return out;
-}
-
-V3d transformed(const M44d& m, const V3f& p) {
-  V3d out;
-  for (int i = 0; i < 3; ++i) out[i] = m[i][0] * double(p.x) + m[i][1] * double(p.y) + m[i][2] * double(p.z) + m[i][3];
   return out;
 }
 
@@ -88,7 +81,6 @@ class Emitter {
 
   // Nodes that hold the same meshes are instances of one object.
   void count_uses() {
-    std::set<uint32_t> split;
     for (const ModelNode& node : model_.nodes) ++uses_[node.meshes];
   }
 
@@ -106,7 +98,6 @@ class Emitter {
                         "singular node " + loc_.to_string());
       return;
     }
-    for (const uint32_t m : node.meshes) grow(m, node.start), grow(m, node.end);
     if (is_object(node)) {
       const std::string& object = object_of(node);
       if (object.empty()) return;
@@ -162,11 +153,6 @@ class Emitter {
     return out.empty() ? "object" : out;
   }
 
-  void grow(uint32_t index, const M44d& to_model) {
-    for (const auto* points : {&model_.meshes[index].P, &model_.meshes[index].P_end})
-      for (const V3f& p : *points) emitted_.bounds.extendBy(transformed(to_model, p));
-  }
-
   void add_shape(uint32_t index) {
     ModelMesh& mesh = model_.meshes[index];
     auto look = looks_.find(index);
@@ -216,14 +202,6 @@ Emitted emit_model(Model model, const std::string& file, const std::string& pref
   // The fingerprint is that of the model's own file; of shapes and pictures beside it the build takes one.
   description->fingerprint = hash_bytes(scenefile::FileSource(file, loc).contents(), description->fingerprint);
   return Emitter(std::move(model), file, prefix, loc, description, builder, diagnostics).emit();
-}
-
-Box3d bounds_of(const Model& model) {
-  Box3d box;
-  for (const ModelNode& node : model.nodes)
-    for (const uint32_t m : node.meshes)
-      for (const V3f& p : model.meshes[m].P) box.extendBy(transformed(node.start, p));
-  return box;
 }
 
 void ModelImporter::import(const std::string& path, const FileLoc& loc, SceneDescription* description,

@@ -10,12 +10,9 @@
 
 namespace dapple::modelfile {
 
-using Imath::Box3d;
-
 /// What emit_model() has made of a model.
 struct Emitted {
   size_t shapes = 0, lights = 0, emitters = 0;
-  Box3d bounds;  ///< of all shapes, under the transform
 };
 
 /// Adds a model to a description, under the builder's transform: named materials (names begin with `prefix`), textures,
@@ -24,9 +21,6 @@ struct Emitted {
 Emitted emit_model(Model model, const std::string& file, const std::string& prefix, const FileLoc& loc,
                    scenefile::SceneDescription* description, scenefile::DescriptionBuilder* builder,
                    Diagnostics* diagnostics);
-
-/// Box of what emit_model() would make of it.
-Box3d bounds_of(const Model& model);
 
 /// Import of models in scene files, as they are in their files.
 class ModelImporter final : public scenefile::Importer {

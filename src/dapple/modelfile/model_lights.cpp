@@ -9,17 +9,18 @@ using scenefile::ParamType;
 
 namespace {
 
-// Intensity, and how it falls off where that is not by the square of the distance.
-void add_intensity(const ModelLight& l, Directive* d) {
+// Of what has no unit: the colour, at most 1.
+RGB bounded(const RGB& c) {
+  return c.max() > 1 ? c / c.max() : c;
+}
+
+void add_intensity(const ModelLight& l, const V3d& middle, Directive* d) {
   if (l.physical) {
     d->rgb("I", l.color / lumens_a_watt);
     return;
   }
-  // The term that rules at large distances.
-  const float power = l.quadratic > 0 ? 2.0f : l.linear > 0 ? 1.0f : 0.0f;
-  const float weight = l.quadratic > 0 ? l.quadratic : l.linear > 0 ? l.linear : l.constant > 0 ? l.constant : 1.0f;
-  d->rgb("I", l.color * (pi / weight));
-  if (power < 2) d->number("falloff", double(power));
+  const double distance2 = (l.position - middle).length2();
+  d->rgb("I", bounded(l.color) * (pi * float(distance2 > 0 ? distance2 : 1)));
 }
 
 void emit_area(const ModelLight& l, const FileLoc& loc, scenefile::DescriptionBuilder* builder) {
@@ -29,11 +30,12 @@ void emit_area(const ModelLight& l, const FileLoc& loc, scenefile::DescriptionBu
   const V3d y = z.cross(x), right = x * double(l.width) / 2, up = y * double(l.height) / 2;
   std::vector<float> corners;
   // In the order of bilinear patches; the normal is the cross product of its sides u and v, which is z.
-  for (const V3d& p : {l.position - right - up, l.position + right - up, l.position - right + up, l.position + right + up})
+  for (const V3d& p :
+       {l.position - right - up, l.position + right - up, l.position - right + up, l.position + right + up})
     for (int k = 0; k < 3; ++k) corners.push_back(float(p[k]));
   builder->attribute_begin(loc);
   Directive light("diffuse", loc), shape("bilinearmesh", loc);
-  light.rgb("L", l.color);
+  light.rgb("L", bounded(l.color) * 10);
   builder->area_light(light.take());
   shape.floats("P", ParamType::point3, std::move(corners));
   builder->shape(shape.take());
@@ -43,12 +45,14 @@ void emit_area(const ModelLight& l, const FileLoc& loc, scenefile::DescriptionBu
 }  // namespace
 
 size_t emit_lights(const Model& model, const FileLoc& loc, scenefile::DescriptionBuilder* builder) {
+  const Imath::Box3d box = bounds_of(model);
+  const V3d middle = box.isEmpty() ? V3d(0, 0, 0) : box.center();
   for (const ModelLight& l : model.lights) {
     switch (l.type) {
       case ModelLight::point: {
         Directive d("point", loc);
         d.point("from", l.position);
-        add_intensity(l, &d);
+        add_intensity(l, middle, &d);
         builder->light(d.take());
         break;
       }
@@ -57,20 +61,20 @@ size_t emit_lights(const Model& model, const FileLoc& loc, scenefile::Descriptio
         const double outer = std::clamp(double(l.cone_outer), 0.5, 89.9);
         d.point("from", l.position).point("to", l.position + l.direction).number("coneangle", outer);
         d.number("conedeltaangle", std::clamp(outer - double(l.cone_inner), 0.01, outer));
-        add_intensity(l, &d);
+        add_intensity(l, middle, &d);
         builder->light(d.take());
         break;
       }
       case ModelLight::distant: {
         Directive d("distant", loc);
         d.point("from", V3d(0, 0, 0)).point("to", l.direction);
-        d.rgb("L", l.physical ? l.color / lumens_a_watt : l.color * pi);
+        d.rgb("L", l.physical ? l.color / lumens_a_watt : bounded(l.color) * pi);
         builder->light(d.take());
         break;
       }
       case ModelLight::ambient: {
         Directive d("infinite", loc);
-        d.rgb("L", l.color);
+        d.rgb("L", bounded(l.color));
         builder->light(d.take());
         break;
       }

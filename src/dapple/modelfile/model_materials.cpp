@@ -118,8 +118,10 @@ std::string ModelMaterials::scaled(bool is_spectrum, const std::string& of, cons
   if (!name.empty()) return name;
   Directive d("multiply", loc_);
   d.texture("in1", of);
-  if (is_spectrum) d.rgb("in2", factor);
-  else d.number("in2", double(factor.r));
+  if (is_spectrum)
+    d.rgb("in2", factor);
+  else
+    d.number("in2", double(factor.r));
   return name = texture(is_spectrum, of.substr(prefix_.size()) + " scaled", d.take());
 }
 
@@ -194,9 +196,12 @@ ModelMaterials::Surface ModelMaterials::surface_of(const ModelMaterial& m, const
       break;
   }
   if (const auto path = picture(m.normal_map)) s.normal_map = *path;
+  if (!s.normal_map.empty() && std::abs(m.normal_map.strength - 1) > 0.01f)
+    diagnostics_.unsupported(loc_, "the strength of a normal map of a model", "the map as it is");
   if (s.normal_map.empty())
     if (const auto path = picture(m.bump_map)) {
-      if (pictures_.is_normal_map(*path)) s.normal_map = *path;
+      if (pictures_.is_normal_map(*path))
+        s.normal_map = *path;
       else
         diagnostics_.warn(loc_, "heights of bump maps have no unit in models: \"" + m.name + "\" is rendered without",
                           "bump map " + *path);
@@ -207,12 +212,16 @@ ModelMaterials::Surface ModelMaterials::surface_of(const ModelMaterial& m, const
 std::string ModelMaterials::diffuse_base(const ModelMaterial& m, const Surface& s, const std::string& name) {
   const bool coated = s.has_highlight && (!s.alpha_map.empty() || s.alpha <= roughest_coat);
   Directive d(coated ? "coateddiffuse" : "diffuse", loc_);
-  if (s.color_map.empty()) d.rgb("reflectance", clamp(s.color, 0, 1));
-  else d.texture("reflectance", scaled(true, s.color_map, s.color));
+  if (s.color_map.empty())
+    d.rgb("reflectance", clamp(s.color, 0, 1));
+  else
+    d.texture("reflectance", scaled(true, s.color_map, s.color));
   if (coated) {
     d.boolean("remaproughness", false);
-    if (s.alpha_map.empty()) d.number("roughness", double(s.alpha));
-    else d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
+    if (s.alpha_map.empty())
+      d.number("roughness", double(s.alpha));
+    else
+      d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
     d.number("eta", double(m.ior));
   }
   if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
@@ -221,12 +230,17 @@ std::string ModelMaterials::diffuse_base(const ModelMaterial& m, const Surface& 
 
 std::string ModelMaterials::metal(const Surface& s, const std::string& name) {
   Directive d("conductor", loc_);
-  if (s.mirror) d.rgb("reflectance", clamp(*s.mirror, 0, 0.99f));
-  else if (s.color_map.empty()) d.rgb("reflectance", clamp(s.color, 0, 0.99f));
-  else d.texture("reflectance", scaled(true, s.color_map, s.color));
+  if (s.mirror)
+    d.rgb("reflectance", clamp(*s.mirror, 0, 0.99f));
+  else if (s.color_map.empty())
+    d.rgb("reflectance", clamp(s.color, 0, 0.99f));
+  else
+    d.texture("reflectance", scaled(true, s.color_map, s.color));
   d.boolean("remaproughness", false);
-  if (s.alpha_map.empty()) d.number("roughness", double(s.alpha));
-  else d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
+  if (s.alpha_map.empty())
+    d.number("roughness", double(s.alpha));
+  else
+    d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
   if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
   return define(name, d.take());
 }
@@ -240,8 +254,10 @@ std::string ModelMaterials::glass(const ModelMaterial& m, const Surface& s, cons
   d.number("eta", double(m.ior));
   if (!thin) {
     d.boolean("remaproughness", false);
-    if (s.alpha_map.empty()) d.number("roughness", double(alpha));
-    else d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
+    if (s.alpha_map.empty())
+      d.number("roughness", double(alpha));
+    else
+      d.texture("roughness", scaled(false, squared(s.alpha_map), RGB(s.alpha)));
     if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
   }
   return define(name, d.take());
@@ -251,8 +267,10 @@ std::string ModelMaterials::mixed(const std::string& first, const std::string& s
                                   const std::string& amount_texture, const std::string& name) {
   Directive d("mix", loc_);
   d.text("materials", std::vector<std::string>{first, second});
-  if (amount_texture.empty()) d.number("amount", amount);
-  else d.texture("amount", scaled(false, amount_texture, RGB(float(amount))));
+  if (amount_texture.empty())
+    d.number("amount", amount);
+  else
+    d.texture("amount", scaled(false, amount_texture, RGB(float(amount))));
   return define(name, d.take());
 }
 
@@ -288,7 +306,8 @@ void ModelMaterials::add_emission(const ModelMaterial& m, ShapeLook* look) {
   Directive d("diffuse", loc_);
   if (const auto path = picture(m.emission_map))
     d.texture("L", scaled(true, image_map(true, m.emission_map, *path, false, false), radiance));
-  else d.rgb("L", radiance);
+  else
+    d.rgb("L", radiance);
   d.boolean("twosided", m.two_sided);
   look->emission = d.take();
 }
@@ -315,7 +334,8 @@ ShapeLook ModelMaterials::make(const ModelMaterial& m, const RGB& tint, const st
     if (has_glass && !all_glass)
       base = mixed(base, glass(m, s, name + " glass"), double(s.transmission), s.transmission_map,
                    part(!has_metal, " dielectric"));
-    look.material = has_metal ? mixed(base, metal(s, name + " metal"), double(s.metalness), s.metalness_map, name) : base;
+    look.material =
+        has_metal ? mixed(base, metal(s, name + " metal"), double(s.metalness), s.metalness_map, name) : base;
   }
   add_alpha(m, &look);
   add_emission(m, &look);

@@ -63,7 +63,7 @@ class ModelMaterials {
   scenefile::DescriptionBuilder& builder_;
   ModelPictures& pictures_;
   Diagnostics& diagnostics_;
-  uint32_t uv_set_ = 0;  // of the material being made
+  uint32_t uv_set_ = 0;                      // of the material being made
   const ModelMaterial* material_ = nullptr;  // that one
   std::map<std::tuple<uint32_t, float, float, float>, ShapeLook> looks_;
   std::map<std::string, std::string> textures_;  // by what they are

@@ -100,16 +100,31 @@ std::string ModelPictures::write_image(size_t index) {
   const bool raw = image.width > 0;
   const std::string extension = raw ? "tga" : safe_name(image.extension.empty() ? "img" : image.extension);
   const std::string stem = safe_name(fs::path(image.name).stem().string());
-  const std::string path =
-      temporary().file(std::to_string(index) + (stem.empty() ? "" : "-" + stem) + "." + extension);
+  const std::string path = temporary().file(std::to_string(index) + (stem.empty() ? "" : "-" + stem) + "." + extension);
   std::ofstream out(path, std::ios::binary);
   if (!raw) {
     out.write(reinterpret_cast<const char*>(image.bytes.data()), std::streamsize(image.bytes.size()));
   } else {
     if (image.width > 65535 || image.height > 65535) return "";
     const auto byte = [](uint32_t x) { return char(x & 255u); };
-    const char header[18] = {0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, byte(image.width), byte(image.width >> 8),
-                             byte(image.height), byte(image.height >> 8), 32, 0x28};
+    const char header[18] = {0,
+                             0,
+                             2,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             0,
+                             byte(image.width),
+                             byte(image.width >> 8),
+                             byte(image.height),
+                             byte(image.height >> 8),
+                             32,
+                             0x28};
     out.write(header, sizeof header);
     std::string texels(image.bytes.begin(), image.bytes.end());
     for (size_t i = 0; i + 3 < texels.size(); i += 4) std::swap(texels[i], texels[i + 2]);

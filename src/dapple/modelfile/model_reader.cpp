@@ -17,12 +17,12 @@ namespace {
 
 // What Debian's Assimp says that it reads, less what it says of images, archives and texts of other kinds.
 constexpr std::string_view extensions[] = {
-    "3d",    "3ds",   "3mf", "ac",    "ac3d", "acc",   "amf",  "ase",      "ask",     "assbin", "b3d",  "blend",
-    "bvh",   "cob",   "csm", "dae",   "dxf",  "fbx",   "glb",  "gltf",     "hmp",     "ifc",    "iqm",  "irr",
-    "irrmesh", "lwo", "lws", "lxo",   "m3d",  "md2",   "md3",  "md5anim",  "md5camera", "md5mesh", "mdc", "mdl",
-    "mesh.xml", "mot", "ms3d", "ndo", "nff",  "obj",   "off",  "ogex",     "ply",     "pmx",    "prj",  "q3o",
-    "q3s",   "raw",   "scn", "sib",   "smd",  "stl",   "step", "stp",      "ter",     "uc",     "vta",  "x",
-    "x3d",   "x3db",  "xgl", "zae",   "zgl"};
+    "3d",      "3ds", "3mf",     "ac",       "ac3d", "acc",  "amf",  "ase", "ask",  "assbin",  "b3d",
+    "blend",   "bvh", "cob",     "csm",      "dae",  "dxf",  "fbx",  "glb", "gltf", "hmp",     "ifc",
+    "iqm",     "irr", "irrmesh", "lwo",      "lws",  "lxo",  "m3d",  "md2", "md3",  "md5anim", "md5camera",
+    "md5mesh", "mdc", "mdl",     "mesh.xml", "mot",  "ms3d", "ndo",  "nff", "obj",  "off",     "ogex",
+    "ply",     "pmx", "prj",     "q3o",      "q3s",  "raw",  "scn",  "sib", "smd",  "stl",     "step",
+    "stp",     "ter", "uc",      "vta",      "x",    "x3d",  "x3db", "xgl", "zae",  "zgl"};
 
 // One line, and of a bounded length: the text may come from the file.
 std::string readable(const std::string& text) {

@@ -24,9 +24,7 @@ class Directive {
     p.exact = {value};
     return add(std::move(p));
   }
-  Directive& integer(const char* name, int32_t value) {
-    return integers(name, std::vector<int32_t>{value});
-  }
+  Directive& integer(const char* name, int32_t value) { return integers(name, std::vector<int32_t>{value}); }
   Directive& integers(const char* name, std::vector<int32_t> values) {
     scenefile::Param p = make(name, scenefile::ParamType::integer);
     p.integers = std::move(values);

@@ -68,11 +68,13 @@ std::string axis_name(const V3d& up) {
 void say_what_was_chosen(const std::string& path, const Model& model, const ModelCamera* camera, bool own_lights,
                          bool sky, double scale, const ModelOptions& options) {
   std::string text = path + ": ";
-  if (camera) text += "camera \"" + camera->name + "\" of the file (--camera)";
+  if (camera)
+    text += "camera \"" + camera->name + "\" of the file (--camera)";
   else
     text += "seen from " + (options.view.from.empty() ? std::string("the front quarter") : options.view.from) +
             " (--view-from, --look-at, --fov)";
-  if (own_lights) text += ", lit by the lights of the file (--sky)";
+  if (own_lights)
+    text += ", lit by the lights of the file (--sky)";
   else
     text += !sky ? ", without a light (--sky)"
                  : ", lit by sky \"" + (options.view.sky.empty() ? std::string("clear") : options.view.sky) + "\"" +
@@ -101,16 +103,15 @@ SceneDescription read_model_scene(const std::string& path, const ModelOptions& o
   builder.world_begin();
   Model outline;  // what is said of it after it is gone
   outline.z_up = model.z_up, outline.animations = model.animations, outline.duration = model.duration;
-  Box3d bounds = bounds_of(model);
-  if (!bounds.isEmpty()) bounds = Box3d(bounds.min * scale, bounds.max * scale);
+  Imath::Box3d bounds = bounds_of(model);
+  if (!bounds.isEmpty()) bounds = Imath::Box3d(bounds.min * scale, bounds.max * scale);
   const bool own_lights = !model.lights.empty() && options.view.sky.empty();
   if (!own_lights) model.lights.clear();
   builder.attribute_begin(loc);
   if (scale != 1) builder.concat(Transform::scale(V3d(scale, scale, scale)), loc);
   emit_model(std::move(model), description.files.front(), "", loc, &description, &builder, &diagnostics);
   builder.attribute_end(loc);
-  const bool sky =
-      !own_lights && add_default_light(bounds, options.view, axes, loc, &description, &builder);
+  const bool sky = !own_lights && add_default_light(bounds, options.view, axes, loc, &description, &builder);
   builder.finish(loc);
   say_what_was_chosen(path, outline, camera ? &*camera : nullptr, own_lights, sky, scale, options);
   return description;

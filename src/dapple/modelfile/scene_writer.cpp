@@ -56,7 +56,8 @@ std::string ply_of(const ShapeEntity& e) {
                     "\nproperty float x\nproperty float y\nproperty float z\n";
   if (!N.empty()) out += "property float nx\nproperty float ny\nproperty float nz\n";
   if (!uv.empty()) out += "property float u\nproperty float v\n";
-  out += "element face " + std::to_string(indices.size() / 3) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  out +=
+      "element face " + std::to_string(indices.size() / 3) + "\nproperty list uchar int vertex_indices\nend_header\n";
   for (size_t i = 0; i < n; ++i) {
     for (size_t k = 0; k < 3; ++k) append(&out, P[3 * i + k]);
     for (size_t k = 0; k < 3 && !N.empty(); ++k) append(&out, N[3 * i + k]);
@@ -169,7 +170,8 @@ class SceneWriter {
     const fs::path from = fs::absolute(d_.resolve(name), ignored).lexically_normal();
     const fs::path temporary = fs::temp_directory_path(ignored);
     std::string out = from.lexically_relative(directory_).string();
-    if (d_.temporary_files && from.string().starts_with(temporary.string()) && from.string().find("dapple") != std::string::npos) {
+    if (d_.temporary_files && from.string().starts_with(temporary.string()) &&
+        from.string().find("dapple") != std::string::npos) {
       make_folder();
       std::ifstream in(from, std::ios::binary);
       std::ostringstream bytes;
@@ -207,8 +209,8 @@ class SceneWriter {
     if (!m.name.empty()) out_ << "NamedMaterial " << quoted(m.name) << "\n";
     if (s.area_light >= 0) directive("AreaLightSource", d_.area_lights[size_t(s.area_light)]);
     const Param* const indices = s.params.find("indices");
-    const bool beside = s.type == "trianglemesh" && indices && indices->integers.size() / 3 >= smallest_file &&
-                        !s.params.find("P1");
+    const bool beside =
+        s.type == "trianglemesh" && indices && indices->integers.size() / 3 >= smallest_file && !s.params.find("P1");
     if (!beside) {
       directive("Shape", s);
     } else {

@@ -14,8 +14,8 @@ struct WrittenScene {
 };
 
 /// Writes a description as a scene file, readable by people and, as far as it holds no extensions, by pbrt-v4. Meshes
-/// become PLY files, and pictures from inside of models copies, in the folder NAME_files beside NAME.pbrt; other pictures
-/// are named where they are. Numbers are written so that reading gives the same floats. IoError.
+/// become PLY files, and pictures from inside of models copies, in the folder NAME_files beside NAME.pbrt; other
+/// pictures are named where they are. Numbers are written so that reading gives the same floats. IoError.
 WrittenScene write_scene(const scenefile::SceneDescription& description, const std::string& path);
 
 }  // namespace dapple::modelfile

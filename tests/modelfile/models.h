@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "dapple/modelfile/model_reader.h"
+#include "dapple/modelfile/scene_reader.h"
+#include "tests/scenefile/support.h"
+
+namespace dapple::modelfile::test {
+
+using scenefile::test::error_of;
+using scenefile::test::TempFolder;
+
+inline std::string base64(const std::string& bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t v = 0;
+    for (size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? uint8_t(bytes[i + k]) : 0u);
+    for (size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[v >> (18 - 6 * k) & 63];
+  }
+  return out;
+}
+
+/// A glTF file of one triangle, (0 0 0) (1 0 0) (0 1 0), as mesh 0 and (with a second material) as mesh 1. The rest of
+/// the file is `more`: scenes, nodes, materials ... Times 0 and 1 s are accessor 2, moves by 0 and (4, 0, 0)
+/// accessor 3.
+inline std::string triangle_gltf(const std::string& more) {
+  std::string bytes;
+  const auto add = [&](auto v) { bytes.append(reinterpret_cast<const char*>(&v), sizeof v); };
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) add(float(x));
+  for (const uint16_t i : {0, 1, 2, 0}) add(i);
+  for (const float x : {0, 1, 0, 0, 0, 4, 0, 0}) add(float(x));
+  return R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":)" + std::to_string(bytes.size()) +
+         R"(,"uri":"data:application/octet-stream;base64,)" + base64(bytes) + R"("}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6},
+{"buffer":0,"byteOffset":44,"byteLength":8},{"buffer":0,"byteOffset":52,"byteLength":24}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},
+{"bufferView":2,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[1]},
+{"bufferView":3,"componentType":5126,"count":2,"type":"VEC3"}],
+"meshes":[{"name":"tri","primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},
+{"name":"lamp","primitives":[{"attributes":{"POSITION":0},"indices":1,"material":1}]}],)" +
+         more + "}";
+}
+
+inline scenefile::SceneDescription read(const std::string& path, const ModelOptions& options = {},
+                                        Diagnostics* diagnostics = nullptr) {
+  set_log_level(0);
+  Diagnostics own;
+  return read_scene(path, options, diagnostics ? *diagnostics : own);
+}
+
+}  // namespace dapple::modelfile::test
