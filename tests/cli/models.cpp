@@ -2,6 +2,10 @@
 // Models of other programs, rendered, imported and converted.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
