@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dapple/build/spectrum_params.h"
+#include "dapple/shading/exponential_medium.h"
 #include "dapple/shading/grid_medium.h"
 #include "dapple/shading/homogeneous_medium.h"
 #include "dapple/shading/measured_media.h"
@@ -93,6 +94,39 @@ MediumPtr make_homogeneous(const MediumEntity& e, const BuildContext& context) {
   return std::make_shared<HomogeneousMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e));
 }
 
+// Where a medium that may not move is.
+Transform still_transform(const MediumEntity& e, const BuildContext& context, const V3d& base) {
+  if (e.transform.is_animated())
+    context.diagnostics.unsupported(e.loc, "a moving medium", "a medium where it is at shutter open");
+  const Transform medium_to_world = with_base(context.origins.in_world(e.transform.start), base);
+  if (!medium_to_world.is_finite() || !medium_to_world.is_invertible())
+    throw InputError(e.loc, "the transform of this medium cannot be inverted");
+  return medium_to_world;
+}
+
+MediumPtr make_exponential(const MediumEntity& e, const BuildContext& context) {
+  const Coefficients c = coefficients(e, context);
+  const RGB Le = checked(e, emission(e, context) * from_zero(e, "Lescale", 1), "emission");
+  const float height = e.params.get_float("scaleheight", 1);
+  if (!(height > 0) || !std::isfinite(height))
+    throw InputError(place_of(e, "scaleheight"),
+                     "\"scaleheight\" must be above zero: the height over which an "
+                     "exponential medium thins out to 1/e");
+  const V3f up = e.params.get_vector3("up", V3f(0, 0, 1));
+  const float size = length(up);
+  if (!(size > 0) || !std::isfinite(size))
+    throw InputError(place_of(e, "up"), "\"up\" of an exponential medium has no direction");
+  // exp(-height / scale height), where height is that of the point in the medium's own space.
+  const Transform world_to_medium = still_transform(e, context, V3d(0, 0, 0)).inverse();
+  const V3f per_height = up * (1 / (size * height));
+  const auto log_density = [&](const V3f& world) { return -dot(per_height, world_to_medium.point(world)); };
+  shading::ExponentialDensity density;
+  density.log_origin = log_density(V3f(0, 0, 0));
+  for (int axis = 0; axis < 3; ++axis)
+    density.slope[axis] = dot(per_height, world_to_medium.vector(V3f(axis == 0, axis == 1, axis == 2)));
+  return std::make_shared<shading::ExponentialMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e), density);
+}
+
 /// Where a medium in a box lies.
 struct Place {
   Box3f box;
@@ -106,11 +140,7 @@ struct Place {
     const V3f size = box.max - box.min;
     if (!(size.x > 0 && size.y > 0 && size.z > 0) || !is_finite(size))
       throw InputError(place_of(e, "p1"), "the box of this medium from \"p0\" to \"p1\" has no volume");
-    if (e.transform.is_animated())
-      context.diagnostics.unsupported(e.loc, "a moving medium", "a medium where it is at shutter open");
-    medium_to_world = with_base(context.origins.in_world(e.transform.start), base);
-    if (!medium_to_world.is_finite() || !medium_to_world.is_invertible())
-      throw InputError(e.loc, "the transform of this medium cannot be inverted");
+    medium_to_world = still_transform(e, context, base);
   }
 };
 
@@ -228,8 +258,8 @@ MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const
 }  // namespace
 
 MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const TextureLibrary& textures) {
-  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid",
-                                                      "pattern",     "cloud",       "nanovdb"};
+  static const std::vector<std::string_view> types = {"homogeneous", "uniformgrid", "rgbgrid", "pattern",
+                                                      "exponential", "cloud",       "nanovdb"};
   const auto it = std::find(types.begin(), types.end(), e.type);
   if (it == types.end()) throw InputError(e.loc, "unknown medium \"" + e.type + "\"; " + one_of(types));
   MediumPtr medium;
@@ -245,6 +275,9 @@ MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const 
       break;
     case 3:
       medium = make_pattern(e, context, textures);
+      break;
+    case 4:
+      medium = make_exponential(e, context);
       break;
     default:
       context.diagnostics.unsupported(e.loc, "medium \"" + e.type + "\"", "empty space");

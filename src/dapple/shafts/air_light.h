@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shading/closed_form_medium.h"
+#include "dapple/shafts/scan_planes.h"
+
+namespace dapple::shafts {
+
+/// What fills the air: sigma of density 1, 1/m, and the phase function of Henyey and Greenstein.
+struct Haze {
+  shading::ExponentialDensity density;
+  RGB sigma_s, sigma_t;
+  shading::HenyeyGreenstein phase;
+
+  Haze() = default;
+  explicit Haze(const shading::ClosedFormMedium& medium)
+      : density(medium.density()), sigma_s(medium.sigma_s()), sigma_t(medium.sigma_t()), phase(medium.phase()) {}
+};
+
+/// A part of a view ray, from the eye along unit d.
+struct Segment {
+  V3f d;
+  float begin = 0, end = 0;  ///< m from the eye; the end may be infinite
+  float xi = 0;              ///< in [0, 1): chooses one of two planes
+};
+
+/// Light that haze scatters from a beam straight to the eye, where nothing stands in the way:
+///   int_begin^end sigma_s p e^-(depth from `begin` + depth to the light) ds,
+/// in closed form over runs of lit bins. With l(s) the column from `begin` (shading/exponential_density.h), both depths
+/// together are sigma_t (k l + c), linear in l, since in layered haze the column to the sun falls as that along the
+/// view grows: k = 1 - cos phi where the density is even, k = 1 - mu_v / mu_s where it falls with height; mu: the sines
+/// of elevation of view and sun. So a run [a, b] of l brings
+///   sigma_s p e^-(sigma_t (k a + c)) (b - a) m(sigma_t k (b - a)),  m(y) = (1 - e^-y) / y,
+/// without special cases: thin haze, level rays, rays to the sun and beside it are limits of m. To a lamp at distance
+/// D, ds / r^2 = dpsi / (D sin phi): the midpoint rule over bins of psi.
+class AirLight {
+ public:
+  /// The planes must outlive this object. Parallel light of an unbounded medium: its density must fall towards the
+  /// light, or no light arrives.
+  AirLight(const ScanPlanes& planes, const Haze& haze);
+
+  /// Of a beam of irradiance 1 across it, or a lamp of intensity 1 (1/sr; 1/(m2 sr)).
+  RGB in_scattering(const Segment& segment) const;
+
+  /// What entry() of the planes holds for a ray of parallel light that enters the medium at point P, and of a lamp at a
+  /// distance r.
+  float entry_of(const V3f& P) const;
+
+  const ScanPlanes& planes() const { return planes_; }
+
+ private:
+  struct View;
+  struct Sums;
+  View view_of(const Segment& segment) const;
+  RGB parallel(const Segment& segment) const;
+  RGB from_lamp(const Segment& segment) const;
+  void add_run(const View& view, float begin, float end, Sums* sums) const;
+  void add_bins(const View& view, int block, Sums* sums) const;
+  void add_lamp_bins(const View& view, int block, float first, float last, Sums* sums) const;
+
+  const ScanPlanes& planes_;
+  const Haze haze_;
+  float rise_ = 0;    // slope . axis, kept away from 0
+  int channels_ = 3;  // 1: all alike
+  bool open_ = true;  // light comes from infinity through the medium
+};
+
+}  // namespace dapple::shafts

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dapple/base/rgb.h"
+#include "dapple/shafts/plane_fan.h"
+
+namespace dapple::shafts {
+
+/// Scan planes through an eye and a light (Max 1986, "Atmospheric illumination and shadows"), as arrays.
+///
+/// A half-plane ends in the axis from the eye to the light. Rays of light lie in it side by side, numbered by a
+/// coordinate u > 0 that grows along each ray from the eye:
+///   parallel light: u is the distance p from the axis, m; the height of a point is q, m along the axis from the eye;
+///   a lamp: u is the angle psi at it, from the eye's direction, below pi; the height is -r, the distance from it.
+/// A point is lit where its height is at or above that of the first thing that stands in the way of its ray of light,
+/// for shadow begins there and does not end: one number a ray. (The same as Max's shadow edges, which do not cross, as
+/// the masks of Baran et al. 2010 and the height fields of Chen et al. 2011.)
+///
+/// Rays come in bins, u_j = c (e^(j g) - 1), narrow near the eye. 16 make a block, whose least and largest heights of
+/// blockers tell whether it is lit or dark as a whole. Filled plane by plane from any threads; then immutable.
+class ScanPlanes {
+ public:
+  static constexpr int block = 16;
+
+  struct Settings {
+    V3f eye{0, 0, 0};
+    V3f axis{0, 0, 1};      ///< unit, from the eye to the light
+    float lamp = infinity;  ///< distance of a lamp; infinite for parallel light
+    PlaneFan fan;           ///< around Frame(axis)
+    int bins = 1024;        ///< made a multiple of `block`
+    float nearest = 0.01f;  ///< c: bins are even below this u
+    float farthest = 1;     ///< u of the last bin's end, which of a lamp is pi; beyond, nothing stands in the way
+    bool bounded = false;   ///< rays of light enter the medium somewhere: entry() is kept
+    bool tinted = false;    ///< they differ in colour or strength: tint() is kept
+  };
+  explicit ScanPlanes(const Settings& settings);
+
+  const Settings& settings() const { return settings_; }
+  const Frame& frame() const { return frame_; }
+  bool is_lamp() const { return settings_.lamp < infinity; }
+  int planes() const { return settings_.fan.planes; }
+  int bins() const { return settings_.bins; }
+  int blocks() const { return settings_.bins / block; }
+  size_t bytes() const;
+  static size_t bytes_of(const Settings& settings);
+
+  /// Begin of bin j; end of the last for j = bins().
+  float edge(int j) const { return edges_[size_t(j)]; }
+  const float* edges() const { return edges_.data(); }
+  /// The bin of u, within one.
+  int bin_of(float u) const;
+  /// Unit vector across the axis, in plane k.
+  V3f across(int plane) const;
+  /// Where a ray of light passes: the point of height 0 of parallel light; the direction in which a lamp sends it.
+  V3f foot(int plane, float u) const { return settings_.eye + across(plane) * u; }
+  V3f lamp_direction(int plane, float u) const { return frame_.n * -std::cos(u) + across(plane) * std::sin(u); }
+
+  // Writing, a plane at a time, by one thread.
+  float* blocked(int plane) { return blocked_.data() + row(plane); }  ///< heights: -infinity, nothing; infinity, dark
+  float* entry(int plane) { return bounded() ? entry_.data() + row(plane) : nullptr; }
+  RGB* tint(int plane) { return tinted() ? tint_.data() + row(plane) : nullptr; }
+  /// After these are written.
+  void close(int plane);
+
+  // Reading.
+  bool bounded() const { return settings_.bounded; }
+  bool tinted() const { return settings_.tinted; }
+  const float* blocked(int plane) const { return blocked_.data() + row(plane); }
+  /// Where light enters the medium: what AirLight subtracts of the way to the light; infinite where it does not.
+  const float* entry(int plane) const { return bounded() ? entry_.data() + row(plane) : nullptr; }
+  const RGB* tint(int plane) const { return tinted() ? tint_.data() + row(plane) : nullptr; }
+  const float* least(int plane) const { return least_.data() + size_t(plane) * size_t(blocks()); }
+  const float* most(int plane) const { return most_.data() + size_t(plane) * size_t(blocks()); }
+
+  /// The plane for a ray along d: that before or after it, by xi in [0, 1), so that the mean is linear between planes.
+  int plane_of(const V3f& d, float xi) const;
+
+ private:
+  size_t row(int plane) const { return size_t(plane) * size_t(bins()); }
+
+  Settings settings_;
+  Frame frame_;
+  float growth_ = 1;
+  std::vector<float> edges_, blocked_, entry_, least_, most_;
+  std::vector<RGB> tint_;
+};
+
+}  // namespace dapple::shafts
