@@ -39,6 +39,9 @@ class CanopyLight final : public shading::Light {
   std::optional<shading::LightBounds> bounds() const override { return std::nullopt; }
   float power(float scene_radius) const override;
 
+  /// It looks different from place to place.
+  bool has_sheet() const { return sheet_.has_value(); }
+
  private:
   V3d to_local(const V3f& wi) const;
   RGB radiance(const V3d& local) const;

@@ -57,7 +57,7 @@ AirLight::AirLight(const ScanPlanes& planes, const Haze& haze) : planes_(planes)
   if (std::abs(rise_) < least) rise_ = std::copysign(least, rise_);
   const RGB& t = haze_.sigma_t;
   channels_ = t.r == t.g && t.g == t.b ? 1 : 3;
-  open_ = !planes.bounded();
+  unbounded_ = !planes.bounded();
 }
 
 float AirLight::entry_of(const V3f& P) const {
@@ -161,11 +161,11 @@ void AirLight::add_bins(const View& v, int number, Sums* sums) const {
 }
 
 RGB AirLight::parallel(const Segment& segment) const {
-  if (open_ && (haze_.density.is_constant() ? haze_.sigma_t.max() > 0 : rise_ < 0)) return {};
+  if (unbounded_ && (haze_.density.is_constant() ? haze_.sigma_t.max() > 0 : rise_ < 0)) return {};
   const View v = view_of(segment);
   Sums sums;
   const float u0 = v.begin * v.sine, u1 = v.end * v.sine, last_edge = planes_.edge(planes_.bins());
-  const bool uniform = open_ && !planes_.tinted();
+  const bool uniform = unbounded_ && !planes_.tinted();
   const float per_u = 1 / std::max(v.sine, 1e-9f);
   const float* const least = planes_.least(v.plane);
   const float* const most = planes_.most(v.plane);
@@ -190,7 +190,7 @@ RGB AirLight::parallel(const Segment& segment) const {
     }
   }
   // Beyond the bins nothing stands in the way.
-  if (open_ && u1 > last_edge) {
+  if (planes_.settings().open && u1 > last_edge) {
     const float begin = std::clamp(last_edge * per_u, v.begin, v.end);
     add_run(v, run >= 0 ? run : begin, v.end, &sums);
   } else if (run >= 0) {

@@ -60,9 +60,9 @@ class AirLight {
 
   const ScanPlanes& planes_;
   const Haze haze_;
-  float rise_ = 0;    // slope . axis, kept away from 0
-  int channels_ = 3;  // 1: all alike
-  bool open_ = true;  // light comes from infinity through the medium
+  float rise_ = 0;         // slope . axis, kept away from 0
+  int channels_ = 3;       // 1: all alike
+  bool unbounded_ = true;  // all rays of light come from infinity through the medium
 };
 
 }  // namespace dapple::shafts

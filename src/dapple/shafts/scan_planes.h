@@ -33,6 +33,7 @@ class ScanPlanes {
     int bins = 1024;        ///< made a multiple of `block`
     float nearest = 0.01f;  ///< c: bins are even below this u
     float farthest = 1;     ///< u of the last bin's end, which of a lamp is pi; beyond, nothing stands in the way
+    bool open = true;       ///< of parallel light: the medium goes on beyond the last bin
     bool bounded = false;   ///< rays of light enter the medium somewhere: entry() is kept
     bool tinted = false;    ///< they differ in colour or strength: tint() is kept
   };

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/light/shaft_builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "dapple/base/timer.h"
+#include "dapple/forest/canopy_light.h"
+#include "dapple/light/surface_media.h"
+#include "dapple/scene/motion.h"
+#include "dapple/shading/point_light.h"
+#include "dapple/trace/bulk_bounds.h"
+
+namespace dapple::light {
+
+using shading::ClosedFormMedium;
+using trace::no_id;
+
+namespace {
+
+constexpr float disc_spacing = 4;        // of planes to a point of a disc, to those to a point
+constexpr int disc_strata = 16;          // along the radius and around, for the light of a disc
+constexpr float opaque_depth = 16;       // nothing is seen through so much
+constexpr float even_part = 1e-3f;       // of what a scene is about: bins are even below
+constexpr float lamp_even_part = 2e-3f;  // radians
+constexpr int film_samples = 16;         // along each side of the film
+constexpr float film_margin = 4;         // pixels that filters reach beyond it
+constexpr int least_bins = 64;
+
+bool separates(const scene::GeometryBinding& b) {
+  return b.changes_medium;
+}
+
+}  // namespace
+
+ShaftLight::Builder::Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left)
+    : scene_(scene), settings_(settings), left_(*left), eye_(scene.camera.position()) {}
+
+// What stands against planes in this scene; empty: nothing.
+std::string ShaftLight::Builder::obstacle() {
+  if (!scene_.has_media()) return "the scene has no medium";
+  const scene::Camera::Settings& camera = scene_.camera.settings();
+  if (camera.projection == scene::Projection::orthographic) return "the camera is orthographic";
+  if (scene_.camera.has_lens()) return "the camera has a lens";
+  if (camera.camera_to_world.is_animated()) return "the camera moves while the shutter is open";
+  if (scene::Motion(scene_).any()) return "something moves while the shutter is open";
+  if (scene_.traced.period()) return "the scene is repeated without end";
+  return find_medium();
+}
+
+std::string ShaftLight::Builder::find_medium() {
+  for (size_t m = 0; m < scene_.media.size(); ++m) {
+    const auto* closed = dynamic_cast<const ClosedFormMedium*>(scene_.media[m].get());
+    if (closed && closed->sigma_t().is_black()) continue;
+    if (!closed) return "a medium is neither homogeneous nor exponential";
+    if (closed->sigma_s().is_black()) continue;
+    if (out_->air_) return "several media scatter";
+    out_->air_ = closed;
+    out_->medium_ = int32_t(m);
+  }
+  if (!out_->air_) return "no medium scatters";
+  const SurfaceMedia media(scene_);
+  if (media.by_ray()) return "surfaces contradict each other about the media between them";
+  far_away_ = media.far_away();
+  bounded_ = std::any_of(scene_.bindings.begin(), scene_.bindings.end(), separates);
+  return {};
+}
+
+// The medium at a place: what the first surface along some way says that separates media.
+int32_t ShaftLight::Builder::medium_at(const V3f& P) const {
+  if (!bounded_) return far_away_;
+  const V3f d = normalize(V3f(0.32f, -0.21f, 0.91f));
+  trace::RayBatch rays;
+  trace::HitBatch hits;
+  rays.set(0, P, d, infinity, 0, 1);
+  for (int segment = 0; segment < 4096; ++segment) {
+    scene_.traced.intersect(rays, 1, &hits);
+    if (hits.geometry[0] == no_id) break;
+    const geom::SurfacePoint p = scene_.traced.surface_without_tangents(rays, hits, 0);
+    const scene::GeometryBinding& b = scene_.bindings[hits.geometry[0]];
+    if (b.changes_medium) return dot(d, p.Ng) > 0 ? b.inside_medium : b.outside_medium;
+    rays.set(0, integrate::offset_origin(p, d), d, infinity, 0, 1);
+  }
+  return far_away_;
+}
+
+void ShaftLight::Builder::find_sources() {
+  std::vector<uint32_t> order(scene_.lights.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const float radius = box_.isEmpty() ? 1 : 0.5f * length(box_.size());
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return scene_.lights[a]->power(radius) > scene_.lights[b]->power(radius);
+  });
+  int other = 0, many = 0;
+  for (const uint32_t i : order) {
+    const shading::Light& light = *scene_.lights[i];
+    if (!(light.power(radius) > 0)) continue;
+    const auto beam = light.narrow_beam();
+    if (int(out_->sources_.size()) == most_lights && (beam || light.is_delta())) {
+      ++many;
+    } else if (beam) {
+      add_sun(i, *beam);
+    } else if (light.is_delta() && !add_lamp(i)) {
+      ++other;
+    }
+  }
+  if (many > 0)
+    left_.push_back(fmt::format("{} lights are left to rays: planes are for the {} strongest", many, most_lights));
+  if (other > 0)
+    left_.push_back(fmt::format(
+        "{} lights with textures, decay or programs of their own, that move, or stand in the eye, are left to rays",
+        other));
+}
+
+void ShaftLight::Builder::add_sun(uint32_t i, const shading::NarrowBeam& beam) {
+  const shading::Light& light = *scene_.lights[i];
+  if (const auto* canopy = dynamic_cast<const forest::CanopyLight*>(&light); canopy && canopy->has_sheet()) {
+    left_.push_back("light through the leaves of a canopy light is left to rays");
+    return;
+  }
+  if (light.is_delta()) {
+    shading::LightSample sample;
+    if (!light.sample({eye_}, {0.5f, 0.5f}, &sample)) return;
+    out_->sources_.push_back({i, sample.wi, -2, {}});
+    add({.light = i, .direction = sample.wi, .strength = sample.radiance});
+    return;
+  }
+  const Frame frame(beam.to_light);
+  const float sine = std::sin(beam.radius);
+  // Of uniform points of the disc.
+  const auto radiance = [&](float part, float turn) {
+    const float r = sine * std::sqrt(part), a = 2 * pi * turn;
+    const V3f wi = normalize(frame.to_world({r * std::cos(a), r * std::sin(a), safe_sqrt(1 - r * r)}));
+    return std::pair(wi, light.environment_at(eye_, wi, 0));
+  };
+  const float solid_angle = 2 * pi * sine * sine / (1 + std::cos(beam.radius));
+  RGB all;
+  for (int k = 0; k < disc_strata * disc_strata; ++k)
+    all +=
+        radiance((float(k % disc_strata) + 0.5f) / disc_strata, (float(k / disc_strata) + 0.5f) / disc_strata).second;
+  all *= solid_angle / (disc_strata * disc_strata);
+  RGB of_points;
+  for (int k = 0; k < disc_points; ++k)
+    of_points += radiance((float(k) + 0.5f) / disc_points, float(k) * 0.618034f).second * (1.0f / disc_points);
+  if (all.is_black() || of_points.is_black()) return;
+  out_->sources_.push_back({i, beam.to_light, std::cos(beam.radius), {}});
+  for (int k = 0; k < disc_points; ++k) {
+    const auto [wi, L] = radiance((float(k) + 0.5f) / disc_points, float(k) * 0.618034f);
+    RGB strength;
+    for (int c = 0; c < 3; ++c) strength[c] = of_points[c] > 0 ? all[c] * L[c] / of_points[c] : 0;
+    add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing});
+  }
+}
+
+bool ShaftLight::Builder::add_lamp(uint32_t i) {
+  const auto* lamp = dynamic_cast<const shading::PositionalLight*>(scene_.lights[i].get());
+  if (!lamp) return false;
+  const V3f to_lamp = lamp->position() - eye_;
+  const float distance = length(to_lamp);
+  if (!(distance > 1e-5f * length(box_.isEmpty() ? V3f(1, 1, 1) : box_.size()))) return false;
+  const bool alike = dynamic_cast<const shading::PointLight*>(lamp);
+  out_->sources_.push_back({i, to_lamp * (1 / distance), -2, {}});
+  add({.light = i,
+       .direction = to_lamp * (1 / distance),
+       .strength = alike ? lamp->intensity(V3f(0, 0, 1)) : RGB(1),
+       .is_lamp = true,
+       .patterned = !alike,
+       .lamp = lamp->position()});
+  return true;
+}
+
+void ShaftLight::Builder::add(const Wanted& wanted) {
+  wanted_.push_back(wanted);
+}
+
+shafts::PlaneFan ShaftLight::Builder::fan_around(const V3f& axis, float spacing) const {
+  const scene::Camera::Settings& camera = scene_.camera.settings();
+  const V2f size(float(camera.resolution.x), float(camera.resolution.y));
+  const auto look = [&](float x, float y) {
+    const scene::CameraRay r = scene_.camera.generate({x, y}, {0.5f, 0.5f}, 0.5f);
+    return shafts::FilmDirection{r.ray.d, r.cone_spread};
+  };
+  std::vector<shafts::FilmDirection> corners, inside;
+  if (camera.projection == scene::Projection::perspective)
+    for (const float x : {-film_margin, size.x + film_margin})
+      for (const float y : {-film_margin, size.y + film_margin}) corners.push_back(look(x, y));
+  for (int y = 0; y <= film_samples; ++y)
+    for (int x = 0; x <= film_samples; ++x)
+      inside.push_back(look(size.x * float(x) / film_samples, size.y * float(y) / film_samples));
+  shafts::PlaneFan fan = fit_planes(Frame(axis), corners, inside, spacing);
+  if (fan.planes < least_planes) {
+    const int more = least_planes + (fan.closed ? 0 : 1);
+    fan.step *= float(fan.closed ? fan.planes : fan.planes - 1) / float(least_planes);
+    fan.planes = more;
+  }
+  return fan;
+}
+
+shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) const {
+  Planes::Settings s;
+  s.eye = eye_;
+  s.axis = w.direction;
+  s.fan = fan_around(w.direction, w.spacing * coarser_);
+  s.bins = bins_;
+  s.bounded = bounded_;
+  s.tinted = w.patterned || colored_;
+  if (w.is_lamp) {
+    s.lamp = length(w.lamp - eye_);
+    s.nearest = lamp_even_part;
+    s.farthest = pi;
+    return s;
+  }
+  s.open = far_away_ == out_->medium_;
+  float farthest = 0;
+  for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
+    const V3f P(corner & 1 ? box_.max.x : box_.min.x, corner & 2 ? box_.max.y : box_.min.y,
+                corner & 4 ? box_.max.z : box_.min.z);
+    farthest = std::max(farthest, length(cross(P - eye_, w.direction)));
+  }
+  const Box3f bulk = trace::bulk_bounds(scene_.traced);
+  const float extent =
+      bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
+  // Where all is even, nothing is seen beyond so many lengths.
+  if (out_->air_->density().is_constant())
+    farthest = std::min(farthest, opaque_depth / std::max(out_->air_->sigma_t().min(), 1e-30f));
+  s.farthest = std::max(farthest, 1e-6f);
+  s.nearest = std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
+  return s;
+}
+
+// Fewer planes, then fewer bins, until all fit.
+void ShaftLight::Builder::fit_memory() {
+  const auto bytes = [&] {
+    size_t all = 0;
+    for (const Wanted& w : wanted_) all += Planes::bytes_of(settings_of(w));
+    return all;
+  };
+  const auto count = [&] {
+    int all = 0;
+    for (const Wanted& w : wanted_) all += fan_around(w.direction, w.spacing * coarser_).planes;
+    return all;
+  };
+  bins_ = std::max(settings_.bins, 1);
+  if (settings_.planes > 0)
+    for (Wanted& w : wanted_) w.spacing *= float(fan_around(w.direction, 1).planes) / float(settings_.planes);
+  const int asked = count(), asked_bins = bins_;
+  while (bytes() > settings_.max_bytes && coarser_ < 8) coarser_ *= 1.25f;
+  while (bytes() > settings_.max_bytes && bins_ > least_bins) bins_ = std::max(bins_ * 3 / 4, least_bins);
+  while (bytes() > settings_.max_bytes && coarser_ < 4096) coarser_ *= 1.5f;
+  if (coarser_ > 1)
+    left_.push_back(fmt::format("{} planes of {} rays do not fit in {:.0f} MB (--shaft-mb): {} of {}", asked,
+                                asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins_));
+}
+
+std::shared_ptr<const ShaftLight> ShaftLight::Builder::build(std::string* why) {
+  const Timer timer;
+  out_ = std::make_shared<ShaftLight>();
+  out_->settings_ = settings_;
+  *why = obstacle();
+  if (!why->empty()) return nullptr;
+  box_ = scene_.traced.bounds();
+  colored_ = scene_.traced.has_colored_opacity();
+  find_sources();
+  if (wanted_.empty()) {
+    *why = "the scene has no sun (a distant light, or one of type sky) and no lamp without size that planes are for";
+    return nullptr;
+  }
+  fit_memory();
+  uint64_t rays = 0;
+  for (const Wanted& w : wanted_) {
+    const auto source =
+        std::find_if(out_->sources_.begin(), out_->sources_.end(), [&](const Source& s) { return s.light == w.light; });
+    Set& set = source->sets.emplace_back();
+    set.planes = std::make_unique<Planes>(settings_of(w));
+    set.air = std::make_unique<shafts::AirLight>(*set.planes, shafts::Haze(*out_->air_));
+    set.strength = w.strength;
+    fill(w, set);
+    rays += uint64_t(set.planes->planes()) * uint64_t(set.planes->bins());
+  }
+  // Rays along edges do so by rounding.
+  if (odd_ > rays / 1000 + 1) {
+    *why = "light enters the medium in several pieces, or through another medium";
+    return nullptr;
+  }
+  if (far_away_ == out_->medium_ && out_->air_->density().is_constant() &&
+      std::any_of(wanted_.begin(), wanted_.end(), [](const Wanted& w) { return !w.is_lamp; }))
+    left_.push_back(
+        "no light of a sun at infinity gets through a homogeneous medium without bounds: give it a shape, or make it "
+        "exponential");
+  out_->fill_seconds_ = timer.seconds();
+  return out_;
+}
+
+}  // namespace dapple::light

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables of scan planes, by rays of light.
+#include <algorithm>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "dapple/integrate/ray_origin.h"
+#include "dapple/light/shaft_builder.h"
+#include "dapple/shading/point_light.h"
+
+namespace dapple::light {
+
+using integrate::RayTracer;
+using trace::no_id;
+using trace::RayBatch;
+
+namespace {
+constexpr size_t planes_at_once = 8;
+constexpr int max_surfaces = 4096;  // ends a ray caught between surfaces
+}  // namespace
+
+struct ShaftLight::Builder::Scratch {
+  integrate::MaterialTable materials;
+  RayTracer tracer;  // without media: what is in the way
+  RayBatch rays, under_way;
+  trace::HitBatch hits;
+  int32_t medium[RayTracer::capacity];
+  float distance[RayTracer::capacity], travelled[RayTracer::capacity];
+  int bin[RayTracer::capacity], surfaces[RayTracer::capacity];
+  RGB passed[RayTracer::capacity];
+  RayTracer::Scratch tracing;
+
+  explicit Scratch(const scene::Scene& scene) : materials(scene), tracer(scene, materials, false) {}
+};
+
+void ShaftLight::Builder::fill(const Wanted& wanted, Set& set) {
+  parallel_ranges(size_t(set.planes->planes()), planes_at_once, [&](size_t begin, size_t end) {
+    const auto scratch = std::make_unique<Scratch>(scene_);
+    for (size_t k = begin; k < end; ++k) fill_plane(wanted, set, int(k), *scratch);
+  });
+}
+
+// A ray of light a bin, at a random place in it. Those side by side are traced together.
+void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, Scratch& s) {
+  Planes& planes = *set.planes;
+  const V3f& axis = planes.frame().n;
+  float start = 1;  // beyond all there is
+  for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
+    const V3f P(corner & 1 ? box_.max.x : box_.min.x, corner & 2 ? box_.max.y : box_.min.y,
+                corner & 4 ? box_.max.z : box_.min.z);
+    start = std::max(start, dot(P - eye_, axis) * 1.001f + 1e-3f * length(box_.size()));
+  }
+  const auto* pattern =
+      wanted.patterned ? dynamic_cast<const shading::PositionalLight*>(scene_.lights[wanted.light].get()) : nullptr;
+  const uint32_t seed = uint32_t(hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y, plane));
+  for (int first = 0; first < planes.bins(); first += RayBatch::capacity) {
+    const int n = std::min(RayBatch::capacity, planes.bins() - first);
+    for (int i = 0; i < n; ++i) {
+      const int j = first + i;
+      const float low = planes.edge(j), width = planes.edge(j + 1) - low;
+      const float u = low + width * to_unit_float(hash(seed, j));
+      const V3f o = wanted.is_lamp ? wanted.lamp : planes.foot(plane, u) + axis * start;
+      const V3f d = wanted.is_lamp ? planes.lamp_direction(plane, u) : -axis;
+      s.rays.set(i, o, d, infinity, 0, trace::ray_key(seed, uint32_t(j)), wanted.is_lamp ? 0 : width,
+                 wanted.is_lamp ? width : 0);
+      s.rays.joined[i] = i % RayBatch::packet != 0;
+      s.medium[i] = scene::vacuum;
+      if (pattern) {
+        const float middle = low + 0.5f * width;
+        planes.tint(plane)[j] = pattern->intensity(planes.lamp_direction(plane, middle));
+      }
+    }
+    // Rays that go through something move their origins.
+    s.under_way = s.rays;
+    s.tracer.nearest(s.under_way, n, s.medium, &s.hits, s.distance, s.passed, s.tracing, nullptr, s.surfaces);
+    for (int i = 0; i < n; ++i) {
+      const bool free = s.hits.geometry[i] == no_id;
+      planes.blocked(plane)[first + i] = free ? -infinity : wanted.is_lamp ? -s.distance[i] : start - s.distance[i];
+      if (free) s.distance[i] = infinity;
+      if (planes.tinted()) planes.tint(plane)[first + i] *= s.passed[i];
+    }
+    if (planes.bounded()) find_entries(wanted, set, plane, first, n, s);
+  }
+  planes.close(plane);
+}
+
+// Where the rays of light enter the medium, before what stands in their way.
+void ShaftLight::Builder::find_entries(const Wanted& wanted, Set& set, int plane, int first, int n, Scratch& s) {
+  const shafts::AirLight& air = *set.air;
+  float* const entry = set.planes->entry(plane) + first;
+  const int32_t medium = out_->medium_, start = wanted.is_lamp ? medium_at(wanted.lamp) : far_away_;
+  const bool lit_from_start = start == medium && (wanted.is_lamp || !out_->air_->density().is_constant());
+  s.under_way = s.rays;
+  for (int i = 0; i < n; ++i) {
+    entry[i] = lit_from_start ? 0 : infinity;
+    s.medium[i] = start, s.bin[i] = i, s.travelled[i] = 0;
+  }
+  for (int segment = 0; n > 0 && segment < max_surfaces; ++segment) {
+    scene_.traced.intersect(s.under_way, n, &s.hits);
+    int kept = 0;
+    for (int i = 0; i < n; ++i) {
+      const int j = s.bin[i];
+      if (s.hits.geometry[i] == no_id) continue;
+      const float travelled = s.travelled[i] + s.hits.t[i];
+      if (!(travelled < s.distance[j] * (1 - 1e-5f))) continue;
+      const scene::GeometryBinding& b = scene_.bindings[s.hits.geometry[i]];
+      const V3f d = s.under_way.direction(i);
+      const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.under_way, s.hits, i);
+      int32_t here = s.medium[i];
+      if (b.changes_medium) {
+        const int32_t before = b.medium_at(dot(d, p.Ng) > 0, here), beyond = b.medium_beyond(d, p.Ng, here);
+        const bool known = entry[j] != infinity;
+        if (before != here || (beyond == medium && known && here != medium) ||
+            (beyond != medium && beyond != scene::vacuum))
+          ++odd_;
+        if (beyond == medium && here != medium && !known) entry[j] = air.entry_of(p.P);
+        here = beyond;
+      }
+      s.under_way.set(kept, integrate::offset_origin(p, d), d, infinity, 0, s.under_way.key[i] + 1);
+      s.medium[kept] = here, s.bin[kept] = j, s.travelled[kept++] = travelled;
+    }
+    n = kept;
+  }
+}
+
+}  // namespace dapple::light
