@@ -68,8 +68,29 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   r.masks = o.masks;
   r.masks.check({"command line", 0, 0}, {"--sun-shadows", "--mask-levels", "--mask-pixel", "--mask-sky", "--mask-mb",
                                          "--far-ground", "--ground-pixel"});
+  r.shafts = o.shafts;
+  r.shafts.check({"command line", 0, 0},
+                 {"--light-shafts", "--shaft-scattering", "--shaft-planes", "--shaft-bins", "--shaft-mb"});
   return r;
 }
+
+namespace {
+// Options of scan planes where there are none.
+void warn_of_shafts(const RenderOptions& o, const build::IntegratorRequest& request) {
+  const bool none = request.type == "ao",
+             rays = request.shafts.shafts.value_or(request.type == "path" ? "rays" : "scan-planes") == "rays";
+  const auto warn = [&](bool given, const char* option, bool needs_planes) {
+    if (given && none) log_warning(std::string(option) + " has no effect with --integrator ao");
+    if (given && !none && needs_planes && rays)
+      log_warning(std::string(option) + " has no effect without --light-shafts scan-planes");
+  };
+  warn(o.shafts.shafts.has_value(), "--light-shafts", false);
+  warn(o.shafts.scattering.has_value(), "--shaft-scattering", true);
+  warn(o.shafts.planes.has_value(), "--shaft-planes", true);
+  warn(o.shafts.bins.has_value(), "--shaft-bins", true);
+  warn(o.shafts.mb.has_value(), "--shaft-mb", true);
+}
+}  // namespace
 
 void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& request,
                     const std::vector<std::string>& paths) {
@@ -117,6 +138,7 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn_of_masks(no_masks, o.masks.sky_directions.has_value(), "--mask-sky", "--sun-shadows masks");
   warn_of_masks(no_masks, o.masks.mb.has_value(), "--mask-mb", "--sun-shadows masks");
   warn_of_masks(no_far_ground, o.masks.ground_pixel.has_value(), "--ground-pixel", "--far-ground");
+  warn_of_shafts(o, request);
   const auto none_is = [&](const char* extension) {
     return std::none_of(paths.begin(), paths.end(),
                         [&](const std::string& path) { return image::extension_of(path) == extension; });
@@ -234,6 +256,19 @@ void add_mask_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--ground-pixel", o.masks.ground_pixel, "far ground: side of a pixel, scene units; 0: by itself [0]");
 }
 
+void add_shaft_options(CLI::App& app, RenderOptions& o) {
+  app.add_option(
+      "--light-shafts", o.shafts.shafts,
+      "Light that haze scatters from suns and lamps straight to the camera: rays, or scan-planes, which have "
+      "no noise [path: rays; else scan-planes where they apply]");
+  app.add_option("--shaft-scattering", o.shafts.scattering,
+                 "scan planes: all, or single: nothing else scatters to the camera [all]");
+  app.add_option("--shaft-planes", o.shafts.planes,
+                 "scan planes: through eye and light [one a pixel along the border]");
+  app.add_option("--shaft-bins", o.shafts.bins, "scan planes: rays of light in each [1024]");
+  app.add_option("--shaft-mb", o.shafts.mb, "scan planes: memory of their tables, MB [256]");
+}
+
 // Of single integrators.
 void add_own_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--max-distance", o.max_distance, "ao: reach of its rays, scene units [infinite]")->check(positive());
@@ -318,6 +353,7 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   add_transport_options(app, o);
   add_cache_options(app, o);
   add_mask_options(app, o);
+  add_shaft_options(app, o);
   add_own_options(app, o);
   add_sampling_options(app, o);
   add_image_options(app, o);

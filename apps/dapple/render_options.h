@@ -23,6 +23,7 @@ struct RenderOptions {
   double time_limit = 0, noise_target = 0, pixel_noise = 0, shading_rate = 0, max_distance = 0, cache_mb = -1,
          cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
+  build::ShaftRequest shafts;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
   std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;

@@ -70,6 +70,17 @@ MaskRequest read_masks(const Entity& e) {
   return m;
 }
 
+ShaftRequest read_shafts(const Entity& e) {
+  ShaftRequest s;
+  if (e.params.find("lightshafts")) s.shafts = e.params.get_string("lightshafts", "");
+  if (e.params.find("shaftscattering")) s.scattering = e.params.get_string("shaftscattering", "");
+  if (e.params.find("shaftplanes")) s.planes = e.params.get_int("shaftplanes", 0);
+  if (e.params.find("shaftbins")) s.bins = e.params.get_int("shaftbins", 0);
+  if (e.params.find("shaftmb")) s.mb = e.params.get_float("shaftmb", 0);
+  s.check(e.loc, {"\"lightshafts\"", "\"shaftscattering\"", "\"shaftplanes\"", "\"shaftbins\"", "\"shaftmb\""});
+  return s;
+}
+
 void read_sampler(const BuildContext& context, IntegratorRequest* r) {
   const Entity& sampler = context.description.sampler;
   static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
@@ -185,6 +196,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.cache_mb, other.cache_mb);
   fill(&r.cache_width, other.cache_width);
   r.masks = masks.over(other.masks);
+  r.shafts = shafts.over(other.shafts);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   fill(&r.canopy_gather, other.canopy_gather);
@@ -246,6 +258,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.cache_width = optional_positive(e, "cachewidth");
   r.max_distance = optional_positive(e, "maxdistance");
   r.masks = read_masks(e);
+  r.shafts = read_shafts(e);
   if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
   if (e.params.find("lightlearning")) r.light_learning = e.params.get_bool("lightlearning", true);
@@ -336,6 +349,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
+    s.shafts = make_shafts(scene, asked.shafts, asked.type == "canopy", seed);
     if (asked.light_learning.value_or(true)) s.learning_paths = learning_paths(scene, samples);
     return std::make_unique<path::PathIntegrator>(scene, s);
   }

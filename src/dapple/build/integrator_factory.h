@@ -9,6 +9,7 @@
 
 #include "dapple/build/build_context.h"
 #include "dapple/build/mask_factory.h"
+#include "dapple/build/shaft_factory.h"
 #include "dapple/gi/opacity_cache.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/ray_list.h"
@@ -35,6 +36,7 @@ struct IntegratorRequest {
   bool log_caches = false;             ///< for pictures of the radiosity cache
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
+  ShaftRequest shafts;                 ///< path, distribution and canopy
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
   // canopy: vegetation::CanopyTransport::Settings

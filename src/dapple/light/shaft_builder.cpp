@@ -7,10 +7,11 @@
 #include <numeric>
 
 #include "dapple/base/hash.h"
-#include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/forest/canopy_light.h"
+#include "dapple/integrate/ray_origin.h"
 #include "dapple/light/surface_media.h"
+#include "dapple/numeric/warp.h"
 #include "dapple/scene/motion.h"
 #include "dapple/shading/point_light.h"
 #include "dapple/trace/bulk_bounds.h"
@@ -31,14 +32,18 @@ constexpr int film_samples = 16;         // along each side of the film
 constexpr float film_margin = 4;         // pixels that filters reach beyond it
 constexpr int least_bins = 64;
 
-bool separates(const scene::GeometryBinding& b) {
-  return b.changes_medium;
+constexpr int survey_rays = 64;
+
+float radical_inverse(uint32_t i) {
+  float sum = 0;
+  for (float digit = 0.5f; i > 0; i >>= 1, digit *= 0.5f) sum += float(i & 1) * digit;
+  return sum;
 }
 
 }  // namespace
 
 ShaftLight::Builder::Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left)
-    : scene_(scene), settings_(settings), left_(*left), eye_(scene.camera.position()) {}
+    : scene_(scene), settings_(settings), left_(*left), materials_(scene), eye_(scene.camera.position()) {}
 
 // What stands against planes in this scene; empty: nothing.
 std::string ShaftLight::Builder::obstacle() {
@@ -63,29 +68,64 @@ std::string ShaftLight::Builder::find_medium() {
     out_->medium_ = int32_t(m);
   }
   if (!out_->air_) return "no medium scatters";
-  const SurfaceMedia media(scene_);
-  if (media.by_ray()) return "surfaces contradict each other about the media between them";
-  far_away_ = media.far_away();
-  bounded_ = std::any_of(scene_.bindings.begin(), scene_.bindings.end(), separates);
+  for (uint32_t g = 0; g < scene_.bindings.size(); ++g) bounded_ |= changes_medium(g);
+  return find_far_away();
+}
+
+// Light goes from one medium into another there.
+bool ShaftLight::Builder::changes_medium(uint32_t geometry) const {
+  return scene_.bindings[geometry].changes_medium && materials_.lets_through(geometry);
+}
+
+// The medium that sunlight comes from: in which rays from the camera go to infinity.
+std::string ShaftLight::Builder::find_far_away() {
+  far_away_ = scene_.camera_medium;
+  if (!bounded_) return {};
+  bool known = false;
+  for (int i = 0; i < survey_rays; ++i) {
+    const V3f d = square_to_sphere(V2f((float(i) + 0.5f) / survey_rays, radical_inverse(uint32_t(i))));
+    int32_t medium = scene_.camera_medium;
+    bool ends = false;
+    follow(eye_, d, [&](uint32_t geometry, const geom::SurfacePoint& p) {
+      ends = !materials_.lets_through(geometry);
+      medium = scene_.bindings[geometry].medium_beyond(d, p.Ng, medium);
+      return !ends;
+    });
+    if (ends) continue;
+    if (known && medium != far_away_) return "surfaces contradict each other about the media between them";
+    far_away_ = medium, known = true;
+  }
+  // All around stands in the way.
+  if (!known) far_away_ = SurfaceMedia(scene_).far_away();
   return {};
 }
 
-// The medium at a place: what the first surface along some way says that separates media.
-int32_t ShaftLight::Builder::medium_at(const V3f& P) const {
-  if (!bounded_) return far_away_;
-  const V3f d = normalize(V3f(0.32f, -0.21f, 0.91f));
+// Calls visit(geometry, point) for what a ray meets, until it says no.
+template <class Visit>
+void ShaftLight::Builder::follow(const V3f& o, const V3f& d, const Visit& visit) const {
   trace::RayBatch rays;
   trace::HitBatch hits;
-  rays.set(0, P, d, infinity, 0, 1);
+  rays.set(0, o, d, infinity, 0, 1);
   for (int segment = 0; segment < 4096; ++segment) {
     scene_.traced.intersect(rays, 1, &hits);
-    if (hits.geometry[0] == no_id) break;
+    if (hits.geometry[0] == no_id) return;
     const geom::SurfacePoint p = scene_.traced.surface_without_tangents(rays, hits, 0);
-    const scene::GeometryBinding& b = scene_.bindings[hits.geometry[0]];
-    if (b.changes_medium) return dot(d, p.Ng) > 0 ? b.inside_medium : b.outside_medium;
+    if (!visit(hits.geometry[0], p)) return;
     rays.set(0, integrate::offset_origin(p, d), d, infinity, 0, 1);
   }
-  return far_away_;
+}
+
+// The medium at a place: what the first surface along some way says through which light goes into another.
+int32_t ShaftLight::Builder::medium_at(const V3f& P) const {
+  const V3f d = normalize(V3f(0.32f, -0.21f, 0.91f));
+  int32_t medium = far_away_;
+  if (bounded_)
+    follow(P, d, [&](uint32_t geometry, const geom::SurfacePoint& p) {
+      if (!changes_medium(geometry)) return true;
+      medium = scene_.bindings[geometry].medium_at(dot(d, p.Ng) > 0, medium);
+      return false;
+    });
+  return medium;
 }
 
 void ShaftLight::Builder::find_sources() {
@@ -175,6 +215,7 @@ bool ShaftLight::Builder::add_lamp(uint32_t i) {
 
 void ShaftLight::Builder::add(const Wanted& wanted) {
   wanted_.push_back(wanted);
+  wanted_.back().start_medium = wanted.is_lamp ? medium_at(wanted.lamp) : far_away_;
 }
 
 shafts::PlaneFan ShaftLight::Builder::fan_around(const V3f& axis, float spacing) const {

@@ -25,11 +25,16 @@ class ShaftLight::Builder {
     RGB strength;
     bool is_lamp = false, patterned = false;
     V3f lamp{0, 0, 0};
-    float spacing = 1;  ///< of planes, pixels
+    float spacing = 1;                     ///< of planes, pixels
+    int32_t start_medium = scene::vacuum;  ///< in which its light sets out
   };
 
   std::string obstacle();
   std::string find_medium();
+  std::string find_far_away();
+  bool changes_medium(uint32_t geometry) const;
+  template <class Visit>
+  void follow(const V3f& o, const V3f& d, const Visit& visit) const;
   void find_sources();
   void add_sun(uint32_t light, const shading::NarrowBeam& beam);
   bool add_lamp(uint32_t light);
@@ -46,6 +51,7 @@ class ShaftLight::Builder {
   const scene::Scene& scene_;
   const ShaftSettings settings_;
   std::vector<std::string>& left_;
+  const integrate::MaterialTable materials_;
   std::shared_ptr<ShaftLight> out_;
   const V3f eye_;
   int32_t far_away_ = scene::vacuum;

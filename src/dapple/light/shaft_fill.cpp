@@ -20,7 +20,6 @@ constexpr int max_surfaces = 4096;  // ends a ray caught between surfaces
 }  // namespace
 
 struct ShaftLight::Builder::Scratch {
-  integrate::MaterialTable materials;
   RayTracer tracer;  // without media: what is in the way
   RayBatch rays, under_way;
   trace::HitBatch hits;
@@ -30,12 +29,12 @@ struct ShaftLight::Builder::Scratch {
   RGB passed[RayTracer::capacity];
   RayTracer::Scratch tracing;
 
-  explicit Scratch(const scene::Scene& scene) : materials(scene), tracer(scene, materials, false) {}
+  Scratch(const scene::Scene& scene, const integrate::MaterialTable& materials) : tracer(scene, materials, false) {}
 };
 
 void ShaftLight::Builder::fill(const Wanted& wanted, Set& set) {
   parallel_ranges(size_t(set.planes->planes()), planes_at_once, [&](size_t begin, size_t end) {
-    const auto scratch = std::make_unique<Scratch>(scene_);
+    const auto scratch = std::make_unique<Scratch>(scene_, materials_);
     for (size_t k = begin; k < end; ++k) fill_plane(wanted, set, int(k), *scratch);
   });
 }
@@ -88,7 +87,7 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
 void ShaftLight::Builder::find_entries(const Wanted& wanted, Set& set, int plane, int first, int n, Scratch& s) {
   const shafts::AirLight& air = *set.air;
   float* const entry = set.planes->entry(plane) + first;
-  const int32_t medium = out_->medium_, start = wanted.is_lamp ? medium_at(wanted.lamp) : far_away_;
+  const int32_t medium = out_->medium_, start = wanted.start_medium;
   const bool lit_from_start = start == medium && (wanted.is_lamp || !out_->air_->density().is_constant());
   s.under_way = s.rays;
   for (int i = 0; i < n; ++i) {
@@ -107,7 +106,7 @@ void ShaftLight::Builder::find_entries(const Wanted& wanted, Set& set, int plane
       const V3f d = s.under_way.direction(i);
       const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.under_way, s.hits, i);
       int32_t here = s.medium[i];
-      if (b.changes_medium) {
+      if (changes_medium(s.hits.geometry[i])) {
         const int32_t before = b.medium_at(dot(d, p.Ng) > 0, here), beyond = b.medium_beyond(d, p.Ng, here);
         const bool known = entry[j] != infinity;
         if (before != here || (beyond == medium && known && here != medium) ||

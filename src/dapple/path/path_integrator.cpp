@@ -88,8 +88,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
   for (uint32_t i = 0; i < work.sample_count; ++i)
     CameraBatch::for_each_block(work.pixels, [&](const Box2i& box) {
       w.camera.generate(scene_, box, work.first_sample + i, sets);
-      start_paths(w);
-      trace_paths(w);
+      trace_camera_rays(w);
       for (int p = 0; p < w.path_count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p));
     });
@@ -111,41 +110,46 @@ void PathIntegrator::start_paths(PathWorkspace& w) const {
   w.rays.camera += uint64_t(w.path_count);
 }
 
-void PathIntegrator::trace_paths(PathWorkspace& w) const {
-  for (uint32_t step = 0; w.now->count > 0; ++step) {
+void PathIntegrator::trace_paths(uint32_t first_step, PathWorkspace& w) const {
+  for (uint32_t step = first_step; w.now->count > 0; ++step) {
     w.shadow_scratch.stop.check();
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
     if (scene_.traced.has_colored_opacity())
       for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
     collect_hits(w);
     prelight(w);
-    w.append_flights();
-    w.draw_samples(CameraBatch::dimensions + step * step_dimensions);
-    w.shadow_count = 0;
-    for (int k = 0; k < w.surface_count; ++k) {
-      if (w.bsdf[k].kind == BsdfKind::passthrough) {
-        pass_through(k, w);
-        continue;
-      }
-      if (pass_sheet(k, w)) continue;
-      const int p = w.point_path[k];
-      w.region[k] = {};
-      if (learned_) w.region[k] = learned_->region(receiver_at(k, true, w), w.vertex_key(p, 0));
-      if (w.last[p] && gathers()) {
-        gather_in_canopy(k, w);
-        continue;
-      }
-      if (w.last[p]) continue;
-      light_surface(k, w);
-      if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
-        add_canopy_light(k, w);
-      scatter(k, w);
-    }
-    for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
-    w.swap_rays();
-    trace_shadows(w);
+    shade_points(step, w);
   }
   w.now->count = 0;
+}
+
+// The surfaces of a step, and its scatterings in media: light, and where paths go on.
+void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
+  w.append_flights();
+  w.draw_samples(CameraBatch::dimensions + step * step_dimensions);
+  w.shadow_count = 0;
+  for (int k = 0; k < w.surface_count; ++k) {
+    if (w.bsdf[k].kind == BsdfKind::passthrough) {
+      pass_through(k, w);
+      continue;
+    }
+    if (pass_sheet(k, w)) continue;
+    const int p = w.point_path[k];
+    w.region[k] = {};
+    if (learned_) w.region[k] = learned_->region(receiver_at(k, true, w), w.vertex_key(p, 0));
+    if (w.last[p] && gathers()) {
+      gather_in_canopy(k, w);
+      continue;
+    }
+    if (w.last[p]) continue;
+    light_surface(k, w);
+    if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
+      add_canopy_light(k, w);
+    scatter(k, w);
+  }
+  for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
+  w.swap_rays();
+  trace_shadows(w);
 }
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
@@ -182,9 +186,9 @@ void PathIntegrator::fly(PathWorkspace& w) const {
     const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
     out->add(ray, w.hit.geometry[i] == no_id ? infinity : w.hit.t[i], w.beta[p], w.vertex_key(p, 0));
   };
-  const auto medium = [&w](int i) {
+  const auto medium = [&](int i) {
     const int p = w.now->path[i];
-    return w.walk[p].inside() ? scene::vacuum : w.medium[p];
+    return w.walk[p].inside() || is_straight(p, w) ? scene::vacuum : w.medium[p];
   };
   w.shadow_scratch.media.sample(scene_, w.now->count, medium, add, w.flown);
 }
@@ -192,6 +196,7 @@ void PathIntegrator::fly(PathWorkspace& w) const {
 // Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
 bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
+  if (is_straight(p, w)) return arrive_straight(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const shading::MediumSample& s = w.flown[i];
   w.add_light(p, no_id, w.beta[p] * s.emitted);
@@ -223,7 +228,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
   for (const uint32_t index : scene_.infinite_lights) {
     const shading::Light& light = *scene_.lights[index];
     const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
-    if (Le.is_black()) continue;
+    if (Le.is_black() || (w.shafted[p] && settings_.shafts->owns(index, d))) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
       const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
@@ -311,6 +316,7 @@ void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, cons
   const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
   const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
   if (contribution.is_black()) return;
+  if (!surface && is_straight(p, w) && settings_.shafts->owns(uint32_t(selection.light), light.wi)) return;
   const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
@@ -388,7 +394,9 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
         k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
   const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
+  const bool straight = is_straight(p, w);
   if (!end_or_go_on(k, Lobe::glossy, w)) return;
+  w.shafted[p] = straight;
   w.bsdf_pdf[p] = pdf;
   w.receiver[p] = receiver;
   w.push_ray(p, receiver.p, wi, w.next_key(p));
@@ -406,6 +414,7 @@ bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const bool diffuse = lobe == Lobe::diffuse;
   ++w.scatterings[p];
+  w.shafted[p] = 0;
   const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
   w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
               w.scatterings[p] >= settings_.max_scatterings;

@@ -7,6 +7,7 @@
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/light/light_learning.h"
+#include "dapple/light/shaft_light.h"
 #include "dapple/vegetation/canopy_transport.h"
 
 namespace dapple::path {
@@ -32,6 +33,8 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
     std::shared_ptr<const forest::GroundVisibility>
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
+    /// Light that media scatter from suns and lamps straight into camera rays; null: paths find it.
+    std::shared_ptr<const light::ShaftLight> shafts;
     int learning_paths =
         0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
 
@@ -51,14 +54,16 @@ class PathIntegrator final : public integrate::Integrator {
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
-    trace_paths(w);
+    trace_paths(0, w);
+    if (settings_.shafts) trace_straight_flights(w);
   }
 
  private:
   void learn();
   void note_point(int point, PathWorkspace& w) const;
   void start_paths(PathWorkspace& w) const;
-  void trace_paths(PathWorkspace& w) const;
+  void trace_paths(uint32_t first_step, PathWorkspace& w) const;
+  void shade_points(uint32_t step, PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
   void add_environment(int path, const V3f& o, const V3f& d, PathWorkspace& w) const;
   void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
@@ -68,6 +73,9 @@ class PathIntegrator final : public integrate::Integrator {
   bool pass_sheet(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
+  bool is_straight(int path, const PathWorkspace& w) const;
+  bool arrive_straight(int ray, PathWorkspace& w) const;
+  void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
   template <class Evaluate>
   void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,

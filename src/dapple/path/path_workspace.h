@@ -61,6 +61,15 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   int flight_count = 0;
   Flight flight[capacity];
 
+  // With scan planes: of the straight segments of each path in media, the scattering that one drawn among them stands
+  // for.
+  struct StraightFlight {
+    V3f P, d;
+    RGB beta;       ///< of the one that is kept, of largest channel 1
+    float all = 0;  ///< sum of the largest channels of all
+  } straight[capacity];
+  uint8_t shafted[capacity];  ///< the path's ray left such a scattering: planes have the light of suns
+
   // Points to be shaded in this step: surface_count surfaces, then scatterings in media.
   int point_count = 0, surface_count = 0;
   int point_path[capacity];
@@ -103,17 +112,22 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
 
   void start_path(int p) {
-    beta[p] = RGB(1);
     L[p] = RGB();
     std::fill_n(group_L.begin() + p * group_count, group_count, RGB());
+    ray_number[p] = 0;
+    straight[p].all = 0;
+    restart_path(p);
+    if (wants_features) features[p] = {};
+  }
+  /// A further path of the same camera sample, to the same sums.
+  void restart_path(int p) {
+    beta[p] = RGB(1);
     bsdf_pdf[p] = 0;
     eta_scale[p] = 1;
     scatterings[p] = diffuse_depth[p] = specular_depth[p] = 0;
-    ray_number[p] = 0;
     passes[p] = 0;
     walk[p].start();
-    last[p] = 0;
-    if (wants_features) features[p] = {};
+    last[p] = shafted[p] = 0;
   }
   /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
   uint32_t next_key(int p) { return trace::ray_key(camera.seed[p], camera.index[p] * 64 + ++ray_number[p]); }
