@@ -390,6 +390,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.log_caches = r.log_caches;
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
+  s.shading.shafts = make_shafts(scene, r.shafts, true, seed);
   if (r.light_learning.value_or(true) && light::DirectLight::reads_learned(scene)) {
     path::PathIntegrator::Settings p;
     p.diffuse_bounces = std::max(s.shading.bounces, 1);

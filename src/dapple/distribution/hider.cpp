@@ -71,6 +71,10 @@ void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
     s.L.clear(p);
   }
   RayTracer::Flights* const flights = shading_.scene.has_media() ? &s.flights : nullptr;
+  if (const light::ShaftLight* shafts = shading_.settings.shafts.get()) {
+    s.flights.certain = shafts->medium();
+    s.flights.scatters = !shafts->single();
+  }
   const Timer timer;
   shading_.tracer.nearest(s.rays, s.count(), s.medium, &s.hits, s.distance, s.passed, w.tracing, flights);
   w.stages.tracing_seconds += timer.seconds();

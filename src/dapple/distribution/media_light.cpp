@@ -2,6 +2,7 @@
 #include "dapple/distribution/media_light.h"
 
 #include "dapple/distribution/cache_numbers.h"
+#include "dapple/distribution/camera_samples.h"
 
 namespace dapple::distribution {
 
@@ -12,7 +13,9 @@ void MediaLight::shade(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
   RaySet& r = b.ray_set(0);
   b.Ci.clear_all(b.count);
-  shading_.direct.light_media(b, place.list_depth(), w);
+  // Scatterings of camera rays themselves.
+  const light::ShaftLight* const shafts = place.level == sample_level ? shading_.settings.shafts.get() : nullptr;
+  shading_.direct.light_media(b, place.list_depth(), shafts, w);
   if (place.depth.specular >= shading_.settings.specular_depth) return;
   for (int k = 0; k < b.count; ++k) w.seed[k] = uint32_t(random_of(b.key[k], Purpose::phase)), w.index[k] = 0;
   w.draw_samples(b.count);

@@ -7,6 +7,7 @@
 #include "dapple/distribution/shading_place.h"
 #include "dapple/distribution/shading_workspace.h"
 #include "dapple/light/direct_light.h"
+#include "dapple/light/shaft_light.h"
 
 namespace dapple::distribution {
 
@@ -23,6 +24,8 @@ struct ShadingSettings {
   /// Masks in place of shadow rays; null: none. Must outlive what shades.
   const shading::Visibility* visibility = nullptr;
   std::shared_ptr<const shading::LearnedLights> learned_lights;  ///< null: none
+  /// Light that media scatter from suns and lamps straight into camera rays; null: rays find it.
+  std::shared_ptr<const light::ShaftLight> shafts;
 
   int diffuse_ray_count(const Place& place, int share) const { return diffuse_rays.at(place.list_depth(), share); }
   int diffuse_ray_count(const Place& place, const integrate::PointBatch& b, int k) const {

@@ -2,6 +2,7 @@
 #include "dapple/integrate/ray_tracer.h"
 
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/shading/closed_form_medium.h"
 #include "dapple/shading/sheet.h"
 
 namespace dapple::integrate {
@@ -57,12 +58,13 @@ void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scr
 }
 
 // s.flight of the same segments.
-void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, Scratch& s) const {
+void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, int32_t certain,
+                    Scratch& s) const {
   const auto add = [&](int i, shading::MediumRays* out) {
     out->add(s.segment(i), s.length(i), passed[s.ray[i]], hash(rays.key[s.ray[i]], segment, 2));
   };
   s.media.sample(
-      scene_, n, [&](int i) { return s.medium[i]; }, add, s.flight);
+      scene_, n, [&](int i) { return s.medium[i] == certain ? scene::vacuum : s.medium[i]; }, add, s.flight);
 }
 
 // Takes ray i to its hit. False if it does not arrive.
@@ -75,10 +77,34 @@ bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Fl
   *distance += flight.scattered ? flight.t : 0;
   if (passed->is_black()) return false;
   const int f = flights->count++;
+  flights->weight[f] = *passed;
   flights->ray[f] = s.ray[i];
   flights->P[f] = s.rays.origin(i) + s.rays.direction(i) * flight.t;
   flights->medium[f] = s.medium[i];
   return false;
+}
+
+// Takes ray i through the medium in which nothing is left to chance.
+void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, float distance, Flights* flights) const {
+  const auto& air = static_cast<const shading::ClosedFormMedium&>(*scene_.media[size_t(s.medium[i])]);
+  const int r = s.ray[i];
+  const Ray ray = s.segment(i);
+  const float length = s.length(i);
+  flights->ways.push_back({r, ray.d, distance, distance + length, *passed});
+  flights->emitted[r] += *passed * air.emitted(ray, length);
+  if (flights->scatters) {
+    const shading::MediumSample drawn = air.sample_scattering(ray, length, *passed, key);
+    const RGB weight = *passed * drawn.weight;
+    const float size = weight.max();
+    if (drawn.scattered && size > 0 && weight.is_finite()) {
+      s.drawn_from[r] += size;
+      if (to_unit_float(hash(key, 1)) * s.drawn_from[r] < size) {
+        s.drawn_at[r] = ray.o + ray.d * drawn.t;
+        s.drawn_weight[r] = weight * (1 / size);
+      }
+    }
+  }
+  *passed *= air.transmittance(ray, length, 0);
 }
 
 // Sets lane `to` <= i to what follows the surface that ray i hit.
@@ -166,9 +192,12 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   s.stop.check();
   const bool through_sheets = sheets && materials_.any_sheet();
   if (sheets) std::fill_n(sheets, n, 0);
+  const int all = n;
   if (flights) {
     flights->count = 0;
+    flights->ways.clear();
     std::fill_n(flights->emitted, n, RGB());
+    if (flights->certain != Flights::all_gamble) std::fill_n(s.drawn_from, n, 0.0f);
   }
   scene_.traced.intersect(rays, n, hits);
   const bool colored = scene_.traced.has_colored_opacity();
@@ -188,7 +217,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
   }
   for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
     if (segment > 0) scene_.traced.intersect(s.rays, n, &s.hits);
-    flights ? fly(rays, n, segment, passed, s) : transmit(rays, n, segment, s);
+    flights ? fly(rays, n, segment, passed, flights->certain, s) : transmit(rays, n, segment, s);
     if (through_sheets) meet_sheets(rays, n, segment, s);
     int kept = 0;
     for (int i = 0; i < n; ++i) {
@@ -197,6 +226,8 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
       if (colored && segment > 0) passed[r] *= s.hits.weight(i);
       if (!flights) {
         passed[r] *= s.transmittance[i];
+      } else if (s.medium[i] == flights->certain) {
+        pass_for_certain(s, i, hash(rays.key[r], segment, 4), &passed[r], distance[r], flights);
       } else if (!arrive(s, i, &passed[r], &distance[r], flights)) {
         hits->geometry[r] = trace::no_id;
         continue;
@@ -214,6 +245,19 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     n = kept;
   }
   for (int i = 0; i < n; ++i) hits->geometry[s.ray[i]] = trace::no_id;
+  if (flights && flights->certain != Flights::all_gamble) add_drawn_flights(all, s, flights);
+}
+
+// Where rays do not gamble in one medium, no other scatters: one flight a ray at most.
+void RayTracer::add_drawn_flights(int n, Scratch& s, Flights* flights) const {
+  for (int r = 0; r < n; ++r) {
+    if (!(s.drawn_from[r] > 0)) continue;
+    const int f = flights->count++;
+    flights->ray[f] = r;
+    flights->P[f] = s.drawn_at[r];
+    flights->medium[f] = flights->certain;
+    flights->weight[f] = s.drawn_weight[r] * s.drawn_from[r];
+  }
 }
 
 }  // namespace dapple::integrate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/stop_token.h"
@@ -24,6 +25,10 @@ class RayTracer {
     MediaBatch media;
     shading::MediumSample flight[capacity];
     RGB transmittance[capacity];
+    // By ray, of Flights::certain: the place that is drawn, and the throughput of all that might have been.
+    V3f drawn_at[capacity];
+    RGB drawn_weight[capacity];
+    float drawn_from[capacity];
     bool opaque_stops = false;
     StopToken stop;  ///< asked once a batch: tracing throws Stopped
 
@@ -57,6 +62,21 @@ class RayTracer {
     V3f P[capacity];
     int32_t medium[capacity];
     RGB emitted[capacity];  ///< by ray
+
+    /// The medium of closed form, alone to scatter, in which rays do not gamble whether they do; all_gamble: none. What
+    /// they meet is weakened by all that is lost, each way through the medium is told, and of the places where it may
+    /// scatter one a ray is drawn: weight[f] is that flight's in place of `passed`.
+    static constexpr int32_t all_gamble = -2;
+    int32_t certain = all_gamble;
+    bool scatters = true;  ///< else no such place is drawn
+    struct Way {
+      int ray;
+      V3f d;
+      float begin, end;  ///< m from the ray's origin; the end may be infinite
+      RGB passed;        ///< at its begin
+    };
+    std::vector<Way> ways;
+    RGB weight[capacity];  ///< by flight, where `certain` is a medium
   };
 
   /// Both must outlive this object. Without `media` these are not there.
@@ -96,8 +116,10 @@ class RayTracer {
   void meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
   void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
-  void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, Scratch& s) const;
+  void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, int32_t certain, Scratch& s) const;
   bool arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const;
+  void pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, float distance, Flights* flights) const;
+  void add_drawn_flights(int n, Scratch& s, Flights* flights) const;
   void go_on(int i, int to, uint64_t key, Scratch& s) const;
 
   const scene::Scene& scene_;

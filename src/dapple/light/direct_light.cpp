@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/light/shaft_light.h"
 #include "dapple/shading/medium.h"
 
 namespace dapple::light {
@@ -308,7 +309,7 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
   }
 }
 
-void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& w) const {
+void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight* but, LightWorkspace& w) const {
   if (!scene_.light_sampler) return;
   int rays[PointBatch::capacity], most = 0;
   for (int k = 0; k < b.count; ++k) {
@@ -333,6 +334,7 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, LightWorkspace& 
       if (chosen.light < 0 ||
           !shading::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to, V2f(w.u0[k], w.u1[k]), &light))
         continue;
+      if (but && but->owns(uint32_t(chosen.light), light.wi)) continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
       const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));
       const ShadowRay ray(to.p, light, P);

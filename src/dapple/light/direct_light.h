@@ -8,6 +8,8 @@
 
 namespace dapple::light {
 
+class ShaftLight;
+
 /// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each
 /// light gets its own stratified shadow rays, a sky up to DirectNumbers::sky_times as many, since rooms see little of
 /// it, through windows; where there are more than lights_apart, that many times the rays of one choose lights by
@@ -35,7 +37,9 @@ class DirectLight {
   /// The other part: sets L of rays by Bsdfs that were traced, of density pdf, to what shines where they ended.
   void add_lights_hit(const integrate::PointBatch& b, integrate::RaySet& r, int diffuse_depth) const;
   /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
-  void light_media(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
+  /// `but`: light that is its own is left out; null: none.
+  void light_media(integrate::PointBatch& b, int diffuse_depth, const ShaftLight* but, LightWorkspace& w) const;
+  int group(uint32_t light) const { return group_[light]; }
 
   /// Add to L[p] the radiance that arrives at o along direction -d from lights at infinity, and from an emitter that
   /// was hit.

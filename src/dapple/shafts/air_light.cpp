@@ -13,6 +13,7 @@ namespace {
 constexpr int block = ScanPlanes::block;
 // The sine of the sun's elevation over the scale height counts as at least this part of 1 over the scale height.
 constexpr float least_rise = 1e-4f;
+constexpr float most_column = 1e30f;
 // Sine of the angle to a lamp: nearer, what is seen hardly changes.
 constexpr float least_lamp_sine = 1e-6f;
 
@@ -213,7 +214,7 @@ void AirLight::add_lamp_bins(const View& v, int number, float first, float last,
   const float lamp_density = haze_.density.at(planes_.settings().eye + n * D);
   const float to_lamp = dot(haze_.density.slope, n) * D;
   const float farthest = 1e9f * D;
-  alignas(64) float psi[block + 1], height[block + 1], l[block], way[block], weight[block];
+  alignas(64) float psi[block + 1], height[block + 1], l[block], way[block], weight[block], thinner[block];
   for (int i = 0; i <= block; ++i) {
     psi[i] = lane::clamp(edges[i], first, last);
     const float sum = lane::max(lane::sin(phi + psi[i]), 1e-9f);
@@ -235,13 +236,16 @@ void AirLight::add_lamp_bins(const View& v, int number, float first, float last,
     way[i] = lane::max(column_of(lamp_density, rate, r) - column_of(lamp_density, rate, lane::min(from, r)), 0);
     const float base = 1 + g * g - 2 * g * lane::cos(angle);
     const float phase = (1 - g * g) / (4 * pi * base * lane::sqrt(base));
-    const float here = lamp_density * lane::exp(-y);
-    weight[i] = lane::choose(end > begin && !(from > r), (end - begin) * here * phase / (D * v.sine), 0);
+    thinner[i] = y;
+    weight[i] = lane::choose(end > begin && !(from > r), (end - begin) * phase / (D * v.sine), 0) * lamp_density;
   }
   for (int c = 0; c < 3; ++c) {
     float sum = 0;
-    for (int i = 0; i < block; ++i)
-      sum += weight[i] * lane::exp(-haze_.sigma_t[c] * (l[i] + way[i])) * (tint ? tint[i][c] : 1.0f);
+    // One exponential for the density and for what it absorbs: either alone may leave the range of floats.
+    for (int i = 0; i < block; ++i) {
+      const float depth = haze_.sigma_t[c] * lane::min(l[i] + way[i], most_column) + thinner[i];
+      sum += lane::choose(weight[i] > 0, weight[i] * lane::exp(-depth), 0) * (tint ? tint[i][c] : 1.0f);
+    }
     sums->of[c] += double(sum);
   }
 }
