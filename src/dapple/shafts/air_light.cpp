@@ -203,50 +203,64 @@ RGB AirLight::parallel(const Segment& segment) const {
   return out;
 }
 
-// As add_bins(), to a lamp, between angles first and last.
+// As add_bins(), to a lamp, between angles first and last. Places in bins are told as parts of them, [0, 1]; sines and
+// cosines there are those of the parabola through the bin's edges and middle.
 void AirLight::add_lamp_bins(const View& v, int number, float first, float last, Sums* sums) const {
-  const float* const edges = planes_.edges() + number * block;
-  const float* const blocked = planes_.blocked(v.plane) + number * block;
-  const float* const entry = planes_.bounded() ? planes_.entry(v.plane) + number * block : nullptr;
-  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
-  const float D = planes_.settings().lamp, phi = lane::atan2(v.sine, v.cosine), g = haze_.phase.g;
-  const V3f& n = planes_.frame().n;
-  const float lamp_density = haze_.density.at(planes_.settings().eye + n * D);
-  const float to_lamp = dot(haze_.density.slope, n) * D;
-  const float farthest = 1e9f * D;
-  alignas(64) float psi[block + 1], height[block + 1], l[block], way[block], weight[block], thinner[block];
-  for (int i = 0; i <= block; ++i) {
-    psi[i] = lane::clamp(edges[i], first, last);
-    const float sum = lane::max(lane::sin(phi + psi[i]), 1e-9f);
-    height[i] = -lane::min(D * v.sine / sum, farthest);
-  }
+  const int at = number * block;
+  const float* const edges = planes_.edges() + at;
+  const float* const blocked = planes_.blocked(v.plane) + at;
+  const float* const entry = planes_.bounded() ? planes_.entry(v.plane) + at : nullptr;
+  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + at : nullptr;
+  const float* const sines = planes_.sines() + at;
+  const float* const cosines = planes_.cosines() + at;
+  const float* const middle_sines = sines + planes_.bins() + 1;
+  const float* const middle_cosines = cosines + planes_.bins() + 1;
+  const float D = planes_.settings().lamp, g = haze_.phase.g;
+  const auto between = [](float a, float middle, float b, float f) {
+    return a + f * (b - a) + 4 * f * (1 - f) * (middle - 0.5f * (a + b));
+  };
+  alignas(64) float l[block], way[block], weight[block], thinner[block], s[block], r[block];
   for (int i = 0; i < block; ++i) {
-    const float growth = height[i + 1] - height[i], width = psi[i + 1] - psi[i];
-    const float t = lane::clamp((blocked[i] - height[i]) / (growth != 0 ? growth : 1.0f), 0, 1);
-    const bool lit = blocked[i] <= height[i];
-    const float begin = growth > 0 ? psi[i] + t * width : psi[i];
-    const float end = growth > 0 ? psi[i + 1] : growth < 0 ? psi[i] + t * width : lit ? psi[i + 1] : psi[i];
-    const float middle = 0.5f * (begin + end), angle = phi + middle;
-    const float sum = lane::max(lane::sin(angle), 1e-9f);
-    const float s = D * lane::sin(middle) / sum, r = D * v.sine / sum;
-    l[i] = column_of(v.density, v.rate, lane::max(s - v.begin, 0));
-    const float y = v.rate * s - to_lamp;  // slope . (X - lamp), X = s d
-    const float from = entry ? entry[i] : 0.0f;
-    const float rate = y / lane::max(r, 1e-20f);
-    way[i] = lane::max(column_of(lamp_density, rate, r) - column_of(lamp_density, rate, lane::min(from, r)), 0);
-    const float base = 1 + g * g - 2 * g * lane::cos(angle);
-    const float phase = (1 - g * g) / (4 * pi * base * lane::sqrt(base));
-    thinner[i] = y;
-    weight[i] = lane::choose(end > begin && !(from > r), (end - begin) * phase / (D * v.sine), 0) * lamp_density;
+    const auto sine = [&](float f) { return between(sines[i], middle_sines[i], sines[i + 1], f); };
+    const auto cosine = [&](float f) { return between(cosines[i], middle_cosines[i], cosines[i + 1], f); };
+    const auto sine_of_sum = [&](float f) { return lane::max(v.sine * cosine(f) + v.cosine * sine(f), 1e-9f); };
+    const float width = edges[i + 1] - edges[i];
+    const float f0 = lane::clamp((first - edges[i]) / width, 0, 1), f1 = lane::clamp((last - edges[i]) / width, 0, 1);
+    const float h0 = -D * v.sine / sine_of_sum(f0), h1 = -D * v.sine / sine_of_sum(f1), growth = h1 - h0;
+    const float t = lane::clamp((blocked[i] - h0) / (growth != 0 ? growth : 1.0f), 0, 1), cut = f0 + t * (f1 - f0);
+    const bool lit = blocked[i] <= h0;
+    const float begin = growth > 0 ? cut : f0, end = growth > 0 ? f1 : growth < 0 ? cut : lit ? f1 : f0;
+    const float f = 0.5f * (begin + end), sum = sine_of_sum(f);
+    s[i] = D * sine(f) / sum, r[i] = D * v.sine / sum;
+    const float base = 1 + g * g - 2 * g * (v.cosine * cosine(f) - v.sine * sine(f));
+    weight[i] = (end - begin) * width * (1 - g * g) / (4 * pi * base * lane::sqrt(base) * D * v.sine);
   }
-  for (int c = 0; c < 3; ++c) {
-    float sum = 0;
+  if (haze_.density.is_constant()) {
+    for (int i = 0; i < block; ++i) l[i] = lane::max(s[i] - v.begin, 0), thinner[i] = 0;
+    for (int i = 0; i < block; ++i) way[i] = lane::max(r[i] - (entry ? entry[i] : 0.0f), 0);
+  } else {
+    const V3f& n = planes_.frame().n;
+    const float at_lamp = haze_.density.at(planes_.settings().eye + n * D), to_lamp = dot(haze_.density.slope, n) * D;
+    for (int i = 0; i < block; ++i) {
+      l[i] = column_of(v.density, v.rate, lane::max(s[i] - v.begin, 0));
+      thinner[i] = v.rate * s[i] - to_lamp;  // slope . (X - lamp), X = s d
+      const float rate = thinner[i] / lane::max(r[i], 1e-20f), from = entry ? lane::min(entry[i], r[i]) : 0.0f;
+      way[i] = lane::max(column_of(at_lamp, rate, r[i]) - column_of(at_lamp, rate, from), 0);
+      weight[i] *= at_lamp;
+    }
+  }
+  if (entry)
+    for (int i = 0; i < block; ++i) weight[i] = entry[i] > r[i] ? 0.0f : weight[i];
+  for (int c = 0; c < (tint ? 3 : channels_); ++c) {
     // One exponential for the density and for what it absorbs: either alone may leave the range of floats.
+    alignas(64) float light[block];
     for (int i = 0; i < block; ++i) {
       const float depth = haze_.sigma_t[c] * lane::min(l[i] + way[i], most_column) + thinner[i];
-      sum += lane::choose(weight[i] > 0, weight[i] * lane::exp(-depth), 0) * (tint ? tint[i][c] : 1.0f);
+      light[i] = lane::choose(weight[i] > 0, weight[i] * lane::exp(-depth), 0);
     }
-    sums->of[c] += double(sum);
+    float sum = 0;
+    for (int i = 0; i < block; ++i) sum += light[i] * (tint ? tint[i][c] : 1.0f);
+    sums->add(c, tint ? 3 : channels_, double(sum));
   }
 }
 
@@ -262,7 +276,14 @@ RGB AirLight::from_lamp(const Segment& segment) const {
   while (first > 0 && planes_.edge(first * block) > first_u) --first;
   while (last + 1 < all && planes_.edge((last + 1) * block) < last_u) ++last;
   Sums sums;
-  for (int b = first; b <= last; ++b) add_lamp_bins(v, b, first_u, last_u, &sums);
+  const float* const least = planes_.least(v.plane);
+  // The highest point of the ray is where it passes nearest to the lamp.
+  const auto height = [&](float u) { return -D * v.sine / std::max(std::sin(phi + u), 1e-9f); };
+  const float highest = std::clamp(0.5f * pi - phi, first_u, last_u);
+  for (int b = first; b <= last; ++b) {
+    const float u = std::clamp(highest, planes_.edge(b * block), planes_.edge((b + 1) * block));
+    if (height(std::clamp(u, first_u, last_u)) >= least[b]) add_lamp_bins(v, b, first_u, last_u, &sums);
+  }
   RGB out;
   for (int c = 0; c < 3; ++c) out[c] = haze_.sigma_s[c] * float(sums.of[c]);
   return out;

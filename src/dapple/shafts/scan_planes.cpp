@@ -21,6 +21,14 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
   const double g = std::log1p(double(settings_.farthest) / double(settings_.nearest)) / bins();
   growth_ = float(g);
   for (int j = 0; j <= bins(); ++j) edges_.push_back(float(double(settings_.nearest) * std::expm1(j * g)));
+  if (is_lamp()) {
+    const auto add = [&](double psi) {
+      sines_.push_back(float(std::sin(psi)));
+      cosines_.push_back(float(std::cos(psi)));
+    };
+    for (int j = 0; j <= bins(); ++j) add(double(edge(j)));
+    for (int j = 0; j < bins(); ++j) add(0.5 * (double(edge(j)) + double(edge(j + 1))));
+  }
   blocked_.assign(rays, -infinity);
   least_.assign(all_blocks, -infinity);
   most_.assign(all_blocks, -infinity);

@@ -51,6 +51,9 @@ class ScanPlanes {
   /// Begin of bin j; end of the last for j = bins().
   float edge(int j) const { return edges_[size_t(j)]; }
   const float* edges() const { return edges_.data(); }
+  /// Of lamps: sine and cosine of edge and middle of each bin; those of middle j at bins() + 1 + j.
+  const float* sines() const { return sines_.data(); }
+  const float* cosines() const { return cosines_.data(); }
   /// The bin of u, within one.
   int bin_of(float u) const;
   /// Unit vector across the axis, in plane k.
@@ -85,7 +88,7 @@ class ScanPlanes {
   Settings settings_;
   Frame frame_;
   float growth_ = 1;
-  std::vector<float> edges_, blocked_, entry_, least_, most_;
+  std::vector<float> edges_, sines_, cosines_, blocked_, entry_, least_, most_;
   std::vector<RGB> tint_;
 };
 
