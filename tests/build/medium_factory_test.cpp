@@ -6,6 +6,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/image/texture_system.h"
+#include "dapple/shading/exponential_medium.h"
 #include "dapple/shading/homogeneous_medium.h"
 
 namespace dapple::build {
@@ -55,6 +56,24 @@ TEST_F(MediumFactory, Homogeneous) {
       medium(R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "Skin1" "float scale" 10)");
   EXPECT_NEAR(dynamic_cast<const shading::HomogeneousMedium&>(*skin).sigma_s().g, 8.8f, 1e-5f);
   EXPECT_EQ(diagnostics_.count(), 0u);
+}
+
+TEST_F(MediumFactory, Exponential) {
+  const auto m = medium(
+      R"(Translate 0 0 5 MakeNamedMedium "haze" "string type" "exponential" "rgb sigma_a" [ 0 0 0 ] "rgb sigma_s" [ 1 2 3 ] "float scaleheight" 4 "vector3 up" [ 0 0 2 ])");
+  const auto& h = dynamic_cast<const shading::ExponentialMedium&>(*m);
+  EXPECT_EQ(h.sigma_t(), RGB(1, 2, 3));
+  EXPECT_NEAR(h.density().at(V3f(7, -3, 5)), 1, 1e-6f);  // height 0 is the origin of its own space
+  EXPECT_NEAR(h.density().at(V3f(0, 0, 9)), std::exp(-1.0f), 1e-6f);
+  EXPECT_NEAR(h.density().at(V3f(0, 0, 1)), std::exp(1.0f), 1e-5f);
+  // Heights are those of its space: scaled twice, it thins out over twice as much.
+  const auto scaled = medium(R"(Scale 2 2 2 MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 4)");
+  EXPECT_NEAR(dynamic_cast<const shading::ExponentialMedium&>(*scaled).density().at(V3f(0, 0, 8)), std::exp(-1.0f),
+              1e-6f);
+  EXPECT_EQ(diagnostics_.count(), 0u);
+  expect_error(R"(MakeNamedMedium "m" "string type" "exponential" "float scaleheight" 0)", "scaleheight");
+  expect_error(R"(MakeNamedMedium "m" "string type" "exponential" "float scaleheight" -2)", "scaleheight");
+  expect_error(R"(MakeNamedMedium "m" "string type" "exponential" "vector3 up" [ 0 0 0 ])", "up");
 }
 
 TEST_F(MediumFactory, UniformGrid) {

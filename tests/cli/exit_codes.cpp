@@ -173,6 +173,38 @@ TEST(ExitCode, CanopiesThatAreNoneAre3) {
 }
 
 // Rationale: what masks cannot be made of is bad input, which names the option and what is legal.
+TEST(ExitCode, BadLightShaftsAre3) {
+  const auto check = [](const std::vector<std::string>& options, const std::string& named, const std::string& legal) {
+    std::vector<std::string> all{cornell, "-o", "unused.exr"};
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = render_quickly(all);
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_NE(result.output.find(named), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find(legal), std::string::npos) << result.output;
+  };
+  check({"--light-shafts", "painted"}, "--light-shafts", "rays, scan-planes");
+  check({"--shaft-scattering", "double"}, "--shaft-scattering", "all, single");
+  for (const char* bad : {"0", "15", "-3"}) check({"--shaft-planes", bad}, "--shaft-planes", "16 to");
+  for (const char* bad : {"0", "15", "100000"}) check({"--shaft-bins", bad}, "--shaft-bins", "16 to 65536");
+  for (const char* bad : {"0", "-1", "nan"}) check({"--shaft-mb", bad}, "--shaft-mb", "MB above 0");
+
+  ScratchFolder folder;
+  const std::string scene = (folder.path() / "shafts.pbrt").string();
+  std::ofstream(scene) << "Integrator \"path\" \"string lightshafts\" \"planes\"\nWorldBegin\n";
+  const ProcessResult result = render_quickly({scene, "-o", (folder.path() / "out.exr").string()});
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_NE(result.output.find("shafts.pbrt:1"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("lightshafts"), std::string::npos) << result.output;
+
+  // Where they do not apply: rays, and one warning; without being asked for, none.
+  const ProcessResult without =
+      render_quickly({cornell, "-o", (folder.path() / "out.exr").string(), "--light-shafts", "scan-planes"});
+  EXPECT_EQ(without.exit_code, 0) << without.output;
+  EXPECT_NE(without.output.find("no medium"), std::string::npos) << without.output;
+  EXPECT_EQ(render_quickly({cornell, "-o", (folder.path() / "out.exr").string()}).output.find("shafts"),
+            std::string::npos);
+}
+
 TEST(ExitCode, BadShadowMasksAre3) {
   const auto check = [](const std::vector<std::string>& options, const std::string& named, const std::string& legal) {
     std::vector<std::string> all{cornell, "-o", "unused.exr"};

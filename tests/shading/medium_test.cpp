@@ -7,6 +7,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/shading/exponential_medium.h"
 #include "dapple/shading/grid_medium.h"
 #include "dapple/shading/homogeneous_medium.h"
 #include "dapple/shading/measured_media.h"
@@ -130,6 +131,60 @@ TEST(HomogeneousMedium, FreeFlightIsExponential) {
   }
   const auto result = test::chi_square_counts(observed, expected);
   EXPECT_GT(result.p_value, 0.01) << result.message;
+}
+
+// Rationale: haze that thins out upwards, along rays up, down, level and to infinity. Expectation: column and what is
+// drawn from it by quadrature of the density.
+TEST(ExponentialMedium, ClosedForms) {
+  const RGB a(0.2f, 0, 1), s(1, 3, 0.1f), Le(2, 3, 4);
+  ExponentialDensity density;
+  density.slope = V3f(0, 0.3f, 1);
+  density.log_origin = -0.4f;
+  const ExponentialMedium medium(a, s, Le, {}, density);
+  for (const V3f& d : {V3f(0, 0, 1), V3f(0, 0, -1), V3f(1, 0, 0), V3f(0.6f, -0.8f, 0.24f)}) {
+    const Ray ray{.o = V3f(0.3f, 0.2f, 0.5f), .d = normalize(d)};
+    double column = 0;
+    constexpr int steps = 20000;
+    for (int i = 0; i < steps; ++i) {
+      const V3d P = V3d(ray.o) + V3d(ray.d) * (0.8 * (i + 0.5) / steps);
+      column += std::exp(-0.4 - double(0.3f) * P.y - P.z) * 0.8 / steps;
+    }
+    EXPECT_NEAR(double(density.column(ray.o, ray.d, 0.8f)), column, 1e-5 * column);
+    for (const float part : {1e-6f, 0.3f, 1.0f})
+      EXPECT_NEAR(density.column(ray.o, ray.d, density.distance(ray.o, ray.d, part * float(column))),
+                  part * float(column), 2e-5f * part * float(column));
+    const auto expected = [&](int c) {
+      const double t = std::exp(-double(a[c] + s[c]) * column);
+      return Expected{t, double(s[c] / (a[c] + s[c])) * (1 - t), double(a[c] / (a[c] + s[c]) * Le[c]) * (1 - t)};
+    };
+    expect_medium(medium, ray, 0.8f, expected, RGB(1));
+  }
+  // Upwards there is an end to it, downwards not.
+  const V3f o(0.3f, 0.2f, 0.5f), up(0, 0, 1);
+  EXPECT_NEAR(density.column(o, up, infinity), std::exp(-0.4f - 0.06f - 0.5f), 1e-6f);
+  EXPECT_EQ(density.distance(o, up, 1), infinity);
+  EXPECT_EQ(medium.transmittance({.o = o, .d = -up}, infinity, 0), RGB(0));
+  EXPECT_TRUE(medium.sample({.o = o, .d = -up}, infinity, RGB(1), 5).scattered);
+}
+
+// Rationale: a flight that scatters for certain stands for all scattering on the way. Expectation: mean weight of each
+// channel sigma_s / sigma_t (1 - T), mean distance that of the truncated exponential; nothing where nothing scatters.
+TEST(ExponentialMedium, FlightsThatScatterForCertain) {
+  const RGB a(0.2f, 0, 1), s(1, 3, 0.1f);
+  const HomogeneousMedium medium(a, s, RGB(), {});
+  test::Moments weight[3], way[3];
+  for (int i = 0; i < 100000; ++i) {
+    const MediumSample drawn = medium.sample_scattering(along, 0.8f, RGB(1, 0.5f, 2), hash(i));
+    ASSERT_TRUE(drawn.scattered && drawn.t >= 0 && drawn.t <= 0.8f);
+    for (int c = 0; c < 3; ++c) weight[c].add(drawn.weight[c]), way[c].add(drawn.weight[c] * drawn.t);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double sigma = double(a[c] + s[c]), T = std::exp(-sigma * double(0.8f)), share = double(s[c]) / sigma;
+    EXPECT_GT(test::z_test(weight[c], share * (1 - T), 1e-5), test::sidak(0.01, 6)) << c;
+    EXPECT_GT(test::z_test(way[c], share * ((1 - T) / sigma - double(0.8f) * T), 1e-5), test::sidak(0.01, 6)) << c;
+  }
+  EXPECT_FALSE(HomogeneousMedium(RGB(1), RGB(0), RGB(), {}).sample_scattering(along, 1, RGB(1), 1).scattered);
+  EXPECT_FALSE(medium.sample_scattering(along, 0, RGB(1), 1).scattered);
 }
 
 TEST(GridMedium, IntegralsOverAProfile) {

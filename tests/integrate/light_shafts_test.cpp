@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light shafts by scan planes against the rays that they stand for.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using light::ShaftLight;
+using test::build_text;
+using test::render_built;
+using test::same_bits;
+
+struct Parts {
+  std::string camera = "Camera \"perspective\" \"float fov\" 60\n";
+  std::string medium = R"("string type" "exponential" "float scaleheight" 3)";
+  std::string lights;
+  bool bounded = false;  ///< by a box, of which the camera is outside
+};
+
+/// Ground, and boards at random places above it, in haze.
+std::string scene(const Parts& parts) {
+  const std::string haze = "MakeNamedMedium \"haze\" " + parts.medium +
+                           R"( "rgb sigma_a" [ .01 .01 .01 ] "rgb sigma_s" [ .08 .08 .1 ] "float g" .4 )";
+  std::string text = "LookAt 0 -6 1.5  0 6 2.6  0 0 1\n";
+  if (!parts.bounded) text += haze + "MediumInterface \"\" \"haze\"\n";
+  text += parts.camera + R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 24 PixelFilter "box"
+WorldBegin
+)";
+  if (parts.bounded) text += haze;
+  text += parts.lights + R"(
+Material "diffuse" "rgb reflectance" [ .3 .3 .25 ]
+Shape "bilinearmesh" "point3 P" [ -30 -30 0  30 -30 0  -30 30 0  30 30 0 ]
+)";
+  KeyedRng rng(8);
+  for (int i = 0; i < 30; ++i) {
+    const float x = rng.next() * 10 - 5, y = rng.next() * 12, z = 2.5f + 2.5f * rng.next();
+    text += fmt::format("Shape \"bilinearmesh\" \"point3 P\" [ {0} {1} {2}  {3} {1} {4}  {0} {5} {2}  {3} {5} {4} ]\n",
+                        x, y, z, x + 0.9f, z + 0.3f, y + 0.7f);
+  }
+  if (parts.bounded)
+    text += R"(Material "interface" MediumInterface "haze" ""
+Shape "trianglemesh" "integer indices" [ 0 2 1 1 2 3  4 5 6 5 7 6  0 1 4 1 5 4  2 6 3 3 6 7  0 4 2 2 4 6  1 3 5 3 7 5 ]
+  "point3 P" [ -8 -2 -.5  8 -2 -.5  -8 14 -.5  8 14 -.5  -8 -2 6  8 -2 6  -8 14 6  8 14 6 ]
+)";
+  return text;
+}
+
+constexpr char sun[] = R"(LightSource "distant" "point3 from" [ -4 5 6 ] "point3 to" [ 0 0 0 ] "rgb L" [ 4 3.6 3 ] )";
+constexpr char disc[] =
+    R"(LightSource "sky" "float sunzenith" 45 "float sunazimuth" 100 "float sunirradiance" 4 "float sundiameter" 6 "float skyirradiance" 1 )";
+constexpr char sky[] = R"(LightSource "infinite" "rgb L" [ .2 .3 .5 ] )";
+constexpr char spot[] =
+    R"(LightSource "spot" "point3 from" [ -3 2 8 ] "point3 to" [ 1.5 4 0 ] "rgb I" [ 60 55 40 ] "float coneangle" 30 "float conedeltaangle" 6 )";
+constexpr char homogeneous[] = R"("string type" "homogeneous")";
+
+std::shared_ptr<const ShaftLight> planes_of(const build::BuiltScene& built, light::ShaftSettings settings = {},
+                                            std::string* why = nullptr) {
+  std::vector<std::string> left;
+  std::string none;
+  return ShaftLight::make(*built.scene, settings, why ? why : &none, &left);
+}
+
+path::PathIntegrator::Settings paths(int scatterings) {
+  path::PathIntegrator::Settings s;
+  s.max_scatterings = s.diffuse_bounces = s.specular_depth = scatterings;
+  return s;
+}
+
+struct Case {
+  const char* name;
+  Parts parts;
+};
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.name;
+}
+
+class LightShafts : public testing::TestWithParam<Case> {};
+
+// Z of a difference of means over blocks of 8 x 8 pixels, the largest of all blocks and channels.
+double worst_z(const scene::Film& a, const scene::Film& b, double relative) {
+  double worst = 0;
+  for (int y = 0; y < a.height(); y += 8)
+    for (int x = 0; x < a.width(); x += 8)
+      for (int c = 0; c < 3; ++c) {
+        double difference = 0, variance = 0, sum = 0;
+        for (int k = 0; k < 64; ++k) {
+          const int i = x + k % 8, j = y + k / 8;
+          difference += double(a.pixel(i, j)[c]) - double(b.pixel(i, j)[c]);
+          variance += double(a.variance(i, j)[c]) + double(b.variance(i, j)[c]);
+          sum += double(a.pixel(i, j)[c]);
+        }
+        worst = std::max(worst, std::abs(difference) / std::sqrt(variance + sqr(float(relative * sum))));
+      }
+  return worst;
+}
+
+// Rationale: planes only change how light is found, with all further scatterings. Expectation: equal means of blocks
+// with multiple scattering: of 36 numbers none beyond 4.2 standard errors (1e-3 of all 36, Sidak), with .5 % for the
+// width of bins and planes; and less noise.
+TEST_P(LightShafts, HaveTheExpectationOfRays) {
+  const auto built = build_text(scene(GetParam().parts));
+  auto settings = paths(4);
+  const auto rays = render_built(built, 256, settings);
+  settings.shafts = planes_of(built);
+  ASSERT_TRUE(settings.shafts);
+  const auto planes = render_built(built, 64, settings);
+  EXPECT_LT(worst_z(rays.film, planes.film, 0.005), 4.2);
+  EXPECT_EQ(planes.film.dropped_samples(), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, LightShafts,
+    testing::Values(Case{"layered_sun", {.lights = std::string(sun) + sky}}, Case{"layered_disc", {.lights = disc}},
+                    Case{"box_sun", {.medium = homogeneous, .lights = sun, .bounded = true}},
+                    Case{"layered_box", {.lights = std::string(sun) + sky, .bounded = true}},
+                    Case{"spot", {.medium = homogeneous, .lights = spot}},
+                    Case{"layered_spot_box", {.lights = std::string(spot) + sun, .bounded = true}}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+// Rationale: the default integrator takes the same planes. Expectation: its mean is the path tracer's within 1.5 %, of
+// which noise is a third.
+TEST(LightShaftsOfDistribution, HaveTheMeanOfPaths) {
+  const auto built = build_text(scene({.lights = std::string(sun) + sky, .bounded = true}));
+  auto reference = paths(4);
+  reference.shafts = planes_of(built);
+  const RGB expected = render_built(built, 128, reference).mean();
+  distribution::DistributionIntegrator::Settings settings;
+  settings.shading.shafts = reference.shafts;
+  settings.shading.bounces = 3;
+  test::expect_near(render_built(built, 64, settings).mean(), expected, 0.015f, "mean");
+}
+
+// Rationale: Max's picture: what is seen, weakened, and the sun's light in the air. Expectation: less than all light,
+// more than without air light; camera rays see no noise but that of edges: two seeds of samples agree in the air.
+TEST(LightShaftsAlone, LeaveOutOtherLight) {
+  const auto built = build_text(scene({.lights = std::string(sun) + sky}));
+  auto settings = paths(4);
+  settings.shafts = planes_of(built);
+  const RGB all = render_built(built, 32, settings).mean();
+  settings.shafts = planes_of(built, {.single = true});
+  const RGB single = render_built(built, 32, settings).mean();
+  EXPECT_LT(single.g, 0.99f * all.g);
+  EXPECT_GT(single.g, 0.5f * all.g);
+}
+
+// Expectation: the same bits for any threads and crop.
+TEST(LightShaftsAlone, AreTheSameForThreadsAndCrop) {
+  const auto built = build_text(scene({.lights = std::string(disc) + spot, .bounded = true}));
+  const auto render = [&](int threads) {
+    set_thread_count(threads);
+    auto settings = paths(3);
+    settings.shafts = planes_of(built);
+    auto r = render_built(built, 4, settings);
+    set_thread_count(0);
+    return r;
+  };
+  const auto one = render(1), three = render(3);
+  EXPECT_TRUE(same_bits(one.film, three.film));
+}
+
+// Expectation: without a light that planes are for none are made, and where they do not apply it is said why.
+TEST(LightShaftsAlone, SayWhyTheyDoNotApply) {
+  const auto why = [](const Parts& parts) {
+    std::string text;
+    const auto built = build_text(scene(parts));
+    EXPECT_FALSE(planes_of(built, {}, &text));
+    return text;
+  };
+  EXPECT_NE(why({.lights = sky}).find("no sun"), std::string::npos);
+  EXPECT_NE(why({.camera = "Camera \"orthographic\"\n", .lights = sun}).find("orthographic"), std::string::npos);
+  EXPECT_NE(why({.camera = "Camera \"perspective\" \"float lensradius\" .1\n", .lights = sun}).find("lens"),
+            std::string::npos);
+  EXPECT_NE(why({.medium = R"("string type" "uniformgrid" "float density" 1)", .lights = sun}).find("neither"),
+            std::string::npos);
+  EXPECT_NE(why({.medium = R"("string type" "homogeneous" "float scale" 0)", .lights = sun}).find("no medium scatters"),
+            std::string::npos);
+}
+
+// Expectation: tables stay within the memory that they may take, and that is said.
+TEST(LightShaftsAlone, KeepToTheirMemory) {
+  const auto built = build_text(scene({.lights = disc}));
+  std::string why;
+  std::vector<std::string> left;
+  const auto small = ShaftLight::make(*built.scene, {.max_bytes = 300000}, &why, &left);
+  ASSERT_TRUE(small);
+  EXPECT_LE(small->bytes(), 300000u);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NE(left[0].find("--shaft-mb"), std::string::npos);
+  EXPECT_GT(planes_of(built)->bytes(), 300000u);
+}
+
+// Rationale: a sun at infinity behind an endless even fog. Expectation: black as with rays, and a hint.
+TEST(LightShaftsAlone, NameTheRemedyForEndlessFog) {
+  const auto built = build_text(scene({.medium = homogeneous, .lights = sun}));
+  std::string why;
+  std::vector<std::string> left;
+  ASSERT_TRUE(ShaftLight::make(*built.scene, {}, &why, &left));
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NE(left[0].find("exponential"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dapple
