@@ -25,12 +25,13 @@ import opacity
 import presets
 import radiosity
 import scene_load
+import shafts
 import subsurface
 import sun_masks
 import time_to_error
 
 BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "motion": motion,
-              "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load,
+              "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 
