@@ -25,7 +25,7 @@ def bench(context):
     scene.write_text(re.sub(r'"string filename" \[ "(\w+\.ply)" \]', lambda m: f'"string filename" [ "{forest.parent / m[1]}" ]',
                             air_alone(forest.read_text())))
     size = "192x108" if getattr(context, "quick", False) else "960x540"
-    options = ["--integrator", "path", "--resolution", size, "--float", "--threads", 1, "--light-learning", "off", "--bounces", 0]
+    options = ["--integrator", "path", "--resolution", size, "--float", "--threads", 1, "--light-learning", "off", "--bounces", 0, "--specular-depth", 0]
 
     def render(name, shafts, samples):
         image = context.out / f"shafts_{name.replace(', ', '_').replace(' ', '_')}.exr"

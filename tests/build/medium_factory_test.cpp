@@ -120,7 +120,7 @@ TEST_F(MediumFactory, Pattern) {
 
 TEST_F(MediumFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(MakeNamedMedium "m" "string type" "soup")",
-               "expected one of: homogeneous, uniformgrid, rgbgrid, pattern, cloud, nanovdb");
+               "expected one of: homogeneous, uniformgrid, rgbgrid, pattern, exponential, cloud, nanovdb");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float g" 1)", "\"g\"");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "float scale" -1)", "negative");
   expect_error(R"(MakeNamedMedium "m" "string type" "homogeneous" "rgb sigma_s" [ -1 0 0 ])", "");

@@ -290,7 +290,8 @@ void ShaftLight::Builder::fit_memory() {
     for (Wanted& w : wanted_) w.spacing *= float(fan_around(w.direction, 1).planes) / float(settings_.planes);
   const int asked = count(), asked_bins = bins_;
   while (bytes() > settings_.max_bytes && coarser_ < 8) coarser_ *= 1.25f;
-  while (bytes() > settings_.max_bytes && bins_ > least_bins) bins_ = std::max(bins_ * 3 / 4, least_bins);
+  while (bytes() > settings_.max_bytes && bins_ > least_bins)
+    bins_ = std::max(bins_ * 3 / 4 / Planes::block * Planes::block, least_bins);
   while (bytes() > settings_.max_bytes && coarser_ < 4096) coarser_ *= 1.5f;
   if (coarser_ > 1)
     left_.push_back(fmt::format("{} planes of {} rays do not fit in {:.0f} MB (--shaft-mb): {} of {}", asked,
