@@ -58,7 +58,7 @@ def block_error(context, scene, size, reference_options, options, samples, compa
 
 
 def cornell(context, preset):
-    return block_error(context, CORNELL, "128x128", ["--integrator", "path", "--bounces", 2], ["--integrator", "distribution", "--preset", preset, "--bounces", 2], 1024)
+    return block_error(context, CORNELL, "128x128", ["--integrator", "path", "--bounces", 2], ["--integrator", "distribution", "--preset", preset, "--visible-points", "grids", "--bounces", 2], 1024)
 
 
 def penumbra(context):
@@ -119,11 +119,11 @@ def canopy(context):
 def opacity_cache(context):
     with tempfile.TemporaryDirectory() as folder:
         scene = opacity.grove(Path(folder), "space")
-        return block_error(context, scene, "160x90", ["--integrator", "path", "--bounces", 0, "--opacity-cache", "off"], ["--integrator", "distribution", "--preset", "preview", "--bounces", 0, "--opacity-cache", "on"], 512)
+        return block_error(context, scene, "160x90", ["--integrator", "path", "--bounces", 0, "--opacity-cache", "off"], ["--integrator", "distribution", "--preset", "preview", "--visible-points", "grids", "--bounces", 0, "--opacity-cache", "on"], 512)
 
 
 def subsurface(context):
-    return block_error(context, BUST, "96x120", ["--integrator", "path", "--bounces", 1], ["--integrator", "distribution", "--preset", "preview", "--bounces", 1], 1024)
+    return block_error(context, BUST, "96x120", ["--integrator", "path", "--bounces", 1], ["--integrator", "distribution", "--preset", "preview", "--visible-points", "grids", "--bounces", 1], 1024)
 
 
 def interpolated(context):

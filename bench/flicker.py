@@ -59,7 +59,7 @@ class Film:
         assert found == 1
         scene, image = self.folder / "frame.pbrt", self.folder / f"{name}.exr"
         scene.write_text(text)
-        stats = common.render(self.context, scene, image, "--integrator", "distribution", "--preset", "preview", "--resolution",
+        stats = common.render(self.context, scene, image, "--integrator", "distribution", "--preset", "preview", "--visible-points", "grids", "--resolution",
                               f"{SIZE}x{SIZE}", "--float", "--threads", self.context.threads, "--quiet", *options)
         return image, (eye, look, self.camera["up"], self.camera["fov"]), stats["render_cpu_seconds"]
 

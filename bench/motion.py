@@ -13,7 +13,7 @@ CASES = [
     ("4, 4", ["--shadow-rays", 4, "--diffuse-rays", 4, *NO_INTERPOLATION]),
     ("16,4, 64,16", ["--shadow-rays", "16,4", "--diffuse-rays", "64,16", *NO_INTERPOLATION]),
     ("64,16, 256,36", ["--shadow-rays", "64,16", "--diffuse-rays", "256,36", *NO_INTERPOLATION]),
-    ("preset preview: 4, 64,4, interpolated", ["--preset", "preview"]),
+    ("preset preview: 4, 64,4, interpolated", ["--preset", "preview", "--visible-points", "grids"]),
     ("64,16, 256,36, interpolated", ["--shadow-rays", "64,16", "--diffuse-rays", "256,36"]),
 ]
 SIZE, PATH_SIZE = "320x240", "160x120"

@@ -48,6 +48,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.shadow_rays.empty()) r.shadow_rays = parse_rays("--shadow-rays", o.shadow_rays);
   if (!o.diffuse_rays.empty()) r.diffuse_rays = parse_rays("--diffuse-rays", o.diffuse_rays);
   if (o.subsurface_rays > 0) r.subsurface_rays = o.subsurface_rays;
+  if (!o.visible_points.empty()) r.visible_points = build::visible_points_of(o.visible_points);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (o.pixel_points >= 0) r.pixel_points = o.pixel_points;
   if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
@@ -102,6 +103,7 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn(!o.shadow_rays.empty(), "--shadow-rays", {"distribution"});
   warn(!o.diffuse_rays.empty(), "--diffuse-rays", {"distribution", "ao"});
   warn(o.subsurface_rays > 0, "--subsurface-rays", {"distribution"});
+  warn(!o.visible_points.empty(), "--visible-points", {"distribution"});
   warn(o.shading_rate > 0, "--shading-rate", {"distribution"});
   warn(o.pixel_points >= 0, "--pixel-points", {"distribution"});
   warn(!o.radiosity_cache.empty(), "--radiosity-cache", {"distribution"});
@@ -199,6 +201,12 @@ void add_transport_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--subsurface-rays", o.subsurface_rays,
                  "distribution: probes of a subsurface body around a shading point [the preset's]")
       ->check(CLI::Range(1, build::max_rays));
+  app.add_option("--visible-points", o.visible_points,
+                 "distribution: what the camera sees is shaded at points of grids, each for the samples around it: "
+                 "grids; or, unless its shader is dear, for each sample: samples [the preset's; grids, if options "
+                 "about their points or rays are given]")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(build::visible_points_names), std::end(build::visible_points_names))));
   app.add_option("--shading-rate", o.shading_rate, "distribution: pixels a shading point [the preset's]")
       ->check(CLI::Range(0.01, 1024.0));
   app.add_option("--pixel-points", o.pixel_points,

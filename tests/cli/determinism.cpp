@@ -19,6 +19,7 @@ bool same_bits(const Picture& a, const Picture& b) {
 struct Case {
   const char* scene;
   const char* integrator;
+  const char* visible_points = "grids";
 };
 
 class AnyScene : public testing::TestWithParam<Case> {
@@ -30,8 +31,10 @@ class AnyScene : public testing::TestWithParam<Case> {
   Picture render_with(std::vector<std::string> options) const {
     options.insert(options.end(),
                    {"--resolution", "96x64", "--pixel-samples", "7", "--float", "--integrator", GetParam().integrator});
-    if (GetParam().integrator == std::string("distribution"))
-      options.insert(options.end(), {"--bounces", "1", "--shadow-rays", "1", "--diffuse-rays", "2"});
+    if (GetParam().integrator == std::string("distribution")) {
+      options.insert(options.end(), {"--bounces", "2", "--shadow-rays", "1", "--diffuse-rays", "2"});
+      options.insert(options.end(), {"--visible-points", GetParam().visible_points});
+    }
     return render(scene_, options);
   }
   std::string scene_;
@@ -79,7 +82,9 @@ INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values(Case{cornell, "path"}, Case{plates, "path"}, Case{stairs, "path"},
                                          Case{leaves, "path"}, Case{cornell, "distribution"},
                                          Case{stairs, "distribution"}, Case{leaves, "distribution"},
-                                         Case{crowns, "distribution"}, Case{cornell, "ao"}, Case{leaves, "canopy"}),
+                                         Case{crowns, "distribution"}, Case{stairs, "distribution", "samples"},
+                                         Case{leaves, "distribution", "samples"}, Case{cornell, "ao"},
+                                         Case{leaves, "canopy"}),
                          [](const auto& test) { return "scene_" + std::to_string(test.index); });
 
 }  // namespace

@@ -119,6 +119,16 @@ TEST(ExitCode, BadResolutionAndCropAre2) {
     check("--crop", bad, "X0,Y0,X1,Y1 in pixels");
 }
 
+TEST(ExitCode, UnknownVisiblePointsAreNamed) {
+  EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--visible-points", "dots"}).exit_code, 2);
+  ScratchFolder folder;
+  const std::string scene = folder.file("dots.pbrt");
+  std::ofstream(scene) << "Integrator \"distribution\" \"string visiblepoints\" \"dots\"\nWorldBegin\n";
+  const ProcessResult result = render_quickly({scene, "-o", "unused.exr"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.output.find("\"visiblepoints\" is \"dots\""), std::string::npos) << result.output;
+}
+
 // Rationale: how far noisy blocks may go is a number of samples from that of all pixels on.
 TEST(ExitCode, BadMaxPixelSamplesAre2) {
   const auto check = [](const std::vector<std::string>& options, const std::string& named) {

@@ -449,9 +449,9 @@ Material "diffuse" "rgb reflectance" [ .7 .7 .7 ]
 // Many threads in a cache of 1 MB, and of less than the entries that they hold at a time: the same image as of one in
 // memory without end.
 TEST(RadiosityCacheBreakers, ManyThreadsInLittleMemory) {
-  const auto built = build_text(two_rooms(-1, {.wall_quads = 20, .room_quads = 40}));
+  const auto built = build_text(two_rooms(-1, {.wall_quads = 4, .room_quads = 8}));
   auto s = settings(3, {9, 4, 2});
-  s.shading.cache_width = 0.05f;
+  s.shading.cache_width = 0.01f;
   s.cache_bytes = size_t(1) << 30;
   set_thread_count(1);
   const auto whole = render_built(built, 4, s);

@@ -11,6 +11,8 @@
 #include "dapple/shading/dielectric_material.h"
 #include "dapple/shading/diffuse_material.h"
 #include "dapple/shading/mix_material.h"
+#include "dapple/shading/pattern_program.h"
+#include "dapple/shading/patterns.h"
 
 namespace dapple::shading {
 namespace {
@@ -213,6 +215,26 @@ TEST(SurfaceDetail, NormalMap) {
   const Frame f = at(RGB(0.8f, 0.6f, 0.9f));
   EXPECT_NEAR(dot(f.s, f.n), 0, 1e-6f);
   EXPECT_LT(length(cross(f.s, f.t) - f.n), 1e-6f);
+}
+
+// What is constant costs nothing, and what nobody knows counts as dear.
+TEST(Materials, CountTheirWork) {
+  const Input<RGB> grey(RGB(.5f));
+  const DiffuseMaterial even(grey, {});
+  EXPECT_EQ(even.work(), 0);
+  EXPECT_EQ(MixMaterial(std::make_shared<DiffuseMaterial>(even), std::make_shared<DiffuseMaterial>(even),
+                        Input<float>(.5f), 1)
+                .work(),
+            0);
+  PatternGraph graph;
+  const PatternPoint3 place = solid_mapping(graph, Transform());
+  const auto few = make_texture(fbm(place, 2, .5f)), many = make_texture(fbm(place, 64, .5f));
+  EXPECT_GT(few->work(), 10);
+  EXPECT_GT(many->work(), 20 * few->work());
+  const float plain = DiffuseMaterial(grey, {}).work(), bumped = DiffuseMaterial(grey, {many, nullptr}).work();
+  EXPECT_EQ(bumped, plain + 3 * many->work());
+  const auto unknown = varying_rgb([](const ShadingPoints& p, int i) { return RGB(p.u[i]); });
+  EXPECT_EQ(DiffuseMaterial(unknown, {}).work(), unknown_work);
 }
 
 // A material that does not say it is diffuse, so that mixes choose at random.

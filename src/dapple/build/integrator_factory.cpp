@@ -13,6 +13,7 @@
 
 namespace dapple::build {
 
+using distribution::VisiblePoints;
 using integrate::RayList;
 using scenefile::Entity;
 using scenefile::ParamSet;
@@ -54,6 +55,21 @@ std::optional<RayList> optional_rays(const Entity& e, const char* name) {
     throw InputError(e.loc, "\"" + std::string(name) + "\" must be numbers from 1 to " + std::to_string(max_rays) +
                                 ", by diffuse depth");
   return RayList(std::vector<int>(values.begin(), values.end()));
+}
+
+std::optional<VisiblePoints> optional_visible_points(const Entity& e) {
+  if (!e.params.find("visiblepoints")) return std::nullopt;
+  const std::string name = e.params.get_string("visiblepoints", "");
+  const auto& names = visible_points_names;
+  if (std::find(std::begin(names), std::end(names), name) == std::end(names))
+    throw InputError(e.loc, "\"visiblepoints\" is \"" + name + "\"; " + one_of({std::begin(names), std::end(names)}));
+  return visible_points_of(name);
+}
+
+// Something was asked for that speaks of the points of grids.
+bool asks_for_grids(const IntegratorRequest& r) {
+  return r.shadow_rays || r.diffuse_rays || r.shading_rate || r.pixel_points || r.irradiance_interpolation ||
+         r.irradiance_accuracy;
 }
 
 MaskRequest read_masks(const Entity& e) {
@@ -183,6 +199,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.shadow_rays, other.shadow_rays);
   fill(&r.diffuse_rays, other.diffuse_rays);
   fill(&r.subsurface_rays, other.subsurface_rays);
+  fill(&r.visible_points, other.visible_points);
   fill(&r.shading_rate, other.shading_rate);
   fill(&r.pixel_points, other.pixel_points);
   fill(&r.radiosity_cache, other.radiosity_cache);
@@ -253,6 +270,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.shadow_rays = optional_rays(e, "shadowrays");
   r.diffuse_rays = optional_rays(e, "diffuserays");
   r.subsurface_rays = optional_int(e, "subsurfacerays", 1, max_rays);
+  r.visible_points = optional_visible_points(e);
   r.shading_rate = optional_positive(e, "shadingrate");
   r.pixel_points = optional_int(e, "pixelpoints", 0, max_pixel_points);
   r.cache_width = optional_positive(e, "cachewidth");
@@ -282,10 +300,15 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   return r;
 }
 
+VisiblePoints visible_points_of(std::string_view name) {
+  return name == visible_points_names[size_t(VisiblePoints::samples)] ? VisiblePoints::samples : VisiblePoints::grids;
+}
+
 IntegratorRequest preset_request(const std::string& name) {
   IntegratorRequest r;
   r.specular_depth = 16;
   r.bounces = 4;
+  r.visible_points = name == "final" ? VisiblePoints::grids : VisiblePoints::samples;
   r.shading_rate = 1.0f;
   r.pixel_points = 3;
   r.color_bleeding = false;
@@ -297,8 +320,8 @@ IntegratorRequest preset_request(const std::string& name) {
   r.cache_width = 0.35f;
   if (name == "draft") {
     r.pixel_samples = 4;
-    r.shadow_rays = RayList{2};
-    r.diffuse_rays = RayList{25, 2};
+    r.shadow_rays = RayList{2, 2, 1};
+    r.diffuse_rays = RayList{25, 2, 1};
     r.irradiance_accuracy = 0.8f;
     r.subsurface_rays = 8;
     r.bounces = 2;
@@ -315,8 +338,8 @@ IntegratorRequest preset_request(const std::string& name) {
     r.subsurface_rays = 256;
   } else {
     r.pixel_samples = 16;
-    r.shadow_rays = RayList{16, 4};
-    r.diffuse_rays = RayList{64, 4};
+    r.shadow_rays = RayList{16, 4, 1};
+    r.diffuse_rays = RayList{64, 4, 1};
     r.irradiance_accuracy = 0.5f;
     r.subsurface_rays = 32;
   }
@@ -376,6 +399,8 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.shading.subsurface_rays = *r.subsurface_rays;
   s.pixel_samples = samples;
   if (pixel_samples > 0) s.max_pixel_samples = r.max_pixel_samples.value_or(0);
+  s.visible_points =
+      asked.visible_points.value_or(asks_for_grids(asked) ? VisiblePoints::grids : *preset.visible_points);
   s.shading_rate = *r.shading_rate;
   s.pixel_points = *r.pixel_points;
   s.radiosity_cache = *r.radiosity_cache;
@@ -391,7 +416,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   s.masks = make_masks(scene, r.masks);
   s.far_ground = make_far_ground(scene, r.masks, s.masks);
   s.shading.shafts = make_shafts(scene, r.shafts, true, seed);
-  if (r.light_learning.value_or(true) && light::DirectLight::reads_learned(scene)) {
+  if (r.light_learning.value_or(true) && light::DirectLight::pays_to_learn(scene)) {
     path::PathIntegrator::Settings p;
     p.diffuse_bounces = std::max(s.shading.bounces, 1);
     p.seed = seed;

@@ -10,6 +10,7 @@
 #include "dapple/build/build_context.h"
 #include "dapple/build/mask_factory.h"
 #include "dapple/build/shaft_factory.h"
+#include "dapple/distribution/distribution_settings.h"
 #include "dapple/gi/opacity_cache.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/ray_list.h"
@@ -27,6 +28,7 @@ struct IntegratorRequest {
   std::optional<int> bounces, specular_depth;
   std::optional<integrate::RayList> shadow_rays, diffuse_rays;
   std::optional<int> subsurface_rays;
+  std::optional<distribution::VisiblePoints> visible_points;
   std::optional<float> shading_rate;
   std::optional<int> pixel_points;
   std::optional<bool> radiosity_cache, subsurface_cache, opacity_cache, irradiance_interpolation, caustics;
@@ -52,6 +54,7 @@ struct IntegratorRequest {
 };
 
 inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
+inline constexpr std::string_view visible_points_names[] = {"grids", "samples"};  ///< distribution::VisiblePoints
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
 /// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing
 /// follows: its recursion is at most about their product deep, up to 3.5 MB and a few kB of stack a level and thread.
@@ -62,6 +65,9 @@ inline constexpr int max_pixel_points = 256;
 
 /// The scene's Option, Sampler and Integrator directives. Throws InputError.
 IntegratorRequest make_integrator_request(const BuildContext& context);
+
+/// One of visible_points_names.
+distribution::VisiblePoints visible_points_of(std::string_view name);
 
 /// What a preset stands for (docs/guide/rendering.md). "" is "preview".
 IntegratorRequest preset_request(const std::string& name);

@@ -23,8 +23,13 @@ class DerivedColour final : public RgbTexture {
   void evaluate(const ShadingPoints& points, RGB* out) const override {
     RGB b[ShadingPoints::capacity];
     a_->evaluate(points, out);
-    b_->evaluate(points, b);
-    for (int i = 0; i < points.count; ++i) out[i] = f_(out[i], b[i]);
+    if (a_ != b_) b_->evaluate(points, b);
+    const RGB* const second = a_ == b_ ? out : b;
+    for (int i = 0; i < points.count; ++i) out[i] = f_(out[i], second[i]);
+  }
+  float work() const override {
+    constexpr float function_work = 100;
+    return a_->work() + (a_ == b_ ? 0 : b_->work()) + function_work;
   }
   std::optional<RGB> constant() const override {
     const auto a = a_->constant(), b = b_->constant();

@@ -32,6 +32,8 @@ struct CacheNumbers {
   /// Radians, growth of a ray's cone at most, by which it reads the cache: few rays, and those at glancing angles,
   /// would read the mean of a whole wall.
   static constexpr float widest_cone = 0.5f;
+  /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
+  static constexpr int roulette_depth = 3;
   /// Of the coats that diffuse rays meet, at least such a share is looked at: fewer find lamps by chance.
   static constexpr float least_coats = 0.3f;
 };

@@ -17,7 +17,8 @@ void CacheSurvey::ask(const Place& place, CacheAnswers* answers, ShadingWorkspac
     answers[k] = {};
     if (!b.bsdf[k].is_diffuse() || b.bsdf[k].albedo().is_black()) continue;
     const int rays = shading_.settings.diffuse_ray_count(place, b, k);
-    DiffuseRays::add_jobs(b, k, std::min(rays, CacheAnswers::max_rays), rays, w, [&] { ask_rays(place, answers, w); });
+    DiffuseRays::add_jobs(place, b, k, std::min(rays, CacheAnswers::max_rays), rays, w,
+                          [&] { ask_rays(place, answers, w); });
   }
   if (w.job_count > 0) ask_rays(place, answers, w);
 }

@@ -108,6 +108,8 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const RaySet& r, int i, floa
   };
   if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width);
   if (!dice(group_width())) return false;
+  // Few rays read the mean of a group of leaves: where shading is cheap, they are answered by going on.
+  if (at->grid.cluster_level > 0 && shading_.is_cheap(geometry)) return false;
   return at->grid.cluster_level > 0 || group_width() == shading_.settings.cache_width ||
          dice(shading_.settings.cache_width);
 }

@@ -36,10 +36,15 @@ void order_by_direction(const ShadingWorkspace& w, int first, int end, int* orde
 
 // Each ray brings as much light as the others: what it finds is no more blurred at glancing angles. Without the cache
 // it is the lists that say how many. What the cache does not serve is one of many that a point of it, or a pixel, sees.
-DiffuseRays::Fan DiffuseRays::fan(const PointBatch& b, int k, int rays) const {
-  const float solid_angle = pi / float(rays);
+DiffuseRays::Fan DiffuseRays::fan(const PointBatch& b, int k, int rays, int points) const {
+  const float solid_angle = pi / (float(rays) * float(points));
   return {k, solid_angle, std::max(b.spread[k], std::min(GridNumbers::widest_spread, std::sqrt(solid_angle))),
           cached_ ? shared_by(b.diffuse_share(k), rays) : b.share[k]};
+}
+
+float DiffuseRays::chance(const Place& place, const PointBatch& b, int k, int rays) {
+  if (rays > 1 || place.depth.diffuse + 1 < CacheNumbers::roulette_depth || !b.stands_for_cone(k)) return 1;
+  return std::min(1.0f, b.throughput[k] * b.bsdf[k].albedo().luminance());
 }
 
 void DiffuseRays::set(const PointBatch& b, const Fan& fan, RaySet& r, int i, const RayOrigin& from, const V3f& d,
@@ -54,6 +59,9 @@ void DiffuseRays::set(const PointBatch& b, const Fan& fan, RaySet& r, int i, con
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], fan.spread);
   r.medium[i] = shading_.scene.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium_of(k, from));
   r.share[i] = fan.share;
+  r.pdf[i] = -1;
+  r.origin[i] = RaySet::of_surface;
+  r.throughput[i] = 1;
 }
 
 void DiffuseRays::draw(const Place& place, RaySet& r, ShadingWorkspace& w) const {
@@ -69,11 +77,13 @@ void DiffuseRays::draw(const Place& place, RaySet& r, ShadingWorkspace& w) const
     const int k = w.job_point[first];
     while (end < w.job_count && w.job_point[end] == k) ++end;
     const Bsdf& bsdf = b.bsdf[k];
-    const float reflected = bsdf.reflectance.luminance(), both = reflected + bsdf.transmittance.luminance();
-    const float front = both > 0 ? reflected / both : bsdf.reflectance.is_black() ? 0.0f : 1.0f;
+    const float front = bsdf.reflected_share();
     const float weight = pi * w.job_weight[first], weights[2] = {weight / front, weight / (1 - front)};
     const bool seen_from_behind = bsdf.side(b.wo[k]) < 0, one_origin = b.has_one_origin(k);
-    const Fan fan = this->fan(b, k, shading_.settings.diffuse_ray_count(place, b, k));
+    const int rays = shading_.settings.diffuse_ray_count(place, b, k);
+    const bool of_pixel = place.depth.diffuse == 0 && b.stands_for_cone(k);
+    const Fan fan = this->fan(b, k, rays, of_pixel ? b.diffuse_share(k) : 1);
+    const float throughput = b.throughput[k] * bsdf.albedo().luminance() / chance(place, b, k, rays);
     RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
     const bool joins = RayBatch::pays_to_join(end - first);
     int order[ShadingWorkspace::capacity];
@@ -98,6 +108,15 @@ void DiffuseRays::draw(const Place& place, RaySet& r, ShadingWorkspace& w) const
       set(b, fan, r, i, from, d, cosine, trace::ray_key(w.seed[j], w.index[j]));
       r.rays.joined[i] = joins && in_packet++ > 0;
       r.behind[i] = behind;
+      r.throughput[i] = throughput;
+      if (b.seekers[k] > 0) {
+        r.pdf[i] = cosine * inv_pi * (behind ? 1 - front : front) * float(b.seekers[k]);
+        r.origin[i] = b.origin_number(k, int(w.index[j]));
+      }
+      if (rays == 1) {  // of a set that many points share
+        r.sequence[i] = hash(b.sequence[k], w.seed[j]);
+        r.number[i] = w.index[j];
+      }
       r.weight[i] = bsdf.crossing(cosine) * (passed * weights[behind]);
     }
   }

@@ -153,7 +153,7 @@ void DistributionIntegrator::shade_when_it_pays(DistributionWorkspace& w, scene:
   const WaitingSamples& waiting = w.finisher.waiting;
   if (waiting.is_full()) {
     finish_all(w, film);
-  } else if (w.claimed.count() >= PointBatch::capacity || waiting.hits >= CameraSamples::capacity) {
+  } else if (w.claimed.count() >= PointBatch::capacity || waiting.hits >= PointBatch::capacity) {
     grid_shader_.shade(PointBatch::capacity - 1, w.claimed, w.grids, w.shading);
     finisher_.finish_waiting(w.finisher, w.shading, film);
   }

@@ -11,9 +11,16 @@
 
 namespace dapple::distribution {
 
+/// Where surfaces that the camera sees are shaded.
+enum class VisiblePoints {
+  grids,   ///< at points of shading grids, each for all camera samples around it (Cook et al. 1987)
+  samples  ///< where camera samples met them, each sending its part of a point's rays; on grids where shading is dear
+};
+
 /// How DistributionIntegrator renders.
 struct DistributionSettings {
   ShadingSettings shading;
+  VisiblePoints visible_points = VisiblePoints::grids;
   float shading_rate = 1;  ///< area of a micropolygon in pixels
   int pixel_samples = 16;  ///< that a pixel gets
   /// The same where it is noisy, if that is more: so many share what mirrors, gloss and media show there.

@@ -7,6 +7,9 @@ namespace dapple::distribution {
 
 /// Fitted numbers of shading grids: where visible points lie, and which share their work (docs/design/003, 016).
 struct GridNumbers {
+  /// Instructions a point (shading::Material::work), up to which prelighting is cheap beside the rays of a point: then
+  /// it may run for each camera sample, and where few rays would read what is cached of it.
+  static constexpr float cheap_work = 3000;
   /// Times a shading point may be shorter than its pixel asks for, at contact lines: a power of two.
   static constexpr float most_refined = 4;
   /// A point is n times as fine as its pixel asks for if n of its lengths are less than this much of what that is:

@@ -81,7 +81,6 @@ void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
 }
 
 void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {
-  const MaterialTable& materials = shading_.materials;
   for (int p = 0; p < samples.count(); ++p) {
     CameraSample& s = samples.sample[p];
     s.pixel = samples.camera.pixel[p];
@@ -107,9 +106,8 @@ void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {
                          : shading_.scene.traced.surface_without_tangents(samples.rays, samples.hits, p);
     shading_.direct.add_emission(samples.hits, p, s.surface, s.d, samples.L, p);
     samples.L.scale(p, samples.passed[p]);
-    // A random choice would be made once for a shading point, however many samples see it.
     s.refined = false;
-    s.source = !materials.is_random(s.geometry) && dice(p, 1, samples, w) ? Source::grid : Source::hit;
+    s.source = is_gridded(s.geometry) && dice(p, 1, samples, w) ? Source::grid : Source::hit;
   }
 }
 

@@ -30,6 +30,12 @@ class Hider {
   /// Names the tile of shading points that serves sample p; `finer`: than its pixel asks for, in length.
   bool dice(int p, float finer, CameraSamples& s, ShadingWorkspace& w) const;
 
+  /// The surface is shaded at points of grids, where some tile serves it.
+  bool is_gridded(uint32_t geometry) const {
+    // A random choice would be made once for a shading point, however many samples see it.
+    return !shading_.materials.is_random(geometry) &&
+           (settings_.visible_points == VisiblePoints::grids || !shading_.is_cheap(geometry));
+  }
   /// The shader of what is seen there reads tangents for each sample, not for shading points alone.
   bool needs_tangents(uint32_t geometry) const {
     return shading_.materials.needs_tangents(geometry) && !shading_.materials.is_view_independent(geometry);

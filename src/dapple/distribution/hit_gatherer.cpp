@@ -16,7 +16,7 @@ void HitGatherer::gather(const Place& place, int sets, ShadingWorkspace& w) cons
     RaySet& r = b.ray_set(set);
     w.rays.diffuse += uint64_t(r.count);
     shading_.trace(r, w);
-    r.L.clear_all(r.count);
+    shading_.direct.add_lights_hit(b, r, place.list_depth());
   }
   answer(place, place.behind_diffuse(), cached_.growth(place), any_ray, sets, w);
   for (int set = 0; set < sets; ++set) b.ray_set(set).weigh();
@@ -112,6 +112,7 @@ void HitGatherer::set_hit(const PointBatch& b, const RaySet& r, int i, float tak
   found.share[c] = std::max(1, int(float(r.share[i]) / taken));
   found.crowd[c] = found.effort[c] = 1;
   found.set_no_cell(c);
+  found.throughput[c] = r.throughput[i];
   found.onward[c] = coat && shading_.direct.glints() ? coat_weight(b, r, i) : 1;
 }
 

@@ -95,6 +95,9 @@ void HitShader::light_diffuse(const Place& place, ShadingWorkspace& w) const {
   for (int k = 0; k < b.count; ++k) {
     for (LightSums* sums : {&b.irradiance, &b.irradiance_behind, &b.diffuse}) sums->clear(k);
     scattering[k] = b.bsdf[k].is_diffuse() && scatters(b.bsdf[k]);
+    const bool sends = scattering[k] && place.depth.diffuse < shading_.settings.bounces &&
+                       !(b.some_indirect_known && b.indirect_known[k]);
+    b.seekers[k] = sends ? shading_.settings.diffuse_ray_count(place, b, k) : 0;
   }
   shading_.direct.light(b, place.list_depth(), scattering, w);
   if (place.depth.diffuse < shading_.settings.bounces) send_diffuse_rays(place, scattering, w);
@@ -126,7 +129,7 @@ void HitShader::send_diffuse_rays(const Place& place, const bool* scattering, Sh
       continue;
     }
     const int rays = shading_.settings.diffuse_ray_count(place, b, k);
-    DiffuseRays::add_jobs(b, k, rays, rays, w, [&] { send(false); });
+    DiffuseRays::add_jobs(place, b, k, rays, rays, w, [&] { send(false); });
   }
   send(true);
 }
@@ -195,6 +198,8 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
     r.number[i] = w.index[j];
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];
+    r.origin[i] = RaySet::of_surface;
+    r.throughput[i] = b.throughput[k] * std::min(1.0f, s.weight.luminance());
     r.lobe[i] = s.lobe;
     r.cone[i] = std::max(
         b.spread[k], s.pdf > 0 ? std::min(CacheNumbers::widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);

@@ -29,6 +29,7 @@ void MediaLight::shade(const Place& place, ShadingWorkspace& w) const {
     r.cone[k] = std::max(b.spread[k], std::min(CacheNumbers::widest_cone, 1 / std::sqrt(pdf * float(b.share[k]))));
     r.spread[k] = std::max(b.spread[k], std::min(GridNumbers::widest_spread, r.cone[k]));
     r.share[k] = b.share[k];
+    r.throughput[k] = b.throughput[k];
     r.medium[k] = b.medium[k];
     r.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], r.spread[k]);
   }

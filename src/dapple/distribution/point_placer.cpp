@@ -85,6 +85,7 @@ void PointPlacer::place_middle(const scene::GridId& id, int i, int j, const scen
   b.set_key(k, hash(shading_.settings.seed, key, id.index(i, j)));
   b.share[k] = motion.segments(id.span);
   b.crowd[k] = b.effort[k] = 1;
+  b.throughput[k] = 1;
   b.duration[k] = motion.any() ? motion.duration(id.span) : 0;
 }
 

@@ -8,6 +8,7 @@ namespace dapple::distribution {
 using integrate::describe;
 using integrate::LightSums;
 using integrate::PointBatch;
+using integrate::RayList;
 using scene::GridId;
 using shading::Bsdf;
 
@@ -65,7 +66,7 @@ void SampleFinisher::finish_waiting(Scratch& scratch, ShadingWorkspace& w, scene
     scratch.sample_L[k] = k;
     scratch.waiting_L.set(k, {waiting.L, waiting.parts.data()});
     waiting.done = true;
-    if (scratch.count < CameraSamples::capacity) continue;
+    if (scratch.count < Scratch::capacity) continue;
     finish(scratch.waiting_L, scratch, w, film);
     scratch.count = 0;
   }
@@ -136,7 +137,11 @@ void SampleFinisher::set_point(const CameraSample& s, PointBatch& b, int k) cons
   b.medium[k] = s.medium;
   b.set_key(k, hash(settings_.shading.seed, s.seed, s.index), hash(settings_.shading.seed, s.seed), s.index);
   b.share[k] = settings_.sharing_samples();
-  b.crowd[k] = b.effort[k] = 1;
+  b.crowd[k] = settings_.visible_points == VisiblePoints::samples
+                   ? RayList::part(settings_.shading.diffuse_rays.at(0), b.share[k])
+                   : 1;
+  b.effort[k] = 1;
+  b.throughput[k] = 1;
   b.set_no_cell(k);
 }
 

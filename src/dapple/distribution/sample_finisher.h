@@ -48,10 +48,11 @@ class SampleFinisher {
     WaitingSamples waiting;
     integrate::LightSums waiting_L;
     // Samples that are about to be finished, and where their light is.
+    static constexpr int capacity = integrate::PointBatch::capacity;
     int count = 0;
-    const CameraSample* sample[CameraSamples::capacity];
-    int sample_L[CameraSamples::capacity];
-    scene::Features features[CameraSamples::capacity];
+    const CameraSample* sample[capacity];
+    int sample_L[capacity];
+    scene::Features features[capacity];
   };
 
   /// Finishes the samples that are ready; the others wait. `held`: of CameraSample::held.

@@ -38,6 +38,7 @@ enum class Purpose : uint32_t {
   patterns,
   origin_times,
   coats,
+  roulette,
   probes = 16,
   phase = 0x706873,
   flights = 0x666c79

@@ -76,6 +76,7 @@ void set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch&
   b.set_key(k, random_of(rays.key[r], Purpose::flights));
   b.share[k] = share;
   b.crowd[k] = b.effort[k] = 1;
+  b.throughput[k] = 1;
 }
 
 }  // namespace dapple::distribution

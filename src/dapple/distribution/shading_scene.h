@@ -53,6 +53,12 @@ class ShadingScene {
   /// things move a little; infinite in a scene without extent.
   const float common_area;
 
+  /// Prelighting is cheap beside the rays of a point, and no light is diffused inside.
+  bool is_cheap(uint32_t geometry) const {
+    const shading::Material& m = materials.material(geometry);
+    return materials.work(geometry) <= GridNumbers::cheap_work && !m.has_subsurface();
+  }
+
   /// Diffuse rays see in coats what these mirror; with caustics off a diffuse surface.
   bool coats_mirror(const Place& below) const { return settings.caustics && below.arrival == Arrival::diffuse; }
 

@@ -16,6 +16,7 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
     flat_constants_.push_back(c);
     if (c && flat_.back()) flat_constants_.back()->flatten();
     const bool mirrors = caustics && material->is_diffuse_to_rays() && !material->is_diffuse();
+    work_.push_back(material->work());
     coat_.push_back(!mirrors ? 0 : c ? flat_constants_.back()->mirrored : shading::CommonCoat::mean);
     passes_.push_back(c && c->kind == shading::BsdfKind::passthrough);
   }

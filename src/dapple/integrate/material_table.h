@@ -21,6 +21,8 @@ class MaterialTable {
   bool needs_tangents(uint32_t geometry) const { return needs_tangents_[index(geometry)]; }
   /// The surface is not there: it only separates media.
   bool passes(uint32_t geometry) const { return passes_[index(geometry)]; }
+  /// shading::Material::work.
+  float work(uint32_t geometry) const { return work_[index(geometry)]; }
   /// Some surface of the scene is not there, or light is weakened on its way: rays of all kinds are traced from surface
   /// to surface.
   bool rays_pass() const { return rays_pass_; }
@@ -82,7 +84,7 @@ class MaterialTable {
   // By material.
   std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
   std::vector<uint8_t> needs_tangents_, passes_, flat_, view_independent_;
-  std::vector<float> coat_;
+  std::vector<float> coat_, work_;
   std::vector<uint8_t> sheet_;  // by geometry
   bool rays_pass_ = false, any_sheet_ = false, random_sheet_ = false;
 };

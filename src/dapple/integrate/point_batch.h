@@ -41,9 +41,12 @@ struct RaySet {
   float cone[capacity];    ///< growth of the width of what the ray stands for
   bool cached[capacity];   ///< a cache has said what arrives along the ray
   int32_t medium[capacity];
-  int share[capacity];   ///< PointBatch::share of what it meets
-  int sheets[capacity];  ///< surfaces that it went through (RayTracer::nearest)
-  float pdf[capacity];
+  int share[capacity];         ///< PointBatch::share of what it meets
+  int sheets[capacity];        ///< surfaces that it went through (RayTracer::nearest)
+  float pdf[capacity];         ///< expected rays a steradian; 0: a delta lobe; below 0: the ray looks for no lights
+  uint8_t origin[capacity];    ///< PointBatch::origin from which it left, or `of_surface`
+  float throughput[capacity];  ///< PointBatch::throughput of what it meets
+  static constexpr uint8_t of_surface = 255;
   shading::Lobe lobe[capacity];
   std::unique_ptr<RayTracer::Flights> flights;  ///< null: there are no media
 
@@ -93,6 +96,9 @@ struct PointBatch {
   int effort[capacity];  ///< points whose light and diffuse rays it sends: the opposite of `share`, for cells that
                          ///< stand for much
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
+  int seekers[capacity];  ///< diffuse rays that look for lights too, and share these with shadow rays
+  /// Of light that leaves a point met by a ray, about the part that its viewer sees: there Russian roulette begins.
+  float throughput[capacity];
   /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so
   /// many strata of the cell and of the time. 0: all start at `surface`.
   static constexpr int few_origins = 4, most_origins = 16;
@@ -132,10 +138,12 @@ struct PointBatch {
   void set_key(int k, uint64_t of_point, uint64_t of_sequence, uint32_t n) {
     key[k] = of_point, sequence[k] = of_sequence, number[k] = n;
   }
+  /// The point stands for the cone of a ray, not for a micropolygon.
+  bool stands_for_cone(int k) const { return cell_s[k] == V3f(0, 0, 0); }
   void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), origins[k] = 0; }
   /// Writes point k to a lane of what stages of shaders read.
   void describe(int k, shading::ShadingPoints* points, int lane) const {
-    if (cell_s[k] == V3f(0, 0, 0))
+    if (stands_for_cone(k))
       scene::Scene::set_point(surface[k], -wo[k], width[k], time[k], key[k], points, lane);
     else
       scene::Scene::set_point(surface[k], cell_s[k] * cell_filter, cell_t[k] * cell_filter, time[k], key[k], points,
@@ -159,6 +167,16 @@ struct PointBatch {
   int origin_index(int k, int i) const {
     const int last = origins[k] - 1;  // their number is a power of two
     return ((i + (i >> std::bit_width(unsigned(last)))) ^ int(key[k])) & last;
+  }
+  /// The place from which a ray left.
+  RayOrigin origin_of(const RaySet& r, int i) const {
+    const int k = r.point[i];
+    return r.origin[i] != RaySet::of_surface
+               ? origin[k * most_origins + r.origin[i]]
+               : RayOrigin{surface[k].P, surface[k].Ng, V3f(0, 0, 0), surface[k].error, r.rays.time[i]};
+  }
+  uint8_t origin_number(int k, int i) const {
+    return origins[k] == 0 ? RaySet::of_surface : uint8_t(origin_index(k, i));
   }
   /// When ray number i of a still point leaves.
   float ray_time(int k, int i, uint32_t seed) const {

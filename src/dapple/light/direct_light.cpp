@@ -52,7 +52,6 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
   const bool veiled = (tracer.draws_opacity() && has_veils(scene)) || tracer.draws_sheets();
   for (const auto& light : scene.lights) {
     one_ray_serves_.push_back(light->is_delta() && !veiled);
-    sky_.push_back(light->is_infinite() && !light->is_delta());
   }
   for (const auto& light : scene.lights) {
     throws_edges_ |= light->is_delta() || light->is_infinite();
@@ -62,14 +61,26 @@ DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, con
   group_.resize(scene.lights.size());
 }
 
-bool DirectLight::reads_learned(const scene::Scene& scene) {
+bool DirectLight::pays_to_learn(const scene::Scene& scene) {
   const auto is_sky = [](const auto& light) { return light->is_infinite() && !light->is_delta(); };
-  return int(scene.lights.size()) > DirectNumbers::lights_apart || scene.has_media() ||
-         std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
+  return scene.lights.size() > 1 || scene.has_media() || std::any_of(scene.lights.begin(), scene.lights.end(), is_sky);
 }
 
-shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const V3f& P, const V3f& n, float time) const {
-  return {P, b.bsdf[k].side(b.wo[k]) < 0 ? -n : n, time, b.bsdf[k].has_transmission(), false, region(b, k)};
+DirectLight::Share DirectLight::share_of(const PointBatch& b, int k, int diffuse_depth) const {
+  const int rays = shadow_rays_.at(diffuse_depth, 1, b.effort[k]);
+  if (b.share[k] == 1 && int(scene_.lights.size()) <= DirectNumbers::lights_apart) return {rays, false};
+  return {chosen_rays(rays, b.share[k]), true};
+}
+
+shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const RayOrigin& from) const {
+  const Bsdf& bsdf = b.bsdf[k];
+  const V3f n = from.normal(bsdf.frame.n);
+  return {from.P,
+          bsdf.side(b.wo[k]) < 0 ? -n : n,
+          from.time,
+          bsdf.has_transmission(),
+          bsdf.is_diffuse() && b.seekers[k] > 0,
+          region(b, k)};
 }
 
 // The same for all rays of a point, wherever they start.
@@ -108,15 +119,14 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Li
   };
   for (int k = 0; k < b.count; ++k) {
     if (!wanted[k]) continue;
-    const int rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
-    if (chooses()) {
-      add(k, -1, rays * DirectNumbers::lights_apart);
+    const auto [rays, chooses] = share_of(b, k, diffuse_depth);
+    if (chooses) {
+      add(k, -1, rays);
       continue;
     }
     for (int light = 0; light < lights; ++light) {
       // A light without size throws shadows with edges, but over cells and over time.
-      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays_to(size_t(light), rays, diffuse_depth)
-                                                                         : std::clamp(b.origins[k], 1, rays);
+      const int n = !one_ray_serves_[size_t(light)] || b.duration[k] > 0 ? rays : std::clamp(b.origins[k], 1, rays);
       add(k, light, n);
     }
   }
@@ -141,6 +151,10 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
     if (bsdf.bent) L *= bsdf.terminator(light.wi, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
     L *= bsdf.crossing(cosine);
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return false;
+    if (b.seekers[k] > 0 && !light.delta) {
+      const float front = bsdf.reflected_share(), of_side = target == to_irradiance ? front : 1 - front;
+      L *= power_heuristic(pdf / w.job_weight[job], std::abs(cosine) * inv_pi * of_side * float(b.seekers[k]));
+    }
   } else {
     const uint64_t key = hash(b.key[k], w.seed[job], w.index[job]);
     if (light.delta) {
@@ -179,9 +193,9 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
 void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, LightWorkspace& w) const {
   const int first = jobs[0], k = w.job_point[first];
   const RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
-  const shading::LightReceiver to = receiver(b, k, from.P, from.normal(b.bsdf[k].frame.n), from.time);
+  const shading::LightReceiver to = receiver(b, k, from);
   const auto light_of = [&w](int job) { return w.chosen[job].light; };
-  if (chooses()) {
+  if (w.job_light[first] < 0) {
     float u[LightWorkspace::capacity];
     shading::LightSampler::Selection chosen[LightWorkspace::capacity];
     for (size_t i = 0; i < jobs.size(); ++i) u[i] = w.u2[jobs[i]];
@@ -276,23 +290,23 @@ void DirectLight::trace(LightWorkspace& w) const {
 
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
 float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
-                           int rays, int diffuse_depth) const {
-  const float pdf = shading::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng);
-  if (!chooses()) return pdf * float(rays_to(index, rays, diffuse_depth));
-  return pdf * float(rays * DirectNumbers::lights_apart) * scene_.light_sampler->probability(to, int(index));
+                           const Share& share) const {
+  const float pdf = shading::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng) * float(share.rays);
+  return share.chooses && pdf > 0 ? pdf * scene_.light_sampler->probability(to, int(index)) : pdf;
 }
 
 void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_depth) const {
   for (int i = 0; i < r.count; ++i) {
-    const int k = r.point[i], rays = shadow_rays_.at(diffuse_depth, b.share[k], b.effort[k]);
+    const int k = r.point[i];
     r.L.clear(i);
+    if (r.pdf[i] < 0) continue;
     const V3f d = r.rays.direction(i);
     const auto add = [&](uint32_t light, const RGB& Le, const geom::SurfacePoint& s) {
       if (Le.is_black()) return;
       float weight = 1;
       if (r.pdf[i] > 0) {
-        const shading::LightReceiver to = receiver(b, k, b.surface[k].P, b.bsdf[k].frame.n, r.rays.time[i]);
-        weight = power_heuristic(r.pdf[i], density(to, light, d, s, rays, diffuse_depth));
+        const shading::LightReceiver to = receiver(b, k, b.origin_of(r, i));
+        weight = power_heuristic(r.pdf[i], density(to, light, d, s, share_of(b, k, diffuse_depth)));
       }
       r.L.add(i, Le * weight, group_[light]);
     };
@@ -313,8 +327,7 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
   if (!scene_.light_sampler) return;
   int rays[PointBatch::capacity], most = 0;
   for (int k = 0; k < b.count; ++k) {
-    rays[k] =
-        shadow_rays_.at(diffuse_depth, b.share[k]) * std::min(int(scene_.lights.size()), DirectNumbers::lights_apart);
+    rays[k] = chosen_rays(shadow_rays_.at(diffuse_depth), b.share[k]);
     most = std::max(most, rays[k]);
   }
   for (int i = 0; i < most; ++i) {

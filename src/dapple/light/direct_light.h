@@ -11,9 +11,10 @@ namespace dapple::light {
 class ShaftLight;
 
 /// Light that reaches batches of points straight from its sources: by shadow rays, and by rays that met a source. Each
-/// light gets its own stratified shadow rays, a sky up to DirectNumbers::sky_times as many, since rooms see little of
-/// it, through windows; where there are more than lights_apart, that many times the rays of one choose lights by
-/// importance.
+/// light gets its own stratified shadow rays; where there are more than DirectNumbers::lights_apart, that many times
+/// the rays of one choose lights by importance, and so does a point that does a part of another's work
+/// (PointBatch::share), by that part of these rays. Diffuse rays that look for lights (PointBatch::seekers), and rays
+/// by other lobes, share lights with shadow rays by the power heuristic (Veach 1997).
 class DirectLight {
  public:
   /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing.
@@ -21,8 +22,8 @@ class DirectLight {
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
               std::shared_ptr<const shading::LearnedLights> learned = nullptr);
 
-  /// Some ray is drawn by what was learned: else each light gets rays of its own, to all of it.
-  static bool reads_learned(const scene::Scene& scene);
+  /// There is something to learn: which of several lights, or which part of a sky, is seen.
+  static bool pays_to_learn(const scene::Scene& scene);
 
   /// Shadows may have edges as sharp as those of what throws them: a light has no size, or surrounds the scene, where a
   /// sun may be painted.
@@ -31,10 +32,10 @@ class DirectLight {
   bool glints() const { return glints_; }
 
   /// Sends shadow rays from the points for which wanted[k]. Adds irradiance, b.irradiance and b.irradiance_behind,
-  /// where the Bsdf is purely diffuse, and what is scattered to the viewer, b.specular, where it is not: there
-  /// w.counts[k] rays by the Bsdf look for lights besides, and the two share by the power heuristic (Veach 1997).
+  /// where the Bsdf is purely diffuse, and what is scattered to the viewer, b.specular, where it is not. Of these,
+  /// b.seekers[k] diffuse rays, and w.counts[k] rays by the Bsdf, look for lights besides.
   void light(integrate::PointBatch& b, int diffuse_depth, const bool* wanted, LightWorkspace& w) const;
-  /// The other part: sets L of rays by Bsdfs that were traced, of density pdf, to what shines where they ended.
+  /// The other part: sets L of rays that were traced, of density pdf, to what shines where they ended.
   void add_lights_hit(const integrate::PointBatch& b, integrate::RaySet& r, int diffuse_depth) const;
   /// Of points in media, all of the batch: adds to b.Ci the light that they scatter to the viewer.
   /// `but`: light that is its own is left out; null: none.
@@ -48,17 +49,19 @@ class DirectLight {
                     integrate::LightSums& L, int p) const;
 
  private:
-  /// Shadow rays of a point to a light; to a lamp they are `rays`, what the list says divided by the point's share.
-  int rays_to(size_t light, int rays, int diffuse_depth) const {
-    return sky_[light] ? rays * std::clamp(DirectNumbers::sky_rays / shadow_rays_.at(diffuse_depth), 1,
-                                           DirectNumbers::sky_times)
-                       : rays;
+  /// Shadow rays of a point: to each light, or to lights that each of them chooses.
+  struct Share {
+    int rays;
+    bool chooses;
+  };
+  Share share_of(const integrate::PointBatch& b, int k, int diffuse_depth) const;
+  int chosen_rays(int rays, int share) const {
+    return integrate::RayList::part(rays * std::min(int(scene_.lights.size()), DirectNumbers::lights_apart), share);
   }
-  bool chooses() const { return int(scene_.lights.size()) > DirectNumbers::lights_apart; }
-  shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const V3f& P, const V3f& n, float time) const;
+  shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const integrate::RayOrigin& from) const;
   shading::LightRegion region(const integrate::PointBatch& b, int k) const;
-  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s, int rays,
-                int diffuse_depth) const;
+  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s,
+                const Share& share) const;
   void draw(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
   void draw_lights(const integrate::PointBatch& b, int begin, int end, LightWorkspace& w) const;
   void draw_from_one_place(const integrate::PointBatch& b, std::span<int> jobs, LightWorkspace& w) const;
@@ -72,7 +75,7 @@ class DirectLight {
   const integrate::RayList shadow_rays_;
   const std::shared_ptr<const shading::LearnedLights> learned_;
   bool throws_edges_ = false, glints_ = false;
-  std::vector<uint8_t> one_ray_serves_, sky_, group_;  // by light
+  std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };
 
 }  // namespace dapple::light

@@ -7,8 +7,6 @@ namespace dapple::light {
 struct DirectNumbers {
   /// Lights that get shadow rays of their own; where there are more, that many times the rays of one choose among them.
   static constexpr int lights_apart = 6;
-  /// A sky has so many times the rays of a lamp, up to so many rays: rooms see little of it, through windows.
-  static constexpr int sky_times = 4, sky_rays = 16;
   /// Roughness (alpha) of metal and coats in which a light without size shines, times the spread of the ray that sees
   /// them: the spots that smoother ones throw would be found by chance. Of n rays from a point each spreads by
   /// sqrt(pi / n), and such a lobe, about 4 pi alpha^2 steradians, is as wide as 32, or 8. Few rays from what is seen

@@ -122,6 +122,11 @@ struct Bsdf {
   /// Chance with which diffuse_transmission reflects.
   float reflect_chance() const;
   /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
+  /// Chance that a ray by a diffuse kind leaves on the side of the viewer.
+  float reflected_share() const {
+    const float reflected = reflectance.luminance(), both = reflected + transmittance.luminance();
+    return both > 0 ? reflected / both : reflectance.is_black() ? 0.0f : 1.0f;
+  }
   bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
   /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus
   /// transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within

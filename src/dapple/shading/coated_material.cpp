@@ -40,7 +40,7 @@ CoatedDiffuseMaterial::CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput c
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
   if (const auto thickness = coat_.thickness.constant())
     coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
-  settle(all_constant(reflectance_) && coat_.is_constant());
+  settle(all_constant(reflectance_) && coat_.is_constant(), total_work(reflectance_) + coat_.work());
 }
 
 void CoatedDiffuseMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
@@ -59,7 +59,8 @@ CoatedConductorMaterial::CoatedConductorMaterial(MetalInput metal, RoughnessInpu
       metal_(std::move(metal)),
       roughness_(std::move(roughness)),
       coat_(std::move(coat)) {
-  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v) && coat_.is_constant());
+  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v) && coat_.is_constant(),
+         metal_.work() + total_work(roughness_.u, roughness_.v) + coat_.work());
 }
 
 void CoatedConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {

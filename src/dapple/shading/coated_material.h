@@ -16,6 +16,7 @@ struct CoatInput {
   int max_depth = 10, sample_count = 1;
 
   bool is_constant() const { return all_constant(roughness.u, roughness.v, thickness, g, albedo); }
+  float work() const { return total_work(roughness.u, roughness.v, thickness, g, albedo); }
 };
 
 /// Paint under varnish, plastic: a diffuse base under a dielectric coat.

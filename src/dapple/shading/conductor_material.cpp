@@ -21,7 +21,8 @@ void MetalInput::Values::get(int i, RGB* eta, RGB* k) const {
 
 ConductorMaterial::ConductorMaterial(MetalInput metal, RoughnessInput roughness, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), metal_(std::move(metal)), roughness_(std::move(roughness)) {
-  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v));
+  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v),
+         metal_.work() + total_work(roughness_.u, roughness_.v));
 }
 
 void ConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {

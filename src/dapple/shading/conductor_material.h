@@ -16,6 +16,7 @@ class MetalInput {
       : first_(std::move(reflectance)), second_(RGB()), by_reflectance_(true), scale_(1 / outer_index) {}
 
   bool is_constant() const { return all_constant(first_, second_); }
+  float work() const { return total_work(first_, second_); }
 
   /// A batch of indices.
   class Values {

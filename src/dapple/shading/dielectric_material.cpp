@@ -5,7 +5,7 @@ namespace dapple::shading {
 
 DielectricMaterial::DielectricMaterial(float ior, RoughnessInput roughness, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), ior_(ior), roughness_(std::move(roughness)) {
-  settle(all_constant(roughness_.u, roughness_.v));
+  settle(all_constant(roughness_.u, roughness_.v), total_work(roughness_.u, roughness_.v));
 }
 
 void DielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
@@ -16,7 +16,7 @@ void DielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
 
 ThinDielectricMaterial::ThinDielectricMaterial(float ior, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), ior_(ior) {
-  settle(true);
+  settle(true, 0);
 }
 
 void ThinDielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {

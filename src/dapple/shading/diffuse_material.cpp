@@ -5,7 +5,7 @@ namespace dapple::shading {
 
 DiffuseMaterial::DiffuseMaterial(Input<RGB> reflectance, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)) {
-  settle(all_constant(reflectance_));
+  settle(all_constant(reflectance_), total_work(reflectance_));
 }
 
 void DiffuseMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
@@ -19,7 +19,7 @@ DiffuseTransmissionMaterial::DiffuseTransmissionMaterial(Input<RGB> reflectance,
       reflectance_(std::move(reflectance)),
       transmittance_(std::move(transmittance)),
       scale_(scale) {
-  settle(all_constant(reflectance_, transmittance_));
+  settle(all_constant(reflectance_, transmittance_), total_work(reflectance_, transmittance_));
 }
 
 void DiffuseTransmissionMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {

@@ -65,6 +65,8 @@ GuardedMaterial::GuardedMaterial(std::shared_ptr<const void> code, std::unique_p
     diffuse_to_rays_ = shader_->is_diffuse_to_rays();
     subsurface_ = shader_->has_subsurface();
     colored_opacity_ = shader_->has_colored_opacity();
+    const float work = shader_->work();
+    if (work >= 0) work_ = work;
   } catch (...) {  // it says nothing: false is always right
   }
 }

@@ -31,6 +31,7 @@ class GuardedMaterial final : public Material {
   void specularlighting(const SpecularLighting& in) const override;
   void postlighting(const PostLighting& in) const override;
   bool needs_differentials() const override { return true; }
+  float work() const override { return work_; }
   /// As the shader says, which is held to it: what else its prelighting gives is replaced.
   bool is_diffuse_to_rays() const override { return diffuse_to_rays_; }
   bool has_subsurface() const override { return subsurface_; }
@@ -57,6 +58,7 @@ class GuardedMaterial final : public Material {
   std::unique_ptr<const Material> shader_;
   StageSet stages_;
   bool diffuse_to_rays_ = false, subsurface_ = false, colored_opacity_ = false;
+  float work_ = unknown_work;
   std::string name_;
   mutable std::mutex mutex_;
   mutable std::array<Faults, stage_count> faults_;

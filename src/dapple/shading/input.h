@@ -52,4 +52,10 @@ bool all_constant(const Input<T>&... inputs) {
   return (inputs.constant().has_value() && ...);
 }
 
+/// Texture::work of all.
+template <class... T>
+float total_work(const Input<T>&... inputs) {
+  return ((inputs.constant() ? 0.0f : inputs.texture().work()) + ...);
+}
+
 }  // namespace dapple::shading

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dapple/shading/stages.h"
+#include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
@@ -31,6 +32,8 @@ class Material {
 
   /// True where prelighting needs footprints or derivatives (any non-constant texture, bump).
   virtual bool needs_differentials() const = 0;
+  /// About how many instructions prelighting takes a point, in full batches; 0 where it is constant().
+  virtual float work() const { return unknown_work; }
   /// The Bsdf, its frame apart, where it is the same at every point (lets integrators skip the batch).
   virtual std::optional<Bsdf> constant() const { return std::nullopt; }
   /// True if every Bsdf of prelighting is diffuse.

@@ -16,6 +16,7 @@ class MixMaterial final : public Material {
   void prelighting(const ShadingPoints& points, Bsdf* out) const override;
   void flat_prelighting(const ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override;
+  float work() const override { return first_->work() + second_->work() + total_work(amount_); }
   bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
   bool is_opaque_reflector() const override { return first_->is_opaque_reflector() && second_->is_opaque_reflector(); }
   bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
@@ -39,6 +40,7 @@ class InterfaceMaterial final : public Material {
  public:
   void prelighting(const ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override { return false; }
+  float work() const override { return 0; }
   std::optional<Bsdf> constant() const override { return Bsdf::make_passthrough(); }
   bool is_interface() const override { return true; }
 };

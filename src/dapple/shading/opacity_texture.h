@@ -55,6 +55,7 @@ class MeanTexture final : public FloatTexture {
   explicit MeanTexture(RgbTexturePtr of) : of_(std::move(of)) {}
 
   TextureReads reads() const override { return of_->reads(); }
+  float work() const override { return of_->work(); }
   std::optional<float> constant() const override {
     const auto value = of_->constant();
     return value ? std::optional(value->average()) : std::nullopt;

@@ -73,6 +73,38 @@ constexpr int operand_count(PatternOp op) {
   }
 }
 
+/// About how many instructions of the processor an op takes a lane, in full batches (callgrind, AVX2); of fbm and
+/// turbulence an octave.
+constexpr float instructions_of(PatternOp op) {
+  switch (op) {
+    case PatternOp::constant:
+    case PatternOp::input:
+    case PatternOp::foreign:
+      return 0;
+    case PatternOp::exp:
+    case PatternOp::log:
+    case PatternOp::sin:
+    case PatternOp::cos:
+    case PatternOp::atan2:
+    case PatternOp::power:
+    case PatternOp::rgb_to_hsv:
+    case PatternOp::hsv_to_rgb:
+      return 5;
+    case PatternOp::perlin:
+    case PatternOp::simplex:
+    case PatternOp::fbm:
+    case PatternOp::turbulence:
+    case PatternOp::ramp:
+      return 20;
+    case PatternOp::worley:
+      return 300;
+    case PatternOp::image:
+      return 400;
+    default:
+      return 1;
+  }
+}
+
 /// True for what an instruction needs no code for: numbers, and what is in memory before the program runs.
 constexpr bool is_leaf(PatternOp op) {
   return op <= PatternOp::foreign;

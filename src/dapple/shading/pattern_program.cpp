@@ -42,6 +42,17 @@ PatternProgram::PatternProgram(std::span<const PatternFloat> outputs, int most_l
   std::for_each(outputs_.begin(), outputs_.end(), to_lanes);
 }
 
+float PatternProgram::work() const {
+  float work = 0;
+  for (const Instruction& i : instructions_) {
+    const bool octaves = i.op == PatternOp::fbm || i.op == PatternOp::turbulence;
+    work += instructions_of(i.op) * (octaves ? parameters_[i.parameters] : 1);
+  }
+  for (const FloatTexturePtr& texture : foreign_float_) work += texture->work();
+  for (const RgbTexturePtr& texture : foreign_rgb_) work += texture->work();
+  return work;
+}
+
 void PatternProgram::run_foreign(const ShadingPoints& points, float* batch) const {
   for (const FloatTexturePtr& texture : foreign_float_) {
     texture->evaluate(points, batch);
@@ -137,6 +148,7 @@ class FloatPattern final : public FloatTexture {
     program_.evaluate(points, std::span(&output, 1));
   }
   TextureReads reads() const override { return reads_; }
+  float work() const override { return program_.work(); }
   std::optional<UvImage> uv_image() const override { return image_; }
 
  private:
@@ -155,6 +167,7 @@ class RgbPattern final : public RgbTexture {
     program_.evaluate(points, outputs);
   }
   TextureReads reads() const override { return reads_; }
+  float work() const override { return program_.work(); }
 
  private:
   const PatternProgram program_;

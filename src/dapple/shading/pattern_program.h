@@ -29,6 +29,7 @@ class PatternProgram {
                 const PatternKernels& kernels = native_pattern_kernels()) const;
 
   size_t instruction_count() const { return instructions_.size(); }
+  float work() const;  ///< Texture::work
   int register_count() const { return registers_; }
   int lanes() const { return lanes_; }  ///< points that one pass over the instructions treats
 

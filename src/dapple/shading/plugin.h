@@ -132,7 +132,8 @@ inline Frame surface_frame(const ShadingPoints& points, int i) {
 /// - overrides, in public, the stages it has; no list of them is needed,
 /// - may declare parameters: static constexpr ParamDecl parameters[],
 /// - says by is_diffuse_to_rays() that its light can be cached, if its prelighting gives diffuse surfaces only, coated
-/// or not, and by has_colored_opacity() that the channels of its opacity stage differ,
+/// or not, by has_colored_opacity() that the channels of its opacity stage differ, and by work() if its prelighting is
+/// cheap: else it counts as dear, and is shaded once for many camera samples,
 /// - has a constructor from const PluginParams&, which may throw: its message becomes that of the scene's error.
 /// Stages must be pure functions of what they are given: they run on many threads at once, on batches that differ from
 /// run to run.
@@ -232,6 +233,7 @@ inline uint64_t plugin_layout() {
                            virtual_place(&Material::specularlighting),
                            virtual_place(&Material::postlighting),
                            virtual_place(&Material::needs_differentials),
+                           virtual_place(&Material::work),
                            virtual_place(&Material::constant),
                            virtual_place(&Material::is_diffuse_to_rays),
                            virtual_place(&Material::is_opaque_reflector),

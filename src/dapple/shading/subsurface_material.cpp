@@ -20,7 +20,8 @@ SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, Inte
       roughness_(std::move(roughness)),
       interior_(std::move(interior)),
       table_(double(ior), double(interior_.g)) {
-  settle(all_constant(roughness_.u, roughness_.v) && interior_.is_constant());
+  settle(all_constant(roughness_.u, roughness_.v) && interior_.is_constant(),
+         total_work(roughness_.u, roughness_.v) + interior_.work());
 }
 
 void SubsurfaceMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {

@@ -20,6 +20,7 @@ struct InteriorInput {
   bool is_constant() const {
     return reflectance ? all_constant(*reflectance, mean_free_path) : all_constant(sigma_a, sigma_s);
   }
+  float work() const { return reflectance ? total_work(*reflectance, mean_free_path) : total_work(sigma_a, sigma_s); }
 };
 
 /// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say

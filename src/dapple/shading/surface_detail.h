@@ -17,6 +17,11 @@ struct SurfaceDetail {
   RgbTexturePtr normal_map;      ///< or nullptr
 
   bool is_flat() const { return !displacement && !normal_map; }
+  /// Texture::work of what write_frames() evaluates.
+  float work() const {
+    constexpr float bump_evaluations = 3;
+    return normal_map ? normal_map->work() : displacement ? bump_evaluations * displacement->work() : 0;
+  }
 
   /// Writes out[i].frame: the perturbed normal, s along the perturbed dPdu.
   void write_frames(const ShadingPoints& points, Bsdf* out) const;

@@ -3,8 +3,9 @@
 
 namespace dapple::shading {
 
-void SurfaceMaterial::settle(bool inputs_constant) {
+void SurfaceMaterial::settle(bool inputs_constant, float work) {
   varies_ = !inputs_constant;
+  input_work_ = work;
   if (varies_) return;
   ShadingPoints nowhere;  // constant inputs read no lane of it
   nowhere.count = 1;

@@ -26,11 +26,13 @@ class SurfaceMaterial : public Material {
   void prelighting(const ShadingPoints& points, Bsdf* out) const final;
   bool needs_differentials() const final { return varies_ || !detail_.is_flat(); }
   std::optional<Bsdf> constant() const final { return detail_.is_flat() ? constant_ : std::nullopt; }
+  float work() const final { return input_work_ + detail_.work(); }
 
  protected:
   explicit SurfaceMaterial(SurfaceDetail detail) : detail_(std::move(detail)) {}
-  /// The last act of a subclass's constructor: if no input varies, scatter() is asked once and for all.
-  void settle(bool inputs_constant);
+  /// The last act of a subclass's constructor: if no input varies, scatter() is asked once and for all. `work`:
+  /// Texture::work of all inputs.
+  void settle(bool inputs_constant, float work);
 
  private:
   /// Writes out[0, points.count), the frame apart.
@@ -38,6 +40,7 @@ class SurfaceMaterial : public Material {
 
   SurfaceDetail detail_;
   bool varies_ = true;
+  float input_work_ = unknown_work;
   std::optional<Bsdf> constant_;
 };
 

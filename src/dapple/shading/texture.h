@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,6 +19,9 @@ enum class TextureReads : uint8_t {
   surface,  ///< anything but the time
   time      ///< all there is
 };
+
+/// Of what nothing is known: as dear as can be.
+inline constexpr float unknown_work = std::numeric_limits<float>::infinity();
 
 /// A picture over the surface's u and v: looked up at s = scale.x u + offset.x, t = scale.y v + offset.y.
 struct UvImage {
@@ -37,6 +41,8 @@ class Texture {
   /// The value, where it is the same everywhere.
   virtual std::optional<T> constant() const { return std::nullopt; }
   virtual TextureReads reads() const { return TextureReads::time; }
+  /// About how many instructions evaluation takes a point, in full batches.
+  virtual float work() const { return unknown_work; }
   /// The picture, where it is one channel of a picture as it is and nothing else.
   virtual std::optional<UvImage> uv_image() const { return std::nullopt; }
 };
@@ -55,6 +61,7 @@ class ConstantTexture final : public Texture<T> {
   void evaluate(const ShadingPoints& points, T* out) const override { std::fill_n(out, points.count, value_); }
   std::optional<T> constant() const override { return value_; }
   TextureReads reads() const override { return TextureReads::uv; }
+  float work() const override { return 0; }
 
  private:
   T value_;

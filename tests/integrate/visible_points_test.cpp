@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the camera sees, shaded for each camera sample (VisiblePoints::samples): the light of shading grids and of path
+// tracing, without their points; dear shaders stay on grids.
+#include <gtest/gtest.h>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/parallel.h"
+#include "tests/integrate/distribution_scenes.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using distribution::DistributionIntegrator;
+using distribution::VisiblePoints;
+using integrate::CacheState;
+using test::build_text;
+using test::expect_near;
+using test::film;
+using test::furnished_room;
+using test::render_built;
+using test::same_bits;
+
+DistributionIntegrator::Settings of_samples(int bounces, bool cache) {
+  DistributionIntegrator::Settings s;
+  s.visible_points = VisiblePoints::samples;
+  s.shading.bounces = bounces;
+  s.shading.shadow_rays = {16, 4, 1};
+  s.shading.diffuse_rays = {64, 4, 1};
+  s.radiosity_cache = cache;
+  return s;
+}
+
+uint64_t lookups(const test::RenderedText& rendered, const std::string& name) {
+  for (const CacheState& c : rendered.result.caches)
+    if (c.name == name) return c.counts.lookups;
+  ADD_FAILURE() << "no cache " << name;
+  return 0;
+}
+
+const std::string varnished = R"(Material "coateddiffuse" "rgb reflectance" [ .3 .5 .2 ] "float roughness" 0.1)";
+
+TEST(VisiblePoints, OfSamplesShowTheLightOfPaths) {
+  const auto built = build_text(furnished_room(varnished));
+  const RGB expected = render_built(built, 512, test::bounces(2)).mean();
+  expect_near(render_built(built, 64, of_samples(2, false)).mean(), expected, 0.01f, "uncached");
+  expect_near(render_built(built, 64, of_samples(2, true)).mean(), expected, 0.02f, "cached");
+}
+
+TEST(VisiblePoints, OfSamplesNeedNoGridsWhereShadersAreCheap) {
+  const auto built = build_text(furnished_room(varnished));
+  auto s = of_samples(1, true);
+  EXPECT_EQ(lookups(render_built(built, 4, s), "grids"), 0u);
+  s.visible_points = VisiblePoints::grids;
+  EXPECT_GT(lookups(render_built(built, 4, s), "grids"), 0u);
+}
+
+// Forty octaves of noise, ten times over: more work than a few rays.
+TEST(VisiblePoints, OfDearShadersLieOnGrids) {
+  std::string text = "Texture \"t0\" \"float\" \"fbm\" \"integer octaves\" 40\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string n = std::to_string(i), last = std::to_string(i - 1);
+    text += "Texture \"f" + n + "\" \"float\" \"fbm\" \"integer octaves\" 40 \"float roughness\" ." + n + "\n" +
+            "Texture \"t" + n + "\" \"float\" \"mix\" \"texture tex1\" \"t" + last + "\" \"texture tex2\" \"f" + n +
+            "\"\n";
+  }
+  text += "Texture \"dear\" \"spectrum\" \"scale\" \"rgb tex\" [ .5 .5 .5 ] \"texture scale\" \"t9\"\n";
+  const auto built = build_text(furnished_room(text + "Material \"diffuse\" \"texture reflectance\" \"dear\"\n"));
+  EXPECT_GT(lookups(render_built(built, 4, of_samples(1, true)), "grids"), 0u);
+}
+
+TEST(VisiblePoints, OfSamplesAreTheSameForAnyNumberOfThreadsAndAnyCache) {
+  const auto built = build_text(furnished_room(varnished));
+  auto s = of_samples(3, true);
+  set_thread_count(1);
+  const auto alone = render_built(built, 4, s);
+  set_thread_count(4);
+  EXPECT_TRUE(same_bits(alone.film, render_built(built, 4, s).film));
+  s.cache_bytes = 50000;
+  EXPECT_TRUE(same_bits(alone.film, render_built(built, 4, s).film));
+  set_thread_count(0);
+}
+
+// A hall under a sky that only a hole in its roof shows, a lamp of glowing leaves and a sun: what shadow rays find, and
+// what diffuse rays find, must add up to one light.
+TEST(VisiblePoints, DiffuseRaysAndShadowRaysShareLights) {
+  const auto built = build_text(film(32) + R"(LookAt 0 -3 1  0 0 .7  0 0 1
+Camera "perspective" "float fov" 60
+WorldBegin
+LightSource "infinite" "rgb L" [ 2 3 5 ]
+LightSource "distant" "point3 from" [ .3 .2 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 4 4 3 ]
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [ 2 1 .5 ] "bool twosided" true
+  Shape "bilinearmesh" "point3 P" [ -1.9 -1 .2  -1.9 1 .2  -1.7 -1 1.5  -1.7 1 1.5 ]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  2 -4 0  -2 2 0  2 2 0 ]
+Shape "bilinearmesh" "point3 P" [ -2 2 0  2 2 0  -2 2 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 0  -2 2 0  -2 -4 2  -2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ 2 -4 0  2 2 0  2 -4 2  2 2 2 ]
+Shape "bilinearmesh" "point3 P" [ -2 -4 2  2 -4 2  -2 -1 2  2 -1 2 ]
+Material "diffusetransmission" "rgb reflectance" [ .2 .3 .1 ] "rgb transmittance" [ .2 .4 .1 ]
+Translate .3 0 .9
+Rotate 40 1 1 0
+Shape "disk" "float radius" .5
+)");
+  for (const int bounces : {1, 2}) {
+    const RGB expected = render_built(built, 1024, test::bounces(bounces)).mean();
+    for (const VisiblePoints points : {VisiblePoints::grids, VisiblePoints::samples}) {
+      auto s = of_samples(bounces, false);
+      s.visible_points = points;
+      expect_near(render_built(built, 64, s).mean(), expected, 0.01f, "bounces " + std::to_string(bounces));
+      // One cell does not speak for all of the hall.
+      s.radiosity_cache = true;
+      expect_near(render_built(built, 64, s).mean(), expected, 0.02f, "cached");
+    }
+  }
+}
+
+// Leaves by the thousand: groups of them are not cached where they are cheap, and Russian roulette takes no light.
+TEST(VisiblePoints, RaysThatGoOnFromLeavesKeepTheLight) {
+  std::string leaves, indices;
+  KeyedRng rng(5);
+  for (int leaf = 0; leaf < 3000; ++leaf) {
+    const V3f n = normalize(V3f(rng.next() - .5f, rng.next() - .5f, rng.next() - .5f));
+    V3f s, t;
+    coordinate_system(n, &s, &t);
+    const V3f c(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next());
+    for (const V2f& q : {V2f(-1, -1), V2f(1, -1), V2f(-1, 1), V2f(1, 1)}) {
+      const V3f p = c + (s * q.x + t * q.y) * 0.03f;
+      leaves += std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + " ";
+    }
+    for (int v = 0; v < 4; ++v) indices += std::to_string(4 * leaf + v) + " ";
+  }
+  const auto built = build_text(film(32) + R"(LookAt 0 -4 1  0 0 1  0 0 1
+Camera "perspective" "float fov" 40
+WorldBegin
+LightSource "infinite" "rgb L" [ .5 .6 1 ]
+LightSource "distant" "point3 from" [ .3 -.6 1 ] "point3 to" [ 0 0 0 ] "rgb L" [ 3 3 3 ]
+Material "diffusetransmission" "rgb reflectance" [ .4 .4 .1 ] "rgb transmittance" [ .4 .5 .1 ]
+Shape "bilinearmesh" "point3 P" [ )" +
+                                leaves + "] \"integer indices\" [ " + indices + "]\n");
+  const RGB expected = render_built(built, 512, test::bounces(5)).mean();
+  expect_near(render_built(built, 64, of_samples(5, true)).mean(), expected, 0.015f, "leaves");
+}
+
+}  // namespace
+}  // namespace dapple
