@@ -37,7 +37,7 @@ MEASURED = [
     ("HemisphereNumbers", "rings_without_last", 3, 12, ROOMS),
     ("LinkNumbers", "margin", 0.02, 0.08, ROOMS), ("LinkNumbers", "height", 0.015, 0.06, ROOMS), ("LinkNumbers", "like_normals", 0.85, 0.4, ROOMS | FORESTS),
     ("LinkNumbers", "near_plane", 0.15, 0.6, ROOMS | FORESTS),
-    ("DirectNumbers", "lights_apart", 3, 12, ROOMS), ("DirectNumbers", "sky_times", 2, 8, ROOMS), ("DirectNumbers", "sky_rays", 8, 32, ROOMS),
+    ("DirectNumbers", "lights_apart", 3, 12, ROOMS),
     ("DirectNumbers", "least_alpha", 0.4, 1.6, ROOMS | CLASSROOM), ("DirectNumbers", "most_alpha", 0.8, 3.2, ROOMS | CLASSROOM), ("DirectNumbers", "glint_alpha", 1.6, 6.4, ROOMS | CLASSROOM),
     ("LearningNumbers", "least_gaining", 0.125, 0.5, ROOMS), ("LearningNumbers", "trials_around", 1, 4, ROOMS), ("LearningNumbers", "points_around", 2, 8, ROOMS),
     ("LearningNumbers", "pays_below", 0.35, 1.4, ROOMS), ("LearningNumbers", "by_luminance", 0.2, 0.8, ROOMS), ("LearningNumbers", "by_area", 0.025, 0.1, ROOMS),

@@ -142,14 +142,14 @@ Shape "sphere" "float radius" .5
 std::string thick_canopy() {
   std::string layers, spectrum, light;
   for (int i = 0; i < 12; ++i)
-    spectrum += (i ? ", " : "") + std::string(".4"), light += (i ? ", " : "") + std::string("100");
+    spectrum += (i ? ", " : "") + std::string("0.4"), light += (i ? ", " : "") + std::string("100");
   for (int i = 0; i < 10; ++i)
     layers += std::string(i ? ", " : "") + R"({"bottom_m": )" + std::to_string(i) + R"(, "top_m": )" +
               std::to_string(i + 1) + R"(, "leaf_area_index": 1, "reflectance": [)" + spectrum +
               R"(], "transmittance": [)" + spectrum + "]}";
   return R"({"layers": [)" + layers + R"(], "ground": {"reflectance": [)" + spectrum +
          R"(]}, "sky": {"type": "uniform", "irradiance_W_m2": [)" + light +
-         R"(]}, "quadrature": {"nodes": 24, "modes": 12, "slabs": 10}})";
+         R"(]}, "quadrature": {"nodes": 64, "modes": 24, "slabs": 20}})";
 }
 
 // All that the other commands do takes minutes here, but for `solve` with its second. There is nothing to save.

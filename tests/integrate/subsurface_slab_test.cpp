@@ -100,7 +100,7 @@ Shape "trianglemesh" "point3 P" [ -1 -1 -.5  1 -1 -.5  1 1 -.5  -1 1 -.5  -1 -1 
   "integer indices" [ 4 5 6 4 6 7  0 2 1 0 3 2  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7 ])";
   distribution::DistributionIntegrator::Settings s2;
   s2.shading.bounces = 0;
-  s2.shading.shadow_rays = integrate::RayList{4};
+  s2.shading.shadow_rays = integrate::RayList{16};
   s2.shading.subsurface_rays = 128;
   return double(test::render_text(text, 4, s2).mean().g);
 }
