@@ -156,7 +156,8 @@ def instructions(context, scene, path_size, distribution_size, bounces, integrat
             environment["LD_PRELOAD"] = str(shim)
         out = Path(folder) / "callgrind.out"
         common.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--toggle-collect=dapple::render::RenderSession::run*", context.program("dapple"), "render", scene, "-o",
-                    Path(folder) / "image.exr", "--threads", 1, "--resolution", size, "--pixel-samples", samples, "--bounces", bounces, "--integrator", integrator, "--denoise", "off", "--quiet"],
+                    Path(folder) / "image.exr", "--threads", 1, "--resolution", size, "--pixel-samples", samples, "--bounces", bounces, "--integrator", integrator, *(["--visible-points", "grids"] if integrator == "distribution" else []), "--denoise",
+                    "off", "--quiet"],
                    env=environment)
         return int(re.search(r"^(?:summary|totals): (\d+)", out.read_text(), re.M)[1]) / 1e9
 
