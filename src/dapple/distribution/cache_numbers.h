@@ -32,6 +32,11 @@ struct CacheNumbers {
   /// Radians, growth of a ray's cone at most, by which it reads the cache: few rays, and those at glancing angles,
   /// would read the mean of a whole wall.
   static constexpr float widest_cone = 0.5f;
+  /// Diffuse rays that a cell sends for each ray that is expected to read it (ReaderMap): what indirect light costs
+  /// with the cache, as a part of what it costs without. Where that would be less than a list of rays says, readers go
+  /// on by rays of their own. Five rooms and a forest at 240 x 135: at half, a tenth fewer rays and 4 % more display
+  /// error; at double, a fifth more rays and 4 % less.
+  static constexpr float filled_rays = 0.125f;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;
   /// Of the coats that diffuse rays meet, at least such a share is looked at: fewer find lamps by chance.

@@ -89,7 +89,7 @@ bool CachedRadiosity::lies_near_light(const scene::GridId& tile, ShadingWorkspac
 
 // Dices what a ray hit by the width of what the ray stands for: hit, width, c.point[c.count]. False where no tile
 // serves it.
-bool CachedRadiosity::dice_hit(const PointBatch& b, const RaySet& r, int i, float growth,
+bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const RaySet& r, int i, float growth,
                                scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at,
                                ShadingWorkspace& w) const {
   const uint32_t geometry = r.hits.geometry[i];
@@ -98,12 +98,16 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const RaySet& r, int i, floa
   if (std::holds_alternative<trace::CurvesPtr>(shading_.scene.traced.shape(geometry))) return false;
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
+  if (below.arrival == Arrival::diffuse && below.depth.diffuse <= shading_.readers.depths() &&
+      shading_.is_cheap(geometry)) {
+    const float area = sqr(width_read(b, r, i, growth, shading_.settings.cache_width));
+    if (shading_.cell_effort(reader_of(r, i), below.depth.diffuse, area) == 0) return false;
+  }
   if (!shading_.patches->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
     *hit = shading_.patches->patch_hit(r.hits, i, d, time,
                                        shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
   const auto dice = [&](float cache_width) {
-    *width = std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width,
-                      widest_cell_);
+    *width = width_read(b, r, i, growth, cache_width);
     return shading_.patches->dice(*hit, *width, at);
   };
   if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width);
@@ -160,7 +164,7 @@ void CachedRadiosity::locate(const Place& place, const Place& below, float growt
       scene::GridPoint& at = c.point[c.count];
       scene::PatchTable::PatchHit hit;
       float width;
-      if (!wanted(r, i) || !dice_hit(b, r, i, growth, &hit, &width, &at, w)) continue;
+      if (!wanted(r, i) || !dice_hit(b, below, r, i, growth, &hit, &width, &at, w)) continue;
       const int entry = c.entry_of[c.count] = entry_at(below, r, i, hit, width, &at, c, w);
       c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(shading_.patches->nearest(at)));
       const uint32_t geometry = r.hits.geometry[i];
@@ -260,7 +264,9 @@ void CachedRadiosity::fill(const Place& below, int begin, int end, CacheBatch& c
           continue;
         }
         const int k = f.count++;
-        placer_.place_cached_cell(id, i, j, cell, entry.key, entry.links(), &w.extents, f, k);
+        placer_.place_cached_cell(id, i, j, cell, entry.key,
+                                  below.arrival == Arrival::diffuse ? entry.diffuse_depth : 0, entry.links(),
+                                  &w.extents, f, k);
         f.width[k] *= width_scale(f.diffuse_share(k)) / width_scale(1);
         c.target_entry[k] = e;
         c.target_point[k] = point;

@@ -24,6 +24,14 @@ class CachedRadiosity {
   /// `share`: of points that share the rays of one (PointBatch::diffuse_share).
   float growth(const Place& place, int share = 1) const;
 
+  /// Width of what ray i of a set from the batch reads, in m, at so much of the footprint
+  /// (ShadingSettings::cache_width).
+  float width_read(const integrate::PointBatch& b, const integrate::RaySet& r, int i, float growth,
+                   float cache_width) const {
+    return std::min(b.width[r.point[i]] * (1 + growth * cache_width) + r.cone[i] * r.distance[i] * cache_width,
+                    widest_cell_);
+  }
+
   /// Finds the tile that serves each of these rays, if one does, and groups them by it: w.cache_level(place.level). Its
   /// resolution follows from the width of the point that sent the ray, grown so, and the ray's cone.
   void locate(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
@@ -41,7 +49,7 @@ class CachedRadiosity {
   }
   float group_width() const;
   bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
-  bool dice_hit(const integrate::PointBatch& b, const integrate::RaySet& r, int i, float growth,
+  bool dice_hit(const integrate::PointBatch& b, const Place& below, const integrate::RaySet& r, int i, float growth,
                 scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at, ShadingWorkspace& w) const;
   int entry_at(const Place& below, const integrate::RaySet& r, int i, const scene::PatchTable::PatchHit& hit,
                float width, scene::GridPoint* at, gi::CacheBatch& c, ShadingWorkspace& w) const;

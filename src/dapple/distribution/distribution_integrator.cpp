@@ -9,6 +9,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/distribution/cache_survey.h"
 #include "dapple/distribution/distribution_workspace.h"
+#include "dapple/distribution/reader_survey.h"
 #include "dapple/vegetation/mask_scene.h"
 
 namespace dapple::distribution {
@@ -65,7 +66,10 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       finder_(shading_, hider_, settings_, grids_),
       grid_shader_(shading_, placer_, shader_, interpolator_.get(), settings_),
       finisher_(shading_, shader_, settings_, groups_),
-      logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {}
+      logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
+  if (settings.visible_points == VisiblePoints::samples && radiosity_)
+    ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+}
 
 std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {
   const IrradianceInterpolator::Settings s{settings_.shading.diffuse_rays.at(0), settings_.irradiance_accuracy,

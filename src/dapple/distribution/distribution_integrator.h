@@ -57,7 +57,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const scene::PatchTable patches_;
   const CacheUse use_;
   const std::unique_ptr<gi::RadiosityCache> irradiance_, radiosity_;
-  const ShadingScene shading_;
+  ShadingScene shading_;
   const PointPlacer placer_;
   const HitShader shader_;
   const std::unique_ptr<const IrradianceInterpolator> interpolator_;

@@ -29,6 +29,12 @@ void Hider::locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, 
   locate_hits(s, w);
 }
 
+void Hider::locate_spread(uint32_t first, int n, uint64_t set, CameraSamples& s, ShadingWorkspace& w) const {
+  s.camera.generate_spread(shading_.scene, first, n, set);
+  trace(s, w);
+  locate_hits(s, w);
+}
+
 void Hider::choose_points(const Box2i& pixels, uint32_t sample, const PixelSets& sets, Chosen& chosen, CameraSamples& s,
                           ShadingWorkspace& w) const {
   const auto is_small = [&s](int p) {

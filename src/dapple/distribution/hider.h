@@ -16,6 +16,9 @@ class Hider {
   /// Emission goes to s.L.
   void locate(const Box2i& pixels, uint32_t sample, const PixelSets& sets, CameraSamples& s, ShadingWorkspace& w) const;
 
+  /// The same for samples [first, first + n) of a set that is spread over the whole film.
+  void locate_spread(uint32_t first, int n, uint64_t set, CameraSamples& s, ShadingWorkspace& w) const;
+
   /// The small patches that the pixels of a block have chosen.
   struct Chosen {
     PixelPoints points;

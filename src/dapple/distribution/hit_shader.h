@@ -22,6 +22,8 @@ class HitShader final : public PointShader {
   const CachedRadiosity& cached() const { return cached_; }
   const DiffuseRays& diffuse_rays() const { return diffuse_rays_; }
   const HitGatherer& gatherer() const { return gatherer_; }
+  /// Draws the rays by Bsdfs that are jobs of the workspace.
+  void draw_specular_rays(const Place& place, integrate::RaySet& r, ShadingWorkspace& w) const;
 
   /// Runs all stages: b.Ci.
   void shade(const Place& place, ShadingWorkspace& w) const override;
@@ -41,7 +43,6 @@ class HitShader final : public PointShader {
  private:
   void send_diffuse_rays(const Place& place, const bool* scattering, ShadingWorkspace& w) const;
   void light_indirectly(const Place& place, int sets, ShadingWorkspace& w) const;
-  void draw_specular_rays(const Place& place, integrate::RaySet& r, ShadingWorkspace& w) const;
   void send_specular_rays(const Place& place, ShadingWorkspace& w) const;
 
   const ShadingScene& shading_;

@@ -38,11 +38,13 @@ void PointPlacer::place(const scene::GridId& id, int i, int j, const scene::Patc
 }
 
 void PointPlacer::place_cached_cell(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell,
-                                    uint64_t key, const TileLinks& links, scene::PatchTable::Extents* memory,
+                                    uint64_t key, int depth, const TileLinks& links, scene::PatchTable::Extents* memory,
                                     PointBatch& b, int k) const {
   place_middle(id, i, j, cell, key, memory, b, k);
   if (id.cluster_level > 0 && links.is_scattered())
     b.share[k] *= CacheNumbers::scattered_share;
+  else if (depth > 0 && depth <= shading_.readers.depths())
+    b.effort[k] = std::max(shading_.cell_effort({b.surface[k].P, b.wo[k]}, depth, cell.area()), 1);
   else
     b.effort[k] =
         int(std::bit_floor(uint32_t(std::clamp(cell.area() / shading_.common_area, 1.0f, CacheNumbers::most_effort))));

@@ -22,10 +22,10 @@ class PointPlacer {
                        int k) const;
 
   /// As place_seen_cell(), for the cache: what coarse cells hold is a mean, of patterns too, not what happens to be at
-  /// their middle.
+  /// their middle. `depth`: diffuse, of the rays that read it; 0: of none.
   void place_cached_cell(const scene::GridId& grid, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
-                         const gi::TileLinks& links, scene::PatchTable::Extents* memory, integrate::PointBatch& b,
-                         int k) const;
+                         int depth, const gi::TileLinks& links, scene::PatchTable::Extents* memory,
+                         integrate::PointBatch& b, int k) const;
 
   /// Where such a point is at another time.
   geom::SurfacePoint surface_at(const integrate::PointBatch& b, int k, float time) const {

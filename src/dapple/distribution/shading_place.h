@@ -39,6 +39,7 @@ enum class Purpose : uint32_t {
   origin_times,
   coats,
   roulette,
+  survey,
   probes = 16,
   phase = 0x706873,
   flights = 0x666c79

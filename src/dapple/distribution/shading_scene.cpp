@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/shading_scene.h"
 
+#include <bit>
 #include <utility>
 
 #include "dapple/distribution/cache_numbers.h"
@@ -59,6 +60,12 @@ void ShadingScene::find_media(PointBatch& b, ShadingWorkspace& w) const {
   const Timer timer;
   surface_media.find(b, *w.surface_media);
   w.stages.tracing_seconds += timer.seconds();
+}
+
+int ShadingScene::cell_effort(const ReaderMap::Reader& at, int depth, float area) const {
+  const float effort =
+      readers.readers(at, depth, area) * CacheNumbers::filled_rays / float(settings.diffuse_rays.at(depth));
+  return effort < 1 ? 0 : int(std::bit_floor(uint32_t(std::min(effort, CacheNumbers::most_effort))));
 }
 
 void set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share, PointBatch& b,

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "dapple/distribution/grid_numbers.h"
+#include "dapple/distribution/reader_map.h"
 #include "dapple/distribution/shading_place.h"
 #include "dapple/distribution/shading_workspace.h"
 #include "dapple/light/direct_light.h"
@@ -59,6 +60,12 @@ class ShadingScene {
     return materials.work(geometry) <= GridNumbers::cheap_work && !m.has_subsurface();
   }
 
+  /// How often what is cached will be read; of diffuse depths beyond its own that is not known, and taken for often.
+  ReaderMap readers;
+  /// PointBatch::effort of a cell of so many m2 around a place, of a diffuse depth of `readers`; 0: so few rays would
+  /// read it that each had better go on by a ray of its own.
+  int cell_effort(const ReaderMap::Reader& at, int depth, float area) const;
+
   /// Diffuse rays see in coats what these mirror; with caustics off a diffuse surface.
   bool coats_mirror(const Place& below) const { return settings.caustics && below.arrival == Arrival::diffuse; }
 
@@ -77,6 +84,12 @@ class ShadingScene {
 /// Writes the inputs of point k of a batch: where flight f of these rays scattered in a medium. b.parent[k] is its ray.
 void set_flight(const integrate::RayTracer::Flights& flights, int f, const trace::RayBatch& rays, int share,
                 integrate::PointBatch& b, int k);
+
+/// Where ray i of a set ended: as one that may read the cache.
+inline ReaderMap::Reader reader_of(const integrate::RaySet& r, int i) {
+  const V3f d = r.rays.direction(i), n(r.hits.nx[i], r.hits.ny[i], r.hits.nz[i]);
+  return {r.rays.origin(i) + d * r.hits.t[i], dot(n, d) > 0 ? -n : n};
+}
 
 /// PointBatch::share of what one of `rays` from a point of this share meets.
 inline int shared_by(int share, int rays) {

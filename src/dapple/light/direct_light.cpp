@@ -69,6 +69,8 @@ bool DirectLight::pays_to_learn(const scene::Scene& scene) {
 DirectLight::Share DirectLight::share_of(const PointBatch& b, int k, int diffuse_depth) const {
   const int rays = shadow_rays_.at(diffuse_depth, 1, b.effort[k]);
   if (b.share[k] == 1 && int(scene_.lights.size()) <= DirectNumbers::lights_apart) return {rays, false};
+  // A camera sample, or what a ray met, is one of many points of a pixel: what matters is what these send together.
+  if (b.share[k] > 1 && b.stands_for_cone(k)) return {RayList::part(rays, b.share[k]), true};
   return {chosen_rays(rays, b.share[k]), true};
 }
 

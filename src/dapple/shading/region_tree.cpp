@@ -20,6 +20,7 @@ int RegionTree::kind(const LightReceiver& at) {
 RegionTree::RegionTree(std::span<const LightReceiver> points) {
   Node& root = nodes_.emplace_back();
   parents_.push_back(-1);
+  sides_.push_back(side_);
   root.region.fill(0);
   table_.resize(size_t(1) << 3 * top);
   if (points.empty()) return;
@@ -27,6 +28,7 @@ RegionTree::RegionTree(std::span<const LightReceiver> points) {
   for (const LightReceiver& at : points) box.extendBy(at.p);
   const V3f size = box.max - box.min;
   side_ = std::max({size.x, size.y, size.z, 1e-20f}) * 1.001f;
+  sides_[0] = side_;
   corner_ = (box.min + box.max) * 0.5f - V3f(side_ * 0.5f);
   std::vector<int> inside(points.size());
   std::iota(inside.begin(), inside.end(), 0);
@@ -56,6 +58,7 @@ void RegionTree::build(size_t node, std::span<const LightReceiver> points, std::
   for (size_t k = 0; k < kinds; ++k) {
     if (counts[k] < RegionNumbers::least_points) continue;
     parents_.push_back(nodes_[node].region[k]);
+    sides_.push_back(side);
     nodes_[node].region[k] = int32_t(parents_.size()) - 1;
   }
   if (inside.size() <= RegionNumbers::most_points || depth == max_depth) return;

@@ -24,6 +24,7 @@ class RegionTree {
   size_t size() const { return parents_.size(); }
   /// Regions come after their parents; -1: the region, 0, of everything.
   int parent(int region) const { return parents_[size_t(region)]; }
+  float side(int region) const { return sides_[size_t(region)]; }  ///< of its cube
   /// Where a point belongs.
   int home(const LightReceiver& at) const { return node_at(at.p, nullptr).region[size_t(kind(at))]; }
   /// home(), or a neighbour: by random numbers of a key, so that images do not show where regions end. The same for the
@@ -53,6 +54,7 @@ class RegionTree {
   float side_ = 1;
   std::vector<Node> nodes_;
   std::vector<int> parents_;
+  std::vector<float> sides_;
 };
 
 }  // namespace dapple::shading

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// How often a cell of the cache will be read, from a few paths before rendering.
+#include "dapple/distribution/reader_map.h"
+
+#include <gtest/gtest.h>
+
+#include "dapple/base/hash.h"
+#include "tests/support/cache_rooms.h"
+#include "tests/support/render_text.h"
+
+namespace dapple::distribution {
+namespace {
+
+constexpr V3f up{0, 0, 1};
+
+// 2000 readers of a floor of 2 x 2, three quarters of them on one half; each stands for 50.
+TEST(ReaderMap, CountsRaysOfAnArea) {
+  KeyedRng rng(3);
+  std::vector<ReaderMap::Reader> readers;
+  for (int i = 0; i < 2000; ++i) {
+    const float x = (i % 4 == 0 ? -1 : 1) * rng.next(), y = 2 * rng.next() - 1;
+    readers.push_back({V3f(x, y, 0), up});
+  }
+  ReaderMap map;
+  map.add_depth(readers, 50);
+  ASSERT_EQ(map.depths(), 1);
+  double dense = 0, sparse = 0;
+  for (int i = 0; i < 100; ++i) {
+    const float x = .1f + .8f * rng.next(), y = 1.6f * rng.next() - .8f;
+    dense += double(map.readers({V3f(x, y, 0), up}, 1, .01f)) / 100;
+    sparse += double(map.readers({V3f(-x, y, 0), up}, 1, .01f)) / 100;
+  }
+  EXPECT_NEAR(dense, 1500 * 50 / 2.0 * .01, 1500 * 50 / 2.0 * .01 / 3);
+  EXPECT_NEAR(sparse, 500 * 50 / 2.0 * .01, 500 * 50 / 2.0 * .01 / 3);
+  EXPECT_LT(map.readers({V3f(.5f, 0, 0), -up}, 1, .01f), dense) << "the other side";
+  EXPECT_EQ(map.readers({V3f(.5f, 0, 0), up}, 2, .01f), infinity);
+}
+
+TEST(ReaderMap, WithoutReadersKnowsThatNobodyReads) {
+  ReaderMap map;
+  map.add_depth({}, 10);
+  EXPECT_EQ(map.readers({V3f(0, 0, 0), up}, 1, 1), 0);
+}
+
+// The more samples, the more is read of each cell, and the more of it is cached.
+TEST(ReaderMap, MoreSamplesFillMore) {
+  const auto built = test::build_text(test::two_rooms(-1));
+  const auto reads = [&](int samples) {
+    DistributionIntegrator::Settings s;
+    s.visible_points = VisiblePoints::samples;
+    s.shading.bounces = 1;
+    s.shading.shadow_rays = s.shading.diffuse_rays = {16, 4};
+    double lookups = 0;
+    for (const auto& c : test::render_built(built, samples, s).result.caches)
+      if (c.name == "radiosity.depth1") lookups = double(c.counts.lookups);
+    return lookups / samples;
+  };
+  EXPECT_GT(reads(64), 1.5 * reads(1));
+}
+
+}  // namespace
+}  // namespace dapple::distribution
