@@ -98,8 +98,7 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
   if (std::holds_alternative<trace::CurvesPtr>(shading_.scene.traced.shape(geometry))) return false;
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
-  if (below.arrival == Arrival::diffuse && below.depth.diffuse <= shading_.readers.depths() &&
-      shading_.is_cheap(geometry)) {
+  if (below.arrival == Arrival::diffuse && shading_.readers.knows(below.depth.diffuse) && shading_.is_cheap(geometry)) {
     const float area = sqr(width_read(b, r, i, growth, shading_.settings.cache_width));
     if (shading_.cell_effort(reader_of(r, i), below.depth.diffuse, area) == 0) return false;
   }

@@ -19,11 +19,13 @@ class ReaderMap {
   /// for so many.
   void add_depth(std::span<const Reader> readers, float rays_each);
   int depths() const { return int(depths_.size()); }
+  /// Depth 0, of what is seen in media, is never known.
+  bool knows(int depth) const { return depth >= 1 && depth <= depths(); }
 
-  /// Rays of this diffuse depth, 1 or more, that end on `area` m2 around a place, as an estimate within a third;
+  /// Rays of this diffuse depth that end on `area` m2 around a place, as an estimate within a third;
   /// infinite of depths of which nothing is known.
   float readers(const Reader& at, int depth, float area) const {
-    if (depth > depths()) return infinity;
+    if (!knows(depth)) return infinity;
     const OfDepth& of = depths_[size_t(depth - 1)];
     return of.density[size_t(of.regions.home(at))] * area;
   }
