@@ -43,7 +43,7 @@ DiffuseRays::Fan DiffuseRays::fan(const PointBatch& b, int k, int rays, int poin
 }
 
 float DiffuseRays::chance(const Place& place, const PointBatch& b, int k, int rays) {
-  if (rays > 1 || place.depth.diffuse + 1 < CacheNumbers::roulette_depth || !b.stands_for_cone(k)) return 1;
+  if (rays > 1 || !place.ends_by_chance() || !b.stands_for_cone(k)) return 1;
   return std::min(1.0f, b.throughput[k] * b.bsdf[k].albedo().luminance());
 }
 

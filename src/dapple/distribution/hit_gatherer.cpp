@@ -32,11 +32,25 @@ void HitGatherer::answer(const Place& place, const Place& below, float growth, R
   }
   if (cached_.serves(below.arrival))
     cached_.add(place, {below.level, {below.depth.diffuse, 0}, below.arrival}, growth, wanted, sets, w);
+  const auto is_left = [&](const RaySet& r, int i) { return !r.cached[i] && wanted(r, i); };
+  const bool coats = shading_.coats_mirror(below) && shading_.materials.any_coat();
   shade_hits(
-      place, below, sets, [&](const RaySet& r, int i) { return !r.cached[i] && wanted(r, i) ? 1.0f : 0.0f; }, w);
-  if (shading_.coats_mirror(below) && shading_.materials.any_coat()) add_coats(place, below, wanted, sets, w);
+      place, below, sets,
+      [&](const RaySet& r, int i) { return is_left(r, i) && !(coats && keeps_layers(below, r, i)) ? 1.0f : 0.0f; }, w);
+  if (coats) {
+    shade_hits(
+        place, {below.level, below.depth, Arrival::onward}, sets,
+        [&](const RaySet& r, int i) { return is_left(r, i) && keeps_layers(below, r, i) ? 1.0f : 0.0f; }, w);
+    add_coats(place, below, wanted, sets, w);
+  }
   if (!shading_.scene.has_media()) return;
   for (int set = 0; set < sets; ++set) add_media(b.ray_set(set), below, wanted, w);
+}
+
+bool HitGatherer::keeps_layers(const Place& below, const RaySet& r, int i) const {
+  const uint32_t geometry = r.hits.geometry[i];
+  return shading_.coats_mirror(below) && r.share[i] > 1 && shading_.materials.has_coat(geometry) &&
+         !shading_.materials.material(geometry).has_subsurface();
 }
 
 // What coats mirror of what they met; those that are lit count all, of which `onward` go on.
@@ -47,6 +61,7 @@ void HitGatherer::add_coats(const Place& place, const Place& below, RayFilter wa
       place, {below.level, below.depth, Arrival::coat}, sets,
       [&](const RaySet& r, int i) {
         if (!wanted(r, i) || !shading_.materials.has_coat(r.hits.geometry[i])) return 0.0f;
+        if (!r.cached[i] && keeps_layers(below, r, i)) return 0.0f;
         return shading_.direct.glints() ? 1 : coat_weight(b, r, i);
       },
       w);

@@ -26,6 +26,8 @@ class HitGatherer {
               ShadingWorkspace& w) const;
 
  private:
+  /// Of a ray that goes on as one: its hit keeps its coat.
+  bool keeps_layers(const Place& below, const integrate::RaySet& r, int ray) const;
   template <class Weight>
   void shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const;
   void set_hit(const integrate::PointBatch& b, const integrate::RaySet& r, int i, float taken, bool coat,

@@ -35,6 +35,12 @@ bool scatters(const Bsdf& b) {
   return !(b.reflectance.is_black() && b.transmittance.is_black());
 }
 
+// As DiffuseRays::chance, of a ray by all lobes.
+float going_on(const Place& place, const PointBatch& b, int k, const RGB& weight) {
+  if (!place.ends_by_chance() || !b.stands_for_cone(k)) return 1;
+  return std::min(1.0f, b.throughput[k] * weight.luminance());
+}
+
 // The boundary of a subsurface body as a probe sees it.
 void open_boundary(Bsdf* b) {
   const Frame frame = b->frame;
@@ -188,8 +194,9 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
                             &s)) {
       continue;
     }
-    const float onward = place.arrival == Arrival::coat ? b.onward[k] : 1;
-    const RGB weight = s.weight * (w.job_weight[j] * onward);
+    const float onward = place.arrival == Arrival::coat ? b.onward[k] : 1, chance = going_on(place, b, k, s.weight);
+    if (chance < 1 && to_unit_float(random_of(b.key[k], Purpose::roulette, w.index[j])) >= chance) continue;
+    const RGB weight = s.weight * (w.job_weight[j] * onward / chance);
     if (weight.is_black() || !weight.is_finite()) continue;
     const int i = r.count++;
     const uint32_t key = trace::ray_key(w.seed[j], w.index[j]);
@@ -199,7 +206,7 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
     r.weight[i] = weight;
     r.pdf[i] = s.pdf / w.job_weight[j];
     r.origin[i] = RaySet::of_surface;
-    r.throughput[i] = b.throughput[k] * std::min(1.0f, s.weight.luminance());
+    r.throughput[i] = b.throughput[k] * std::min(1.0f, s.weight.luminance()) / chance;
     r.lobe[i] = s.lobe;
     r.cone[i] = std::max(
         b.spread[k], s.pdf > 0 ? std::min(CacheNumbers::widest_cone, 1 / std::sqrt(r.pdf[i] * float(b.share[k]))) : 0);
@@ -223,7 +230,7 @@ void HitShader::send_specular_rays(const Place& place, ShadingWorkspace& w) cons
   if (d.specular < shading_.settings.specular_depth) {
     const Place below{place.level + 1,
                       {d.diffuse, d.specular + 1},
-                      place.arrival == Arrival::coat ? Arrival::diffuse : place.arrival};
+                      place.arrival == Arrival::view ? Arrival::view : Arrival::diffuse};
     gatherer_.answer(place, below, 0, is_specular_ray, 1, w);
   }
   if (d.diffuse < shading_.settings.bounces)

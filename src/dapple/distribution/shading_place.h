@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dapple/base/hash.h"
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/integrate/point_batch.h"
 
 namespace dapple::distribution {
@@ -14,6 +15,7 @@ enum class Arrival {
   diffuse,  ///< from a diffuse surface or a medium. Layered materials, and metal if caustics are off, count as diffuse
             ///< ones of their mean albedo; emitters are dark, since shadow rays have found them; no stage sees a viewer
   coat,     ///< the same, for what coats mirror there where that is not counted as diffuse
+  onward,   ///< from the same, and one ray goes on from here: layered materials keep their layers, of which it takes one
   probe     ///< it asks how much light enters a subsurface body there: `diffuse` is that / pi
 };
 
@@ -23,6 +25,10 @@ struct Place {
   integrate::Depth depth;
   Arrival arrival = Arrival::view;
 
+  /// Rays from here go on by Russian roulette: so far behind a diffuse surface that few see what they bring.
+  bool ends_by_chance() const {
+    return depth.diffuse > 0 && depth.diffuse + depth.specular + 1 >= CacheNumbers::roulette_depth;
+  }
   Place behind_diffuse() const { return {level + 1, {depth.diffuse + 1, depth.specular}, Arrival::diffuse}; }
   /// Where lists of rays are read: what enters a subsurface body, or is seen in fog, serves many points, as what
   /// diffuse rays meet does.
