@@ -15,8 +15,8 @@ enum class Arrival {
   diffuse,  ///< from a diffuse surface or a medium. Layered materials, and metal if caustics are off, count as diffuse
             ///< ones of their mean albedo; emitters are dark, since shadow rays have found them; no stage sees a viewer
   coat,     ///< the same, for what coats mirror there where that is not counted as diffuse
-  onward,   ///< from the same, and one ray goes on from here: layered materials keep their layers, of which it takes one
-  probe     ///< it asks how much light enters a subsurface body there: `diffuse` is that / pi
+  onward,  ///< from the same, and one ray goes on from here: layered materials keep their layers, of which it takes one
+  probe    ///< it asks how much light enters a subsurface body there: `diffuse` is that / pi
 };
 
 /// Where a batch stands in the recursion.
