@@ -49,8 +49,8 @@ void HitGatherer::answer(const Place& place, const Place& below, float growth, R
 
 bool HitGatherer::keeps_layers(const Place& below, const RaySet& r, int i) const {
   const uint32_t geometry = r.hits.geometry[i];
-  return shading_.coats_mirror(below) && r.share[i] > 1 && shading_.materials.has_coat(geometry) &&
-         !shading_.materials.material(geometry).has_subsurface();
+  return shading_.coats_mirror(below) && r.share[i] > 1 && r.throughput[i] <= 1 &&
+         shading_.materials.has_coat(geometry) && !shading_.materials.material(geometry).has_subsurface();
 }
 
 // What coats mirror of what they met; those that are lit count all, of which `onward` go on.

@@ -26,7 +26,7 @@ class HitGatherer {
               ShadingWorkspace& w) const;
 
  private:
-  /// Of a ray that goes on as one: its hit keeps its coat.
+  /// Of a ray that goes on as one, and fills no cell: its hit keeps its coat.
   bool keeps_layers(const Place& below, const integrate::RaySet& r, int ray) const;
   template <class Weight>
   void shade_hits(const Place& place, const Place& below, int sets, const Weight& weight, ShadingWorkspace& w) const;

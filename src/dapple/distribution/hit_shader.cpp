@@ -37,7 +37,8 @@ bool scatters(const Bsdf& b) {
 
 // As DiffuseRays::chance, of a ray by all lobes.
 float going_on(const Place& place, const PointBatch& b, int k, const RGB& weight) {
-  if (!place.ends_by_chance() || !b.stands_for_cone(k)) return 1;
+  // Rays by coats alone have been thinned already (HitGatherer).
+  if (place.arrival == Arrival::coat || !place.ends_by_chance() || !b.stands_for_cone(k)) return 1;
   return std::min(1.0f, b.throughput[k] * weight.luminance());
 }
 

@@ -9,15 +9,15 @@
 namespace dapple::distribution {
 
 using integrate::PointBatch;
-using integrate::RayList;
 using integrate::RaySet;
-using shading::Bsdf;
 using shading::Lobe;
 using trace::no_id;
 
 namespace {
 
 constexpr uint64_t for_survey = 0x737572766579;  // of all that random numbers are for
+
+constexpr int most_depths = 6;  // beyond, few rays are left
 
 // One path for so many camera samples, within limits: some hundredths of the image's work.
 uint32_t path_count(const V2i& film, int pixel_samples) {
@@ -48,7 +48,7 @@ void ReaderSurvey::fill(ReaderMap* map) const {
   const V2i film = shading_.scene.camera.settings().resolution;
   const uint32_t paths = path_count(film, settings_.pixel_samples), batch = CameraSamples::capacity;
   const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
-  while (map->depths() < settings_.shading.bounces) {
+  while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
     parallel_for(found.size(), [&](size_t i) {
       const auto w = std::make_unique<Workspace>();

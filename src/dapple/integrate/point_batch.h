@@ -97,7 +97,8 @@ struct PointBatch {
                          ///< stand for much
   int diffuse_share(int k) const { return share[k] * crowd[k]; }
   int seekers[capacity];  ///< diffuse rays that look for lights too, and share these with shadow rays
-  /// Of light that leaves a point met by a ray, about the part that its viewer sees: there Russian roulette begins.
+  /// Of light that leaves a point met by a ray, about the part that its viewer sees: below 1 Russian roulette begins.
+  /// Above 1 behind cells of a cache, whose noise many readers share.
   float throughput[capacity];
   /// Where light and diffuse rays start of points that stand for their whole cells, or move: `origins` places, in so
   /// many strata of the cell and of the time. 0: all start at `surface`.
