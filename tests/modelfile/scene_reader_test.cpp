@@ -112,6 +112,17 @@ TEST(ModelScenes, ObjFilesWithMaterials) {
             1);
 }
 
+// Numbers may begin with a point, as other programs read them.
+TEST(ModelScenes, ObjFilesWithNumbersWithoutZeros) {
+  const TempFolder folder;
+  const std::string path = folder.write(
+      "points.obj", "# .5\nv .5 0 0\r\nv\t.25 -.5 1.5\nv 0 .5 .75\nvt .5 .5\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n");
+  const SceneDescription s = test::read(path);
+  const auto mesh = std::find_if(s.shapes.begin(), s.shapes.end(), [](const auto& e) { return e.type != "disk"; });
+  ASSERT_NE(mesh, s.shapes.end());
+  EXPECT_EQ(mesh->params.find("P")->numbers, (std::vector<float>{.5f, 0, 0, .25f, -.5f, 1.5f, 0, .5f, .75f}));
+}
+
 TEST(ModelScenes, HaveACameraAndALightWhereTheFileHasNone) {
   const House house;
   const SceneDescription s = test::read(house.path);

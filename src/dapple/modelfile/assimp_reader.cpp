@@ -2,11 +2,13 @@
 #include "dapple/modelfile/assimp_reader.h"
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <memory>
 #include <set>
 #include <stdexcept>
 
@@ -19,15 +21,39 @@ namespace dapple::modelfile {
 
 namespace {
 
+// Of Wavefront's vertices: Assimp counts what begins with a digit or a sign, and refuses "v .5 1 0".
+std::string with_leading_zeros(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  bool of_vertex = false;
+  for (char before = '\n'; const char c : text) {
+    if (before == '\n') of_vertex = c == 'v';
+    if (of_vertex && c == '.' && (before == ' ' || before == '\t')) out += '0';
+    out += before = c;
+  }
+  return out;
+}
+
 // Files beside the model: devices and pipes would hang.
 class RegularFiles final : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override { return is_regular(file); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    return mode && mode[0] == 'r' && is_regular(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
+    if (!mode || mode[0] != 'r' || !is_regular(file)) return nullptr;
+    Assimp::IOStream* const stream = DefaultIOSystem::Open(file, mode);
+    return stream && image::extension_of(file) == "obj" ? repaired(stream) : stream;
   }
 
  private:
+  static Assimp::IOStream* repaired(Assimp::IOStream* stream) {
+    const std::unique_ptr<Assimp::IOStream> closed_after(stream);
+    std::string text(stream->FileSize(), '\0');
+    text.resize(stream->Read(text.data(), 1, text.size()));
+    text = with_leading_zeros(text);
+    auto* const bytes = new uint8_t[text.size()];  // which MemoryIOStream deletes
+    std::copy(text.begin(), text.end(), bytes);
+    return new Assimp::MemoryIOStream(bytes, text.size(), true);
+  }
   static bool is_regular(const char* file) {
     struct stat s {};
     return file && stat(file, &s) == 0 && S_ISREG(s.st_mode);
