@@ -81,6 +81,21 @@ TEST(Session, TimeLimitStopsAtWholePassesOfTheSameImage) {
   EXPECT_TRUE(same(film, again, film.settings().crop));
 }
 
+// Masks, caches and canopy light are made before: where they took the time, one pass is rendered.
+TEST(Session, SetUpCountsTowardsTheTimeLimit) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(2));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.pixel_samples = 1 << 20;
+  rules.time_limit = 1000;
+  rules.seconds_before = 1001;
+  const std::atomic<bool> interrupt{false};
+  const auto result = render::RenderSession(integrator, film, rules).run(interrupt);
+  EXPECT_EQ(result.outcome, render::Outcome::time_limit);
+  EXPECT_EQ(result.passes, 1u);
+}
+
 TEST(Session, NoiseTargetIsReached) {
   const auto built = build_text(box);
   const path::PathIntegrator integrator(*built.scene, bounces(1));
