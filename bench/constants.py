@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the fitted numbers of each method do at half and double: errors against path tracing, and processor time, on a few scenes.
+"""What the fitted numbers of each method do at half and double: errors against path tracing, rays, and processor time, on a few scenes.
 
 The numbers are constants of structs (*Numbers, in *_numbers.h). A copy of the sources is built in OUT/constants in which those that are measured are read from the
 environment instead, once for all variants; the shipped program knows nothing of that. DAPPLE_CONSTANTS, parts of names such as CacheNumbers,ray_width, chooses some.
@@ -23,7 +23,7 @@ FORESTS = {"forest-inside": SCENES / "forest/forest-inside.pbrt"}
 CLASSROOM = {"classroom": SCENES / "classroom/scene-v4.pbrt"}
 # Struct, number, lower and upper value, scenes. Cosines are halved and doubled in their distance to 1.
 MEASURED = [
-    ("CacheNumbers", "most_growth", 1.5, 6, ROOMS), ("CacheNumbers", "least_growth", 0.5, 2, ROOMS), ("CacheNumbers", "growth_of_one_ray", 6, 24, ROOMS),
+    ("CacheNumbers", "filled_rays", 0.0625, 0.25, ROOMS | CLASSROOM | FORESTS), ("CacheNumbers", "most_growth", 1.5, 6, ROOMS), ("CacheNumbers", "least_growth", 0.5, 2, ROOMS), ("CacheNumbers", "growth_of_one_ray", 6, 24, ROOMS),
     ("CacheNumbers", "largest_cell", 16, 64, ROOMS), ("CacheNumbers", "near_lights", 0.5, 2, ROOMS), ("CacheNumbers", "most_effort", 32, 128, ROOMS),
     ("CacheNumbers", "common_cells", 512, 2048, ROOMS), ("CacheNumbers", "many_origins_effort", 2, 8, ROOMS), ("CacheNumbers", "widest_cone", 0.25, 1, ROOMS),
     ("CacheNumbers", "least_coats", 0.15, 0.6, ROOMS), ("CacheNumbers", "scattered_share", 2, 8, FORESTS), ("CacheNumbers", "group_width", 0.875, 3.5, FORESTS),
@@ -127,7 +127,7 @@ def references(context, name, scene):
 
 
 def measure(context, varied, name, scene, value=None):
-    """Of a scene with STRUCT::NUMBER=VALUE: relative errors of pixels and of 8x8 blocks, processor seconds, and a name of the images."""
+    """Of a scene with STRUCT::NUMBER=VALUE: relative errors of pixels and of 8x8 blocks, rays, processor seconds, and a name of the images."""
     pair = references(context, name, scene)
     environment = {k: v for k, v in os.environ.items() if k != "DAPPLE_VARIED"} | ({"DAPPLE_VARIED": value} if value else {})
 
@@ -136,19 +136,20 @@ def measure(context, varied, name, scene, value=None):
         common.run([varied / "dapple", "render", scene, "-o", image, "--stats", stats, "--denoise", "off", "--integrator", "distribution", "--bounces", BOUNCES, "--preset", "preview",
                     "--resolution", SIZE, "--seed", seed, "--float", "--quiet", "--threads", 1], env=environment)
         bits = subprocess.run(["oiiotool", "--hash", image], stdout=subprocess.PIPE, check=True).stdout
-        return common.compare_without_noise(context, image, pair)[:2], json.loads(stats.read_text())["render_cpu_seconds"], bits
+        counted = json.loads(stats.read_text())
+        return common.compare_without_noise(context, image, pair)[:2], sum(counted["rays"].values()), counted["render_cpu_seconds"], bits
 
     with ThreadPoolExecutor(context.threads) as pool:
-        errors, seconds, bits = zip(*pool.map(of_seed, SEEDS))
+        errors, rays, seconds, bits = zip(*pool.map(of_seed, SEEDS))
     pixels, blocks = (math.sqrt(sum(e[i] ** 2 for e in errors) / len(errors)) for i in (0, 1))
-    return {"pixels": pixels, "blocks": blocks, "seconds": sum(seconds) / len(SEEDS), "images": hashlib.sha256(b"".join(bits)).hexdigest()[:16]}
+    return {"pixels": pixels, "blocks": blocks, "rays": sum(rays) / len(SEEDS), "seconds": sum(seconds) / len(SEEDS), "images": hashlib.sha256(b"".join(bits)).hexdigest()[:16]}
 
 
 def change(now, then):
-    """In words: of processor time, of errors of pixels and of blocks, in %."""
+    """In words: of rays, of processor time, of errors of pixels and of blocks, in %."""
     if now["images"] == then["images"]:
         return "same images"
-    return " ".join(f"{100 * (then[k] / now[k] - 1):+.0f}" for k in ("seconds", "pixels", "blocks"))
+    return " ".join(f"{100 * (then[k] / now[k] - 1):+.0f}" for k in ("rays", "seconds", "pixels", "blocks"))
 
 
 def bench(context):
@@ -179,7 +180,7 @@ def bench(context):
                         [f"{value:g}: {change(now, of(name, scene, f'{struct}::{number}={value}'))}" for value in (low, high)])
     now = {name: of(name, scene) for *_, scenes in chosen for name, scene in scenes.items()}
     text = (f"Preset preview without denoiser, {SIZE}, {BOUNCES} bounces, one thread, seeds {', '.join(map(str, SEEDS))}, against path tracing with {REFERENCE_SAMPLES} samples. A cell: the value; "
-            "what processor time, errors of pixels, and of 8 x 8 blocks change by, in %.\n\n" +
-            common.table(["scene", "processor time", "pixels", "blocks"], [[n, f"{m['seconds']:.1f} s", f"{100 * m['pixels']:.1f} %", f"{100 * m['blocks']:.2f} %"] for n, m in now.items()]) + "\n\n" +
+            "what rays, processor time, errors of pixels, and of 8 x 8 blocks change by, in %.\n\n" +
+            common.table(["scene", "rays", "processor time", "pixels", "blocks"], [[n, f"{m['rays'] / 1e6:.2f} M", f"{m['seconds']:.1f} s", f"{100 * m['pixels']:.1f} %", f"{100 * m['blocks']:.2f} %"] for n, m in now.items()]) + "\n\n" +
             common.table(["number", "now", "scene", "at half", "at double"], rows))
     return known, text

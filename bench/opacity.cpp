@@ -69,7 +69,7 @@ class PlainMask final : public trace::OpacityTest {
     int width, height;
     std::vector<uint8_t> texels;
   };
-  const Mask& decoded(const shading::UvImage& image) {
+  const Mask& decoded(const pattern::UvImage& image) {
     const V2i size = image.image.resolution();
     Mask mask{size.x, size.y, {}};
     for (int y = 0; y < size.y; ++y)

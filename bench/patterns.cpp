@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A network of 200 nodes as a pattern program: in large batches and one point at a time, with and without vector code,
 // and against the same formula written by hand for one point. One thread.
-#include "dapple/shading/patterns.h"
+#include "dapple/pattern/patterns.h"
 
 #include <benchmark/benchmark.h>
 
@@ -11,18 +11,18 @@
 
 #include "bench/scalar_patterns.h"
 #include "dapple/base/hash.h"
-#include "dapple/shading/pattern_program.h"
-#include "dapple/shading/pattern_ramp.h"
+#include "dapple/pattern/pattern_program.h"
+#include "dapple/pattern/pattern_ramp.h"
 
-namespace dapple::shading {
+namespace dapple::pattern {
 /// Compiled for the program's baseline without vectors.
 const PatternKernels& scalar_pattern_kernels();
-}  // namespace dapple::shading
+}  // namespace dapple::pattern
 
 namespace {
 
 using namespace dapple;
-using namespace dapple::shading;
+using namespace dapple::pattern;
 using namespace dapple::bench;
 
 constexpr int layers = 5;  // of 40 nodes, as a scene file would name them
@@ -41,9 +41,9 @@ struct GraphNodes {
   Float height(const Point& q) { return q.p.y; }
   Float sine(Float x) { return sin(x); }
   Float power(Float x, float y) { return pow(x, y); }
-  Float fbm(const Point& q, int octaves) { return shading::fbm(q, octaves, 0.5f); }
-  Float turbulence(const Point& q, int octaves) { return shading::turbulence(q, octaves, 0.5f); }
-  Float perlin(const Point& q) { return shading::perlin(q); }
+  Float fbm(const Point& q, int octaves) { return pattern::fbm(q, octaves, 0.5f); }
+  Float turbulence(const Point& q, int octaves) { return pattern::turbulence(q, octaves, 0.5f); }
+  Float perlin(const Point& q) { return pattern::perlin(q); }
   Float edge_distance(const Point& q) {
     const PatternCells c = worley(q, 1);
     return c.f2 - c.f1;

@@ -8,7 +8,7 @@
 
 #include "dapple/base/rgb.h"
 #include "dapple/base/vec.h"
-#include "dapple/shading/noise.h"
+#include "dapple/pattern/noise.h"
 
 /// What a programmer would write for one point: branches, libm, early exits. Nodes by the names of bench/patterns.cpp.
 namespace dapple::bench {
@@ -37,7 +37,7 @@ inline float gradient_product(int hash, float x, float y, float z) {
 
 inline float gradient_noise(const V3f& p) {
   const auto permute = [](int i) {
-    return static_cast<int>(shading::lane::tables::permutation[static_cast<size_t>(i & 255)]);
+    return static_cast<int>(pattern::lane::tables::permutation[static_cast<size_t>(i & 255)]);
   };
   const float fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
   const int i = static_cast<int>(fx), j = static_cast<int>(fy), k = static_cast<int>(fz);
@@ -106,10 +106,10 @@ struct ScalarNodes {
     for (int z = k - 1; z <= k + 1; ++z)
       for (int y = j - 1; y <= j + 1; ++y)
         for (int x = i - 1; x <= i + 1; ++x) {
-          const uint32_t h = shading::lane::lattice_hash(x, y, z);
-          const V3f at(static_cast<float>(x) + shading::lane::unit_of(h),
-                       static_cast<float>(y) + shading::lane::unit_of(h >> 10),
-                       static_cast<float>(z) + shading::lane::unit_of(h >> 20));
+          const uint32_t h = pattern::lane::lattice_hash(x, y, z);
+          const V3f at(static_cast<float>(x) + pattern::lane::unit_of(h),
+                       static_cast<float>(y) + pattern::lane::unit_of(h >> 10),
+                       static_cast<float>(z) + pattern::lane::unit_of(h >> 20));
           const float d = length2(at - q.p);
           if (d < f1)
             f2 = f1, f1 = d;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The kernels of pattern programs are compiled for several instruction sets, of which the program takes the best that the
 # machine has, whatever DAPPLE_ISA says. All give the same bits.
-set(kernel_files ${PROJECT_SOURCE_DIR}/src/dapple/shading/pattern_kernels)
+set(kernel_files ${PROJECT_SOURCE_DIR}/src/dapple/pattern/pattern_kernels)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set_source_files_properties(${kernel_files}.cpp ${kernel_files}_v3.cpp ${kernel_files}_v4.cpp PROPERTIES
     COMPILE_DEFINITIONS DAPPLE_KERNELS_X86)

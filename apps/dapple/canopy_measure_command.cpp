@@ -6,10 +6,10 @@
 #include "canopy_scene.h"
 #include "commands.h"
 #include "dapple/base/log.h"
+#include "dapple/emitters/distant_light.h"
 #include "dapple/integrate/scene_light.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/relight.h"
-#include "dapple/shading/distant_light.h"
 #include "dapple/vegetation/canopy_survey.h"
 #include "interrupts.h"
 #include "output_files.h"
@@ -68,10 +68,10 @@ json layer_of(const vegetation::CanopySurvey& s, int slab, int k, double clumpin
 // The scene's lights at infinity: its distant light is the sun, the others a uniform sky of their irradiance.
 void add_light(const scene::Scene& scene, json* j) {
   std::array<double, 3> sky{};
-  const shading::DistantLight* sun = nullptr;
+  const emitters::DistantLight* sun = nullptr;
   for (const auto& light : scene.lights) {
     if (!light->is_infinite()) continue;
-    const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get());
+    const auto* distant = dynamic_cast<const emitters::DistantLight*>(light.get());
     if (distant && !sun && distant->to_light().z > 1e-3f) {
       sun = distant;
       continue;

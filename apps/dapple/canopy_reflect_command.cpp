@@ -6,10 +6,10 @@
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
+#include "dapple/emitters/distant_light.h"
 #include "dapple/path/plot_reflectance.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/relight.h"
-#include "dapple/shading/distant_light.h"
 #include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
@@ -31,7 +31,7 @@ struct ReflectOptions : CanopySceneOptions {
 std::optional<SkyAngles> sun_of(const scene::Scene& scene) {
   std::optional<SkyAngles> sun;
   for (const auto& light : scene.lights)
-    if (const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get())) {
+    if (const auto* distant = dynamic_cast<const emitters::DistantLight*>(light.get())) {
       if (sun) return std::nullopt;
       const V3d d(distant->to_light());
       sun = {std::acos(std::clamp(d.z, -1.0, 1.0)) / degree, d.x == 0 && d.y == 0 ? 0 : std::atan2(d.y, d.x) / degree};

@@ -6,11 +6,11 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
+#include "dapple/media/medium.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
-#include "dapple/shading/medium.h"
 #include "frame_denoising.h"
 #include "interrupts.h"
 #include "option_values.h"
@@ -62,7 +62,7 @@ void warn_of_unused_stages(const scene::Scene& scene, const FileLoc& loc, const 
 bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, size_t* warnings) {
   shading::ShaderFaults faults = shading::shader_faults(scene.materials);
   shading::add_light_faults(scene.lights, &faults);
-  for (std::string& fault : shading::medium_faults(scene.media)) faults.warnings.push_back(std::move(fault));
+  for (std::string& fault : media::medium_faults(scene.media)) faults.warnings.push_back(std::move(fault));
   for (const std::string& error : faults.errors) o.keep_going ? log_warning(error) : log_error(error);
   for (const std::string& warning : faults.warnings) o.strict ? log_error(warning) : log_warning(warning);
   *warnings += faults.errors.size() + faults.warnings.size();

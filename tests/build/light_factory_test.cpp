@@ -14,9 +14,9 @@
 namespace dapple::build {
 namespace {
 
-using shading::Light;
-using shading::LightReceiver;
-using shading::LightSample;
+using emitters::Light;
+using emitters::LightReceiver;
+using emitters::LightSample;
 
 /// Reads a scene from text and makes its only light.
 class LightFactory : public testing::Test {
@@ -38,7 +38,7 @@ class LightFactory : public testing::Test {
     return make_light(description_.lights.at(0), context, TextureLibrary(context));
   }
   std::vector<std::unique_ptr<Light>> area_lights(const std::string& directives,
-                                                  const shading::FloatTexturePtr& alpha = nullptr) {
+                                                  const pattern::FloatTexturePtr& alpha = nullptr) {
     parse(directives);
     const BuildContext context{description_, diagnostics_, textures_};
     const scenefile::ShapeEntity& shape = description_.shapes.at(0);
@@ -293,7 +293,7 @@ TEST_F(LightFactory, AreaLightImage) {
 
 TEST_F(LightFactory, AlphaOfZeroMakesAnInvisibleLight) {
   const auto lights = area_lights(std::string(R"(AreaLightSource "diffuse" )") + quad_light,
-                                  std::make_shared<shading::ConstantTexture<float>>(0.0f));
+                                  std::make_shared<pattern::ConstantTexture<float>>(0.0f));
   EXPECT_TRUE(lights[0]->is_delta());
 }
 

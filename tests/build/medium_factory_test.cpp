@@ -6,15 +6,15 @@
 #include "dapple/base/hash.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/image/texture_system.h"
-#include "dapple/shading/exponential_medium.h"
-#include "dapple/shading/homogeneous_medium.h"
+#include "dapple/media/exponential_medium.h"
+#include "dapple/media/homogeneous_medium.h"
 
 namespace dapple::build {
 namespace {
 
 class MediumFactory : public testing::Test {
  protected:
-  std::shared_ptr<const shading::Medium> medium(const std::string& directives) {
+  std::shared_ptr<const media::Medium> medium(const std::string& directives) {
     description_ = scenefile::parse_pbrt("WorldBegin\n" + directives + "\n", "media.pbrt", "", diagnostics_);
     const BuildContext context{description_, diagnostics_, textures_};
     return make_media(context, TextureLibrary(context)).at(0);
@@ -46,29 +46,29 @@ const Ray along{.o = V3f(-1, 0.5f, 0.5f), .d = V3f(1, 0, 0)};
 TEST_F(MediumFactory, Homogeneous) {
   const auto m = medium(
       R"(MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [ 1 0 0 ] "rgb sigma_s" [ 1 2 3 ] "float scale" .5 "float g" .3)");
-  const auto& h = dynamic_cast<const shading::HomogeneousMedium&>(*m);
+  const auto& h = dynamic_cast<const media::HomogeneousMedium&>(*m);
   EXPECT_EQ(h.sigma_t(), RGB(1, 1, 1.5f));
   EXPECT_EQ(h.sigma_s(), RGB(0.5f, 1, 1.5f));
   EXPECT_FLOAT_EQ(m->phase().g, 0.3f);
   const auto plain = medium(R"(MakeNamedMedium "fog" "string type" "homogeneous")");  // coefficients default to 1
-  EXPECT_EQ(dynamic_cast<const shading::HomogeneousMedium&>(*plain).sigma_t(), RGB(2));
+  EXPECT_EQ(dynamic_cast<const media::HomogeneousMedium&>(*plain).sigma_t(), RGB(2));
   const auto skin =
       medium(R"(MakeNamedMedium "fog" "string type" "homogeneous" "string preset" "Skin1" "float scale" 10)");
-  EXPECT_NEAR(dynamic_cast<const shading::HomogeneousMedium&>(*skin).sigma_s().g, 8.8f, 1e-5f);
+  EXPECT_NEAR(dynamic_cast<const media::HomogeneousMedium&>(*skin).sigma_s().g, 8.8f, 1e-5f);
   EXPECT_EQ(diagnostics_.count(), 0u);
 }
 
 TEST_F(MediumFactory, Exponential) {
   const auto m = medium(
       R"(Translate 0 0 5 MakeNamedMedium "haze" "string type" "exponential" "rgb sigma_a" [ 0 0 0 ] "rgb sigma_s" [ 1 2 3 ] "float scaleheight" 4 "vector3 up" [ 0 0 2 ])");
-  const auto& h = dynamic_cast<const shading::ExponentialMedium&>(*m);
+  const auto& h = dynamic_cast<const media::ExponentialMedium&>(*m);
   EXPECT_EQ(h.sigma_t(), RGB(1, 2, 3));
   EXPECT_NEAR(h.density().at(V3f(7, -3, 5)), 1, 1e-6f);  // height 0 is the origin of its own space
   EXPECT_NEAR(h.density().at(V3f(0, 0, 9)), std::exp(-1.0f), 1e-6f);
   EXPECT_NEAR(h.density().at(V3f(0, 0, 1)), std::exp(1.0f), 1e-5f);
   // Heights are those of its space: scaled twice, it thins out over twice as much.
   const auto scaled = medium(R"(Scale 2 2 2 MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 4)");
-  EXPECT_NEAR(dynamic_cast<const shading::ExponentialMedium&>(*scaled).density().at(V3f(0, 0, 8)), std::exp(-1.0f),
+  EXPECT_NEAR(dynamic_cast<const media::ExponentialMedium&>(*scaled).density().at(V3f(0, 0, 8)), std::exp(-1.0f),
               1e-6f);
   EXPECT_EQ(diagnostics_.count(), 0u);
   expect_error(R"(MakeNamedMedium "m" "string type" "exponential" "float scaleheight" 0)", "scaleheight");

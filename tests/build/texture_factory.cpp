@@ -6,12 +6,12 @@
 #include "dapple/image/image_writer.h"
 #include "dapple/image/texture_system.h"
 #include "tests/image/temporary_folder.h"
-#include "tests/shading/texture_points.h"
+#include "tests/pattern/texture_points.h"
 
 namespace dapple::build {
 namespace {
 
-using shading::test::value_at;
+using pattern::test::value_at;
 
 /// A scene with some textures, and a material whose parameters look them up.
 struct TestScene {

@@ -9,10 +9,10 @@ namespace {
 constexpr V3f up{0, 0, 1};
 
 /// Answers everything.
-class Half final : public shading::Visibility {
+class Half final : public emitters::Visibility {
  public:
   bool answers(const V3f&, const V3f&, const V3f&) const override { return true; }
-  void visible(const shading::ShadowRays& rays, RGB* visible) const override {
+  void visible(const emitters::ShadowRays& rays, RGB* visible) const override {
     for (int i = 0; i < rays.count; ++i) visible[i] = RGB(0.5f + rays.P[i].x);
   }
 };
@@ -39,7 +39,7 @@ GroundLight plot() {
 TEST(GroundVisibility, ReadsItsMapsAndLeavesTheRest) {
   const GroundVisibility g(plot(), std::make_shared<Half>());
   const V3f aside = normalize(V3f(1, 0, 1));
-  shading::ShadowRays rays;
+  emitters::ShadowRays rays;
   const auto add = [&](const V3f& P, const V3f& n, const V3f& d) {
     const int i = rays.count++;
     rays.P[i] = P, rays.Ng[i] = n, rays.d[i] = d, rays.key[i] = 0;

@@ -334,8 +334,8 @@ TEST(SlabMasks, DoNotDependOnThreadsCapOrCompany) {
   const auto alone = look(*scene, to_sun, sun_tangent, r, samples, few, few_normals);
   for (size_t i = 0; i < few.size(); ++i) EXPECT_EQ(alone[i], one[i]) << i;
 
-  const shading::NarrowBeam sun{to_sun, std::atan(float(sun_tangent))};
-  shading::ShadowRays rays;
+  const emitters::NarrowBeam sun{to_sun, std::atan(float(sun_tangent))};
+  emitters::ShadowRays rays;
   rays.count = rays.capacity;
   for (int i = 0; i < rays.count; ++i)
     rays.P[i] = P[size_t(i)], rays.Ng[i] = N[size_t(i)], rays.d[i] = to_sun, rays.key[i] = uint32_t(i);
@@ -368,7 +368,7 @@ TEST(SlabMasks, SkyDirectionsSeePastAnEdge) {
   s.sky_directions = 128;
   s.sky.levels = 128;
   const MaskVisibility masks(scene_of(f), {}, s);
-  shading::ShadowRays rays;
+  emitters::ShadowRays rays;
   rays.count = s.sky_directions;
   for (int i = 0; i < rays.count; ++i)
     rays.P[i] = V3f(0, 0, 0), rays.Ng[i] = V3f(0, 0, 1), rays.d[i] = spiral_direction(i, rays.count),

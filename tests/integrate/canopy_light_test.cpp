@@ -163,8 +163,8 @@ TEST(CanopyLight, SamplesAgreeWithWhatIsSeen) {
   int drawn = 0, agree = 0;
   for (uint32_t i = 0; i < 4000; ++i) {
     KeyedRng rng(i);
-    const shading::LightReceiver to{t.point({rng.next() * 4 - 2, rng.next() * 4 - 2, rng.next()}), V3f(0, 0, 1)};
-    shading::LightSample s;
+    const emitters::LightReceiver to{t.point({rng.next() * 4 - 2, rng.next() * 4 - 2, rng.next()}), V3f(0, 0, 1)};
+    emitters::LightSample s;
     if (!light.sample(to, {rng.next(), rng.next()}, &s)) continue;
     ++drawn;
     EXPECT_NEAR(light.pdf(to, s.wi, {}, {}), s.pdf, 2e-2f * s.pdf);

@@ -352,11 +352,11 @@ TEST(OpacityCache, IsPartOfTheCap) {
 class Holes final : public shading::Material {
  public:
   shading::StageSet stages() const override { return {shading::Stage::opacity, shading::Stage::prelighting}; }
-  void opacity(const shading::ShadingPoints& points, RGB* Oi) const override {
+  void opacity(const pattern::ShadingPoints& points, RGB* Oi) const override {
     asked += points.count;
     for (int i = 0; i < points.count; ++i) Oi[i] = RGB(length(points.P[i] - V3f(0, 0, 1)) < 0.9f ? 1.0f : 0.0f);
   }
-  void prelighting(const shading::ShadingPoints& points, shading::Bsdf* out) const override {
+  void prelighting(const pattern::ShadingPoints& points, shading::Bsdf* out) const override {
     std::fill_n(out, points.count, shading::Bsdf::make_diffuse(RGB(0.5f)));
   }
   bool needs_differentials() const override { return false; }

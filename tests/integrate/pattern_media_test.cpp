@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
-#include "dapple/shading/pattern_medium.h"
+#include "dapple/media/pattern_medium.h"
 #include "tests/support/render_text.h"
 
 namespace dapple::test {
@@ -95,7 +95,7 @@ TEST(PatternMedia, DistributionAgainstPath) {
   const RGB clear = render_built(without, 64, bounces(0, 0)).mean();
   EXPECT_GT(std::abs(mean.b - clear.b), .02f * clear.b);  // there is something to see
   for (const auto& medium : built.scene->media)
-    EXPECT_TRUE(shading::medium_faults({medium}).empty()) << shading::medium_faults({medium})[0];
+    EXPECT_TRUE(media::medium_faults({medium}).empty()) << media::medium_faults({medium})[0];
 }
 
 // Rays go through the patterns in other batches for another number of threads.

@@ -11,7 +11,7 @@ namespace {
 // Doubles Ci up to the first point of odd u, and there it throws. Leaves every third Bsdf alone.
 class Spoiler final : public Material {
  public:
-  void prelighting(const ShadingPoints& points, Bsdf* out) const override {
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override {
     for (int i = 0; i < points.count; ++i)
       if (int(points.u[i]) % 3 != 0) out[i] = Bsdf::make_diffuse(RGB(0.25f));
   }
@@ -36,7 +36,7 @@ std::vector<RGB> light_in_batches(const GuardedMaterial& material, int size) {
   const std::vector<Bsdf> bsdf(count);
   const std::vector<V3f> wo(count, V3f(0, 0, 1));
   for (int first = 0; first < count; first += size) {
-    auto points = std::make_unique<ShadingPoints>();
+    auto points = std::make_unique<pattern::ShadingPoints>();
     points->count = std::min(size, count - first);
     for (int i = 0; i < points->count; ++i) {
       points->Ns.set(i, {0, 0, 1});
@@ -62,7 +62,7 @@ TEST(GuardedMaterial, PaintsWhatFailsInBatchesOfAnySize) {
 
 TEST(GuardedMaterial, WhatIsLeftUnwrittenIsBlack) {
   const GuardedMaterial material = make_spoiler();
-  ShadingPoints points;
+  pattern::ShadingPoints points;
   points.count = 6;
   const V3f n = normalize(V3f(1, 2, 3));
   for (int i = 0; i < 6; ++i) {

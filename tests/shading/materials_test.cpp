@@ -5,25 +5,25 @@
 #include <memory>
 
 #include "dapple/base/hash.h"
+#include "dapple/pattern/pattern_program.h"
+#include "dapple/pattern/patterns.h"
 #include "dapple/shading/coat.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/conductor_material.h"
 #include "dapple/shading/dielectric_material.h"
 #include "dapple/shading/diffuse_material.h"
 #include "dapple/shading/mix_material.h"
-#include "dapple/shading/pattern_program.h"
-#include "dapple/shading/patterns.h"
 
 namespace dapple::shading {
 namespace {
 
 /// A texture that is a function of one lane.
 template <class T>
-class FunctionTexture final : public Texture<T> {
+class FunctionTexture final : public pattern::Texture<T> {
  public:
-  using F = std::function<T(const ShadingPoints&, int)>;
+  using F = std::function<T(const pattern::ShadingPoints&, int)>;
   explicit FunctionTexture(F f) : f_(std::move(f)) {}
-  void evaluate(const ShadingPoints& points, T* out) const override {
+  void evaluate(const pattern::ShadingPoints& points, T* out) const override {
     for (int i = 0; i < points.count; ++i) out[i] = f_(points, i);
   }
 
@@ -31,16 +31,16 @@ class FunctionTexture final : public Texture<T> {
   F f_;
 };
 
-Input<float> varying(FunctionTexture<float>::F f) {
-  return Input<float>(std::make_shared<FunctionTexture<float>>(std::move(f)));
+pattern::Input<float> varying(FunctionTexture<float>::F f) {
+  return pattern::Input<float>(std::make_shared<FunctionTexture<float>>(std::move(f)));
 }
-Input<RGB> varying_rgb(FunctionTexture<RGB>::F f) {
-  return Input<RGB>(std::make_shared<FunctionTexture<RGB>>(std::move(f)));
+pattern::Input<RGB> varying_rgb(FunctionTexture<RGB>::F f) {
+  return pattern::Input<RGB>(std::make_shared<FunctionTexture<RGB>>(std::move(f)));
 }
 
 /// n points of the square [0, 1]^2 in z = 0, parametrised by x = 2 u, y = 3 v.
-std::unique_ptr<ShadingPoints> square(int n) {
-  auto p = std::make_unique<ShadingPoints>();
+std::unique_ptr<pattern::ShadingPoints> square(int n) {
+  auto p = std::make_unique<pattern::ShadingPoints>();
   p->count = n;
   for (int i = 0; i < n; ++i) {
     p->u[i] = to_unit_float(hash(i, 1));
@@ -61,14 +61,14 @@ std::unique_ptr<ShadingPoints> square(int n) {
   return p;
 }
 
-std::vector<Bsdf> shade(const Material& m, const ShadingPoints& p) {
+std::vector<Bsdf> shade(const Material& m, const pattern::ShadingPoints& p) {
   std::vector<Bsdf> out(static_cast<size_t>(p.count));
   m.prelighting(p, out.data());
   return out;
 }
 
 TEST(Materials, ConstantOnesNeedNoBatch) {
-  const DiffuseMaterial grey(Input<RGB>(RGB(0.5f)), {});
+  const DiffuseMaterial grey(pattern::Input<RGB>(RGB(0.5f)), {});
   ASSERT_TRUE(grey.constant());
   EXPECT_FALSE(grey.needs_differentials());
   EXPECT_EQ(grey.constant()->reflectance, RGB(0.5f));
@@ -82,36 +82,38 @@ TEST(Materials, ConstantOnesNeedNoBatch) {
 }
 
 TEST(Materials, TexturesVaryOverTheBatchAndAreClamped) {
-  const DiffuseMaterial m(varying_rgb([](const ShadingPoints& p, int i) { return RGB(p.u[i], 2, -1); }), {});
+  const DiffuseMaterial m(varying_rgb([](const pattern::ShadingPoints& p, int i) { return RGB(p.u[i], 2, -1); }), {});
   EXPECT_FALSE(m.constant());
   EXPECT_TRUE(m.needs_differentials());
-  const auto p = square(ShadingPoints::capacity);
+  const auto p = square(pattern::ShadingPoints::capacity);
   const auto bsdfs = shade(m, *p);
   for (int i = 0; i < p->count; ++i) EXPECT_EQ(bsdfs[static_cast<size_t>(i)].reflectance, RGB(p->u[i], 1, 0));
 }
 
 TEST(Materials, DiffuseTransmissionScalesThenClamps) {
-  const DiffuseTransmissionMaterial m(Input<RGB>(RGB(0.2f, 0.4f, 0.8f)), Input<RGB>(RGB(0.1f)), 2, {});
+  const DiffuseTransmissionMaterial m(pattern::Input<RGB>(RGB(0.2f, 0.4f, 0.8f)), pattern::Input<RGB>(RGB(0.1f)), 2,
+                                      {});
   EXPECT_EQ(m.constant()->reflectance, RGB(0.4f, 0.8f, 1));
   EXPECT_EQ(m.constant()->transmittance, RGB(0.2f));
 }
 
 TEST(Materials, RoughnessIsRemappedAndClamped) {
-  const RoughnessInput remapped{Input<float>(0.25f), Input<float>(4.0f), true},
-      raw{Input<float>(0.25f), Input<float>(-1.0f), false};
+  const RoughnessInput remapped{pattern::Input<float>(0.25f), pattern::Input<float>(4.0f), true},
+      raw{pattern::Input<float>(0.25f), pattern::Input<float>(-1.0f), false};
   const DielectricMaterial a(1.5f, remapped, {}), b(1.3f, raw, {});
   EXPECT_EQ(a.constant()->alpha_x, 0.5f);
   EXPECT_EQ(a.constant()->alpha_y, 1);
   EXPECT_EQ(b.constant()->alpha_x, 0.25f);
   EXPECT_EQ(b.constant()->alpha_y, 0);
-  const RoughnessInput bad{varying([](const ShadingPoints&, int) { return std::nanf(""); }), Input<float>(0), true};
+  const RoughnessInput bad{varying([](const pattern::ShadingPoints&, int) { return std::nanf(""); }),
+                           pattern::Input<float>(0), true};
   EXPECT_EQ(shade(DielectricMaterial(1.5f, bad, {}), *square(1))[0].alpha_x, 0);
 }
 
 // A metal given by its reflectance reflects just that at normal incidence.
 TEST(Materials, ConductorByReflectance) {
   const RGB r(0.9f, 0.5f, 0.1f);
-  const ConductorMaterial m(MetalInput(Input<RGB>(r)), {}, {});
+  const ConductorMaterial m(MetalInput(pattern::Input<RGB>(r)), {}, {});
   const V3f n(0, 0, 1);
   BsdfSample s;
   ASSERT_TRUE(m.constant()->sample(n, 0, {0, 0}, 0, &s));
@@ -121,13 +123,13 @@ TEST(Materials, ConductorByReflectance) {
 TEST(Materials, CoatedOnesTakeTheirLayer) {
   CoatInput coat;
   coat.ior = 1.4f;
-  coat.thickness = varying([](const ShadingPoints& p, int i) { return p.u[i]; });
-  coat.g = Input<float>(2.0f);
-  coat.albedo = Input<RGB>(RGB(0.3f));
+  coat.thickness = varying([](const pattern::ShadingPoints& p, int i) { return p.u[i]; });
+  coat.g = pattern::Input<float>(2.0f);
+  coat.albedo = pattern::Input<RGB>(RGB(0.3f));
   coat.max_depth = 7;
   coat.sample_count = 3;
   const auto p = square(5);
-  const auto bsdfs = shade(CoatedDiffuseMaterial(Input<RGB>(RGB(0.5f)), coat, {}), *p);
+  const auto bsdfs = shade(CoatedDiffuseMaterial(pattern::Input<RGB>(RGB(0.5f)), coat, {}), *p);
   for (int i = 0; i < 5; ++i) {
     const Bsdf& b = bsdfs[static_cast<size_t>(i)];
     EXPECT_EQ(b.thickness, p->u[i]);
@@ -136,10 +138,10 @@ TEST(Materials, CoatedOnesTakeTheirLayer) {
     EXPECT_EQ(b.max_depth, 7);
     EXPECT_EQ(b.sample_count, 3);
   }
-  const MetalInput index(Input<RGB>(RGB(0.28f)), Input<RGB>(RGB(2.8f)), 1.4f);
+  const MetalInput index(pattern::Input<RGB>(RGB(0.28f)), pattern::Input<RGB>(RGB(2.8f)), 1.4f);
   CoatInput lacquer;
   lacquer.ior = 1.4f;
-  const CoatedConductorMaterial metal(index, {Input<float>(0.09f), Input<float>(0.04f)}, lacquer, {});
+  const CoatedConductorMaterial metal(index, {pattern::Input<float>(0.09f), pattern::Input<float>(0.04f)}, lacquer, {});
   EXPECT_NEAR(metal.constant()->eta.g, 0.2f, 1e-6f);
   EXPECT_NEAR(metal.constant()->k.g, 2, 1e-6f);
   EXPECT_NEAR(metal.constant()->base_alpha_x, 0.3f, 1e-6f);
@@ -149,8 +151,8 @@ TEST(Materials, CoatedOnesTakeTheirLayer) {
 // d = 0.4 u + 0.9 v on x = 2 u, y = 3 v is the plane z = 0.2 x + 0.3 y.
 TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
   const auto d = std::make_shared<FunctionTexture<float>>(
-      [](const ShadingPoints& p, int i) { return 0.4f * p.u[i] + 0.9f * p.v[i]; });
-  const DiffuseMaterial m(Input<RGB>(RGB(0.5f)), {d, nullptr});
+      [](const pattern::ShadingPoints& p, int i) { return 0.4f * p.u[i] + 0.9f * p.v[i]; });
+  const DiffuseMaterial m(pattern::Input<RGB>(RGB(0.5f)), {d, nullptr});
   EXPECT_FALSE(m.constant());
   EXPECT_TRUE(m.needs_differentials());
   auto p = square(50);
@@ -166,14 +168,14 @@ TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
 // Solid textures see the shifted position too: d = 0.1 x.
 TEST(SurfaceDetail, BumpBySolidTexture) {
   const auto d =
-      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
-  for (const Bsdf& b : shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *square(20)))
+      std::make_shared<FunctionTexture<float>>([](const pattern::ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
+  for (const Bsdf& b : shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *square(20)))
     EXPECT_LT(length(b.frame.n - normalize(V3f(-0.1f, 0, 1))), 1e-3f);
 }
 
 // On a sphere of radius 1, constant displacement h grows it: the normal stays, and dNdu enters.
 TEST(SurfaceDetail, ConstantBumpOnACurvedSurfaceKeepsTheNormal) {
-  const auto d = std::make_shared<ConstantTexture<float>>(0.3f);
+  const auto d = std::make_shared<pattern::ConstantTexture<float>>(0.3f);
   auto p = square(1);
   const V3f n = normalize(V3f(0.4f, 0.5f, 0.6f)), a = normalize(cross(n, V3f(0, 0, 1))), b = cross(n, a) * 0.7f;
   p->Ng.set(0, n);
@@ -182,29 +184,30 @@ TEST(SurfaceDetail, ConstantBumpOnACurvedSurfaceKeepsTheNormal) {
   p->dPdv.set(0, b);
   p->dNdu.set(0, a);
   p->dNdv.set(0, b);
-  EXPECT_LT(length(shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *p)[0].frame.n - n), 1e-5f);
+  EXPECT_LT(length(shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *p)[0].frame.n - n), 1e-5f);
 }
 
 // A flipped surface (normal against dPdu x dPdv) is displaced along its own normal and keeps its side.
 TEST(SurfaceDetail, BumpFollowsReversedOrientation) {
   const auto d =
-      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
+      std::make_shared<FunctionTexture<float>>([](const pattern::ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
   auto p = square(1);
   p->Ng.set(0, {0, 0, -1});
   p->Ns.set(0, {0, 0, -1});
-  const Frame f = shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *p)[0].frame;
+  const Frame f = shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *p)[0].frame;
   EXPECT_LT(length(f.n - normalize(V3f(-0.1f, 0, -1))), 1e-3f);
 }
 
 TEST(SurfaceDetail, BrokenDisplacementKeepsTheNormal) {
-  const auto d =
-      std::make_shared<FunctionTexture<float>>([](const ShadingPoints& p, int i) { return p.u[i] * infinity; });
-  EXPECT_EQ(shade(DiffuseMaterial(Input<RGB>(RGB(1)), {d, nullptr}), *square(1))[0].frame.n, V3f(0, 0, 1));
+  const auto d = std::make_shared<FunctionTexture<float>>(
+      [](const pattern::ShadingPoints& p, int i) { return p.u[i] * infinity; });
+  EXPECT_EQ(shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *square(1))[0].frame.n, V3f(0, 0, 1));
 }
 
 TEST(SurfaceDetail, NormalMap) {
   const auto at = [](RGB c) {
-    return shade(DiffuseMaterial(Input<RGB>(RGB(1)), {nullptr, std::make_shared<ConstantTexture<RGB>>(c)}),
+    return shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)),
+                                 {nullptr, std::make_shared<pattern::ConstantTexture<RGB>>(c)}),
                  *square(1))[0]
         .frame;
   };
@@ -219,29 +222,31 @@ TEST(SurfaceDetail, NormalMap) {
 
 // What is constant costs nothing, and what nobody knows counts as dear.
 TEST(Materials, CountTheirWork) {
-  const Input<RGB> grey(RGB(.5f));
+  const pattern::Input<RGB> grey(RGB(.5f));
   const DiffuseMaterial even(grey, {});
   EXPECT_EQ(even.work(), 0);
   EXPECT_EQ(MixMaterial(std::make_shared<DiffuseMaterial>(even), std::make_shared<DiffuseMaterial>(even),
-                        Input<float>(.5f), 1)
+                        pattern::Input<float>(.5f), 1)
                 .work(),
             0);
-  PatternGraph graph;
-  const PatternPoint3 place = solid_mapping(graph, Transform());
-  const auto few = make_texture(fbm(place, 2, .5f)), many = make_texture(fbm(place, 64, .5f));
+  pattern::PatternGraph graph;
+  const pattern::PatternPoint3 place = solid_mapping(graph, Transform());
+  const auto few = pattern::make_texture(fbm(place, 2, .5f)), many = pattern::make_texture(fbm(place, 64, .5f));
   EXPECT_GT(few->work(), 10);
   EXPECT_GT(many->work(), 20 * few->work());
   const float plain = DiffuseMaterial(grey, {}).work(), bumped = DiffuseMaterial(grey, {many, nullptr}).work();
   EXPECT_EQ(bumped, plain + 3 * many->work());
-  const auto unknown = varying_rgb([](const ShadingPoints& p, int i) { return RGB(p.u[i]); });
-  EXPECT_EQ(DiffuseMaterial(unknown, {}).work(), unknown_work);
+  const auto unknown = varying_rgb([](const pattern::ShadingPoints& p, int i) { return RGB(p.u[i]); });
+  EXPECT_EQ(DiffuseMaterial(unknown, {}).work(), pattern::unknown_work);
 }
 
 // A material that does not say it is diffuse, so that mixes choose at random.
 class Undeclared final : public Material {
  public:
   explicit Undeclared(MaterialPtr material) : material_(std::move(material)) {}
-  void prelighting(const ShadingPoints& points, Bsdf* out) const override { material_->prelighting(points, out); }
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override {
+    material_->prelighting(points, out);
+  }
   bool needs_differentials() const override { return material_->needs_differentials(); }
 
  private:
@@ -250,13 +255,13 @@ class Undeclared final : public Material {
 
 // Diffuse materials are blended, whatever the keys.
 TEST(Mix, BlendsDiffuseMaterials) {
-  const auto grey = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(.2f)), SurfaceDetail{});
-  const auto leaf =
-      std::make_shared<DiffuseTransmissionMaterial>(Input<RGB>(RGB(.6f)), Input<RGB>(RGB(.4f)), 1.0f, SurfaceDetail{});
-  const MixMaterial mix(grey, leaf, Input<float>(0.25f), 1);
+  const auto grey = std::make_shared<DiffuseMaterial>(pattern::Input<RGB>(RGB(.2f)), SurfaceDetail{});
+  const auto leaf = std::make_shared<DiffuseTransmissionMaterial>(pattern::Input<RGB>(RGB(.6f)),
+                                                                  pattern::Input<RGB>(RGB(.4f)), 1.0f, SurfaceDetail{});
+  const MixMaterial mix(grey, leaf, pattern::Input<float>(0.25f), 1);
   EXPECT_TRUE(mix.is_diffuse_to_rays());
   EXPECT_FALSE(mix.is_random());
-  EXPECT_TRUE(MixMaterial(grey, std::make_shared<Undeclared>(leaf), Input<float>(0.25f), 1).is_random());
+  EXPECT_TRUE(MixMaterial(grey, std::make_shared<Undeclared>(leaf), pattern::Input<float>(0.25f), 1).is_random());
   for (const Bsdf& b : shade(mix, *square(100))) {
     EXPECT_EQ(b.kind, BsdfKind::diffuse_transmission);
     EXPECT_FLOAT_EQ(b.reflectance.g, .3f);
@@ -265,15 +270,16 @@ TEST(Mix, BlendsDiffuseMaterials) {
 }
 
 TEST(Mix, ChoosesTheSecondByAmount) {
-  const auto red = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
+  const auto red = std::make_shared<DiffuseMaterial>(pattern::Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
   const auto green = std::make_shared<DiffuseMaterial>(
-      varying_rgb([](const ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
+      varying_rgb([](const pattern::ShadingPoints& p, int i) { return RGB(0, p.u[i], 0); }), SurfaceDetail{});
   const MixMaterial mix(red, std::make_shared<Undeclared>(green),
-                        varying([](const ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }), 1);
+                        varying([](const pattern::ShadingPoints& p, int i) { return p.v[i] < 0.5f ? 0.0f : 0.75f; }),
+                        1);
   EXPECT_TRUE(mix.needs_differentials());
   int seconds = 0, candidates = 0;
   for (int batch = 0; batch < 100; ++batch) {
-    auto p = square(ShadingPoints::capacity);
+    auto p = square(pattern::ShadingPoints::capacity);
     for (int i = 0; i < p->count; ++i) p->key[i] = hash(batch, i);
     const auto bsdfs = shade(mix, *p);
     for (int i = 0; i < p->count; ++i) {
@@ -295,14 +301,14 @@ TEST(Mix, ChoosesTheSecondByAmount) {
 
 // The choice is the point's, not the batch's: any batching gives the same.
 TEST(Mix, DoesNotDependOnBatching) {
-  const auto a = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
-  const auto b = std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(0, 1, 0)), SurfaceDetail{});
-  const auto inner = std::make_shared<MixMaterial>(a, std::make_shared<Undeclared>(b), Input<float>(0.5f), 1);
-  const MixMaterial mix(inner, std::make_shared<InterfaceMaterial>(), Input<float>(0.3f), 2);
+  const auto a = std::make_shared<DiffuseMaterial>(pattern::Input<RGB>(RGB(1, 0, 0)), SurfaceDetail{});
+  const auto b = std::make_shared<DiffuseMaterial>(pattern::Input<RGB>(RGB(0, 1, 0)), SurfaceDetail{});
+  const auto inner = std::make_shared<MixMaterial>(a, std::make_shared<Undeclared>(b), pattern::Input<float>(0.5f), 1);
+  const MixMaterial mix(inner, std::make_shared<InterfaceMaterial>(), pattern::Input<float>(0.3f), 2);
   const auto p = square(200);
   const auto all = shade(mix, *p);
   for (int i = 0; i < p->count; ++i) {
-    ShadingPoints one;
+    pattern::ShadingPoints one;
     const int lane[] = {i};
     one.gather(*p, lane);
     const Bsdf single = shade(mix, one)[0];
@@ -316,17 +322,17 @@ TEST(Mix, NestsIndependently) {
   std::vector<MaterialPtr> leaves;
   for (int i = 0; i < 4; ++i)
     leaves.push_back(std::make_shared<Undeclared>(
-        std::make_shared<DiffuseMaterial>(Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{})));
-  const auto low = std::make_shared<MixMaterial>(leaves[0], leaves[1], Input<float>(0.5f), 10);
-  const auto high = std::make_shared<MixMaterial>(leaves[2], leaves[3], Input<float>(0.5f), 11);
-  const MixMaterial mix(low, high, Input<float>(0.5f), 12);
+        std::make_shared<DiffuseMaterial>(pattern::Input<RGB>(RGB(static_cast<float>(i) / 4)), SurfaceDetail{})));
+  const auto low = std::make_shared<MixMaterial>(leaves[0], leaves[1], pattern::Input<float>(0.5f), 10);
+  const auto high = std::make_shared<MixMaterial>(leaves[2], leaves[3], pattern::Input<float>(0.5f), 11);
+  const MixMaterial mix(low, high, pattern::Input<float>(0.5f), 12);
   int counts[4] = {};
   for (int batch = 0; batch < 40; ++batch) {
-    auto p = square(ShadingPoints::capacity);
+    auto p = square(pattern::ShadingPoints::capacity);
     for (int i = 0; i < p->count; ++i) p->key[i] = hash(batch, i);
     for (const Bsdf& b : shade(mix, *p)) ++counts[static_cast<int>(b.reflectance.r * 4)];
   }
-  for (const int c : counts) EXPECT_NEAR(c / (40.0 * ShadingPoints::capacity), 0.25, 0.02);
+  for (const int c : counts) EXPECT_NEAR(c / (40.0 * pattern::ShadingPoints::capacity), 0.25, 0.02);
 }
 
 TEST(Interface, IsNotThere) {

@@ -13,10 +13,11 @@ namespace {
 
 Bsdf bsdf_of(float ior, float alpha, float albedo, float g = 0) {
   InteriorInput interior;
-  interior.sigma_s = Input<RGB>(RGB(albedo));
-  interior.sigma_a = Input<RGB>(RGB(1 - albedo));
+  interior.sigma_s = pattern::Input<RGB>(RGB(albedo));
+  interior.sigma_a = pattern::Input<RGB>(RGB(1 - albedo));
   interior.g = g;
-  return *SubsurfaceMaterial(ior, {Input<float>(alpha), Input<float>(alpha), false}, interior, {}).constant();
+  return *SubsurfaceMaterial(ior, {pattern::Input<float>(alpha), pattern::Input<float>(alpha), false}, interior, {})
+              .constant();
 }
 
 // 2 pi int R r dr = A, up to where the profile is cut, which is made up for.
@@ -77,8 +78,8 @@ TEST(SubsurfaceBsdf, ReflectanceIsThatOfTheHalfSpace) {
 TEST(SubsurfaceBsdf, ColourIsInverted) {
   for (const float g : {0.0f, 0.7f}) {
     InteriorInput interior;
-    interior.reflectance = Input<RGB>(RGB(0.8f, 0.5f, 0.1f));
-    interior.mean_free_path = Input<RGB>(RGB(0.2f));
+    interior.reflectance = pattern::Input<RGB>(RGB(0.8f, 0.5f, 0.1f));
+    interior.mean_free_path = pattern::Input<RGB>(RGB(0.2f));
     interior.g = g;
     const Bsdf b = *SubsurfaceMaterial(1.33f, {}, interior, {}).constant();
     EXPECT_EQ(b.reflectance, RGB(0.8f, 0.5f, 0.1f));

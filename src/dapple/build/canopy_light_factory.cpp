@@ -100,8 +100,8 @@ std::optional<forest::CanopyLight::Sheet> sheet_of(const LightEntity& e, const T
 
 }  // namespace
 
-std::unique_ptr<shading::Light> make_canopy_light(const LightEntity& e, const Transform& t, const BuildContext& context,
-                                                  const TextureLibrary& textures) {
+std::unique_ptr<emitters::Light> make_canopy_light(const LightEntity& e, const Transform& t,
+                                                   const BuildContext& context, const TextureLibrary& textures) {
   std::optional<forest::CanopyLight::Sheet> sheet;
   if (e.type == "canopy") sheet = sheet_of(e, textures);
   const std::optional<forest::SunDisc> sun = sun_of(e, context, textures);

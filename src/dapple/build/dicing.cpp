@@ -28,7 +28,7 @@ namespace {
 class CagePlan final : public DicePlan {
  public:
   CagePlan(const BuildContext& context, const ShapeEntity& e, geom::ControlCage cage, const Dicing& dicing,
-           const geom::DiceSettings& settings, const shading::FloatTexturePtr& texture)
+           const geom::DiceSettings& settings, const pattern::FloatTexturePtr& texture)
       : context_(context), entity_(e), settings_(settings), displacer_(texture) {
     if (texture && texture->constant() != 0.0f) settings_.displacement.displacer = &displacer_;
     const geom::UniformDicingView coarse(infinity);
@@ -88,7 +88,7 @@ std::unique_ptr<DicePlan> plan_cage(const BuildContext& context, const ShapeEnti
     throw InputError(e.loc, "\"shadingrate\" is " + std::to_string(settings.shading_rate) + "; it must be above 0");
   settings.displacement.bound = e.params.get_float("displacementbound", infinity);
   if (settings.displacement.bound < 0) throw InputError(e.loc, "\"displacementbound\" is negative");
-  shading::FloatTexturePtr texture =
+  pattern::FloatTexturePtr texture =
       dicing.textures ? dicing.textures->optional_float_texture(e.params, "displacement") : nullptr;
   if (dicing.shader) texture = std::make_shared<shading::DisplacementTexture>(dicing.shader, texture);
 

@@ -13,7 +13,7 @@
 #include "dapple/build/light_group_factory.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/build/subdivision_levels.h"
-#include "dapple/shading/light_motion.h"
+#include "dapple/emitters/light_motion.h"
 
 namespace dapple::build {
 
@@ -346,7 +346,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   fingerprint_ = hash(fingerprint_, job.fingerprint);
   scene::GeometryBinding binding;
   binding.material = int32_t(materials_.material_of(e));
-  const shading::FloatTexturePtr& alpha = binding.alpha = opacity.alpha;
+  const pattern::FloatTexturePtr& alpha = binding.alpha = opacity.alpha;
   binding.opacity = opacity.colored;
   trace::CutOut cut_out = !alpha ? trace::CutOut::none : opacity.colored ? trace::CutOut::colored : trace::CutOut::gray;
   // The test that cuts out has no place on a disk.
@@ -364,7 +364,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
           "area light of an interface");
     else if (emitter)
       add_lights(*emitter, job,
-                 std::make_shared<shading::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)),
+                 std::make_shared<emitters::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)),
                  alpha, &binding);
     else if (object != no_id)
       context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
@@ -400,8 +400,8 @@ void GeometryBuilder::place(uint32_t object, const scenefile::TransformPair& tra
 }
 
 void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
-                                 std::shared_ptr<const shading::LightMotion> motion,
-                                 const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding) {
+                                 std::shared_ptr<const emitters::LightMotion> motion,
+                                 const pattern::FloatTexturePtr& alpha, scene::GeometryBinding* binding) {
   const ShapeEntity& e = *job.entity;
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape); mesh && !(*mesh)->P_end.empty())
     context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms",

@@ -11,7 +11,7 @@
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
-namespace dapple::shading {
+namespace dapple::emitters {
 class LightMotion;
 }
 
@@ -66,8 +66,8 @@ class GeometryBuilder {
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
                  const trace::Shape* emitter = nullptr);
-  void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const shading::LightMotion> motion,
-                  const shading::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
+  void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const emitters::LightMotion> motion,
+                  const pattern::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
   void flush_curves();
   std::vector<bool> find_repeated_instances() const;
   void note_reach(float reach, const FileLoc& loc);

@@ -7,23 +7,23 @@
 #include "dapple/build/canopy_light_factory.h"
 #include "dapple/build/plugin_factory.h"
 #include "dapple/build/spectrum_params.h"
+#include "dapple/emitters/distant_light.h"
+#include "dapple/emitters/environment_light.h"
+#include "dapple/emitters/image_light.h"
+#include "dapple/emitters/infinite_light.h"
+#include "dapple/emitters/light_motion.h"
+#include "dapple/emitters/point_light.h"
+#include "dapple/emitters/portal_light.h"
+#include "dapple/emitters/shaped_light.h"
 #include "dapple/image/environment.h"
-#include "dapple/shading/distant_light.h"
-#include "dapple/shading/environment_light.h"
-#include "dapple/shading/image_light.h"
-#include "dapple/shading/infinite_light.h"
-#include "dapple/shading/light_motion.h"
-#include "dapple/shading/point_light.h"
-#include "dapple/shading/portal_light.h"
-#include "dapple/shading/shaped_light.h"
 
 namespace dapple::build {
 namespace {
 
+using emitters::Light;
 using scenefile::Entity;
 using scenefile::LightEntity;
 using scenefile::Param;
-using shading::Light;
 
 // Every light's colour is a spectrum of luminance 1 (rgb: as it is) times `scale`; pbrt-v4 divides all light spectra by
 // their luminance. Photometric targets replace the intensity the light would have at colour 1, and the colour and
@@ -35,7 +35,7 @@ FileLoc place_of(const Entity& e, std::string_view name) {
 }
 
 /// The spectrum texture of that name; null where the parameter is absent or no texture.
-shading::RgbTexturePtr varying(const Entity& e, std::string_view name, const TextureLibrary& textures) {
+pattern::RgbTexturePtr varying(const Entity& e, std::string_view name, const TextureLibrary& textures) {
   const Param* p = e.params.find(name);
   return p && p->type == scenefile::ParamType::texture ? textures.optional_unbounded_texture(e.params, name) : nullptr;
 }
@@ -113,8 +113,8 @@ image::Image white_square() {
   return image;
 }
 
-shading::Decay decay_of(const Entity& e) {
-  shading::Decay decay;
+emitters::Decay decay_of(const Entity& e) {
+  emitters::Decay decay;
   decay.exponent = e.params.get_float("falloff", 2);
   decay.reference = e.params.get_float("falloffdistance", 1);
   if (!(decay.exponent >= 0))
@@ -138,22 +138,22 @@ shading::Decay decay_of(const Entity& e) {
 }
 
 /// The light with its texture over directions, its shader and its decay, where the file gives them.
-std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<shading::PositionalLight> light,
-                              const shading::RgbTexturePtr& texture, const shading::DirectionMap& map,
+std::unique_ptr<Light> shaped(const LightEntity& e, std::unique_ptr<emitters::PositionalLight> light,
+                              const pattern::RgbTexturePtr& texture, const emitters::DirectionMap& map,
                               const BuildContext& context, const TextureLibrary& textures) {
-  const shading::Decay decay = decay_of(e);
-  shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e);
+  const emitters::Decay decay = decay_of(e);
+  emitters::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e);
   if (!texture && !shader && decay.is_inverse_square()) return light;
-  return std::make_unique<shading::ShapedLight>(std::move(light), decay, texture, map, std::move(shader));
+  return std::make_unique<emitters::ShapedLight>(std::move(light), decay, texture, map, std::move(shader));
 }
 
 std::unique_ptr<Light> make_point(const LightEntity& e, const Transform& t, const BuildContext& context,
                                   const TextureLibrary& textures) {
   const V3d from = e.params.get_point3("from", V3d(0, 0, 0));
-  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  const pattern::RgbTexturePtr texture = varying(e, "I", textures);
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) * (scale_of(e) * photometric(e, "power", 4 * pi));
-  return shaped(e, std::make_unique<shading::PointLight>(place(e, t, from), checked(e, I)), texture,
-                shading::DirectionMap::sphere(t), context, textures);
+  return shaped(e, std::make_unique<emitters::PointLight>(place(e, t, from), checked(e, I)), texture,
+                emitters::DirectionMap::sphere(t), context, textures);
 }
 
 std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -169,16 +169,16 @@ std::unique_ptr<Light> make_spot(const LightEntity& e, const Transform& t, const
     context.diagnostics.warn(place_of(e, "conedeltaangle"),
                              "\"conedeltaangle\" is wider than \"coneangle\" and is cut to it");
   const float end = radians(width), start = radians(std::max(width - delta, 0.0f));
-  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  const pattern::RgbTexturePtr texture = varying(e, "I", textures);
   if (texture && width > 80)
     throw InputError(place_of(e, "coneangle"),
                      "\"coneangle\" is too wide for a texture, which lies on a plane; expected at most 80 degrees");
   const RGB I = (texture ? RGB(1) : colour(e, "I", context)) *
-                (scale_of(e) * photometric(e, "power", shading::SpotLight::solid_angle(end, start)));
+                (scale_of(e) * photometric(e, "power", emitters::SpotLight::solid_angle(end, start)));
   const V3f position = place(e, t, from), axis = direction(e, t, from, to);
   const float half = std::tan(std::min(end, radians(80)));
-  return shaped(e, std::make_unique<shading::SpotLight>(position, axis, checked(e, I), end, start), texture,
-                shading::DirectionMap::plane(t, V3f(to - from), V2f(half, half)), context, textures);
+  return shaped(e, std::make_unique<emitters::SpotLight>(position, axis, checked(e, I), end, start), texture,
+                emitters::DirectionMap::plane(t, V3f(to - from), V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -188,15 +188,15 @@ std::unique_ptr<Light> make_goniometric(const LightEntity& e, const Transform& t
   if (!e.params.find("filename")) {
     context.diagnostics.warn(e.loc, "a goniometric light without \"filename\" shines alike in all directions");
     const RGB alike = checked(e, I * photometric(e, "power", 4 * pi));
-    return shaped(e, std::make_unique<shading::PointLight>(t.point({0, 0, 0}), alike), nullptr,
-                  shading::DirectionMap::sphere(t), context, textures);
+    return shaped(e, std::make_unique<emitters::PointLight>(t.point({0, 0, 0}), alike), nullptr,
+                  emitters::DirectionMap::sphere(t), context, textures);
   }
   image::EnvironmentImage diagram(emission_image(e, context, textures), std::nullopt, place_of(e, "filename"));
   const float at_one = 4 * pi * diagram.mean().average();
   return shaped(e,
-                std::make_unique<shading::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)),
-                                                            std::move(diagram)),
-                nullptr, shading::DirectionMap::sphere(t), context, textures);
+                std::make_unique<emitters::GoniometricLight>(t, checked(e, I * photometric(e, "power", at_one)),
+                                                             std::move(diagram)),
+                nullptr, emitters::DirectionMap::sphere(t), context, textures);
 }
 
 std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -205,23 +205,23 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
   if (!(fov > 0 && fov < 180))
     throw InputError(place_of(e, "fov"), "\"fov\" is out of range; expected degrees in (0, 180)");
   place(e, t, V3d(0, 0, 0));
-  const shading::RgbTexturePtr texture = varying(e, "I", textures);
+  const pattern::RgbTexturePtr texture = varying(e, "I", textures);
   if (texture && e.params.find("filename"))
     throw InputError(place_of(e, "filename"),
                      "a projection light has both \"I\" and \"filename\"; expected one of them");
   image::Image picture = texture ? white_square() : emission_image(e, context, textures);
   float scale = scale_of(e);
   if (e.params.find("power"))
-    scale *= photometric(e, "power", shading::ProjectionLight(t, RGB(1), picture, fov).power(0));
+    scale *= photometric(e, "power", emitters::ProjectionLight(t, RGB(1), picture, fov).power(0));
   const float half = std::tan(radians(fov) / 2);
-  return shaped(e, std::make_unique<shading::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov),
-                texture, shading::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
+  return shaped(e, std::make_unique<emitters::ProjectionLight>(t, checked(e, RGB(scale)), std::move(picture), fov),
+                texture, emitters::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
 }
 
 std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
   const V3d from = e.params.get_point3("from", V3d(0, 0, 0)), to = e.params.get_point3("to", V3d(0, 0, 1));
   const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", 1));
-  return std::make_unique<shading::DistantLight>(direction(e, t, to, from), checked(e, L));
+  return std::make_unique<emitters::DistantLight>(direction(e, t, to, from), checked(e, L));
 }
 
 /// Illuminance on a patch that faces +z in the light's space.
@@ -256,7 +256,7 @@ std::unique_ptr<Light> through_portal(const LightEntity& e, const Transform& t, 
         length(corners[2] - corners[1] - v) <= tolerance * std::max(length(u), length(v))))
     throw InputError(portal->loc, "the four points of a portal are not the corners of a rectangle, in order around it");
   corners[3] = corners[0] + v - u * (skew / length2(u));
-  return std::make_unique<shading::PortalLight>(std::move(sky), corners);
+  return std::make_unique<emitters::PortalLight>(std::move(sky), corners);
 }
 
 std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, const BuildContext& context,
@@ -264,7 +264,7 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
   const Param* filename = e.params.find("filename");
   if (!filename) {
     const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", pi));
-    return std::make_unique<shading::InfiniteLight>(checked(e, L));
+    return std::make_unique<emitters::InfiniteLight>(checked(e, L));
   }
   if (e.params.find("L"))
     throw InputError(filename->loc, "an infinite light has both \"L\" and \"filename\"; expected one of them");
@@ -276,18 +276,18 @@ std::unique_ptr<Light> make_infinite(const LightEntity& e, const Transform& t, c
   image::EnvironmentImage image(emission_image(e, context, textures), mapping, filename->loc);
   float scale = scale_of(e);
   if (e.params.find("illuminance")) scale *= photometric(e, "illuminance", upward_illuminance(image));
-  return std::make_unique<shading::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t);
+  return std::make_unique<emitters::EnvironmentLight>(std::move(image), checked(e, RGB(scale)), t);
 }
 
 /// What an AreaLightSource says, before it is laid over a primitive.
 struct AreaLightParams {
-  shading::AreaEmission emission;
+  emitters::AreaEmission emission;
   float power = 0;  // of each primitive of colour 1; 0 = not given
 
   float mean_luminance() const { return emission.pattern ? emission.pattern->mean_luminance() : 1; }
 
-  shading::AreaEmission on(const Entity& e, float area) const {
-    shading::AreaEmission out = emission;
+  emitters::AreaEmission on(const Entity& e, float area) const {
+    emitters::AreaEmission out = emission;
     const float at_one = pi * area * (emission.two_sided ? 2.0f : 1.0f) * mean_luminance();
     if (power > 0 && at_one > 0) out.radiance *= power / at_one;
     checked(e, out.radiance);
@@ -296,14 +296,14 @@ struct AreaLightParams {
 };
 
 AreaLightParams area_light_params(const Entity& e, const std::vector<std::optional<geom::EmitterShape>>& emitters,
-                                  const shading::FloatTexturePtr& alpha, const BuildContext& context,
+                                  const pattern::FloatTexturePtr& alpha, const BuildContext& context,
                                   const TextureLibrary& textures) {
   if (e.type != "diffuse") throw InputError(e.loc, "unknown area light \"" + e.type + "\"; " + one_of({"diffuse"}));
   AreaLightParams out;
   const Param* filename = e.params.find("filename");
   if (filename && e.params.find("L"))
     throw InputError(filename->loc, "an area light has both \"L\" and \"filename\"; expected one of them");
-  const shading::RgbTexturePtr texture = varying(e, "L", textures);
+  const pattern::RgbTexturePtr texture = varying(e, "L", textures);
   out.emission.radiance = checked(e, (texture ? RGB(1) : colour(e, "L", context)) * scale_of(e));
   out.emission.two_sided = e.params.get_bool("twosided", false);
   out.emission.invisible = alpha && alpha->constant() && *alpha->constant() <= 0;
@@ -313,12 +313,13 @@ AreaLightParams area_light_params(const Entity& e, const std::vector<std::option
   const bool masked = alpha && !out.emission.invisible;
   if (texture)
     out.emission.pattern =
-        std::make_shared<const shading::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
+        std::make_shared<const emitters::EmissionPattern>(texture, emitters, masked ? alpha : nullptr);
   else if (image || masked)
-    out.emission.pattern = std::make_shared<const shading::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
-  if (shading::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e)) {
-    auto pattern = out.emission.pattern ? std::make_shared<shading::EmissionPattern>(*out.emission.pattern)
-                                        : std::make_shared<shading::EmissionPattern>(nullptr, nullptr);
+    out.emission.pattern =
+        std::make_shared<const emitters::EmissionPattern>(std::move(image), masked ? alpha : nullptr);
+  if (emitters::LightShaderPtr shader = PluginFactory(context, textures).make_light_shader(e)) {
+    auto pattern = out.emission.pattern ? std::make_shared<emitters::EmissionPattern>(*out.emission.pattern)
+                                        : std::make_shared<emitters::EmissionPattern>(nullptr, nullptr);
     pattern->add_shader(std::move(shader), out.emission.radiance, emitters);
     out.emission.pattern = std::move(pattern);
   }
@@ -364,14 +365,14 @@ std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& cont
     context.diagnostics.unsupported(e.loc, "a light all around that moves", "one that stays as it is at shutter open");
     return light;
   }
-  return std::make_unique<shading::MovingLight>(std::move(light),
-                                                AnimatedTransform(t, context.origins.in_world(e.transform.end)));
+  return std::make_unique<emitters::MovingLight>(std::move(light),
+                                                 AnimatedTransform(t, context.origins.in_world(e.transform.end)));
 }
 
 std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
                                                      std::vector<std::optional<geom::EmitterShape>> emitters,
-                                                     const shading::FloatTexturePtr& alpha,
-                                                     std::shared_ptr<const shading::LightMotion> motion,
+                                                     const pattern::FloatTexturePtr& alpha,
+                                                     std::shared_ptr<const emitters::LightMotion> motion,
                                                      const BuildContext& context, const TextureLibrary& textures,
                                                      const FileLoc& loc) {
   const AreaLightParams params = area_light_params(e, emitters, alpha, context, textures);
@@ -382,10 +383,10 @@ std::vector<std::unique_ptr<Light>> make_area_lights(const Entity& e,
       ++without_area;
       continue;
     }
-    const shading::AreaEmission emission = params.on(e, geom::area(*emitters[i]));
+    const emitters::AreaEmission emission = params.on(e, geom::area(*emitters[i]));
     if (emission.radiance.is_black() || params.mean_luminance() == 0) continue;
-    lights[i] = motion ? shading::make_area_light(std::move(*emitters[i]), emission, motion)
-                       : shading::make_area_light(std::move(*emitters[i]), emission);
+    lights[i] = motion ? emitters::make_area_light(std::move(*emitters[i]), emission, motion)
+                       : emitters::make_area_light(std::move(*emitters[i]), emission);
   }
   if (without_area > 0)
     context.diagnostics.warn(loc, std::to_string(without_area) + " of " + std::to_string(emitters.size()) +

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "dapple/build/texture_factory.h"
+#include "dapple/emitters/area_light.h"
+#include "dapple/emitters/light.h"
 #include "dapple/geom/emitter_shape.h"
-#include "dapple/shading/area_light.h"
-#include "dapple/shading/light.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::build {
@@ -17,8 +17,8 @@ namespace dapple::build {
 // files and emission that is negative or not finite throw InputError; unused parameters are reported.
 
 /// A LightSource, here also those of the forest (canopy_light_factory.h). Null if it emits nothing.
-std::unique_ptr<shading::Light> make_light(const scenefile::LightEntity& entity, const BuildContext& context,
-                                           const TextureLibrary& textures);
+std::unique_ptr<emitters::Light> make_light(const scenefile::LightEntity& entity, const BuildContext& context,
+                                            const TextureLibrary& textures);
 
 /// The primitives of a shape as emitters, in the order of their numbers and with the side that SurfacePoint::Ng points
 /// to; nullopt for those without area. Empty for curves. Deforming meshes are taken at shutter open.
@@ -31,11 +31,11 @@ std::vector<std::optional<geom::EmitterShape>> make_joined_emitters(const trace:
 /// The lights of an AreaLightSource on one shape, one for each emitter: null where there is no emitter or no emission.
 /// Emitters without area are named in a warning. `alpha`: the shape's opacity, may be null. `motion`: of the shape,
 /// whose emitters are as at shutter open; null where it is still. `loc`: of the shape.
-std::vector<std::unique_ptr<shading::Light>> make_area_lights(const scenefile::Entity& entity,
-                                                              std::vector<std::optional<geom::EmitterShape>> emitters,
-                                                              const shading::FloatTexturePtr& alpha,
-                                                              std::shared_ptr<const shading::LightMotion> motion,
-                                                              const BuildContext& context,
-                                                              const TextureLibrary& textures, const FileLoc& loc);
+std::vector<std::unique_ptr<emitters::Light>> make_area_lights(const scenefile::Entity& entity,
+                                                               std::vector<std::optional<geom::EmitterShape>> emitters,
+                                                               const pattern::FloatTexturePtr& alpha,
+                                                               std::shared_ptr<const emitters::LightMotion> motion,
+                                                               const BuildContext& context,
+                                                               const TextureLibrary& textures, const FileLoc& loc);
 
 }  // namespace dapple::build

@@ -66,7 +66,7 @@ std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& sce
     log_warning("shadow masks know nothing of media: shadow rays are traced");
     return nullptr;
   }
-  const std::vector<shading::NarrowBeam> beams = vegetation::narrow_beams(scene);
+  const std::vector<emitters::NarrowBeam> beams = vegetation::narrow_beams(scene);
   forest::MaskVisibility::Settings s;
   s.sky_directions = request.sky_directions.value_or(0);
   if (beams.empty() && s.sky_directions == 0) {

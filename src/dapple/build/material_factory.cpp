@@ -14,9 +14,9 @@
 
 namespace dapple::build {
 
+using pattern::Input;
 using scenefile::MaterialEntity;
 using scenefile::MaterialIndex;
-using shading::Input;
 using shading::MaterialPtr;
 
 namespace {

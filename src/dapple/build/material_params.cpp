@@ -8,10 +8,10 @@
 
 namespace dapple::build {
 
+using pattern::Input;
 using scenefile::Param;
 using scenefile::ParamType;
 using shading::CoatInput;
-using shading::Input;
 using shading::MetalInput;
 using shading::RoughnessInput;
 using shading::SurfaceDetail;

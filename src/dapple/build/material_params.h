@@ -20,8 +20,8 @@ class MaterialParams {
   const TextureLibrary& textures() const { return textures_; }
 
   /// Clamped to [0, 1] by the materials.
-  shading::Input<RGB> reflectance(std::string_view name, RGB fallback) const;
-  shading::Input<float> number(std::string_view name, float fallback) const;
+  pattern::Input<RGB> reflectance(std::string_view name, RGB fallback) const;
+  pattern::Input<float> number(std::string_view name, float fallback) const;
   float constant(std::string_view name, float fallback) const { return params_.get_float(name, fallback); }
   /// Roughness, uroughness, vroughness and remaproughness; constants below zero throw, those above one are warned of.
   shading::RoughnessInput roughness(const std::string& prefix = {}) const;
@@ -42,7 +42,7 @@ class MaterialParams {
 
  private:
   FileLoc location_of(std::string_view name) const;
-  shading::Input<RGB> index(std::string_view name, RGB fallback) const;
+  pattern::Input<RGB> index(std::string_view name, RGB fallback) const;
   int bounded_int(std::string_view name, int fallback, int low, int high) const;
 
   const scenefile::MaterialEntity& entity_;

@@ -7,10 +7,10 @@
 
 namespace dapple::build {
 
-using shading::Input;
-using shading::RgbTexture;
-using shading::RgbTexturePtr;
-using shading::ShadingPoints;
+using pattern::Input;
+using pattern::RgbTexture;
+using pattern::RgbTexturePtr;
+using pattern::ShadingPoints;
 
 namespace {
 
@@ -42,7 +42,7 @@ class DerivedColour final : public RgbTexture {
 };
 
 RgbTexturePtr constant_colour(RGB c) {
-  return std::make_shared<shading::ConstantTexture<RGB>>(c);
+  return std::make_shared<pattern::ConstantTexture<RGB>>(c);
 }
 
 RgbTexturePtr hair_colour(const MaterialParams& params) {

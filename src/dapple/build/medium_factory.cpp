@@ -5,24 +5,24 @@
 #include <cmath>
 
 #include "dapple/build/spectrum_params.h"
-#include "dapple/shading/exponential_medium.h"
-#include "dapple/shading/grid_medium.h"
-#include "dapple/shading/homogeneous_medium.h"
-#include "dapple/shading/measured_media.h"
-#include "dapple/shading/pattern_medium.h"
+#include "dapple/media/exponential_medium.h"
+#include "dapple/media/grid_medium.h"
+#include "dapple/media/homogeneous_medium.h"
+#include "dapple/media/measured_media.h"
+#include "dapple/media/pattern_medium.h"
 
 namespace dapple::build {
 namespace {
 
+using media::GridMedium;
+using media::HenyeyGreenstein;
+using media::HomogeneousMedium;
+using media::PatternMedium;
+using media::VoxelGrid;
 using scenefile::MediumEntity;
 using scenefile::Param;
 using scenefile::ParamType;
-using shading::GridMedium;
-using shading::HenyeyGreenstein;
-using shading::HomogeneousMedium;
-using shading::PatternMedium;
-using shading::VoxelGrid;
-using MediumPtr = std::shared_ptr<const shading::Medium>;
+using MediumPtr = std::shared_ptr<const media::Medium>;
 
 FileLoc place_of(const MediumEntity& e, std::string_view name) {
   const Param* p = e.params.find(name);
@@ -64,12 +64,12 @@ Coefficients coefficients(const MediumEntity& e, const BuildContext& context) {
   if (preset.empty()) {
     out.sigma_a = coefficient(e, "sigma_a", out.sigma_a, context);
     out.sigma_s = coefficient(e, "sigma_s", out.sigma_s, context);
-  } else if (const shading::MeasuredMedium* m = shading::find_measured_medium(preset)) {
+  } else if (const media::MeasuredMedium* m = media::find_measured_medium(preset)) {
     out.sigma_a = m->absorption;
     out.sigma_s = m->reduced_scattering;
   } else {
     std::vector<std::string_view> names;
-    for (const auto& medium : shading::measured_media()) names.push_back(medium.name);
+    for (const auto& medium : media::measured_media()) names.push_back(medium.name);
     throw InputError(place_of(e, "preset"), "unknown preset \"" + preset + "\"; " + one_of(names));
   }
   const float scale = from_zero(e, "scale", 1);
@@ -120,11 +120,11 @@ MediumPtr make_exponential(const MediumEntity& e, const BuildContext& context) {
   const Transform world_to_medium = still_transform(e, context, V3d(0, 0, 0)).inverse();
   const V3f per_height = up * (1 / (size * height));
   const auto log_density = [&](const V3f& world) { return -dot(per_height, world_to_medium.point(world)); };
-  shading::ExponentialDensity density;
+  media::ExponentialDensity density;
   density.log_origin = log_density(V3f(0, 0, 0));
   for (int axis = 0; axis < 3; ++axis)
     density.slope[axis] = dot(per_height, world_to_medium.vector(V3f(axis == 0, axis == 1, axis == 2)));
-  return std::make_shared<shading::ExponentialMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e), density);
+  return std::make_shared<media::ExponentialMedium>(c.sigma_a, c.sigma_s, Le, phase_of(e), density);
 }
 
 /// Where a medium in a box lies.
@@ -223,7 +223,7 @@ MediumPtr make_rgb_grid(const MediumEntity& e, const BuildContext& context) {
 
 /// The bound of what varies, which must be there; an unused one of what does not is taken notice of.
 template <class T>
-float bound(const MediumEntity& e, const std::string& name, const shading::Input<T>& input) {
+float bound(const MediumEntity& e, const std::string& name, const pattern::Input<T>& input) {
   const std::string parameter = "max" + name;
   if (input.constant()) return from_zero(e, parameter, 0);
   if (!e.params.find(parameter))
@@ -238,13 +238,13 @@ MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const
   const Place place(e, context);
   PatternMedium::Content content;
   content.box = place.box;
-  content.sigma_a = shading::Input<RGB>(textures.unbounded_texture(e.params, "sigma_a", RGB(1)));
-  content.sigma_s = shading::Input<RGB>(textures.unbounded_texture(e.params, "sigma_s", RGB(1)));
-  content.density = shading::Input<float>(textures.float_texture(e.params, "density", 1));
+  content.sigma_a = pattern::Input<RGB>(textures.unbounded_texture(e.params, "sigma_a", RGB(1)));
+  content.sigma_s = pattern::Input<RGB>(textures.unbounded_texture(e.params, "sigma_s", RGB(1)));
+  content.density = pattern::Input<float>(textures.float_texture(e.params, "density", 1));
   const Param* Le = e.params.find("Le");
   content.emission = Le && Le->type == ParamType::texture
-                         ? shading::Input<RGB>(textures.unbounded_texture(e.params, "Le", RGB(0)))
-                         : shading::Input<RGB>(emission(e, context));
+                         ? pattern::Input<RGB>(textures.unbounded_texture(e.params, "Le", RGB(0)))
+                         : pattern::Input<RGB>(emission(e, context));
   content.sigma_a_bound = bound(e, "sigma_a", content.sigma_a);
   content.sigma_s_bound = bound(e, "sigma_s", content.sigma_s);
   content.density_bound = bound(e, "density", content.density);

@@ -6,9 +6,9 @@
 namespace dapple::build {
 
 ShapeOpacity OpacityFactory::make(const scenefile::ShapeEntity& e) {
-  shading::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
+  pattern::FloatTexturePtr alpha = textures_.optional_float_texture(e.params, "alpha");
   if (alpha && alpha->constant() && *alpha->constant() >= 1) alpha = nullptr;
-  shading::RgbTexturePtr opacity = textures_.optional_reflectance_texture(e.params, "opacity");
+  pattern::RgbTexturePtr opacity = textures_.optional_reflectance_texture(e.params, "opacity");
   if (opacity && opacity->constant() && opacity->constant()->min() >= 1) opacity = nullptr;
   shading::MaterialPtr shader = materials_[size_t(e.material)];
   if (!shader->stages().has(shading::Stage::opacity)) shader = nullptr;

@@ -12,8 +12,8 @@ namespace dapple::build {
 
 /// How much of the light a shape stops, as GeometryBinding has it. Null: all.
 struct ShapeOpacity {
-  shading::FloatTexturePtr alpha;
-  shading::RgbTexturePtr colored;
+  pattern::FloatTexturePtr alpha;
+  pattern::RgbTexturePtr colored;
   bool operator==(const ShapeOpacity&) const = default;
 };
 
@@ -32,7 +32,7 @@ class OpacityFactory {
   const BuildContext& context_;
   const TextureLibrary& textures_;
   const std::vector<shading::MaterialPtr>& materials_;
-  std::map<std::tuple<shading::MaterialPtr, shading::RgbTexturePtr, shading::FloatTexturePtr>, ShapeOpacity> made_;
+  std::map<std::tuple<shading::MaterialPtr, pattern::RgbTexturePtr, pattern::FloatTexturePtr>, ShapeOpacity> made_;
 };
 
 }  // namespace dapple::build

@@ -2,11 +2,11 @@
 #include "dapple/build/pattern_nodes.h"
 
 #include "dapple/build/spectrum_params.h"
-#include "dapple/shading/pattern_ramp.h"
+#include "dapple/pattern/pattern_ramp.h"
 
 namespace dapple::build {
 
-using namespace shading;
+using namespace pattern;
 
 namespace {
 

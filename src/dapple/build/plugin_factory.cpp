@@ -38,7 +38,7 @@ MaterialPtr PluginFactory::make(const MaterialEntity& entity) {
     warn_of_stand_in(e, entity.loc, "a surface of diffuse magenta", context_);
   }
   for (const scenefile::Param& p : entity.params.all()) entity.params.find(p.name);  // what they would mean is unknown
-  return std::make_shared<shading::DiffuseMaterial>(shading::Input<RGB>(RGB(1, 0, 1)), shading::SurfaceDetail());
+  return std::make_shared<shading::DiffuseMaterial>(pattern::Input<RGB>(RGB(1, 0, 1)), shading::SurfaceDetail());
 }
 
 // The plug-in that a parameter names, with the entity's values of what it declares.
@@ -62,7 +62,7 @@ MaterialPtr PluginFactory::load(const MaterialEntity& entity) {
   return std::make_shared<shading::GuardedMaterial>(code, code->make(values, entity.loc), code->table().stages, name);
 }
 
-shading::LightShaderPtr PluginFactory::make_light_shader(const scenefile::Entity& entity) {
+emitters::LightShaderPtr PluginFactory::make_light_shader(const scenefile::Entity& entity) {
   if (!entity.params.find("shader")) return nullptr;
   try {
     return load_light_shader(entity);
@@ -74,7 +74,7 @@ shading::LightShaderPtr PluginFactory::make_light_shader(const scenefile::Entity
   return nullptr;
 }
 
-shading::LightShaderPtr PluginFactory::load_light_shader(const scenefile::Entity& entity) {
+emitters::LightShaderPtr PluginFactory::load_light_shader(const scenefile::Entity& entity) {
   std::vector<ParamValue> values;
   const shading::PluginLibraryPtr code = library(entity, "shader", &values);
   for (const ParamDecl& declared : code->parameters())

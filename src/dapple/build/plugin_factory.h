@@ -5,7 +5,7 @@
 #include <string>
 
 #include "dapple/build/texture_factory.h"
-#include "dapple/shading/light_shader.h"
+#include "dapple/emitters/light_shader.h"
 #include "dapple/shading/plugin_library.h"
 
 namespace dapple::build {
@@ -21,11 +21,11 @@ class PluginFactory {
   shading::MaterialPtr make(const scenefile::MaterialEntity& entity);
   /// The light shader that "string shader" of a light names; null where there is none, and, with keep_going, after a
   /// warning where it cannot be used.
-  shading::LightShaderPtr make_light_shader(const scenefile::Entity& entity);
+  emitters::LightShaderPtr make_light_shader(const scenefile::Entity& entity);
 
  private:
   shading::MaterialPtr load(const scenefile::MaterialEntity& entity);
-  shading::LightShaderPtr load_light_shader(const scenefile::Entity& entity);
+  emitters::LightShaderPtr load_light_shader(const scenefile::Entity& entity);
   shading::PluginLibraryPtr library(const scenefile::Entity& entity, const char* parameter,
                                     std::vector<shading::ParamValue>* values);
   shading::ParamValue value(const shading::ParamDecl& declared, const scenefile::ParamSet& params) const;

@@ -90,9 +90,9 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
     diagnostics.warn(whole(description), "the scene has no light: only ambient occlusion will show anything");
   const Box3f bounds = scene.traced.bounds();
   const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
-  std::vector<const shading::Light*> lights;
+  std::vector<const emitters::Light*> lights;
   for (const auto& light : scene.lights) lights.push_back(light.get());
-  if (!lights.empty()) scene.light_sampler = std::make_unique<shading::LightSampler>(lights, radius);
+  if (!lights.empty()) scene.light_sampler = std::make_unique<emitters::LightSampler>(lights, radius);
   built.times.total_seconds = timer.seconds();
   return built;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/subsurface_factory.h"
 
-#include "dapple/shading/measured_media.h"
+#include "dapple/media/measured_media.h"
 #include "dapple/shading/subsurface_material.h"
 
 namespace dapple::build {
 
-using shading::Input;
+using pattern::Input;
 using shading::InteriorInput;
 
 namespace {
@@ -31,10 +31,10 @@ Input<RGB> coefficient(const MaterialParams& params, std::string_view name, RGB 
 }
 
 void use_measured(const MaterialParams& params, const std::string& name, InteriorInput* interior) {
-  const shading::MeasuredMedium* medium = shading::find_measured_medium(name);
+  const media::MeasuredMedium* medium = media::find_measured_medium(name);
   if (!medium) {
     std::vector<std::string_view> names;
-    for (const auto& m : shading::measured_media()) names.push_back(m.name);
+    for (const auto& m : media::measured_media()) names.push_back(m.name);
     throw InputError(place_of(params, "name"), "unknown medium \"" + name + "\"; " + one_of(names));
   }
   interior->sigma_a = Input<RGB>(medium->absorption);

@@ -7,7 +7,7 @@
 
 namespace dapple::build {
 
-using namespace shading;
+using namespace pattern;
 
 namespace {
 

@@ -7,7 +7,7 @@ namespace dapple::build {
 
 /// Makes the pattern of one Texture directive: pbrt-v4's types, parameters and defaults, and those of pattern_nodes.h.
 /// An unknown type throws InputError with the list of known ones.
-shading::PatternFloat make_float_pattern(const TextureInputs& in);
-shading::PatternColor make_color_pattern(const TextureInputs& in);
+pattern::PatternFloat make_float_pattern(const TextureInputs& in);
+pattern::PatternColor make_color_pattern(const TextureInputs& in);
 
 }  // namespace dapple::build

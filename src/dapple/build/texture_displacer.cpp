@@ -3,7 +3,7 @@
 
 namespace dapple::build {
 
-using shading::ShadingPoints;
+using pattern::ShadingPoints;
 
 void TextureDisplacer::heights(std::span<const geom::PatchSample> from, float* heights) const {
   static_assert(ShadingPoints::capacity >= int(capacity));

@@ -2,18 +2,18 @@
 #pragma once
 
 #include "dapple/geom/displacer.h"
-#include "dapple/shading/texture.h"
+#include "dapple/pattern/texture.h"
 
 namespace dapple::build {
 
 /// Displaces by a float texture, filtered over a micropolygon.
 class TextureDisplacer final : public geom::Displacer {
  public:
-  explicit TextureDisplacer(shading::FloatTexturePtr texture) : texture_(std::move(texture)) {}
+  explicit TextureDisplacer(pattern::FloatTexturePtr texture) : texture_(std::move(texture)) {}
   void heights(std::span<const geom::PatchSample> points, float* heights) const override;
 
  private:
-  shading::FloatTexturePtr texture_;
+  pattern::FloatTexturePtr texture_;
 };
 
 }  // namespace dapple::build

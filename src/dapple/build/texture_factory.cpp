@@ -10,7 +10,7 @@
 
 namespace dapple::build {
 
-using namespace shading;
+using namespace pattern;
 using scenefile::Param;
 using scenefile::ParamSet;
 using scenefile::ParamType;

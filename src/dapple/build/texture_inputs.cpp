@@ -6,7 +6,7 @@
 
 namespace dapple::build {
 
-using namespace shading;
+using namespace pattern;
 using scenefile::Param;
 using scenefile::ParamType;
 

@@ -4,12 +4,12 @@
 #include <type_traits>
 
 #include "dapple/build/texture_factory.h"
-#include "dapple/shading/patterns.h"
+#include "dapple/pattern/patterns.h"
 
 namespace dapple::build {
 
 template <class T>
-using Pattern = std::conditional_t<std::is_same_v<T, float>, shading::PatternFloat, shading::PatternColor>;
+using Pattern = std::conditional_t<std::is_same_v<T, float>, pattern::PatternFloat, pattern::PatternColor>;
 
 /// The parameters of one Texture directive as patterns, and what its maker needs besides. Names and defaults are the
 /// maker's.
@@ -23,7 +23,7 @@ struct TextureInputs {
   const scenefile::TextureEntity& entity;
   const scenefile::ParamSet& params;
   TextureRole role;
-  shading::PatternGraph& graph;
+  pattern::PatternGraph& graph;
   Transform world_to_texture;
 
   /// pbrt's inputs of a node of type T: numbers or textures of that type, colours in the node's role.
@@ -34,8 +34,8 @@ struct TextureInputs {
 
   /// Inputs of arithmetic. A colour may also be given by a number or a float texture; rgb is taken as it is, above 1
   /// too.
-  shading::PatternFloat number(std::string_view name, float fallback) const;
-  shading::PatternColor color(std::string_view name, float fallback) const;
+  pattern::PatternFloat number(std::string_view name, float fallback) const;
+  pattern::PatternColor color(std::string_view name, float fallback) const;
   template <class T>
   Pattern<T> operand(std::string_view name, float fallback) const {
     if constexpr (std::is_same_v<T, float>)
@@ -45,9 +45,9 @@ struct TextureInputs {
   }
 
   /// A point of the plane: pbrt's mappings, or the float textures s and t.
-  shading::PatternPoint2 point2() const;
+  pattern::PatternPoint2 point2() const;
   /// A point of space: texture space, any of whose coordinates the float textures x, y, z replace.
-  shading::PatternPoint3 point3() const;
+  pattern::PatternPoint3 point3() const;
   int octaves() const;
 
   [[noreturn]] void fail(const std::string& what) const { throw InputError(entity.loc, what); }

@@ -58,9 +58,9 @@ void warn_of_not_numbers(size_t count, const std::string& path, const FileLoc& l
         "NaN in " + path);
 }
 
-shading::PatternColor missing_image(shading::PatternGraph& graph) {
-  return mix(shading::pattern_number(graph, RGB(1, 0, 1)), shading::pattern_number(graph, RGB(0)),
-             shading::checkerboard(shading::uv_mapping(graph, 10, 10)));
+pattern::PatternColor missing_image(pattern::PatternGraph& graph) {
+  return mix(pattern::pattern_number(graph, RGB(1, 0, 1)), pattern::pattern_number(graph, RGB(0)),
+             pattern::checkerboard(pattern::uv_mapping(graph, 10, 10)));
 }
 
 void warn_of_stand_in(const InputError& error, const FileLoc& loc, const std::string& stand_in,

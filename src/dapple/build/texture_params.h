@@ -4,7 +4,7 @@
 #include <string>
 
 #include "dapple/build/texture_factory.h"
-#include "dapple/shading/patterns.h"
+#include "dapple/pattern/patterns.h"
 
 namespace dapple::build {
 
@@ -18,7 +18,7 @@ struct ImageParams {
   std::string path;
   FileLoc loc;  ///< of the file name
   image::Encoding encoding;
-  shading::ImageTextureOptions options;
+  pattern::ImageTextureOptions options;
   bool weigh_by_alpha = true;  ///< of colours: see image::TextureWeight
 };
 ImageParams image_params(const scenefile::TextureEntity& entity, const BuildContext& context);
@@ -27,7 +27,7 @@ ImageParams image_params(const scenefile::TextureEntity& entity, const BuildCont
 void warn_of_not_numbers(size_t count, const std::string& path, const FileLoc& loc, const BuildContext& context);
 
 /// What stands in for images that cannot be read: magenta and black squares, ten to the unit.
-shading::PatternColor missing_image(shading::PatternGraph& graph);
+pattern::PatternColor missing_image(pattern::PatternGraph& graph);
 /// The warning that goes with it.
 void warn_of_stand_in(const InputError& error, const FileLoc& loc, const std::string& stand_in,
                       const BuildContext& context);

@@ -9,7 +9,7 @@ using shading::Stage;
 
 namespace {
 
-constexpr int capacity = shading::ShadingPoints::capacity;
+constexpr int capacity = pattern::ShadingPoints::capacity;
 
 // The points of one material, side by side.
 struct Group {

@@ -83,7 +83,7 @@ void HitShader::prelight(const Place& place, ShadingWorkspace& w) const {
   static_assert(MaterialTable::Scratch::most_points >= PointBatch::capacity);
   shading_.materials.prelight(
       b.count, b.geometry, b.surface,
-      [&b](int k, shading::ShadingPoints* points, int lane) { b.describe(k, points, lane); }, b.bsdf, w.prelighting,
+      [&b](int k, pattern::ShadingPoints* points, int lane) { b.describe(k, points, lane); }, b.bsdf, w.prelighting,
       &w.stages, place.arrival == Arrival::diffuse ? MaterialTable::For::diffuse_rays : MaterialTable::For::viewers);
   const bool mirror = shading_.coats_mirror(place);
   for (int k = 0; k < b.count; ++k) {

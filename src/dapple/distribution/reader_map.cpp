@@ -4,7 +4,7 @@
 namespace dapple::distribution {
 
 void ReaderMap::add_depth(std::span<const Reader> readers, float rays_each) {
-  OfDepth of{shading::RegionTree(readers), {}};
+  OfDepth of{emitters::RegionTree(readers), {}};
   of.density.resize(of.regions.size());
   for (const Reader& at : readers)
     for (int r = of.regions.home(at); r >= 0; r = of.regions.parent(r)) of.density[size_t(r)] += rays_each;

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dapple/shading/region_tree.h"
+#include "dapple/emitters/region_tree.h"
 
 namespace dapple::distribution {
 
@@ -13,7 +13,7 @@ namespace dapple::distribution {
 class ReaderMap {
  public:
   /// A place where a ray ended, and the normal of the side that it met: LightReceiver::p and n.
-  using Reader = shading::LightReceiver;
+  using Reader = emitters::LightReceiver;
 
   /// Nothing is known yet of diffuse depth depths() + 1: `readers` are some rays of that depth, each of which stands
   /// for so many.
@@ -32,7 +32,7 @@ class ReaderMap {
 
  private:
   struct OfDepth {
-    shading::RegionTree regions;
+    emitters::RegionTree regions;
     std::vector<float> density;  // by region: rays a square metre
   };
   std::vector<OfDepth> depths_;

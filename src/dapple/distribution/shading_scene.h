@@ -23,8 +23,8 @@ struct ShadingSettings {
   bool caustics = true;
   uint64_t seed = 0;
   /// Masks in place of shadow rays; null: none. Must outlive what shades.
-  const shading::Visibility* visibility = nullptr;
-  std::shared_ptr<const shading::LearnedLights> learned_lights;  ///< null: none
+  const emitters::Visibility* visibility = nullptr;
+  std::shared_ptr<const emitters::LearnedLights> learned_lights;  ///< null: none
   /// Light that media scatter from suns and lamps straight into camera rays; null: rays find it.
   std::shared_ptr<const light::ShaftLight> shafts;
 

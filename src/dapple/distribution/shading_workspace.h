@@ -36,7 +36,7 @@ struct ShadingWorkspace : light::LightWorkspace {
   integrate::MaterialTable::Scratch prelighting;
   gi::TileLinker::Scratch linking;
   std::unique_ptr<light::SurfaceMedia::Scratch> surface_media;  ///< null until it is needed
-  shading::ShadingPoints points;                                ///< for stages that shaders have of their own
+  pattern::ShadingPoints points;                                ///< for stages that shaders have of their own
   gi::RadiosityCache::Counts caches, irradiance_caches;
   double fill_seconds = 0;  ///< of all fills so far
   NearLights near_lights;

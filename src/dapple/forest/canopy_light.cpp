@@ -92,7 +92,7 @@ double CanopyLight::sky_pdf(const V3d& w) const {
          (2 * pi_d);
 }
 
-bool CanopyLight::sample(const shading::LightReceiver& to, const V2f& u, shading::LightSample* out) const {
+bool CanopyLight::sample(const emitters::LightReceiver& to, const V2f& u, emitters::LightSample* out) const {
   V3d w;
   const float share = float(sun_share_);
   if (u.x < share) {
@@ -109,7 +109,7 @@ bool CanopyLight::sample(const shading::LightReceiver& to, const V2f& u, shading
   return out->pdf > 0 && out->pdf < infinity;
 }
 
-float CanopyLight::pdf(const shading::LightReceiver&, const V3f& wi, const V3f&, const V3f&) const {
+float CanopyLight::pdf(const emitters::LightReceiver&, const V3f& wi, const V3f&, const V3f&) const {
   const V3d w = to_local(wi);
   return float(sun_share_ * (sun_ ? sun_->pdf(w) : 0) + (1 - sun_share_) * (sky_ ? sky_pdf(w) : 0));
 }
@@ -120,10 +120,10 @@ RGB CanopyLight::environment_at(const V3f& p, const V3f& wi, float) const {
   return L.is_black() ? L : L * transmittance(p, w);
 }
 
-std::optional<shading::NarrowBeam> CanopyLight::narrow_beam() const {
+std::optional<emitters::NarrowBeam> CanopyLight::narrow_beam() const {
   if (!sun_) return std::nullopt;
   const V3f w(sun_->direction());
-  return shading::NarrowBeam{normalize(x_ * w.x + y_ * w.y + z_ * w.z), float(sun_->radius())};
+  return emitters::NarrowBeam{normalize(x_ * w.x + y_ * w.y + z_ * w.z), float(sun_->radius())};
 }
 
 float CanopyLight::power(float scene_radius) const {

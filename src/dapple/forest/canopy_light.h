@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "dapple/base/transform.h"
+#include "dapple/emitters/light.h"
 #include "dapple/forest/canopy_mask.h"
 #include "dapple/forest/sky_dome.h"
 #include "dapple/forest/sun_disc.h"
 #include "dapple/numeric/distribution.h"
-#include "dapple/shading/light.h"
 
 namespace dapple::forest {
 
@@ -19,7 +19,7 @@ namespace dapple::forest {
 ///
 /// Drawn: sun or sky with a fixed probability; the sun uniformly over its disc, the sky by radiance times a guess of
 /// the receiver's cosine on cells of equal solid angle. The mask is not part of the density.
-class CanopyLight final : public shading::Light {
+class CanopyLight final : public emitters::Light {
  public:
   struct Sheet {
     CanopyMask mask;
@@ -31,12 +31,12 @@ class CanopyLight final : public shading::Light {
   CanopyLight(const std::optional<Sheet>& sheet, const std::optional<SunDisc>& sun, const std::optional<SkyDome>& sky,
               const Transform& light_to_world);
 
-  bool sample(const shading::LightReceiver& to, const V2f& u, shading::LightSample* out) const override;
-  float pdf(const shading::LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override;
+  bool sample(const emitters::LightReceiver& to, const V2f& u, emitters::LightSample* out) const override;
+  float pdf(const emitters::LightReceiver& to, const V3f& wi, const V3f& p_light, const V3f& n_light) const override;
   RGB environment_at(const V3f& p, const V3f& wi, float dwi) const override;
   bool is_infinite() const override { return true; }
-  std::optional<shading::NarrowBeam> narrow_beam() const override;
-  std::optional<shading::LightBounds> bounds() const override { return std::nullopt; }
+  std::optional<emitters::NarrowBeam> narrow_beam() const override;
+  std::optional<emitters::LightBounds> bounds() const override { return std::nullopt; }
   float power(float scene_radius) const override;
 
   /// It looks different from place to place.

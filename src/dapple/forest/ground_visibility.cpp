@@ -35,7 +35,7 @@ size_t GroundLight::bytes() const {
   return numbers * sizeof(float);
 }
 
-GroundVisibility::GroundVisibility(GroundLight light, std::shared_ptr<const shading::Visibility> rest)
+GroundVisibility::GroundVisibility(GroundLight light, std::shared_ptr<const emitters::Visibility> rest)
     : light_(std::move(light)), rest_(std::move(rest)) {}
 
 bool GroundVisibility::find(const V3f& P, const V3f& Ng, V2f* place) const {
@@ -59,9 +59,9 @@ bool GroundVisibility::answers(const V3f& P, const V3f& Ng, const V3f& d) const 
   return (share_of(d) && find(P, Ng, &place)) || (rest_ && rest_->answers(P, Ng, d));
 }
 
-void GroundVisibility::visible(const shading::ShadowRays& rays, RGB* visible) const {
-  shading::ShadowRays others;
-  int ray[shading::ShadowRays::capacity];
+void GroundVisibility::visible(const emitters::ShadowRays& rays, RGB* visible) const {
+  emitters::ShadowRays others;
+  int ray[emitters::ShadowRays::capacity];
   for (int i = 0; i < rays.count; ++i) {
     V2f place;
     const Raster* const share = share_of(rays.d[i]);
@@ -74,7 +74,7 @@ void GroundVisibility::visible(const shading::ShadowRays& rays, RGB* visible) co
     ray[k] = i;
   }
   if (others.count == 0) return;
-  RGB found[shading::ShadowRays::capacity];
+  RGB found[emitters::ShadowRays::capacity];
   rest_->visible(others, found);
   for (int k = 0; k < others.count; ++k) visible[ray[k]] = found[k];
 }

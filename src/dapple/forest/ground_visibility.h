@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "dapple/emitters/visibility.h"
 #include "dapple/forest/canopy_mask.h"
-#include "dapple/shading/visibility.h"
 
 namespace dapple::forest {
 
@@ -35,20 +35,20 @@ struct GroundLight {
 /// Shadows on level ground far from the eye by GroundLight: the same share for every ray to one light, so that its
 /// irradiance comes out without noise. It answers for surfaces within 45 degrees of level that are as high as the
 /// ground; the rest it leaves to another.
-class GroundVisibility final : public shading::Visibility {
+class GroundVisibility final : public emitters::Visibility {
  public:
   /// rest: asked about all else; null: nobody is.
-  GroundVisibility(GroundLight light, std::shared_ptr<const shading::Visibility> rest);
+  GroundVisibility(GroundLight light, std::shared_ptr<const emitters::Visibility> rest);
 
   bool answers(const V3f& P, const V3f& Ng, const V3f& d) const override;
-  void visible(const shading::ShadowRays& rays, RGB* visible) const override;
+  void visible(const emitters::ShadowRays& rays, RGB* visible) const override;
 
  private:
   bool find(const V3f& P, const V3f& Ng, V2f* place) const;
   const Raster* share_of(const V3f& d) const;
 
   const GroundLight light_;
-  const std::shared_ptr<const shading::Visibility> rest_;
+  const std::shared_ptr<const emitters::Visibility> rest_;
 };
 
 }  // namespace dapple::forest

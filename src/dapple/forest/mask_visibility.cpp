@@ -18,13 +18,13 @@ V3f spiral_direction(int i, int n) {
   return normalize(V3f(float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)));
 }
 
-MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const shading::NarrowBeam> suns,
+MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const emitters::NarrowBeam> suns,
                                const Settings& s)
     : scene_(std::move(scene)), store_(s.max_bytes) {
   if (s.sky_directions < 0 || s.sky_directions > most_sky_directions)
     throw std::invalid_argument("masks of the sky have from 0 to " + std::to_string(most_sky_directions) +
                                 " directions");
-  for (const shading::NarrowBeam& sun : suns) {
+  for (const emitters::NarrowBeam& sun : suns) {
     sun_cosine_.push_back(std::cos(sun.radius + margin));
     maps_.push_back(std::make_unique<SlabMap>(*scene_, sun.to_light, double(std::tan(sun.radius + margin)), s.sun,
                                               store_, uint32_t(maps_.size())));
@@ -54,15 +54,15 @@ bool MaskVisibility::answers(const V3f&, const V3f&, const V3f& d) const {
   return !sky_x_.empty() && d.z > 0;
 }
 
-void MaskVisibility::visible(const shading::ShadowRays& rays, RGB* visible) const {
+void MaskVisibility::visible(const emitters::ShadowRays& rays, RGB* visible) const {
   struct Ordered {
     TileKey key;
     int ray;
     bool operator<(const Ordered& o) const {
       return std::tie(key.map, key.y, key.x, ray) < std::tie(o.key.map, o.key.y, o.key.x, o.ray);
     }
-  } order[shading::ShadowRays::capacity];
-  V3f grid[shading::ShadowRays::capacity];
+  } order[emitters::ShadowRays::capacity];
+  V3f grid[emitters::ShadowRays::capacity];
   for (int i = 0; i < rays.count; ++i) {
     const SlabMap& map = *maps_[size_t(map_of(rays.d[i]))];
     grid[i] = map.frame().to_grid(rays.P[i]);

@@ -3,16 +3,16 @@
 
 #include <span>
 
+#include "dapple/emitters/light.h"
+#include "dapple/emitters/visibility.h"
 #include "dapple/forest/slab_map.h"
-#include "dapple/shading/light.h"
-#include "dapple/shading/visibility.h"
 
 namespace dapple::forest {
 
 /// Shadows of sun and sky by slab maps: one map along each sun's beam, which its disc's rays cross at their own angles,
 /// and one for each of a number of directions of the sky, to which rays are rounded. Rays elsewhere, and those from
 /// below the horizon (z up), it does not answer.
-class MaskVisibility final : public shading::Visibility {
+class MaskVisibility final : public emitters::Visibility {
  public:
   struct Settings {
     SlabResolution sun, sky;
@@ -23,11 +23,11 @@ class MaskVisibility final : public shading::Visibility {
 
   /// scene: what stands in the way; it is kept. std::invalid_argument as SlabMap, and for more directions than
   /// most_sky_directions.
-  MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const shading::NarrowBeam> suns,
+  MaskVisibility(std::unique_ptr<const FacetScene> scene, std::span<const emitters::NarrowBeam> suns,
                  const Settings& settings);
 
   bool answers(const V3f& P, const V3f& Ng, const V3f& d) const override;
-  void visible(const shading::ShadowRays& rays, RGB* visible) const override;
+  void visible(const emitters::ShadowRays& rays, RGB* visible) const override;
 
   TileStore::State tiles() const { return store_.state(); }
   size_t facet_bytes() const { return scene_->bytes(); }

@@ -15,10 +15,10 @@
 namespace dapple::gi {
 
 using integrate::CacheState;
-using shading::FloatTexturePtr;
-using shading::RgbTexturePtr;
-using shading::ShadingPoints;
-using shading::TextureReads;
+using pattern::FloatTexturePtr;
+using pattern::RgbTexturePtr;
+using pattern::ShadingPoints;
+using pattern::TextureReads;
 
 namespace {
 
@@ -113,7 +113,7 @@ OpacityCache::Source OpacityCache::make_source(uint32_t geometry) {
   return s;
 }
 
-uint32_t OpacityCache::picture_of(const FloatTexturePtr& texture, const shading::UvImage& image) {
+uint32_t OpacityCache::picture_of(const FloatTexturePtr& texture, const pattern::UvImage& image) {
   const uint32_t number = index_in(&picture_textures_, texture);
   if (number == pictures_.size()) {
     const V2i size = image.image.resolution();
@@ -180,7 +180,7 @@ float OpacityCache::seen_in_picture(const Source& s, const Hit& hit, Counts* cou
   const Picture& p = pictures_[s.number];
   float area;
   const V2f uv = s.mesh->uv_at(hit.primitive, hit.u, hit.v, &area);
-  const shading::UvImage& map = p.image;
+  const pattern::UvImage& map = p.image;
   const auto at = p.lattice.corners(image::sane_coordinate(map.scale.x * uv.x + map.offset.x, p.lattice.wrap),
                                     image::sane_coordinate(1 - (map.scale.y * uv.y + map.offset.y), p.lattice.wrap));
   const bool whole = !p.texels.empty();
@@ -341,7 +341,7 @@ void OpacityCache::compute_texels(const Picture& p, int x0, int y0, int across, 
 }
 
 template <class T>
-void OpacityCache::compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across,
+void OpacityCache::compute_plane(const pattern::Texture<T>& texture, int level, int x0, int y0, int across,
                                  uint8_t* out) const {
   const int side = points_across(level), per_cell = side * side;
   const float size = 1 / float(1 << level);

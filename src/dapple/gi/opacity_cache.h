@@ -71,7 +71,7 @@ class OpacityCache final : public trace::OpacityTest {
   enum class Kind : uint8_t { constant, exact, picture, plane, primitive };
   /// What is cached for all that bears it.
   struct Picture {
-    shading::UvImage image;
+    pattern::UvImage image;
     image::TexelLattice lattice;
     std::vector<uint8_t> texels;  ///< top row first; empty where they do not fit
   };
@@ -97,7 +97,7 @@ class OpacityCache final : public trace::OpacityTest {
   struct CellPlace;
 
   Source make_source(uint32_t geometry);
-  uint32_t picture_of(const shading::FloatTexturePtr& texture, const shading::UvImage& image);
+  uint32_t picture_of(const pattern::FloatTexturePtr& texture, const pattern::UvImage& image);
   void decode_pictures(size_t bytes);
   float exact(const Hit& hit) const;
   float seen_in_picture(const Source& s, const Hit& hit, Counts* counts) const;
@@ -115,15 +115,15 @@ class OpacityCache final : public trace::OpacityTest {
   void compute(const Lattice& lattice, int x0, int y0, int across, uint8_t* out) const;
   void compute_texels(const Picture& picture, int x0, int y0, int across, uint8_t* out) const;
   template <class T>
-  void compute_plane(const shading::Texture<T>& texture, int level, int x0, int y0, int across, uint8_t* out) const;
+  void compute_plane(const pattern::Texture<T>& texture, int level, int x0, int y0, int across, uint8_t* out) const;
   template <class T>
   void compute_primitive(const Lattice& lattice, int x0, int y0, int across, uint8_t* out) const;
 
   scene::Scene& scene_;
-  std::vector<shading::FloatTexturePtr> textures_;  ///< in the plane
-  std::vector<shading::RgbTexturePtr> colored_textures_;
+  std::vector<pattern::FloatTexturePtr> textures_;  ///< in the plane
+  std::vector<pattern::RgbTexturePtr> colored_textures_;
   std::vector<Picture> pictures_;
-  std::vector<shading::FloatTexturePtr> picture_textures_;
+  std::vector<pattern::FloatTexturePtr> picture_textures_;
   std::vector<Source> sources_;  ///< by geometry
   size_t texel_bytes_ = 0;
   double decoding_seconds_ = 0;

@@ -160,7 +160,7 @@ void FeatureTracer::follow_rays(Workspace& w) const {
     }
     materials_.prelight(
         w.points, w.geometry, w.surface,
-        [&](int k, shading::ShadingPoints* out, int lane) {
+        [&](int k, pattern::ShadingPoints* out, int lane) {
           const int i = w.point_ray[k];
           const Workspace::PendingRay& r = w.first[i];
           scene::Scene::set_point(w.surface[k], r.ray.d, r.width + r.spread * w.distance[i], r.ray.time,
@@ -190,7 +190,7 @@ void FeatureTracer::describe(int k, Workspace& w) const {
   const Workspace::PendingRay& r = w.first[i];
   const V3f wo = -r.ray.d;
   RGB albedo = w.bsdf[k].albedo();
-  if (const shading::Light* light = scene_.emitter(w.geometry[k], w.hits.primitive[i]))
+  if (const emitters::Light* light = scene_.emitter(w.geometry[k], w.hits.primitive[i]))
     albedo += displayed(light->emitted(w.surface[k].P, w.surface[k].Ng, V2f(w.surface[k].u, w.surface[k].v), wo));
   w.add(r.sample, r.weight * w.passed[i] * no_brighter_than_white(albedo), w.bsdf[k].normal_towards(wo), r.share);
 }

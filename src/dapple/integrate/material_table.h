@@ -60,8 +60,8 @@ class MaterialTable {
 
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
-    static constexpr int most_points = 1024, capacity = shading::ShadingPoints::capacity;
-    shading::ShadingPoints points;
+    static constexpr int most_points = 1024, capacity = pattern::ShadingPoints::capacity;
+    pattern::ShadingPoints points;
     shading::Bsdf bsdf[capacity];
     struct Batched {
       uint32_t material;

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/media/medium.h"
 #include "dapple/scene/scene.h"
-#include "dapple/shading/medium.h"
 
 namespace dapple::integrate {
 
 /// Sends the rays of a batch through the media they are in, all those of one medium at once.
 struct MediaBatch {
-  static constexpr int capacity = shading::MediumRays::capacity;
-  shading::MediumRays rays;
+  static constexpr int capacity = media::MediumRays::capacity;
+  media::MediumRays rays;
   int lane[capacity], waiting[capacity];
-  shading::MediumSample flown[capacity];
+  media::MediumSample flown[capacity];
   RGB passed[capacity];
 
   /// Flights: out[i] of each lane i < n for which medium_of(i) is not scene::vacuum. add(i, &rays) adds the lane's ray.
   template <class MediumOf, class Add>
-  void sample(const scene::Scene& scene, int n, const MediumOf& medium_of, const Add& add, shading::MediumSample* out) {
+  void sample(const scene::Scene& scene, int n, const MediumOf& medium_of, const Add& add, media::MediumSample* out) {
     for_each_medium(n, medium_of, add, [&](int32_t medium) {
       scene.media[size_t(medium)]->sample_batch(rays, flown);
       for (int j = 0; j < rays.count; ++j) out[lane[j]] = flown[j];

@@ -143,7 +143,7 @@ struct PointBatch {
   bool stands_for_cone(int k) const { return cell_s[k] == V3f(0, 0, 0); }
   void set_no_cell(int k) { cell_s[k] = cell_t[k] = V3f(0, 0, 0), origins[k] = 0; }
   /// Writes point k to a lane of what stages of shaders read.
-  void describe(int k, shading::ShadingPoints* points, int lane) const {
+  void describe(int k, pattern::ShadingPoints* points, int lane) const {
     if (stands_for_cone(k))
       scene::Scene::set_point(surface[k], -wo[k], width[k], time[k], key[k], points, lane);
     else

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/emitters/light.h"
 #include "dapple/geom/surface_point.h"
-#include "dapple/shading/light.h"
 
 namespace dapple::integrate {
 
@@ -33,7 +33,7 @@ struct ShadowRay {
   V3f d;
   float distance;  ///< 0: none
 
-  ShadowRay(const V3f& p, const shading::LightSample& light, const V3f& origin)
+  ShadowRay(const V3f& p, const emitters::LightSample& light, const V3f& origin)
       : d(light.wi), distance(light.distance) {
     if (std::isinf(light.distance)) return;
     const V3f offset = origin - p;

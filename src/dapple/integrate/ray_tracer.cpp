@@ -2,7 +2,7 @@
 #include "dapple/integrate/ray_tracer.h"
 
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/shading/closed_form_medium.h"
+#include "dapple/media/closed_form_medium.h"
 #include "dapple/shading/sheet.h"
 
 namespace dapple::integrate {
@@ -23,7 +23,7 @@ void RayTracer::transmit(const trace::RayBatch& rays, int n, int segment, Scratc
         s.hits.geometry[i] != trace::no_id && s.opaque_stops && !materials_.lets_through(s.hits.geometry[i]);
     return media_ && !stopped ? s.medium[i] : scene::vacuum;
   };
-  const auto add = [&](int i, shading::MediumRays* out) {
+  const auto add = [&](int i, media::MediumRays* out) {
     out->add(s.segment(i), s.length(i), RGB(1), hash(rays.key[s.ray[i]], segment));
   };
   s.media.transmittance(scene_, n, medium, add, s.transmittance);
@@ -46,7 +46,7 @@ void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scr
                                                          : scene_.traced.surface_without_tangents(s.rays, s.hits, i);
   }
   if (met.count == 0) return;
-  const auto describe = [&](int k, shading::ShadingPoints* points, int lane) {
+  const auto describe = [&](int k, pattern::ShadingPoints* points, int lane) {
     const int i = met.lane[k];
     const float width = s.rays.width[i] + s.rays.spread[i] * s.hits.t[i];
     scene::Scene::set_point(met.surface[k], s.rays.direction(i), width, s.rays.time[i],
@@ -60,7 +60,7 @@ void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scr
 // s.flight of the same segments.
 void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, int32_t certain,
                     Scratch& s) const {
-  const auto add = [&](int i, shading::MediumRays* out) {
+  const auto add = [&](int i, media::MediumRays* out) {
     out->add(s.segment(i), s.length(i), passed[s.ray[i]], hash(rays.key[s.ray[i]], segment, 2));
   };
   s.media.sample(
@@ -70,7 +70,7 @@ void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* 
 // Takes ray i to its hit. False if it does not arrive.
 bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const {
   if (s.medium[i] == scene::vacuum) return true;
-  const shading::MediumSample& flight = s.flight[i];
+  const media::MediumSample& flight = s.flight[i];
   flights->emitted[s.ray[i]] += *passed * flight.emitted;
   *passed *= flight.weight;
   if (!flight.scattered && !passed->is_black()) return true;
@@ -86,14 +86,14 @@ bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Fl
 
 // Takes ray i through the medium in which nothing is left to chance.
 void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, float distance, Flights* flights) const {
-  const auto& air = static_cast<const shading::ClosedFormMedium&>(*scene_.media[size_t(s.medium[i])]);
+  const auto& air = static_cast<const media::ClosedFormMedium&>(*scene_.media[size_t(s.medium[i])]);
   const int r = s.ray[i];
   const Ray ray = s.segment(i);
   const float length = s.length(i);
   flights->ways.push_back({r, ray.d, distance, distance + length, *passed});
   flights->emitted[r] += *passed * air.emitted(ray, length);
   if (flights->scatters) {
-    const shading::MediumSample drawn = air.sample_scattering(ray, length, *passed, key);
+    const media::MediumSample drawn = air.sample_scattering(ray, length, *passed, key);
     const RGB weight = *passed * drawn.weight;
     const float size = weight.max();
     if (drawn.scattered && size > 0 && weight.is_finite()) {
@@ -131,7 +131,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
     this->visible(rays, n, medium, visible, s);
     return 0;
   }
-  static_assert(shading::ShadowRays::capacity == capacity);
+  static_assert(emitters::ShadowRays::capacity == capacity);
   int masked = 0, unmasked = 0;
   for (int i = 0; i < n; ++i) {
     const V3f d = rays.direction(i);

@@ -6,9 +6,9 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/stop_token.h"
+#include "dapple/emitters/visibility.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/media_batch.h"
-#include "dapple/shading/visibility.h"
 
 namespace dapple::integrate {
 
@@ -23,7 +23,7 @@ class RayTracer {
     int32_t medium[capacity];
     int ray[capacity];
     MediaBatch media;
-    shading::MediumSample flight[capacity];
+    media::MediumSample flight[capacity];
     RGB transmittance[capacity];
     // By ray, of Flights::certain: the place that is drawn, and the throughput of all that might have been.
     V3f drawn_at[capacity];
@@ -45,7 +45,7 @@ class RayTracer {
     StageCounts stages;              ///< of shading sheets
 
     // Shadow rays that masks answer, and those that they do not.
-    shading::ShadowRays masked;
+    emitters::ShadowRays masked;
     trace::RayBatch unmasked;
     int masked_ray[capacity], unmasked_ray[capacity];
     int32_t unmasked_medium[capacity];
@@ -82,7 +82,7 @@ class RayTracer {
   /// Both must outlive this object. Without `media` these are not there.
   /// masks, if given, tells what it can about shadow rays to lights at infinity; it knows nothing of media.
   RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true,
-            const shading::Visibility* masks = nullptr)
+            const emitters::Visibility* masks = nullptr)
       : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
 
   /// Shadow rays that meet a surface of some opacity are stopped or not, by draws; else they are weakened.
@@ -106,7 +106,7 @@ class RayTracer {
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
   /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance
-  /// finite, and passed[i] is its weight (shading/medium.h). With `sheets`, rays go straight through these or stop, by
+  /// finite, and passed[i] is its weight (media/medium.h). With `sheets`, rays go straight through these or stop, by
   /// draws: a hit on a sheet is to be shaded by all that it scatters but what goes straight on. sheets[i] becomes the
   /// number of surfaces that ray i went through.
   void nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::HitBatch* hits, float* distance, RGB* passed,
@@ -125,7 +125,7 @@ class RayTracer {
   const scene::Scene& scene_;
   const MaterialTable& materials_;
   const bool media_;
-  const shading::Visibility* const masks_;
+  const emitters::Visibility* const masks_;
 };
 
 }  // namespace dapple::integrate

@@ -3,11 +3,11 @@
 
 #include <array>
 
-#include "dapple/shading/light.h"
+#include "dapple/emitters/light.h"
 
 namespace dapple::integrate {
 
 /// What a light at infinity puts on a level plane under nothing, W m^-2 by channel.
-std::array<double, 3> irradiance_above(const shading::Light& light);
+std::array<double, 3> irradiance_above(const emitters::Light& light);
 
 }  // namespace dapple::integrate

@@ -7,10 +7,11 @@
 
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/light/shaft_light.h"
-#include "dapple/shading/medium.h"
+#include "dapple/media/medium.h"
 
 namespace dapple::light {
 
+using emitters::Light;
 using integrate::LightSums;
 using integrate::offset_origin;
 using integrate::PointBatch;
@@ -20,7 +21,6 @@ using integrate::RaySet;
 using integrate::RayTracer;
 using integrate::ShadowRay;
 using shading::Bsdf;
-using shading::Light;
 using trace::no_id;
 using trace::RayBatch;
 
@@ -47,7 +47,7 @@ bool has_veils(const scene::Scene& scene) {
 }  // namespace
 
 DirectLight::DirectLight(const scene::Scene& scene, const RayTracer& tracer, const RayList& shadow_rays,
-                         std::shared_ptr<const shading::LearnedLights> learned)
+                         std::shared_ptr<const emitters::LearnedLights> learned)
     : scene_(scene), tracer_(tracer), shadow_rays_(shadow_rays), learned_(std::move(learned)) {
   const bool veiled = (tracer.draws_opacity() && has_veils(scene)) || tracer.draws_sheets();
   for (const auto& light : scene.lights) {
@@ -74,7 +74,7 @@ DirectLight::Share DirectLight::share_of(const PointBatch& b, int k, int diffuse
   return {chosen_rays(rays, b.share[k]), true};
 }
 
-shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const RayOrigin& from) const {
+emitters::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const RayOrigin& from) const {
   const Bsdf& bsdf = b.bsdf[k];
   const V3f n = from.normal(bsdf.frame.n);
   return {from.P,
@@ -86,7 +86,7 @@ shading::LightReceiver DirectLight::receiver(const PointBatch& b, int k, const R
 }
 
 // The same for all rays of a point, wherever they start.
-shading::LightRegion DirectLight::region(const PointBatch& b, int k) const {
+emitters::LightRegion DirectLight::region(const PointBatch& b, int k) const {
   if (!learned_) return {};
   const Bsdf& bsdf = b.bsdf[k];
   return learned_->region({b.surface[k].P, bsdf.normal_towards(b.wo[k]), b.time[k], bsdf.has_transmission()}, b.key[k]);
@@ -139,8 +139,8 @@ void DirectLight::light(PointBatch& b, int diffuse_depth, const bool* wanted, Li
 bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job, const RayOrigin& from,
                                  LightWorkspace& w) const {
   const int k = w.job_point[job];
-  const shading::LightSampler::Selection& chosen = w.chosen[job];
-  const shading::LightSample& light = *w.drawn_for[job];
+  const emitters::LightSampler::Selection& chosen = w.chosen[job];
+  const emitters::LightSample& light = *w.drawn_for[job];
   const Bsdf& bsdf = b.bsdf[k];
   const V3f normal = from.normal(bsdf.frame.n);
   const float cosine = dot(light.wi, normal), pdf = light.pdf * chosen.probability;
@@ -195,11 +195,11 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
 void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, LightWorkspace& w) const {
   const int first = jobs[0], k = w.job_point[first];
   const RayOrigin from = b.origin_of(k, int(w.index[first]), w.seed[first]);
-  const shading::LightReceiver to = receiver(b, k, from);
+  const emitters::LightReceiver to = receiver(b, k, from);
   const auto light_of = [&w](int job) { return w.chosen[job].light; };
   if (w.job_light[first] < 0) {
     float u[LightWorkspace::capacity];
-    shading::LightSampler::Selection chosen[LightWorkspace::capacity];
+    emitters::LightSampler::Selection chosen[LightWorkspace::capacity];
     for (size_t i = 0; i < jobs.size(); ++i) u[i] = w.u2[jobs[i]];
     scene_.light_sampler->select(to, {u, jobs.size()}, chosen);
     for (size_t i = 0; i < jobs.size(); ++i) w.chosen[jobs[i]] = chosen[i];
@@ -212,10 +212,10 @@ void DirectLight::draw_from_one_place(const PointBatch& b, std::span<int> jobs, 
     V2f u[Light::most_at_once];
     for (; end < jobs.size() && end < begin + Light::most_at_once && light_of(jobs[end]) == light; ++end)
       u[end - begin] = {w.u0[jobs[end]], w.u1[jobs[end]]};
-    shading::LightSample* const drawn = w.drawn + w.drawn_count;
+    emitters::LightSample* const drawn = w.drawn + w.drawn_count;
     w.drawn_count += int(end - begin);
     const uint32_t found =
-        light < 0 ? 0 : shading::sample_light(*scene_.lights[size_t(light)], light, to, {u, end - begin}, drawn);
+        light < 0 ? 0 : emitters::sample_light(*scene_.lights[size_t(light)], light, to, {u, end - begin}, drawn);
     for (size_t i = begin; i < end; ++i)
       w.drawn_for[jobs[i]] = found >> (i - begin) & 1 ? drawn + (i - begin) : nullptr;
   }
@@ -291,9 +291,9 @@ void DirectLight::trace(LightWorkspace& w) const {
 }
 
 // Density, a steradian and in expected rays, of shadow rays that find wi on this light.
-float DirectLight::density(const shading::LightReceiver& to, uint32_t index, const V3f& wi, const geom::SurfacePoint& s,
-                           const Share& share) const {
-  const float pdf = shading::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng) * float(share.rays);
+float DirectLight::density(const emitters::LightReceiver& to, uint32_t index, const V3f& wi,
+                           const geom::SurfacePoint& s, const Share& share) const {
+  const float pdf = emitters::light_pdf(*scene_.lights[index], int(index), to, wi, s.P, s.Ng) * float(share.rays);
   return share.chooses && pdf > 0 ? pdf * scene_.light_sampler->probability(to, int(index)) : pdf;
 }
 
@@ -307,7 +307,7 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
       if (Le.is_black()) return;
       float weight = 1;
       if (r.pdf[i] > 0) {
-        const shading::LightReceiver to = receiver(b, k, b.origin_of(r, i));
+        const emitters::LightReceiver to = receiver(b, k, b.origin_of(r, i));
         weight = power_heuristic(r.pdf[i], density(to, light, d, s, share_of(b, k, diffuse_depth)));
       }
       r.L.add(i, Le * weight, group_[light]);
@@ -342,12 +342,12 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
     for (int k = 0; k < b.count; ++k) {
       if (i >= rays[k]) continue;
       const V3f& P = b.surface[k].P;
-      shading::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
+      emitters::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
       if (learned_) to.region = learned_->region(to, b.key[k]);
       const auto chosen = scene_.light_sampler->select(to, w.u2[k]);
-      shading::LightSample light;
-      if (chosen.light < 0 ||
-          !shading::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to, V2f(w.u0[k], w.u1[k]), &light))
+      emitters::LightSample light;
+      if (chosen.light < 0 || !emitters::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to,
+                                                      V2f(w.u0[k], w.u1[k]), &light))
         continue;
       if (but && but->owns(uint32_t(chosen.light), light.wi)) continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);

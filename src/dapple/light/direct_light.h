@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/emitters/learned_lights.h"
 #include "dapple/integrate/ray_list.h"
 #include "dapple/light/direct_numbers.h"
 #include "dapple/light/light_workspace.h"
-#include "dapple/shading/learned_lights.h"
 
 namespace dapple::light {
 
@@ -20,7 +20,7 @@ class DirectLight {
   /// `shadow_rays`: a point and light, by diffuse depth. `learned`: what is known of the scene's light; null: nothing.
   /// The others must outlive this object.
   DirectLight(const scene::Scene& scene, const integrate::RayTracer& tracer, const integrate::RayList& shadow_rays,
-              std::shared_ptr<const shading::LearnedLights> learned = nullptr);
+              std::shared_ptr<const emitters::LearnedLights> learned = nullptr);
 
   /// There is something to learn: which of several lights, or which part of a sky, is seen.
   static bool pays_to_learn(const scene::Scene& scene);
@@ -58,9 +58,9 @@ class DirectLight {
   int chosen_rays(int rays, int share) const {
     return integrate::RayList::part(rays * std::min(int(scene_.lights.size()), DirectNumbers::lights_apart), share);
   }
-  shading::LightReceiver receiver(const integrate::PointBatch& b, int k, const integrate::RayOrigin& from) const;
-  shading::LightRegion region(const integrate::PointBatch& b, int k) const;
-  float density(const shading::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s,
+  emitters::LightReceiver receiver(const integrate::PointBatch& b, int k, const integrate::RayOrigin& from) const;
+  emitters::LightRegion region(const integrate::PointBatch& b, int k) const;
+  float density(const emitters::LightReceiver& to, uint32_t light, const V3f& wi, const geom::SurfacePoint& s,
                 const Share& share) const;
   void draw(integrate::PointBatch& b, int diffuse_depth, LightWorkspace& w) const;
   void draw_lights(const integrate::PointBatch& b, int begin, int end, LightWorkspace& w) const;
@@ -73,7 +73,7 @@ class DirectLight {
   const scene::Scene& scene_;
   const integrate::RayTracer& tracer_;
   const integrate::RayList shadow_rays_;
-  const std::shared_ptr<const shading::LearnedLights> learned_;
+  const std::shared_ptr<const emitters::LearnedLights> learned_;
   bool throws_edges_ = false, glints_ = false;
   std::vector<uint8_t> one_ray_serves_, group_;  // by light
 };

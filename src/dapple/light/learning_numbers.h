@@ -4,7 +4,7 @@
 namespace dapple::light {
 
 /// Fitted numbers of learning which light reaches regions (docs/design/029). Only densities depend on them: with any of
-/// them, images have the same mean. Those of regions and of cells of skies: shading::RegionNumbers.
+/// them, images have the same mean. Those of regions and of cells of skies: emitters::RegionNumbers.
 struct LearningNumbers {
   /// Rays of a point to each sky: one a stratum, of so many along a side; then so many where those found light.
   static constexpr int strata = 4, more_sky_rays = 8;

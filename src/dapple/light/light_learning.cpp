@@ -12,12 +12,12 @@
 namespace dapple::light {
 namespace {
 
+using emitters::Light;
+using emitters::LightSample;
+using emitters::LightTree;
+using emitters::SkyCells;
 using integrate::offset_origin;
 using integrate::ShadowRay;
-using shading::Light;
-using shading::LightSample;
-using shading::LightTree;
-using shading::SkyCells;
 
 constexpr int strata = LearningNumbers::strata, more_sky_rays = LearningNumbers::more_sky_rays;
 constexpr int lamp_rays = LearningNumbers::lamp_rays;
@@ -42,7 +42,7 @@ class Observer {
     for (int i = 0; i < lamp_rays; ++i) look_at_lamp(point, i, out++);
   }
   // By what is known of the region.
-  void observe_skies(const LightPoint& point, uint32_t number, const shading::LearnedLights::Layout& layout,
+  void observe_skies(const LightPoint& point, uint32_t number, const emitters::LearnedLights::Layout& layout,
                      const float* values, LightSeen* out) {
     number_ = number;
     sent_ = 1u << 16;
@@ -81,7 +81,7 @@ class Observer {
     out->light = std::min(cells.luminance(cell) * cosine(point, wi) * SkyCells::solid_angle, brightest);
     if (!(out->light > 0)) return;
     out->radiance = std::min(cells.luminance(cell), brightest);
-    shading::LightReceiver alone = point.to;
+    emitters::LightReceiver alone = point.to;
     alone.shared = false;
     out->own = scene_.lights[size_t(light)]->pdf(alone, wi, V3f(0, 0, 0), V3f(0, 0, 0)) / density;
     LightSample s;
@@ -186,7 +186,7 @@ struct Looks {
 
 LightChoices choices_of(const scene::Scene& scene) {
   LightChoices c;
-  const shading::LightSampler& sampler = *scene.light_sampler;
+  const emitters::LightSampler& sampler = *scene.light_sampler;
   c.tree = &sampler.tree();
   c.unbounded = int(sampler.unbounded().size());
   for (int slot = 0; slot < c.unbounded; ++slot) {
@@ -220,18 +220,18 @@ bool pays_to_learn(const scene::Scene& scene) {
          std::any_of(unbounded.begin(), unbounded.end(), is_sky);
 }
 
-std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& scene,
-                                                           const integrate::RayTracer& tracer,
-                                                           std::span<const LightPoint> points, uint64_t seed) {
+std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& scene,
+                                                            const integrate::RayTracer& tracer,
+                                                            std::span<const LightPoint> points, uint64_t seed) {
   if (!pays_to_learn(scene) || points.empty()) return nullptr;
   LightChoices choices = choices_of(scene);
   if (choices.others.size() > most_unbounded) return nullptr;  // regions of so many values would fill the memory
   const Looks looks{scene, tracer, choices, points, seed};
-  std::vector<shading::LightReceiver> receivers;
+  std::vector<emitters::LightReceiver> receivers;
   for (const LightPoint& point : points) receivers.push_back(point.to);
-  shading::RegionTree regions(receivers);
+  emitters::RegionTree regions(receivers);
   std::vector<int> home;
-  for (const shading::LightReceiver& to : receivers) home.push_back(regions.home(to));
+  for (const emitters::LightReceiver& to : receivers) home.push_back(regions.home(to));
   LightStatistics statistics(choices, regions.size());
   size_t each = choices.skies.size() * strata * strata + size_t(choices.others_at_once()) +
                 (choices.tree->empty() ? 0 : lamp_rays);
@@ -241,7 +241,7 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
   LightStatistics::Learned learned = statistics.learned(regions);
   if (learned.gaining < LearningNumbers::least_gaining) return nullptr;
   if (!choices.skies.empty()) {
-    const shading::LearnedLights::Layout layout = choices.layout();
+    const emitters::LearnedLights::Layout layout = choices.layout();
     each = choices.skies.size() * more_sky_rays;
     seen = looks.all(each, [&](Observer& o, size_t i, LightSeen* out) {
       o.observe_skies(points[i], uint32_t(i), layout, learned.values.data() + size_t(home[i]) * size_t(layout.size()),
@@ -250,9 +250,9 @@ std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& s
     for (size_t i = 0; i < points.size(); ++i) statistics.add_to_skies(home[i], {&seen[i * each], each}, more_sky_rays);
     learned = statistics.learned(regions);
   }
-  return std::make_shared<const shading::LearnedLights>(std::move(regions), std::move(choices.crown), choices.unbounded,
-                                                        std::move(choices.skies), std::move(learned.values),
-                                                        scene.lights.size());
+  return std::make_shared<const emitters::LearnedLights>(std::move(regions), std::move(choices.crown),
+                                                         choices.unbounded, std::move(choices.skies),
+                                                         std::move(learned.values), scene.lights.size());
 }
 
 }  // namespace dapple::light

@@ -4,14 +4,14 @@
 #include <memory>
 #include <span>
 
+#include "dapple/emitters/learned_lights.h"
 #include "dapple/integrate/ray_tracer.h"
-#include "dapple/shading/learned_lights.h"
 
 namespace dapple::light {
 
 /// A place where light samples are wanted.
 struct LightPoint {
-  shading::LightReceiver to;
+  emitters::LightReceiver to;
   V3f Ng{0, 0, 0};  ///< of the surface; 0 in media
   float error = 0;  ///< geom::SurfacePoint::error
   uint32_t geometry = trace::no_id;
@@ -26,8 +26,8 @@ bool pays_to_learn(const scene::Scene& scene);
 /// lights are to be drawn in proportion to the root of their mean square contribution over a region, where regions with
 /// few samples lean on those around; unlike there, all is learned beforehand, so that images depend neither on threads
 /// nor on the order of pixels. A function of its arguments.
-std::shared_ptr<const shading::LearnedLights> learn_lights(const scene::Scene& scene,
-                                                           const integrate::RayTracer& tracer,
-                                                           std::span<const LightPoint> points, uint64_t seed);
+std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& scene,
+                                                            const integrate::RayTracer& tracer,
+                                                            std::span<const LightPoint> points, uint64_t seed);
 
 }  // namespace dapple::light

@@ -7,8 +7,8 @@
 
 namespace dapple::light {
 
-using shading::LearnedLights;
-using shading::SkyCells;
+using emitters::LearnedLights;
+using emitters::SkyCells;
 
 using Numbers = LearningNumbers;
 
@@ -46,7 +46,7 @@ void LightStatistics::add_to_skies(int region, std::span<const LightSeen> seen, 
   for (size_t i = 0; i < seen.size(); ++i) part[i / size_t(rays) * SkyCells::count + seen[i].choice].add(seen[i]);
 }
 
-LightStatistics::Learned LightStatistics::learned(const shading::RegionTree& regions) const {
+LightStatistics::Learned LightStatistics::learned(const emitters::RegionTree& regions) const {
   LightStatistics means = *this;
   const int n = int(regions.size());
   for (int r = n - 1; r > 0; --r) means.add_to_parent(r, regions.parent(r));

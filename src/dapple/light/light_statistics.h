@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "dapple/shading/learned_lights.h"
+#include "dapple/emitters/learned_lights.h"
 
 namespace dapple::light {
 
@@ -17,14 +17,14 @@ struct LightChoices {
   static constexpr int most_leaves = 64, most_others = 8;
 
   int unbounded = 0;  ///< lights of LightSampler::unbounded()
-  std::vector<std::pair<int, shading::SkyCells>> skies;
+  std::vector<std::pair<int, emitters::SkyCells>> skies;
   std::vector<int> slot_of_sky;            ///< in LightSampler::unbounded()
   std::vector<int> others, slot_of_other;  ///< the rest of these
-  const shading::LightTree* tree = nullptr;
-  shading::LightTree::Crown crown;
+  const emitters::LightTree* tree = nullptr;
+  emitters::LightTree::Crown crown;
   std::vector<int> leaf_of_light;
 
-  shading::LearnedLights::Layout layout() const { return {unbounded, int(skies.size()), crown.pairs()}; }
+  emitters::LearnedLights::Layout layout() const { return {unbounded, int(skies.size()), crown.pairs()}; }
   /// Looked at from one point.
   int others_at_once() const { return std::min(int(others.size()), most_others); }
 };
@@ -52,7 +52,7 @@ class LightStatistics {
     std::vector<float> values;  ///< LearnedLights'
     double gaining = 0;         ///< share of points in regions that have much less noise by them
   };
-  Learned learned(const shading::RegionTree& regions) const;
+  Learned learned(const emitters::RegionTree& regions) const;
 
  private:
   // Of a sky's cell, or of another light at infinity: trials, squares of the light, chances to be drawn without

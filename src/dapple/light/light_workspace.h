@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/emitters/light_sampler.h"
 #include "dapple/integrate/point_batch.h"
 #include "dapple/integrate/ray_jobs.h"
-#include "dapple/shading/light_sampler.h"
 
 namespace dapple::light {
 
@@ -18,10 +18,10 @@ struct LightWorkspace : integrate::RayJobs {
   int counts[integrate::PointBatch::capacity];  ///< rays a point
 
   // What was drawn for shadow rays.
-  shading::LightSampler::Selection chosen[capacity];  ///< by job
+  emitters::LightSampler::Selection chosen[capacity];  ///< by job
   int drawn_count = 0;
-  shading::LightSample drawn[capacity];
-  const shading::LightSample* drawn_for[capacity];  ///< by job; null: nothing
+  emitters::LightSample drawn[capacity];
+  const emitters::LightSample* drawn_for[capacity];  ///< by job; null: nothing
 
   // Shadow rays.
   int shadow_count = 0;

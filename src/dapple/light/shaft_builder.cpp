@@ -8,17 +8,17 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
+#include "dapple/emitters/point_light.h"
 #include "dapple/forest/canopy_light.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/light/surface_media.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/scene/motion.h"
-#include "dapple/shading/point_light.h"
 #include "dapple/trace/bulk_bounds.h"
 
 namespace dapple::light {
 
-using shading::ClosedFormMedium;
+using media::ClosedFormMedium;
 using trace::no_id;
 
 namespace {
@@ -137,7 +137,7 @@ void ShaftLight::Builder::find_sources() {
   });
   int other = 0, many = 0;
   for (const uint32_t i : order) {
-    const shading::Light& light = *scene_.lights[i];
+    const emitters::Light& light = *scene_.lights[i];
     if (!(light.power(radius) > 0)) continue;
     const auto beam = light.narrow_beam();
     if (int(out_->sources_.size()) == most_lights && (beam || light.is_delta())) {
@@ -156,14 +156,14 @@ void ShaftLight::Builder::find_sources() {
         other));
 }
 
-void ShaftLight::Builder::add_sun(uint32_t i, const shading::NarrowBeam& beam) {
-  const shading::Light& light = *scene_.lights[i];
+void ShaftLight::Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
+  const emitters::Light& light = *scene_.lights[i];
   if (const auto* canopy = dynamic_cast<const forest::CanopyLight*>(&light); canopy && canopy->has_sheet()) {
     left_.push_back("light through the leaves of a canopy light is left to rays");
     return;
   }
   if (light.is_delta()) {
-    shading::LightSample sample;
+    emitters::LightSample sample;
     if (!light.sample({eye_}, {0.5f, 0.5f}, &sample)) return;
     out_->sources_.push_back({i, sample.wi, -2, {}});
     add({.light = i, .direction = sample.wi, .strength = sample.radiance});
@@ -197,12 +197,12 @@ void ShaftLight::Builder::add_sun(uint32_t i, const shading::NarrowBeam& beam) {
 }
 
 bool ShaftLight::Builder::add_lamp(uint32_t i) {
-  const auto* lamp = dynamic_cast<const shading::PositionalLight*>(scene_.lights[i].get());
+  const auto* lamp = dynamic_cast<const emitters::PositionalLight*>(scene_.lights[i].get());
   if (!lamp) return false;
   const V3f to_lamp = lamp->position() - eye_;
   const float distance = length(to_lamp);
   if (!(distance > 1e-5f * length(box_.isEmpty() ? V3f(1, 1, 1) : box_.size()))) return false;
-  const bool alike = dynamic_cast<const shading::PointLight*>(lamp);
+  const bool alike = dynamic_cast<const emitters::PointLight*>(lamp);
   out_->sources_.push_back({i, to_lamp * (1 / distance), -2, {}});
   add({.light = i,
        .direction = to_lamp * (1 / distance),

@@ -36,7 +36,7 @@ class ShaftLight::Builder {
   template <class Visit>
   void follow(const V3f& o, const V3f& d, const Visit& visit) const;
   void find_sources();
-  void add_sun(uint32_t light, const shading::NarrowBeam& beam);
+  void add_sun(uint32_t light, const emitters::NarrowBeam& beam);
   bool add_lamp(uint32_t light);
   void add(const Wanted& wanted);
   Planes::Settings settings_of(const Wanted& wanted) const;

@@ -4,9 +4,9 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/emitters/point_light.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/light/shaft_builder.h"
-#include "dapple/shading/point_light.h"
 
 namespace dapple::light {
 
@@ -50,7 +50,7 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
     start = std::max(start, dot(P - eye_, axis) * 1.001f + 1e-3f * length(box_.size()));
   }
   const auto* pattern =
-      wanted.patterned ? dynamic_cast<const shading::PositionalLight*>(scene_.lights[wanted.light].get()) : nullptr;
+      wanted.patterned ? dynamic_cast<const emitters::PositionalLight*>(scene_.lights[wanted.light].get()) : nullptr;
   const uint32_t seed = uint32_t(hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y, plane));
   for (int first = 0; first < planes.bins(); first += RayBatch::capacity) {
     const int n = std::min(RayBatch::capacity, planes.bins() - first);

@@ -40,7 +40,7 @@ class ShaftLight {
   bool single() const { return settings_.single; }
   /// In which camera rays are answered.
   int32_t medium() const { return medium_; }
-  const shading::ClosedFormMedium& air() const { return *air_; }
+  const media::ClosedFormMedium& air() const { return *air_; }
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
@@ -83,7 +83,7 @@ class ShaftLight {
 
   ShaftSettings settings_;
   int32_t medium_ = scene::vacuum;
-  const shading::ClosedFormMedium* air_ = nullptr;
+  const media::ClosedFormMedium* air_ = nullptr;
   std::vector<Source> sources_;
   double fill_seconds_ = 0;
 };

@@ -50,7 +50,7 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
   void prelight(const MaterialTable& materials, Points& points, float time_of(const OcclusionWorkspace&, int)) {
     materials.prelight(
         points.count, points.geometry, points.surface,
-        [&](int k, shading::ShadingPoints* out, int lane) {
+        [&](int k, pattern::ShadingPoints* out, int lane) {
           scene::Scene::set_point(points.surface[k], points.d[k], points.width[k], time_of(*this, points.owner[k]), 0,
                                   out, lane);
         },

@@ -7,11 +7,11 @@
 #include "dapple/base/parallel.h"
 #include "dapple/integrate/describe.h"
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/media/medium.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
 #include "dapple/path/path_workspace.h"
-#include "dapple/shading/medium.h"
 #include "dapple/shading/sheet.h"
 #include "dapple/shading/stages.h"
 #include "dapple/vegetation/mask_scene.h"
@@ -181,7 +181,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
 // Draws how far the rays go through their media.
 void PathIntegrator::fly(PathWorkspace& w) const {
   const trace::RayBatch& rays = w.now->batch;
-  const auto add = [&](int i, shading::MediumRays* out) {
+  const auto add = [&](int i, media::MediumRays* out) {
     const int p = w.now->path[i];
     const Ray ray{rays.origin(i), rays.direction(i), infinity, w.time[p]};
     out->add(ray, w.hit.geometry[i] == no_id ? infinity : w.hit.t[i], w.beta[p], w.vertex_key(p, 0));
@@ -198,7 +198,7 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
   if (is_straight(p, w)) return arrive_straight(i, w);
   const trace::RayBatch& rays = w.now->batch;
-  const shading::MediumSample& s = w.flown[i];
+  const media::MediumSample& s = w.flown[i];
   w.add_light(p, no_id, w.beta[p] * s.emitted);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
@@ -226,13 +226,13 @@ bool PathIntegrator::walk(int i, PathWorkspace& w) const {
 
 void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWorkspace& w) const {
   for (const uint32_t index : scene_.infinite_lights) {
-    const shading::Light& light = *scene_.lights[index];
+    const emitters::Light& light = *scene_.lights[index];
     const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
     if (Le.is_black() || (w.shafted[p] && settings_.shafts->owns(index, d))) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
       const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
-                        shading::light_pdf(light, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
+                        emitters::light_pdf(light, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
     w.add_light(p, index, w.beta[p] * Le * weight);
@@ -241,7 +241,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
 
 void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoint& s, const V3f& d,
                                   PathWorkspace& w) const {
-  const shading::Light& light = *scene_.lights[index];
+  const emitters::Light& light = *scene_.lights[index];
   const RGB Le = light.emitted(s.P, s.Ng, V2f(s.u, s.v), -d);
   if (Le.is_black()) return;
   float weight = 1;
@@ -260,7 +260,7 @@ void PathIntegrator::prelight(PathWorkspace& w) const {
   w.point_count = w.surface_count = kept;
   materials_.prelight(
       kept, w.point_geometry, w.surface,
-      [&w](int k, shading::ShadingPoints* points, int lane) {
+      [&w](int k, pattern::ShadingPoints* points, int lane) {
         const int p = w.point_path[k];
         scene::Scene::set_point(w.surface[k], w.wi[k], w.cone_width[p], w.time[p], w.vertex_key(p, 1), points, lane);
       },
@@ -300,14 +300,14 @@ bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
 
 // Draws a light for path p and sends a shadow ray. evaluate(wi, &pdf) gives f |cos|; `surface` is null in media.
 template <class Evaluate>
-void PathIntegrator::connect(int k, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
                              const Evaluate& evaluate, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
   if (selection.light < 0) return;
-  shading::LightSample light;
-  if (!shading::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver,
-                             w.sample2(dim_light_point, k), &light))
+  emitters::LightSample light;
+  if (!emitters::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver,
+                              w.sample2(dim_light_point, k), &light))
     return;
   float scatter_pdf = 0;
   const RGB f = evaluate(light.wi, &scatter_pdf);
@@ -382,9 +382,9 @@ void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
 
 void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
-  const shading::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
+  const media::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   const V3f wo = -w.wi[k];
-  shading::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
+  emitters::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   if (learned_) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
   if (w.points_found) {
     // Of each path the first: in a dense cloud shadow rays take thousands of steps.
@@ -403,7 +403,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   ++w.rays.specular;
 }
 
-shading::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
+emitters::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
   return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared, w.region[k]};
@@ -478,9 +478,9 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
 void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
   if (!scene_.light_sampler) return;
   const int p = w.point_path[k];
-  const shading::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
+  const emitters::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
-  shading::LightSample light;
+  emitters::LightSample light;
   if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
       !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) ||
       dot(wi, light.wi) < PathNumbers::delta_cosine)

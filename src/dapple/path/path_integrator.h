@@ -38,7 +38,7 @@ class PathIntegrator final : public integrate::Integrator {
     int learning_paths =
         0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
 
-    const shading::Visibility* visibility() const {
+    const emitters::Visibility* visibility() const {
       if (far_ground) return far_ground.get();
       return masks.get();
     }
@@ -50,7 +50,7 @@ class PathIntegrator final : public integrate::Integrator {
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
   /// What the paths of Settings::learning_paths have learned; null: nothing.
-  const std::shared_ptr<const shading::LearnedLights>& learned_lights() const { return learned_; }
+  const std::shared_ptr<const emitters::LearnedLights>& learned_lights() const { return learned_; }
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
@@ -78,7 +78,7 @@ class PathIntegrator final : public integrate::Integrator {
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
   template <class Evaluate>
-  void connect(int point, const shading::LightReceiver& receiver, const geom::SurfacePoint* surface,
+  void connect(int point, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
                const Evaluate& evaluate, PathWorkspace& w) const;
   void light_surface(int point, PathWorkspace& w) const;
   bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
@@ -91,14 +91,14 @@ class PathIntegrator final : public integrate::Integrator {
   void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
   /// `shared`: the path's next ray looks for lights, too.
-  shading::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w) const;
+  emitters::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w) const;
 
   const scene::Scene& scene_;
   const Settings settings_;
   const integrate::MaterialTable materials_;
   const integrate::RayTracer rays_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
-  std::shared_ptr<const shading::LearnedLights> learned_;
+  std::shared_ptr<const emitters::LearnedLights> learned_;
 };
 
 }  // namespace dapple::path

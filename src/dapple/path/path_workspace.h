@@ -27,7 +27,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   integrate::CameraBatch camera;
   RGB beta[capacity], L[capacity];
   float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
-  shading::LightReceiver receiver[capacity];  ///< where the last scattering happened
+  emitters::LightReceiver receiver[capacity];  ///< where the last scattering happened
   float eta_scale[capacity], time[capacity], cone_width[capacity], cone_spread[capacity];
   int32_t medium[capacity];
   SubsurfaceWalk walk[capacity];  ///< while it is inside, medium[] is the one outside
@@ -53,7 +53,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   trace::HitBatch hit;
 
   // Flights through media, by ray, and scatterings there, in this step.
-  shading::MediumSample flown[capacity];
+  media::MediumSample flown[capacity];
   struct Flight {
     int path;
     V3f P, d;
@@ -77,7 +77,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
   geom::SurfacePoint surface[capacity];
   shading::Bsdf bsdf[capacity];
-  shading::LightRegion region[capacity];
+  emitters::LightRegion region[capacity];
   /// Where paths note the points at which they want light, and do without it; null: they have it.
   LearningPoints::Batch* points_found = nullptr;
   integrate::MaterialTable::Scratch prelighting;

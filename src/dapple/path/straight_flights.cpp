@@ -19,7 +19,7 @@ bool PathIntegrator::is_straight(int p, const PathWorkspace& w) const {
 
 bool PathIntegrator::arrive_straight(int i, PathWorkspace& w) const {
   const light::ShaftLight& shafts = *settings_.shafts;
-  const shading::ClosedFormMedium& air = shafts.air();
+  const media::ClosedFormMedium& air = shafts.air();
   const int p = w.now->path[i];
   const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
   const float length = w.hit.geometry[i] == trace::no_id ? infinity : w.hit.t[i];
@@ -31,7 +31,7 @@ bool PathIntegrator::arrive_straight(int i, PathWorkspace& w) const {
   }
   if (!shafts.single()) {
     const uint64_t key = w.vertex_key(p, 0);
-    const shading::MediumSample s = air.sample_scattering(ray, length, w.beta[p], key);
+    const media::MediumSample s = air.sample_scattering(ray, length, w.beta[p], key);
     const RGB beta = w.beta[p] * s.weight;
     const float size = beta.max();
     PathWorkspace::StraightFlight& kept = w.straight[p];

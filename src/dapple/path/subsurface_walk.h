@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dapple/base/hash.h"
+#include "dapple/media/homogeneous_medium.h"
 #include "dapple/shading/bsdf.h"
-#include "dapple/shading/homogeneous_medium.h"
 
 namespace dapple::path {
 
@@ -38,9 +38,9 @@ class SubsurfaceWalk {
   /// Flies along the ray, at most to t_max, which must be finite. Multiplies beta by the weight; where it scatters, *P
   /// and *d become the place and the direction that follow. `scale`: of beta in the roulette.
   Flight fly(const Ray& ray, float t_max, float scale, uint64_t key, RGB* beta, V3f* P, V3f* d) {
-    const shading::HenyeyGreenstein phase{g_};
-    const shading::HomogeneousMedium medium(sigma_a_, sigma_s_, RGB(), phase);
-    const shading::MediumSample s = medium.sample(ray, t_max, *beta, hash(key, 1));
+    const media::HenyeyGreenstein phase{g_};
+    const media::HomogeneousMedium medium(sigma_a_, sigma_s_, RGB(), phase);
+    const media::MediumSample s = medium.sample(ray, t_max, *beta, hash(key, 1));
     *beta *= s.weight;
     if (beta->is_black() || !beta->is_finite()) return Flight::ended;
     if (!s.scattered) return Flight::arrived;

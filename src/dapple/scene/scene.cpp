@@ -4,7 +4,7 @@
 namespace dapple::scene {
 
 void Scene::set_point(const geom::SurfacePoint& s, const V3f& d, float width, float time, uint64_t key,
-                      shading::ShadingPoints* p, int i) {
+                      pattern::ShadingPoints* p, int i) {
   // The cone meets the tangent plane in an ellipse, long along the direction of travel.
   const float c = dot(d, s.Ng);
   V3f along = d - s.Ng * c;
@@ -20,7 +20,7 @@ void Scene::set_point(const geom::SurfacePoint& s, const V3f& d, float width, fl
 }
 
 void Scene::set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy, float time, uint64_t key,
-                      shading::ShadingPoints* p, int i) {
+                      pattern::ShadingPoints* p, int i) {
   p->P.set(i, s.P);
   p->Ng.set(i, s.Ng);
   p->Ns.set(i, s.Ns);
@@ -48,13 +48,13 @@ void Scene::set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy,
 }
 
 template <class T>
-void Scene::evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive,
+void Scene::evaluate(const pattern::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive,
                      const float* u, const float* v, const float* time, T* out) const {
   if (const auto value = texture.constant()) {
     std::fill_n(out, n, *value);
     return;
   }
-  shading::ShadingPoints points;
+  pattern::ShadingPoints points;
   points.count = n;
   for (int i = 0; i < n; ++i) {
     const geom::SurfacePoint s = traced.local_surface(geometry, primitive[i], u[i], v[i], time[i]);

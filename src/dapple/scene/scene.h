@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "dapple/emitters/light.h"
+#include "dapple/emitters/light_sampler.h"
+#include "dapple/pattern/texture.h"
 #include "dapple/scene/camera.h"
 #include "dapple/scene/film.h"
 #include "dapple/scene/filter.h"
 #include "dapple/scene/light_groups.h"
-#include "dapple/shading/light.h"
-#include "dapple/shading/light_sampler.h"
 #include "dapple/shading/material.h"
-#include "dapple/shading/texture.h"
 #include "dapple/trace/traced_scene.h"
 
-namespace dapple::shading {
+namespace dapple::media {
 class Medium;
 }
 
@@ -28,8 +28,8 @@ struct GeometryBinding {
   int32_t material = 0;
   /// Place in Scene::light_table of primitive 0's light; no_id: emits nothing.
   uint32_t first_light = trace::no_id;
-  shading::FloatTexturePtr alpha;  ///< null = opaque
-  shading::RgbTexturePtr opacity;  ///< where it differs by channel: `alpha` is its mean. null = it does not
+  pattern::FloatTexturePtr alpha;  ///< null = opaque
+  pattern::RgbTexturePtr opacity;  ///< where it differs by channel: `alpha` is its mean. null = it does not
   int32_t inside_medium = vacuum, outside_medium = vacuum;
   bool changes_medium = false;  ///< the surface separates the two media above
 
@@ -51,12 +51,12 @@ class Scene final : public trace::OpacityTest {
   trace::TracedScene traced;
   std::vector<GeometryBinding> bindings;  ///< by geometry
   std::vector<shading::MaterialPtr> materials;
-  std::vector<std::unique_ptr<const shading::Light>> lights;
+  std::vector<std::unique_ptr<const emitters::Light>> lights;
   std::vector<uint32_t> light_table;  ///< primitive's light, no_id where it has none (zero area)
   std::vector<uint32_t> infinite_lights;
   LightGroups light_groups;
-  std::unique_ptr<const shading::LightSampler> light_sampler;
-  std::vector<std::shared_ptr<const shading::Medium>> media;
+  std::unique_ptr<const emitters::LightSampler> light_sampler;
+  std::vector<std::shared_ptr<const media::Medium>> media;
   int32_t camera_medium = vacuum;
   Camera camera;
   Filter filter = Filter::box(0.5f);
@@ -64,7 +64,7 @@ class Scene final : public trace::OpacityTest {
   uint64_t fingerprint = 0;  ///< of the scene files and meshes; images count by their names
 
   /// The light a primitive emits, or null.
-  const shading::Light* emitter(uint32_t geometry, uint32_t primitive) const {
+  const emitters::Light* emitter(uint32_t geometry, uint32_t primitive) const {
     const uint32_t index = emitter_index(geometry, primitive);
     return index == trace::no_id ? nullptr : lights[index].get();
   }
@@ -75,10 +75,10 @@ class Scene final : public trace::OpacityTest {
   bool has_media() const { return !media.empty(); }
   /// Writes lane `lane` of `points` from a surface point, whose footprint has the sides dx and dy.
   static void set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy, float time, uint64_t key,
-                        shading::ShadingPoints* points, int lane);
+                        pattern::ShadingPoints* points, int lane);
   /// The same with a footprint that is where a cone of width `width` around direction d meets the surface.
   static void set_point(const geom::SurfacePoint& s, const V3f& d, float width, float time, uint64_t key,
-                        shading::ShadingPoints* points, int lane);
+                        pattern::ShadingPoints* points, int lane);
 
   void opacity(uint32_t geometry, int n, const uint32_t* primitive, const float* u, const float* v, const float* time,
                float* alpha) const override;
@@ -87,7 +87,7 @@ class Scene final : public trace::OpacityTest {
 
  private:
   template <class T>
-  void evaluate(const shading::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u,
+  void evaluate(const pattern::Texture<T>& texture, uint32_t geometry, int n, const uint32_t* primitive, const float* u,
                 const float* v, const float* time, T* out) const;
 };
 

@@ -13,7 +13,7 @@ float clean_thickness(float t) {
 /// A CoatInput's values over a batch.
 class CoatValues {
  public:
-  CoatValues(const CoatInput& input, const ShadingPoints& points)
+  CoatValues(const CoatInput& input, const pattern::ShadingPoints& points)
       : input_(input),
         u_(input.roughness.u, points),
         v_(input.roughness.v, points),
@@ -30,21 +30,21 @@ class CoatValues {
 
  private:
   const CoatInput& input_;
-  InputValues<float> u_, v_, thickness_, g_;
-  InputValues<RGB> albedo_;
+  pattern::InputValues<float> u_, v_, thickness_, g_;
+  pattern::InputValues<RGB> albedo_;
 };
 
 }  // namespace
 
-CoatedDiffuseMaterial::CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
+CoatedDiffuseMaterial::CoatedDiffuseMaterial(pattern::Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
   if (const auto thickness = coat_.thickness.constant())
     coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
-  settle(all_constant(reflectance_) && coat_.is_constant(), total_work(reflectance_) + coat_.work());
+  settle(pattern::all_constant(reflectance_) && coat_.is_constant(), pattern::total_work(reflectance_) + coat_.work());
 }
 
-void CoatedDiffuseMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
-  const InputValues<RGB> reflectance(reflectance_, points);
+void CoatedDiffuseMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+  const pattern::InputValues<RGB> reflectance(reflectance_, points);
   const CoatValues coat(coat_, points);
   for (int i = 0; i < points.count; ++i) {
     const CoatLayer layer = coat.layer(i);
@@ -59,13 +59,13 @@ CoatedConductorMaterial::CoatedConductorMaterial(MetalInput metal, RoughnessInpu
       metal_(std::move(metal)),
       roughness_(std::move(roughness)),
       coat_(std::move(coat)) {
-  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v) && coat_.is_constant(),
-         metal_.work() + total_work(roughness_.u, roughness_.v) + coat_.work());
+  settle(metal_.is_constant() && pattern::all_constant(roughness_.u, roughness_.v) && coat_.is_constant(),
+         metal_.work() + pattern::total_work(roughness_.u, roughness_.v) + coat_.work());
 }
 
-void CoatedConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+void CoatedConductorMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
   const MetalInput::Values metal(metal_, points);
-  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+  const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   const CoatValues coat(coat_, points);
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {

@@ -11,23 +11,23 @@ namespace dapple::shading {
 struct CoatInput {
   float ior = 1.5f;
   RoughnessInput roughness;
-  Input<float> thickness{0.01f}, g{0.0f};
-  Input<RGB> albedo{RGB()};
+  pattern::Input<float> thickness{0.01f}, g{0.0f};
+  pattern::Input<RGB> albedo{RGB()};
   int max_depth = 10, sample_count = 1;
 
-  bool is_constant() const { return all_constant(roughness.u, roughness.v, thickness, g, albedo); }
-  float work() const { return total_work(roughness.u, roughness.v, thickness, g, albedo); }
+  bool is_constant() const { return pattern::all_constant(roughness.u, roughness.v, thickness, g, albedo); }
+  float work() const { return pattern::total_work(roughness.u, roughness.v, thickness, g, albedo); }
 };
 
 /// Paint under varnish, plastic: a diffuse base under a dielectric coat.
 class CoatedDiffuseMaterial final : public SurfaceMaterial {
  public:
-  CoatedDiffuseMaterial(Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail);
+  CoatedDiffuseMaterial(pattern::Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail);
   bool is_diffuse_to_rays() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
-  Input<RGB> reflectance_;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  pattern::Input<RGB> reflectance_;
   CoatInput coat_;
   std::optional<float> coat_return_;  ///< where the thickness is constant
 };
@@ -39,7 +39,7 @@ class CoatedConductorMaterial final : public SurfaceMaterial {
   bool is_opaque_reflector() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
   MetalInput metal_;
   RoughnessInput roughness_;
   CoatInput coat_;

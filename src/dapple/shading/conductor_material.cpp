@@ -21,13 +21,13 @@ void MetalInput::Values::get(int i, RGB* eta, RGB* k) const {
 
 ConductorMaterial::ConductorMaterial(MetalInput metal, RoughnessInput roughness, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), metal_(std::move(metal)), roughness_(std::move(roughness)) {
-  settle(metal_.is_constant() && all_constant(roughness_.u, roughness_.v),
-         metal_.work() + total_work(roughness_.u, roughness_.v));
+  settle(metal_.is_constant() && pattern::all_constant(roughness_.u, roughness_.v),
+         metal_.work() + pattern::total_work(roughness_.u, roughness_.v));
 }
 
-void ConductorMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+void ConductorMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
   const MetalInput::Values metal(metal_, points);
-  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+  const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {
     metal.get(i, &eta, &k);

@@ -10,18 +10,18 @@ namespace dapple::shading {
 /// pbrt-v4 does.
 class MetalInput {
  public:
-  MetalInput(Input<RGB> eta, Input<RGB> k, float outer_index = 1)
+  MetalInput(pattern::Input<RGB> eta, pattern::Input<RGB> k, float outer_index = 1)
       : first_(std::move(eta)), second_(std::move(k)), by_reflectance_(false), scale_(1 / outer_index) {}
-  explicit MetalInput(Input<RGB> reflectance, float outer_index = 1)
+  explicit MetalInput(pattern::Input<RGB> reflectance, float outer_index = 1)
       : first_(std::move(reflectance)), second_(RGB()), by_reflectance_(true), scale_(1 / outer_index) {}
 
-  bool is_constant() const { return all_constant(first_, second_); }
-  float work() const { return total_work(first_, second_); }
+  bool is_constant() const { return pattern::all_constant(first_, second_); }
+  float work() const { return pattern::total_work(first_, second_); }
 
   /// A batch of indices.
   class Values {
    public:
-    Values(const MetalInput& input, const ShadingPoints& points)
+    Values(const MetalInput& input, const pattern::ShadingPoints& points)
         : first_(input.first_, points),
           second_(input.second_, points),
           by_reflectance_(input.by_reflectance_),
@@ -29,13 +29,13 @@ class MetalInput {
     void get(int i, RGB* eta, RGB* k) const;
 
    private:
-    InputValues<RGB> first_, second_;
+    pattern::InputValues<RGB> first_, second_;
     bool by_reflectance_;
     float scale_;
   };
 
  private:
-  Input<RGB> first_, second_;
+  pattern::Input<RGB> first_, second_;
   bool by_reflectance_;
   float scale_;
 };
@@ -47,7 +47,7 @@ class ConductorMaterial final : public SurfaceMaterial {
   bool is_opaque_reflector() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
   MetalInput metal_;
   RoughnessInput roughness_;
 };

@@ -5,11 +5,11 @@ namespace dapple::shading {
 
 DielectricMaterial::DielectricMaterial(float ior, RoughnessInput roughness, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), ior_(ior), roughness_(std::move(roughness)) {
-  settle(all_constant(roughness_.u, roughness_.v), total_work(roughness_.u, roughness_.v));
+  settle(pattern::all_constant(roughness_.u, roughness_.v), pattern::total_work(roughness_.u, roughness_.v));
 }
 
-void DielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
-  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+void DielectricMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+  const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   for (int i = 0; i < points.count; ++i)
     out[i] = Bsdf::make_dielectric(ior_, roughness_.alpha(u[i]), roughness_.alpha(v[i]));
 }
@@ -19,7 +19,7 @@ ThinDielectricMaterial::ThinDielectricMaterial(float ior, SurfaceDetail detail)
   settle(true, 0);
 }
 
-void ThinDielectricMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
+void ThinDielectricMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
   std::fill_n(out, points.count, Bsdf::make_thin_dielectric(ior_));
 }
 

@@ -8,25 +8,26 @@ namespace dapple::shading {
 /// Lambertian reflection; reflectance is clamped to [0, 1].
 class DiffuseMaterial final : public SurfaceMaterial {
  public:
-  DiffuseMaterial(Input<RGB> reflectance, SurfaceDetail detail);
+  DiffuseMaterial(pattern::Input<RGB> reflectance, SurfaceDetail detail);
   bool is_diffuse() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
-  Input<RGB> reflectance_;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  pattern::Input<RGB> reflectance_;
 };
 
 /// Lambertian reflection and transmission (leaves, paper). Both are scaled, then clamped to [0, 1]; their sum is the
 /// user's care.
 class DiffuseTransmissionMaterial final : public SurfaceMaterial {
  public:
-  DiffuseTransmissionMaterial(Input<RGB> reflectance, Input<RGB> transmittance, float scale, SurfaceDetail detail);
+  DiffuseTransmissionMaterial(pattern::Input<RGB> reflectance, pattern::Input<RGB> transmittance, float scale,
+                              SurfaceDetail detail);
   bool is_diffuse() const override { return true; }
   bool is_translucent() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
-  Input<RGB> reflectance_, transmittance_;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  pattern::Input<RGB> reflectance_, transmittance_;
   float scale_;
 };
 

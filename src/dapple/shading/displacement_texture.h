@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/pattern/texture.h"
 #include "dapple/shading/material.h"
-#include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
 /// Height above the surface, along its normal, by a shader's displacement stage, added to that of a texture. What the
 /// stage moves along the surface does not count.
-class DisplacementTexture final : public FloatTexture {
+class DisplacementTexture final : public pattern::FloatTexture {
  public:
   /// height may be null.
-  DisplacementTexture(MaterialPtr material, FloatTexturePtr height)
+  DisplacementTexture(MaterialPtr material, pattern::FloatTexturePtr height)
       : material_(std::move(material)), height_(std::move(height)) {}
 
-  void evaluate(const ShadingPoints& points, float* out) const override {
-    V3f P[ShadingPoints::capacity];
+  void evaluate(const pattern::ShadingPoints& points, float* out) const override {
+    V3f P[pattern::ShadingPoints::capacity];
     material_->displacement(points, P);
     if (height_)
       height_->evaluate(points, out);
@@ -26,7 +26,7 @@ class DisplacementTexture final : public FloatTexture {
 
  private:
   MaterialPtr material_;
-  FloatTexturePtr height_;
+  pattern::FloatTexturePtr height_;
 };
 
 }  // namespace dapple::shading

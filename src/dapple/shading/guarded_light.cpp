@@ -7,7 +7,7 @@
 namespace dapple::shading {
 
 // False where the shader throws, which counts where a point is alone.
-bool GuardedLight::attempt(const LightPoints& points, RGB* L) const {
+bool GuardedLight::attempt(const emitters::LightPoints& points, RGB* L) const {
   const auto caught = [&](const char* what) {
     if (points.count > 1) return;
     const std::lock_guard lock(mutex_);
@@ -24,14 +24,15 @@ bool GuardedLight::attempt(const LightPoints& points, RGB* L) const {
   return false;
 }
 
-void GuardedLight::emission(const LightPoints& points, RGB* L) const {
-  RGB before[LightPoints::capacity];
+void GuardedLight::emission(const emitters::LightPoints& points, RGB* L) const {
+  RGB before[emitters::LightPoints::capacity];
   std::copy_n(L, points.count, before);
   if (!attempt(points, L)) {
-    LightPoints one;
+    emitters::LightPoints one;
     one.count = 1;
     for (int i = 0; i < points.count; ++i) {
-      for (const auto lanes : {&LightPoints::P, &LightPoints::N, &LightPoints::d, &LightPoints::local})
+      for (const auto lanes : {&emitters::LightPoints::P, &emitters::LightPoints::N, &emitters::LightPoints::d,
+                               &emitters::LightPoints::local})
         (one.*lanes).set(0, (points.*lanes)[i]);
       one.u[0] = points.u[i], one.v[0] = points.v[i];
       L[i] = before[i];
@@ -54,8 +55,8 @@ GuardedMaterial::Faults GuardedLight::faults() const {
   return faults_;
 }
 
-void add_light_faults(const std::vector<std::unique_ptr<const Light>>& lights, ShaderFaults* all) {
-  std::set<const LightShader*> seen;
+void add_light_faults(const std::vector<std::unique_ptr<const emitters::Light>>& lights, ShaderFaults* all) {
+  std::set<const emitters::LightShader*> seen;
   for (const auto& light : lights) {
     const auto* guarded = dynamic_cast<const GuardedLight*>(light->shader());
     if (!guarded || !seen.insert(guarded).second) continue;

@@ -7,7 +7,7 @@ namespace dapple::shading {
 
 namespace {
 
-constexpr int capacity = ShadingPoints::capacity;
+constexpr int capacity = pattern::ShadingPoints::capacity;
 constexpr RGB magenta{1, 0, 1};
 
 bool is_usable(float v) {
@@ -35,7 +35,7 @@ bool scatters_diffusely(const Bsdf& b) {
 }
 
 // True if something had to be changed.
-bool repair(Bsdf* b, const ShadingPoints& points, int i) {
+bool repair(Bsdf* b, const pattern::ShadingPoints& points, int i) {
   bool bad = false;
   for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo, &b->extinction})
     bad |= repair(c);
@@ -94,7 +94,7 @@ bool GuardedMaterial::attempt(Stage stage, bool alone, const Call& call) const {
 // call(points, i) runs the stage on points that begin at lane i of the batch; reset(i) undoes what it may have written
 // there; paint(i) writes the stand-in.
 template <class Call, class Reset, class Paint>
-void GuardedMaterial::run(Stage stage, const ShadingPoints& points, const Call& call, const Reset& reset,
+void GuardedMaterial::run(Stage stage, const pattern::ShadingPoints& points, const Call& call, const Reset& reset,
                           const Paint& paint) const {
   const bool alone = points.count == 1;
   if (attempt(stage, alone, [&] { call(points, 0); })) return;
@@ -102,7 +102,7 @@ void GuardedMaterial::run(Stage stage, const ShadingPoints& points, const Call& 
     reset(0);
     return paint(0);
   }
-  ShadingPoints one;
+  pattern::ShadingPoints one;
   one.count = 1;
   for (int i = 0; i < points.count; ++i) {
     one.copy_lane(0, points, i);
@@ -125,12 +125,12 @@ void GuardedMaterial::repair_colours(Stage stage, int n, RGB* colours) const {
   count_bad(stage, bad);
 }
 
-void GuardedMaterial::displacement(const ShadingPoints& points, V3f* P) const {
+void GuardedMaterial::displacement(const pattern::ShadingPoints& points, V3f* P) const {
   const auto stay = [&](int i) { P[i] = points.P[i]; };
   for (int i = 0; i < points.count; ++i) stay(i);
   run(
-      Stage::displacement, points, [&](const ShadingPoints& p, int i) { shader_->displacement(p, P + i); }, [](int) {},
-      stay);
+      Stage::displacement, points, [&](const pattern::ShadingPoints& p, int i) { shader_->displacement(p, P + i); },
+      [](int) {}, stay);
   int bad = 0;
   for (int i = 0; i < points.count; ++i) {
     if (is_finite(P[i])) continue;
@@ -140,18 +140,19 @@ void GuardedMaterial::displacement(const ShadingPoints& points, V3f* P) const {
   count_bad(Stage::displacement, bad);
 }
 
-void GuardedMaterial::opacity(const ShadingPoints& points, RGB* Oi) const {
+void GuardedMaterial::opacity(const pattern::ShadingPoints& points, RGB* Oi) const {
   std::fill_n(Oi, points.count, RGB(1));
   run(
-      Stage::opacity, points, [&](const ShadingPoints& p, int i) { shader_->opacity(p, Oi + i); }, [](int) {},
+      Stage::opacity, points, [&](const pattern::ShadingPoints& p, int i) { shader_->opacity(p, Oi + i); }, [](int) {},
       [&](int i) { Oi[i] = RGB(1); });
   repair_colours(Stage::opacity, points.count, Oi);
 }
 
-void GuardedMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+void GuardedMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   std::fill_n(out, points.count, Bsdf());
   run(
-      Stage::prelighting, points, [&](const ShadingPoints& p, int i) { shader_->prelighting(p, out + i); }, [](int) {},
+      Stage::prelighting, points, [&](const pattern::ShadingPoints& p, int i) { shader_->prelighting(p, out + i); },
+      [](int) {},
       [&](int i) {
         out[i] = Bsdf::make_diffuse(magenta);
         out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
@@ -175,7 +176,7 @@ void GuardedMaterial::diffuselighting(const DiffuseLighting& in) const {
   std::copy_n(in.diffuse, in.points.count, before);
   run(
       Stage::diffuselighting, in.points,
-      [&](const ShadingPoints& p, int i) {
+      [&](const pattern::ShadingPoints& p, int i) {
         shader_->diffuselighting({p, in.bsdf + i, in.irradiance + i, in.irradiance_behind + i, in.diffuse + i});
       },
       [&](int i) { in.diffuse[i] = before[i]; }, [&](int i) { in.diffuse[i] = magenta * in.irradiance[i] * inv_pi; });
@@ -186,7 +187,7 @@ void GuardedMaterial::specularlighting(const SpecularLighting& in) const {
   for (int i = 0; i < in.points.count; ++i) in.Ci[i] = in.diffuse[i] + in.specular[i];
   run(
       Stage::specularlighting, in.points,
-      [&](const ShadingPoints& p, int i) {
+      [&](const pattern::ShadingPoints& p, int i) {
         shader_->specularlighting({p, in.bsdf + i, in.wo + i, in.diffuse + i, in.specular + i, in.Ci + i});
       },
       [](int) {}, [&](int i) { in.Ci[i] = magenta * (in.diffuse[i] + in.specular[i]).luminance(); });
@@ -198,7 +199,7 @@ void GuardedMaterial::postlighting(const PostLighting& in) const {
   std::copy_n(in.Ci, in.points.count, before);
   run(
       Stage::postlighting, in.points,
-      [&](const ShadingPoints& p, int i) {
+      [&](const pattern::ShadingPoints& p, int i) {
         shader_->postlighting({p, in.bsdf + i, in.wo + i, in.Ci + i});
       },
       [&](int i) { in.Ci[i] = before[i]; }, [&](int i) { in.Ci[i] = magenta * before[i].luminance(); });

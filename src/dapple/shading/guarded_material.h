@@ -24,9 +24,9 @@ class GuardedMaterial final : public Material {
                   std::string name);
 
   StageSet stages() const override { return stages_; }
-  void displacement(const ShadingPoints& points, V3f* P) const override;
-  void opacity(const ShadingPoints& points, RGB* Oi) const override;
-  void prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  void displacement(const pattern::ShadingPoints& points, V3f* P) const override;
+  void opacity(const pattern::ShadingPoints& points, RGB* Oi) const override;
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
   void diffuselighting(const DiffuseLighting& in) const override;
   void specularlighting(const SpecularLighting& in) const override;
   void postlighting(const PostLighting& in) const override;
@@ -48,7 +48,8 @@ class GuardedMaterial final : public Material {
 
  private:
   template <class Call, class Reset, class Paint>
-  void run(Stage stage, const ShadingPoints& points, const Call& call, const Reset& reset, const Paint& paint) const;
+  void run(Stage stage, const pattern::ShadingPoints& points, const Call& call, const Reset& reset,
+           const Paint& paint) const;
   template <class Call>
   bool attempt(Stage stage, bool alone, const Call& call) const;
   void count_bad(Stage stage, int points) const;
@@ -58,7 +59,7 @@ class GuardedMaterial final : public Material {
   std::unique_ptr<const Material> shader_;
   StageSet stages_;
   bool diffuse_to_rays_ = false, subsurface_ = false, colored_opacity_ = false;
-  float work_ = unknown_work;
+  float work_ = pattern::unknown_work;
   std::string name_;
   mutable std::mutex mutex_;
   mutable std::array<Faults, stage_count> faults_;

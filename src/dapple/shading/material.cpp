@@ -3,15 +3,15 @@
 
 namespace dapple::shading {
 
-void Material::displacement(const ShadingPoints& points, V3f* P) const {
+void Material::displacement(const pattern::ShadingPoints& points, V3f* P) const {
   for (int i = 0; i < points.count; ++i) P[i] = points.P[i];
 }
 
-void Material::opacity(const ShadingPoints& points, RGB* Oi) const {
+void Material::opacity(const pattern::ShadingPoints& points, RGB* Oi) const {
   std::fill_n(Oi, points.count, RGB(1));
 }
 
-void Material::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
+void Material::flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   prelighting(points, out);
   for (int i = 0; i < points.count; ++i) out[i].flatten();
 }

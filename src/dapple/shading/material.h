@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
+#include "dapple/pattern/texture.h"
 #include "dapple/shading/stages.h"
-#include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
@@ -19,13 +19,13 @@ class Material {
   virtual StageSet stages() const { return {Stage::prelighting}; }
 
   /// Writes P[0, points.count): displaced positions, world space.
-  virtual void displacement(const ShadingPoints& points, V3f* P) const;
+  virtual void displacement(const pattern::ShadingPoints& points, V3f* P) const;
   /// Writes Oi[0, points.count): 1 = opaque, 0 = not there.
-  virtual void opacity(const ShadingPoints& points, RGB* Oi) const;
+  virtual void opacity(const pattern::ShadingPoints& points, RGB* Oi) const;
   /// Evaluates textures, bump and normal maps, and writes the scattering at each point: out[0, points.count).
-  virtual void prelighting(const ShadingPoints& points, Bsdf* out) const = 0;
+  virtual void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const = 0;
   /// Prelighting of a surface that stands for a diffuse one (Bsdf::flatten).
-  virtual void flat_prelighting(const ShadingPoints& points, Bsdf* out) const;
+  virtual void flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const;
   virtual void diffuselighting(const DiffuseLighting& in) const;
   virtual void specularlighting(const SpecularLighting& in) const;
   virtual void postlighting(const PostLighting& in) const;
@@ -33,7 +33,7 @@ class Material {
   /// True where prelighting needs footprints or derivatives (any non-constant texture, bump).
   virtual bool needs_differentials() const = 0;
   /// About how many instructions prelighting takes a point, in full batches; 0 where it is constant().
-  virtual float work() const { return unknown_work; }
+  virtual float work() const { return pattern::unknown_work; }
   /// The Bsdf, its frame apart, where it is the same at every point (lets integrators skip the batch).
   virtual std::optional<Bsdf> constant() const { return std::nullopt; }
   /// True if every Bsdf of prelighting is diffuse.

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dapple/base/hash.h"
-#include "dapple/shading/shading_points.h"
+#include "dapple/pattern/shading_points.h"
 
 namespace dapple::shading {
 
@@ -18,18 +18,18 @@ class BsdfStorage {
   Bsdf* bsdf() { return reinterpret_cast<Bsdf*>(bytes_); }
 
  private:
-  alignas(Bsdf) std::byte bytes_[sizeof(Bsdf) * ShadingPoints::capacity];
+  alignas(Bsdf) std::byte bytes_[sizeof(Bsdf) * pattern::ShadingPoints::capacity];
 };
 }  // namespace
 
-MixMaterial::MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt)
+MixMaterial::MixMaterial(MaterialPtr first, MaterialPtr second, pattern::Input<float> amount, uint64_t salt)
     : first_(std::move(first)), second_(std::move(second)), amount_(std::move(amount)), salt_(salt) {}
 
 bool MixMaterial::needs_differentials() const {
   return !amount_.constant() || first_->needs_differentials() || second_->needs_differentials();
 }
 
-void MixMaterial::flat_prelighting(const ShadingPoints& points, Bsdf* out) const {
+void MixMaterial::flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   if (!is_opaque_reflector()) return Material::flat_prelighting(points, out);
   BsdfStorage second;
   first_->flat_prelighting(points, out);
@@ -37,7 +37,7 @@ void MixMaterial::flat_prelighting(const ShadingPoints& points, Bsdf* out) const
   blend(points, out, second.bsdf());
 }
 
-void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+void MixMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   BsdfStorage storage;
   Bsdf* const shaded = storage.bsdf();
   if (is_diffuse()) {
@@ -45,8 +45,8 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
     second_->prelighting(points, shaded);
     return blend(points, out, shaded);
   }
-  const InputValues<float> amount(amount_, points);
-  int lanes[ShadingPoints::capacity];  // the first's from the front, the second's from the back
+  const pattern::InputValues<float> amount(amount_, points);
+  int lanes[pattern::ShadingPoints::capacity];  // the first's from the front, the second's from the back
   int firsts = 0, seconds = 0;
   for (int i = 0; i < points.count; ++i) {
     const bool second = to_unit_float(hash(points.key[i], salt_)) < amount[i];
@@ -58,7 +58,7 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
   if (seconds == 0) return first_->prelighting(points, out);
   if (firsts == 0) return second_->prelighting(points, out);
 
-  ShadingPoints part;
+  pattern::ShadingPoints part;
   const auto shade = [&](const Material& material, std::span<const int> chosen) {
     part.gather(points, chosen);
     material.prelighting(part, shaded);
@@ -69,8 +69,8 @@ void MixMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
 }
 
 // Of diffuse Bsdfs. The result takes the place of the first.
-void MixMaterial::blend(const ShadingPoints& points, Bsdf* out, const Bsdf* second) const {
-  const InputValues<float> amount(amount_, points);
+void MixMaterial::blend(const pattern::ShadingPoints& points, Bsdf* out, const Bsdf* second) const {
+  const pattern::InputValues<float> amount(amount_, points);
   for (int i = 0; i < points.count; ++i) {
     const float t = amount[i] > 0 ? std::min(amount[i], 1.0f) : 0.0f;
     if (dot(out[i].frame.n, second[i].frame.n) < like_normals) {
@@ -88,7 +88,7 @@ void MixMaterial::blend(const ShadingPoints& points, Bsdf* out, const Bsdf* seco
   }
 }
 
-void InterfaceMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+void InterfaceMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   for (int i = 0; i < points.count; ++i) {
     out[i] = Bsdf::make_passthrough();
     out[i].frame = Frame(points.Ns[i], points.dPdu[i]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/shading/input.h"
+#include "dapple/pattern/input.h"
 #include "dapple/shading/material.h"
 
 namespace dapple::shading {
@@ -11,12 +11,12 @@ namespace dapple::shading {
 /// point's key and of `salt`, which must differ between mixes that nest.
 class MixMaterial final : public Material {
  public:
-  MixMaterial(MaterialPtr first, MaterialPtr second, Input<float> amount, uint64_t salt);
+  MixMaterial(MaterialPtr first, MaterialPtr second, pattern::Input<float> amount, uint64_t salt);
 
-  void prelighting(const ShadingPoints& points, Bsdf* out) const override;
-  void flat_prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override;
-  float work() const override { return first_->work() + second_->work() + total_work(amount_); }
+  float work() const override { return first_->work() + second_->work() + pattern::total_work(amount_); }
   bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
   bool is_opaque_reflector() const override { return first_->is_opaque_reflector() && second_->is_opaque_reflector(); }
   bool is_diffuse() const override { return first_->is_diffuse() && second_->is_diffuse(); }
@@ -28,17 +28,17 @@ class MixMaterial final : public Material {
   const Material& second() const { return *second_; }
 
  private:
-  void blend(const ShadingPoints& points, Bsdf* first, const Bsdf* second) const;
+  void blend(const pattern::ShadingPoints& points, Bsdf* first, const Bsdf* second) const;
 
   MaterialPtr first_, second_;
-  Input<float> amount_;
+  pattern::Input<float> amount_;
   uint64_t salt_;
 };
 
 /// A surface that is not there: it only separates media.
 class InterfaceMaterial final : public Material {
  public:
-  void prelighting(const ShadingPoints& points, Bsdf* out) const override;
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
   bool needs_differentials() const override { return false; }
   float work() const override { return 0; }
   std::optional<Bsdf> constant() const override { return Bsdf::make_passthrough(); }

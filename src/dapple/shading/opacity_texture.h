@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/pattern/texture.h"
 #include "dapple/shading/material.h"
-#include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
 /// How much of a surface is there, by channel, in [0, 1]: a shader's opacity stage times the shape's opacity times its
 /// alpha.
-class OpacityTexture final : public RgbTexture {
+class OpacityTexture final : public pattern::RgbTexture {
  public:
   /// Any may be null. `shader`: one that has an opacity stage.
-  OpacityTexture(MaterialPtr shader, RgbTexturePtr opacity, FloatTexturePtr alpha)
+  OpacityTexture(MaterialPtr shader, pattern::RgbTexturePtr opacity, pattern::FloatTexturePtr alpha)
       : shader_(std::move(shader)), opacity_(std::move(opacity)), alpha_(std::move(alpha)) {}
 
   /// A shader is trusted not to read the time (docs/guide/shaders.md).
-  TextureReads reads() const override {
-    const TextureReads by_shader = shader_ ? TextureReads::surface : TextureReads::uv;
+  pattern::TextureReads reads() const override {
+    const pattern::TextureReads by_shader = shader_ ? pattern::TextureReads::surface : pattern::TextureReads::uv;
     return std::max({by_shader, opacity_ ? opacity_->reads() : by_shader, alpha_ ? alpha_->reads() : by_shader});
   }
   std::optional<RGB> constant() const override {
@@ -25,14 +25,14 @@ class OpacityTexture final : public RgbTexture {
     if (shader_ || !opacity || !alpha) return std::nullopt;
     return clamp(*opacity, 0, 1) * std::clamp(*alpha, 0.0f, 1.0f);
   }
-  void evaluate(const ShadingPoints& points, RGB* out) const override {
-    float alpha[ShadingPoints::capacity];
+  void evaluate(const pattern::ShadingPoints& points, RGB* out) const override {
+    float alpha[pattern::ShadingPoints::capacity];
     if (shader_)
       shader_->opacity(points, out);
     else
       std::fill_n(out, points.count, RGB(1));
     if (opacity_) {
-      RGB opacity[ShadingPoints::capacity];
+      RGB opacity[pattern::ShadingPoints::capacity];
       opacity_->evaluate(points, opacity);
       for (int i = 0; i < points.count; ++i) out[i] *= clamp(opacity[i], 0, 1);
     }
@@ -45,29 +45,29 @@ class OpacityTexture final : public RgbTexture {
 
  private:
   MaterialPtr shader_;
-  RgbTexturePtr opacity_;
-  FloatTexturePtr alpha_;
+  pattern::RgbTexturePtr opacity_;
+  pattern::FloatTexturePtr alpha_;
 };
 
 /// The mean over the channels.
-class MeanTexture final : public FloatTexture {
+class MeanTexture final : public pattern::FloatTexture {
  public:
-  explicit MeanTexture(RgbTexturePtr of) : of_(std::move(of)) {}
+  explicit MeanTexture(pattern::RgbTexturePtr of) : of_(std::move(of)) {}
 
-  TextureReads reads() const override { return of_->reads(); }
+  pattern::TextureReads reads() const override { return of_->reads(); }
   float work() const override { return of_->work(); }
   std::optional<float> constant() const override {
     const auto value = of_->constant();
     return value ? std::optional(value->average()) : std::nullopt;
   }
-  void evaluate(const ShadingPoints& points, float* out) const override {
-    RGB values[ShadingPoints::capacity];
+  void evaluate(const pattern::ShadingPoints& points, float* out) const override {
+    RGB values[pattern::ShadingPoints::capacity];
     of_->evaluate(points, values);
     for (int i = 0; i < points.count; ++i) out[i] = values[i].average();
   }
 
  private:
-  RgbTexturePtr of_;
+  pattern::RgbTexturePtr of_;
 };
 
 }  // namespace dapple::shading

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "dapple/shading/input.h"
-#include "dapple/shading/light_shader.h"
+#include "dapple/emitters/light_shader.h"
+#include "dapple/pattern/input.h"
 #include "dapple/shading/material.h"
 
 // What the author of a shader plug-in includes (docs/guide/shaders.md). A plug-in is one class and one line:
@@ -36,6 +36,17 @@
 // the program that loads it.
 
 namespace dapple::shading {
+
+// What plug-ins name of other libraries.
+using emitters::LightPoints;
+using emitters::LightShader;
+using pattern::FloatTexture;
+using pattern::FloatTexturePtr;
+using pattern::Input;
+using pattern::InputValues;
+using pattern::RgbTexture;
+using pattern::RgbTexturePtr;
+using pattern::ShadingPoints;
 
 /// To be raised whenever the meaning of what crosses the border changes; plugin_layout() sees other changes by itself.
 inline constexpr uint32_t plugin_abi_version = 3;
@@ -101,7 +112,7 @@ class PluginParams {
   float number(std::string_view name) const { return get(name, ParamKind::number).number; }
   RGB color(std::string_view name) const { return get(name, ParamKind::color).color; }
   std::string text(std::string_view name) const { return get(name, ParamKind::text).text; }
-  /// Evaluate it over a batch by InputValues (shading/input.h).
+  /// Evaluate it over a batch by InputValues (pattern/input.h).
   Input<float> float_texture(std::string_view name) const {
     return Input<float>(get(name, ParamKind::float_texture).float_texture);
   }

@@ -104,8 +104,8 @@ std::unique_ptr<const Material> PluginLibrary::make(std::span<const ParamValue> 
   return make(table_->make, "material", values, loc);
 }
 
-std::unique_ptr<const LightShader> PluginLibrary::make_light(std::span<const ParamValue> values,
-                                                             const FileLoc& loc) const {
+std::unique_ptr<const emitters::LightShader> PluginLibrary::make_light(std::span<const ParamValue> values,
+                                                                       const FileLoc& loc) const {
   return make(table_->make_light, "light", values, loc);
 }
 

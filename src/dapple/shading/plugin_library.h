@@ -29,7 +29,7 @@ class PluginLibrary {
   /// A material or light shader of this code, which must not outlive it. values: one for each parameter. What the
   /// plug-in throws becomes an InputError at `loc`, as does the wrong kind of plug-in.
   std::unique_ptr<const Material> make(std::span<const ParamValue> values, const FileLoc& loc) const;
-  std::unique_ptr<const LightShader> make_light(std::span<const ParamValue> values, const FileLoc& loc) const;
+  std::unique_ptr<const emitters::LightShader> make_light(std::span<const ParamValue> values, const FileLoc& loc) const;
 
  private:
   template <class T>

@@ -6,8 +6,8 @@
 #include <initializer_list>
 #include <string_view>
 
+#include "dapple/pattern/shading_points.h"
 #include "dapple/shading/bsdf.h"
-#include "dapple/shading/shading_points.h"
 
 namespace dapple::shading {
 
@@ -48,7 +48,7 @@ class StageSet {
 
 /// What diffuselighting is given: nothing that depends on the view. Arrays have points.count elements.
 struct DiffuseLighting {
-  const ShadingPoints& points;
+  const pattern::ShadingPoints& points;
   const Bsdf* bsdf;
   const RGB* irradiance;         ///< W m^-2, direct and indirect, on the side that is shaded
   const RGB* irradiance_behind;  ///< on the other side; gathered only where the Bsdf transmits diffusely
@@ -56,7 +56,7 @@ struct DiffuseLighting {
 };
 
 struct SpecularLighting {
-  const ShadingPoints& points;
+  const pattern::ShadingPoints& points;
   const Bsdf* bsdf;
   const V3f* wo;        ///< unit, towards the viewer
   const RGB* diffuse;   ///< of diffuselighting
@@ -65,7 +65,7 @@ struct SpecularLighting {
 };
 
 struct PostLighting {
-  const ShadingPoints& points;
+  const pattern::ShadingPoints& points;
   const Bsdf* bsdf;
   const V3f* wo;
   RGB* Ci;  ///< in and out: radiance along wo

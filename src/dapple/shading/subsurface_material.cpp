@@ -20,14 +20,14 @@ SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, Inte
       roughness_(std::move(roughness)),
       interior_(std::move(interior)),
       table_(double(ior), double(interior_.g)) {
-  settle(all_constant(roughness_.u, roughness_.v) && interior_.is_constant(),
-         total_work(roughness_.u, roughness_.v) + interior_.work());
+  settle(pattern::all_constant(roughness_.u, roughness_.v) && interior_.is_constant(),
+         pattern::total_work(roughness_.u, roughness_.v) + interior_.work());
 }
 
-void SubsurfaceMaterial::scatter(const ShadingPoints& points, Bsdf* out) const {
-  const InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
-  const auto write = [&](const Input<RGB>& first, const Input<RGB>& second, const auto& make) {
-    const InputValues<RGB> a(first, points), b(second, points);
+void SubsurfaceMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+  const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
+  const auto write = [&](const pattern::Input<RGB>& first, const pattern::Input<RGB>& second, const auto& make) {
+    const pattern::InputValues<RGB> a(first, points), b(second, points);
     for (int i = 0; i < points.count; ++i) out[i] = make(a[i], b[i], roughness_.alpha(u[i]), roughness_.alpha(v[i]));
   };
   if (interior_.reflectance)

@@ -11,16 +11,18 @@ namespace dapple::shading {
 
 /// What is inside: coefficients, or the colour and scale they are to give.
 struct InteriorInput {
-  Input<RGB> sigma_a{RGB()}, sigma_s{RGB()};  ///< 1/m, times `scale`
-  std::optional<Input<RGB>> reflectance;      ///< given: of the light that enters, the share that leaves again
-  Input<RGB> mean_free_path{RGB(1)};          ///< with reflectance: 1 / (sigma_a + sigma_s), m, times `scale`
+  pattern::Input<RGB> sigma_a{RGB()}, sigma_s{RGB()};  ///< 1/m, times `scale`
+  std::optional<pattern::Input<RGB>> reflectance;      ///< given: of the light that enters, the share that leaves again
+  pattern::Input<RGB> mean_free_path{RGB(1)};          ///< with reflectance: 1 / (sigma_a + sigma_s), m, times `scale`
   float scale = 1;
   float g = 0;  ///< Henyey-Greenstein
 
   bool is_constant() const {
-    return reflectance ? all_constant(*reflectance, mean_free_path) : all_constant(sigma_a, sigma_s);
+    return reflectance ? pattern::all_constant(*reflectance, mean_free_path) : pattern::all_constant(sigma_a, sigma_s);
   }
-  float work() const { return reflectance ? total_work(*reflectance, mean_free_path) : total_work(sigma_a, sigma_s); }
+  float work() const {
+    return reflectance ? pattern::total_work(*reflectance, mean_free_path) : pattern::total_work(sigma_a, sigma_s);
+  }
 };
 
 /// Skin, marble, milk: a dielectric boundary, smooth or rough, around a body that scatters and absorbs. Textures say
@@ -34,7 +36,7 @@ class SubsurfaceMaterial final : public SurfaceMaterial {
   bool has_subsurface() const override { return true; }
 
  private:
-  void scatter(const ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
   Bsdf from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const;
   Bsdf from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const;
 

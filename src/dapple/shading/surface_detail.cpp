@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/surface_detail.h"
 
-#include "dapple/shading/input.h"
+#include "dapple/pattern/input.h"
 
 namespace dapple::shading {
 namespace {
 
-constexpr int capacity = ShadingPoints::capacity;
+constexpr int capacity = pattern::ShadingPoints::capacity;
 
 float step(float dx, float dy) {
   const float d = 0.5f * (std::abs(dx) + std::abs(dy));
@@ -14,7 +14,7 @@ float step(float dx, float dy) {
 }
 
 /// The frame of normal n (any length, either side), or the unperturbed one where n is no normal.
-Frame frame_of(const ShadingPoints& p, int i, const V3f& n, const V3f& dPdu) {
+Frame frame_of(const pattern::ShadingPoints& p, int i, const V3f& n, const V3f& dPdu) {
   const float l2 = length2(n);
   if (!(l2 > 0) || !std::isfinite(l2)) return Frame(p.Ns[i], p.dPdu[i]);
   return Frame(face_forward(n * (1 / std::sqrt(l2)), p.Ng[i]), dPdu);
@@ -22,17 +22,17 @@ Frame frame_of(const ShadingPoints& p, int i, const V3f& n, const V3f& dPdu) {
 
 }  // namespace
 
-void SurfaceDetail::write_frames(const ShadingPoints& points, Bsdf* out) const {
+void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, Bsdf* out) const {
   if (normal_map) return write_mapped(points, out);
   if (displacement) return write_bumped(points, out);
   for (int i = 0; i < points.count; ++i) out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
 }
 
-void SurfaceDetail::write_bumped(const ShadingPoints& p, Bsdf* out) const {
+void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, Bsdf* out) const {
   float d[capacity], d_u[capacity], d_v[capacity], du[capacity], dv[capacity];
   displacement->evaluate(p, d);
 
-  ShadingPoints shifted;
+  pattern::ShadingPoints shifted;
   shifted.count = p.count;
   for (int i = 0; i < p.count; ++i) {
     shifted.copy_lane(i, p, i);
@@ -56,7 +56,7 @@ void SurfaceDetail::write_bumped(const ShadingPoints& p, Bsdf* out) const {
   }
 }
 
-void SurfaceDetail::write_mapped(const ShadingPoints& p, Bsdf* out) const {
+void SurfaceDetail::write_mapped(const pattern::ShadingPoints& p, Bsdf* out) const {
   RGB c[capacity];
   normal_map->evaluate(p, c);
   for (int i = 0; i < p.count; ++i) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/pattern/texture.h"
 #include "dapple/shading/bsdf.h"
-#include "dapple/shading/texture.h"
 
 namespace dapple::shading {
 
@@ -13,8 +13,8 @@ namespace dapple::shading {
 /// footprint, du = (|dudx| + |dudy|) / 2, or 0.0005 where that is zero. Normal map: n = 2 c - 1 in the frame (dPdu, Ns
 /// x dPdu, Ns), c linear. The new normal is kept on Ng's side; where it is undefined the old one stays.
 struct SurfaceDetail {
-  FloatTexturePtr displacement;  ///< or nullptr
-  RgbTexturePtr normal_map;      ///< or nullptr
+  pattern::FloatTexturePtr displacement;  ///< or nullptr
+  pattern::RgbTexturePtr normal_map;      ///< or nullptr
 
   bool is_flat() const { return !displacement && !normal_map; }
   /// Texture::work of what write_frames() evaluates.
@@ -24,11 +24,11 @@ struct SurfaceDetail {
   }
 
   /// Writes out[i].frame: the perturbed normal, s along the perturbed dPdu.
-  void write_frames(const ShadingPoints& points, Bsdf* out) const;
+  void write_frames(const pattern::ShadingPoints& points, Bsdf* out) const;
 
  private:
-  void write_bumped(const ShadingPoints& points, Bsdf* out) const;
-  void write_mapped(const ShadingPoints& points, Bsdf* out) const;
+  void write_bumped(const pattern::ShadingPoints& points, Bsdf* out) const;
+  void write_mapped(const pattern::ShadingPoints& points, Bsdf* out) const;
 };
 
 }  // namespace dapple::shading

@@ -7,14 +7,14 @@ void SurfaceMaterial::settle(bool inputs_constant, float work) {
   varies_ = !inputs_constant;
   input_work_ = work;
   if (varies_) return;
-  ShadingPoints nowhere;  // constant inputs read no lane of it
+  pattern::ShadingPoints nowhere;  // constant inputs read no lane of it
   nowhere.count = 1;
   Bsdf bsdf;
   scatter(nowhere, &bsdf);
   constant_ = bsdf;
 }
 
-void SurfaceMaterial::prelighting(const ShadingPoints& points, Bsdf* out) const {
+void SurfaceMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
   if (constant_)
     std::fill_n(out, points.count, *constant_);
   else

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/shading/input.h"
+#include "dapple/pattern/input.h"
 #include "dapple/shading/material.h"
 #include "dapple/shading/surface_detail.h"
 
@@ -10,7 +10,7 @@ namespace dapple::shading {
 /// GGX roughness as a user gives it, along u and v, in [0, 1]; alpha = sqrt(roughness) where remapped, else the same
 /// number. Values of textures outside [0, 1] are clamped, NaN is zero.
 struct RoughnessInput {
-  Input<float> u{0.0f}, v{0.0f};
+  pattern::Input<float> u{0.0f}, v{0.0f};
   bool remap = true;
 
   float alpha(float roughness) const {
@@ -23,7 +23,7 @@ struct RoughnessInput {
 /// detail.
 class SurfaceMaterial : public Material {
  public:
-  void prelighting(const ShadingPoints& points, Bsdf* out) const final;
+  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const final;
   bool needs_differentials() const final { return varies_ || !detail_.is_flat(); }
   std::optional<Bsdf> constant() const final { return detail_.is_flat() ? constant_ : std::nullopt; }
   float work() const final { return input_work_ + detail_.work(); }
@@ -36,11 +36,11 @@ class SurfaceMaterial : public Material {
 
  private:
   /// Writes out[0, points.count), the frame apart.
-  virtual void scatter(const ShadingPoints& points, Bsdf* out) const = 0;
+  virtual void scatter(const pattern::ShadingPoints& points, Bsdf* out) const = 0;
 
   SurfaceDetail detail_;
   bool varies_ = true;
-  float input_work_ = unknown_work;
+  float input_work_ = pattern::unknown_work;
   std::optional<Bsdf> constant_;
 };
 

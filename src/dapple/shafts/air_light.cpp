@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shafts/air_light.h"
 
-#include "dapple/shading/lane_math.h"
+#include "dapple/pattern/lane_math.h"
 
 namespace dapple::shafts {
 
-namespace lane = shading::lane;
-using shading::ExponentialDensity;
+namespace lane = pattern::lane;
+using media::ExponentialDensity;
 
 namespace {
 
@@ -103,7 +103,7 @@ void AirLight::add_run(const View& v, float begin, float end, Sums* sums) const 
     // From the end where more is left.
     const float depth = sigma * v.ahead + rate * (v.k >= 0 ? a : b), y = std::abs(rate) * (b - a);
     if (!(depth < 200)) continue;
-    const float part = y < 1e30f ? (b - a) * shading::mean_decay(y) : 1 / std::abs(rate);
+    const float part = y < 1e30f ? (b - a) * media::mean_decay(y) : 1 / std::abs(rate);
     sums->add(c, channels_, double(std::exp(-depth)) * double(part));
   }
 }

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/shading/closed_form_medium.h"
+#include "dapple/media/closed_form_medium.h"
 #include "dapple/shafts/scan_planes.h"
 
 namespace dapple::shafts {
 
 /// What fills the air: sigma of density 1, 1/m, and the phase function of Henyey and Greenstein.
 struct Haze {
-  shading::ExponentialDensity density;
+  media::ExponentialDensity density;
   RGB sigma_s, sigma_t;
-  shading::HenyeyGreenstein phase;
+  media::HenyeyGreenstein phase;
 
   Haze() = default;
-  explicit Haze(const shading::ClosedFormMedium& medium)
+  explicit Haze(const media::ClosedFormMedium& medium)
       : density(medium.density()), sigma_s(medium.sigma_s()), sigma_t(medium.sigma_t()), phase(medium.phase()) {}
 };
 
@@ -26,7 +26,7 @@ struct Segment {
 
 /// Light that haze scatters from a beam straight to the eye, where nothing stands in the way:
 ///   int_begin^end sigma_s p e^-(depth from `begin` + depth to the light) ds,
-/// in closed form over runs of lit bins. With l(s) the column from `begin` (shading/exponential_density.h), both depths
+/// in closed form over runs of lit bins. With l(s) the column from `begin` (media/exponential_density.h), both depths
 /// together are sigma_t (k l + c), linear in l, since in layered haze the column to the sun falls as that along the
 /// view grows: k = 1 - cos phi where the density is even, k = 1 - mu_v / mu_s where it falls with height; mu: the sines
 /// of elevation of view and sun. So a run [a, b] of l brings

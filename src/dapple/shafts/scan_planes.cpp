@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "dapple/shading/lane_math.h"
+#include "dapple/pattern/lane_math.h"
 
 namespace dapple::shafts {
 
@@ -48,7 +48,7 @@ size_t ScanPlanes::bytes() const {
 
 int ScanPlanes::bin_of(float u) const {
   if (!(u > 0)) return 0;
-  const float j = shading::lane::log(1 + u / settings_.nearest) / growth_;
+  const float j = pattern::lane::log(1 + u / settings_.nearest) / growth_;
   return j < float(bins()) ? int(j) : bins();
 }
 
@@ -68,7 +68,7 @@ void ScanPlanes::close(int plane) {
 
 int ScanPlanes::plane_of(const V3f& d, float xi) const {
   const PlaneFan& fan = settings_.fan;
-  float at = shading::lane::atan2(dot(d, frame_.t), dot(d, frame_.s)) - fan.first;
+  float at = pattern::lane::atan2(dot(d, frame_.t), dot(d, frame_.s)) - fan.first;
   if (at < 0) at += 2 * pi;
   if (at >= 2 * pi) at -= 2 * pi;
   if (!fan.closed && at > 0.5f * (fan.step * float(fan.planes - 1) + 2 * pi)) at = 0;  // nearer the first than the last

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "dapple/emitters/distant_light.h"
+#include "dapple/emitters/infinite_light.h"
 #include "dapple/forest/leaves.h"
 #include "dapple/forest/sky_dome.h"
 #include "dapple/forest/sky_table.h"
 #include "dapple/integrate/scene_light.h"
-#include "dapple/shading/distant_light.h"
-#include "dapple/shading/infinite_light.h"
 
 namespace dapple::vegetation {
 
@@ -100,8 +100,8 @@ Canopy blackened(Canopy canopy) {
 }
 
 // Radiance of a light at infinity, averaged over cells of five degrees: the solver's few nodes must see all of it.
-forest::Sky sky_of(const shading::Light& light, const V3f& from) {
-  if (const auto* uniform = dynamic_cast<const shading::InfiniteLight*>(&light)) {
+forest::Sky sky_of(const emitters::Light& light, const V3f& from) {
+  if (const auto* uniform = dynamic_cast<const emitters::InfiniteLight*>(&light)) {
     const RGB L = uniform->environment(V3f(0, 0, 1), 0);
     return {[L](double, double, int w) { return double(L[w]); }, false, true};
   }
@@ -143,7 +143,7 @@ struct CanopyTransport::Solution {
   void add_lights(const scene::Scene& scene, const V3f& top) {
     for (const auto& light : scene.lights) {
       if (!light->is_infinite()) continue;
-      const auto* distant = dynamic_cast<const shading::DistantLight*>(light.get());
+      const auto* distant = dynamic_cast<const emitters::DistantLight*>(light.get());
       if (!distant)
         add_sky(*light, top);
       else if (distant->to_light().z > 1e-3f)
@@ -167,7 +167,7 @@ struct CanopyTransport::Solution {
     }
   }
 
-  void add_sky(const shading::Light& light, const V3f& from) {
+  void add_sky(const emitters::Light& light, const V3f& from) {
     const forest::Sky dome = sky_of(light, from);
     const auto irradiance = irradiance_above(light);
     const std::vector<double> E(irradiance.begin(), irradiance.end());

@@ -171,7 +171,7 @@ class Survey {
   }
 
   forest::GroundLight make() {
-    for (const shading::NarrowBeam& b : beams_)
+    for (const emitters::NarrowBeam& b : beams_)
       light_.beams.push_back({b.to_light, std::cos(b.radius + beam_margin), share_of(b)});
     add_sky();
     leave_out_borders();
@@ -224,7 +224,7 @@ class Survey {
   }
 
   /// No pixels for those left out.
-  Raster share_of(const shading::NarrowBeam& beam) {
+  Raster share_of(const emitters::NarrowBeam& beam) {
     const V3d d(beam.to_light);
     if (d.z < Numbers::least_rise || beam.radius > Numbers::widest_sun) return {};
     const auto height = sheet_height(beam.to_light);
@@ -314,7 +314,7 @@ class Survey {
 
   const scene::Scene& scene_;
   const Plot plot_;
-  const std::vector<shading::NarrowBeam> beams_;
+  const std::vector<emitters::NarrowBeam> beams_;
   Raster heights_;
   const double clearance_;
   double tallest_ = 0;  // of the sheets

@@ -81,7 +81,7 @@ float straight_through(const MaterialTable& materials, uint32_t geometry) {
 
 std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint32_t geometry, float through) {
   const trace::Shape& shape = scene.traced.shape(geometry);
-  const shading::FloatTexturePtr& alpha = scene.bindings[geometry].alpha;
+  const pattern::FloatTexturePtr& alpha = scene.bindings[geometry].alpha;
   const std::optional<float> even = alpha ? alpha->constant() : std::optional<float>(1);
   RGB transmittance(even ? std::clamp(1 - *even, 0.0f, 1.0f) : 0.0f);
   if (const auto& opacity = scene.bindings[geometry].opacity; even && opacity)
@@ -149,8 +149,8 @@ CacheState mask_cache(const forest::MaskVisibility& masks) {
           s.peak_bytes, s.capacity_bytes};
 }
 
-std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene) {
-  std::vector<shading::NarrowBeam> beams;
+std::vector<emitters::NarrowBeam> narrow_beams(const scene::Scene& scene) {
+  std::vector<emitters::NarrowBeam> beams;
   for (const auto& light : scene.lights) {
     const auto beam = light->narrow_beam();
     if (!beam) continue;

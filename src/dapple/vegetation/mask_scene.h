@@ -20,6 +20,6 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
 integrate::CacheState mask_cache(const forest::MaskVisibility& masks);
 
 /// The narrow beams of its lights: what masks are made for. Equal ones once.
-std::vector<shading::NarrowBeam> narrow_beams(const scene::Scene& scene);
+std::vector<emitters::NarrowBeam> narrow_beams(const scene::Scene& scene);
 
 }  // namespace dapple::vegetation

@@ -140,10 +140,10 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
     return out;
   } else {
     trace::HitBatch hits;
-    shading::ShadingPoints points;
-    Bsdf bsdf[shading::ShadingPoints::capacity];
+    pattern::ShadingPoints points;
+    Bsdf bsdf[pattern::ShadingPoints::capacity];
     double kept = 0;
-    const uint32_t step = std::min<uint32_t>(16, shading::ShadingPoints::capacity);
+    const uint32_t step = std::min<uint32_t>(16, pattern::ShadingPoints::capacity);
     for (uint32_t first = 0; first < optics_points; first += step) {
       spread_points(shape, &hits, first, int(step), sums);
       float alpha[16], times[16];

@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-// Compiled for x86-64-v4, see CMakeLists.txt.
-#ifdef DAPPLE_KERNELS_X86
-#define DAPPLE_KERNELS v4_pattern_kernels
-#include "dapple/shading/pattern_kernels.inl"
-#endif
