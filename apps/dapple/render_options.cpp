@@ -51,7 +51,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   if (!o.visible_points.empty()) r.visible_points = build::visible_points_of(o.visible_points);
   if (o.shading_rate > 0) r.shading_rate = float(o.shading_rate);
   if (o.pixel_points >= 0) r.pixel_points = o.pixel_points;
-  if (!o.radiosity_cache.empty()) r.radiosity_cache = o.radiosity_cache == "on";
+  if (!o.radiosity_cache.empty() && o.radiosity_cache != "auto") r.radiosity_cache = o.radiosity_cache == "on";
   if (!o.light_learning.empty()) r.light_learning = o.light_learning == "on";
   if (!o.caustics.empty()) r.caustics = o.caustics == "on";
   if (!o.irradiance_interpolation.empty()) r.irradiance_interpolation = o.irradiance_interpolation == "on";
@@ -225,9 +225,10 @@ void add_transport_options(CLI::App& app, RenderOptions& o) {
 }
 
 void add_cache_options(CLI::App& app, RenderOptions& o) {
-  app.add_option("--radiosity-cache", o.radiosity_cache,
-                 "distribution: diffuse rays end in the radiosity cache: on, off [on]")
-      ->check(CLI::IsMember({"on", "off"}));
+  app.add_option(
+         "--radiosity-cache", o.radiosity_cache,
+         "distribution: diffuse rays end in the radiosity cache: on, off, auto: off where few of them would [auto]")
+      ->check(CLI::IsMember({"on", "off", "auto"}));
   app.add_option("--subsurface-cache", o.subsurface_cache,
                  "distribution: the light that enters subsurface bodies is cached: on, off [on]")
       ->check(CLI::IsMember({"on", "off"}));

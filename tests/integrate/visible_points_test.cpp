@@ -5,6 +5,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/build/integrator_factory.h"
 #include "tests/integrate/distribution_scenes.h"
 #include "tests/support/render_text.h"
 
@@ -142,6 +143,68 @@ Shape "bilinearmesh" "point3 P" [ )" +
                                 leaves + "] \"integer indices\" [ " + indices + "]\n");
   const RGB expected = render_built(built, 512, test::bounces(5)).mean();
   expect_near(render_built(built, 64, of_samples(5, true)).mean(), expected, 0.015f, "leaves");
+}
+
+// Thousands of small leaves over ground under a sky.
+std::string leaves() {
+  std::string P, indices;
+  for (uint32_t i = 0; i < 4000; ++i) {
+    const auto u = [i](uint32_t k) { return to_unit_float(hash(i, k)); };
+    const float x = 8 * u(0) - 4, y = 4 * u(1), z = 8 * u(2) - 4;
+    const float corners[3][3] = {{x, y, z}, {x + .1f * u(3), y + .1f, z}, {x, y + .1f * u(4), z + .1f}};
+    for (const auto& c : corners)
+      for (const float v : c) P += std::to_string(v) + " ";
+    for (uint32_t k = 0; k < 3; ++k) indices += std::to_string(3 * i + k) + " ";
+  }
+  return R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 24
+LookAt 0 2 -9  0 2 0  0 1 0
+Camera "perspective" "float fov" 50
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+Material "diffusetransmission" "rgb reflectance" [ .3 .4 .2 ] "rgb transmittance" [ .2 .3 .1 ]
+Shape "trianglemesh" "point3 P" [ )" +
+         P + "] \"integer indices\" [ " + indices + R"(]
+Material "diffuse" "rgb reflectance" [ .3 .3 .3 ]
+Shape "trianglemesh" "point3 P" [ -50 0 -50  50 0 -50  50 0 50  -50 0 50 ] "integer indices" [ 0 1 2  0 2 3 ]
+)";
+}
+
+std::unique_ptr<const integrate::Integrator> made(const build::BuiltScene& built, const std::string& type,
+                                                  std::optional<bool> cache) {
+  build::IntegratorRequest r;
+  r.type = type;
+  r.bounces = 2;
+  r.radiosity_cache = cache;
+  return build::make_integrator(*built.scene, r, 4, 0);
+}
+
+bool has_caches(const integrate::Integrator& integrator) {
+  return !integrator.caches().empty();
+}
+
+TEST(VisiblePoints, AreTracedAsPathsWhereCellsWouldAnswerFewRays) {
+  const auto forest = build_text(leaves());
+  const auto chosen = made(forest, "distribution", {}), path = made(forest, "path", {});
+  EXPECT_FALSE(has_caches(*chosen));
+  EXPECT_TRUE(same_bits(render_built(forest, 4, *chosen).film, render_built(forest, 4, *path).film));
+  EXPECT_TRUE(has_caches(*made(forest, "distribution", true)));
+}
+
+TEST(VisiblePoints, EndInTheCacheWhereManyRaysReadIt) {
+  EXPECT_TRUE(has_caches(*made(build_text(furnished_room(varnished)), "distribution", {})));
+}
+
+// Paths would follow what metal mirrors, which is not asked for.
+TEST(VisiblePoints, EndInTheCacheWhereMetalCountsAsDiffuse) {
+  std::string text = leaves();
+  const std::string ground = "Material \"diffuse\" \"rgb reflectance\" [ .3 .3 .3 ]";
+  text.replace(text.find(ground), ground.size(), "Material \"conductor\"");
+  const auto built = build_text(text);
+  build::IntegratorRequest r;
+  r.type = "distribution", r.bounces = 2, r.caustics = true;
+  EXPECT_FALSE(has_caches(*build::make_integrator(*built.scene, r, 4, 0)));
+  r.caustics = false;
+  EXPECT_TRUE(has_caches(*build::make_integrator(*built.scene, r, 4, 0)));
 }
 
 }  // namespace

@@ -161,6 +161,11 @@ std::shared_ptr<const vegetation::CanopyTransport> make_canopy(const scene::Scen
   }
 }
 
+// Of textures, for so many samples a pixel.
+float footprint_scale(int pixel_samples) {
+  return std::max(0.125f, 1 / std::sqrt(float(pixel_samples)));
+}
+
 // Of all caches of view-independent results.
 size_t cache_bytes(const IntegratorRequest& r) {
   return size_t(double(*r.cache_mb) * (1 << 20));
@@ -172,6 +177,20 @@ bool wants_opacity_cache(const scene::Scene& scene, const IntegratorRequest& r) 
 
 size_t opacity_bytes(const scene::Scene& scene, const IntegratorRequest& r) {
   return wants_opacity_cache(scene, r) ? cache_bytes(r) / 8 : 0;
+}
+
+// Path tracing of what `s` asks for.
+path::PathIntegrator::Settings path_settings(const distribution::DistributionIntegrator::Settings& s) {
+  path::PathIntegrator::Settings p;
+  p.diffuse_bounces = s.shading.bounces;
+  p.specular_depth = s.shading.specular_depth;
+  p.seed = s.shading.seed;
+  p.texture_footprint = footprint_scale(s.pixel_samples);
+  p.masks = s.masks;
+  p.far_ground = s.far_ground;
+  p.shafts = s.shading.shafts;
+  p.learned_lights = s.shading.learned_lights;
+  return p;
 }
 
 // A few hundredths of the image's work: each of their points sends some twenty rays.
@@ -369,7 +388,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
       s.max_scatterings = asked.max_depth.value_or(default_max_depth);
       s.diffuse_bounces = s.specular_depth = s.max_scatterings;
     }
-    s.texture_footprint = std::max(0.125f, 1 / std::sqrt(float(samples)));
+    s.texture_footprint = footprint_scale(samples);
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
     s.shafts = make_shafts(scene, asked.shafts, asked.type == "canopy", seed);
@@ -425,7 +444,11 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     p.learning_paths = learning_paths(scene, samples);
     s.shading.learned_lights = path::PathIntegrator(scene, p).learned_lights();
   }
-  return std::make_unique<distribution::DistributionIntegrator>(scene, s);
+  auto made = std::make_unique<distribution::DistributionIntegrator>(scene, s);
+  if (asked.radiosity_cache || made->cache_pays()) return made;
+  log_info("cached radiosity would answer " + std::to_string(std::lround(100 * made->answered())) +
+           " % of diffuse rays: samples are traced as paths (--radiosity-cache on keeps the cache)");
+  return std::make_unique<path::PathIntegrator>(scene, path_settings(s));
 }
 
 }  // namespace dapple::build

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "dapple/base/parallel.h"
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/cache_survey.h"
 #include "dapple/distribution/distribution_workspace.h"
-#include "dapple/distribution/reader_survey.h"
 #include "dapple/vegetation/mask_scene.h"
 
 namespace dapple::distribution {
@@ -68,7 +68,15 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       finisher_(shading_, shader_, settings_, groups_),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_)
-    ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+    readers_ = ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+}
+
+bool DistributionIntegrator::cache_pays() const {
+  const auto needs_grids = [](const auto& m) { return m->work() > GridNumbers::cheap_work || m->has_subsurface(); };
+  return settings_.visible_points == VisiblePoints::grids || !radiosity_ || logs_ ||
+         readers_.answered >= CacheNumbers::least_answered ||
+         (readers_.view_dependent && !settings_.shading.caustics) ||
+         std::any_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
 }
 
 std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {

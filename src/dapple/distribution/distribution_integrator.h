@@ -3,6 +3,7 @@
 
 #include "dapple/distribution/grid_finder.h"
 #include "dapple/distribution/grid_shader.h"
+#include "dapple/distribution/reader_survey.h"
 #include "dapple/distribution/sample_finisher.h"
 
 namespace dapple::distribution {
@@ -30,6 +31,10 @@ class DistributionIntegrator final : public integrate::Integrator {
 
   std::vector<integrate::CacheState> caches() const override;
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
+  /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would
+  /// answer few of the diffuse rays (ReaderSurvey, CacheNumbers::least_answered).
+  bool cache_pays() const;
+  float answered() const { return readers_.answered; }
 
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
@@ -67,6 +72,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const GridShader grid_shader_;
   const SampleFinisher finisher_;
   const std::unique_ptr<gi::CacheLogs> logs_;
+  ReaderSurvey::Found readers_;
 };
 
 }  // namespace dapple::distribution

@@ -32,6 +32,9 @@ struct ReaderSurvey::Workspace : ShadingWorkspace {
   int depth = 1;
   CameraSamples camera{0};
   std::vector<ReaderMap::Reader> readers;
+  std::vector<float> areas;  // of readers: of the cell that one would read; 0: there is none
+  size_t ends = 0;           // of diffuse rays of this depth
+  bool view_dependent = false;
 };
 
 ReaderSurvey::ReaderSurvey(const ShadingScene& shading, const PointPlacer& placer, const HitShader& shader,
@@ -44,23 +47,37 @@ ReaderSurvey::ReaderSurvey(const ShadingScene& shading, const PointPlacer& place
       uncached_(shading, placer, *this, nullptr, nullptr),
       gatherer_(shading, uncached_, *this) {}
 
-void ReaderSurvey::fill(ReaderMap* map) const {
+ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
   const V2i film = shading_.scene.camera.settings().resolution;
   const uint32_t paths = path_count(film, settings_.pixel_samples), batch = CameraSamples::capacity;
   const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
+  size_t answered = 0, ends = 0;
+  Found result;
   while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
+    std::vector<std::vector<float>> areas(found.size());
+    std::vector<size_t> ends_of(found.size());
+    std::vector<char> view_dependent(found.size());
     parallel_for(found.size(), [&](size_t i) {
       const auto w = std::make_unique<Workspace>();
       w->depth = map->depths() + 1;
       const uint32_t first = uint32_t(i) * batch;
       trace_camera_rays(first, int(std::min(paths - first, batch)), *w);
-      found[i] = std::move(w->readers);
+      found[i] = std::move(w->readers), areas[i] = std::move(w->areas), ends_of[i] = w->ends;
+      view_dependent[i] = w->view_dependent;
     });
     std::vector<ReaderMap::Reader> all;
     for (const auto& of_batch : found) all.insert(all.end(), of_batch.begin(), of_batch.end());
     map->add_depth(all, rays_each);
+    for (size_t i = 0; i < found.size(); ++i) {
+      ends += ends_of[i];
+      result.view_dependent |= view_dependent[i];
+      for (size_t k = 0; k < found[i].size(); ++k)
+        answered += areas[i][k] > 0 && shading_.cell_effort(found[i][k], map->depths(), areas[i][k]) > 0;
+    }
   }
+  if (ends > 0) result.answered = float(answered) / float(ends);
+  return result;
 }
 
 void ReaderSurvey::trace_camera_rays(uint32_t first, int count, Workspace& w) const {
@@ -139,13 +156,16 @@ void ReaderSurvey::note_readers(const Place& place, const RayFilter& wanted, Wor
   const float growth = shader_.cached().growth(place);
   for (int i = 0; i < r.count; ++i) {
     const uint32_t geometry = r.hits.geometry[i];
-    if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black() || !shading_.materials.is_flat(geometry)) continue;
+    if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black()) continue;
+    if (depth == w.depth) ++w.ends, w.view_dependent |= !shading_.materials.is_view_independent(geometry);
+    if (!shading_.materials.is_flat(geometry)) continue;
+    const float width = shader_.cached().width_read(b, r, i, growth, settings_.shading.cache_width);
     if (depth == w.depth) {
       w.readers.push_back(reader_of(r, i));
+      w.areas.push_back(shading_.patches->has_groups(geometry) && shading_.is_cheap(geometry) ? 0 : sqr(width));
       r.weight[i] = RGB();
       continue;
     }
-    const float width = shader_.cached().width_read(b, r, i, growth, settings_.shading.cache_width);
     const float readers = shading_.readers.readers(reader_of(r, i), depth, sqr(width));
     const int effort = shading_.cell_effort(reader_of(r, i), depth, sqr(width));
     if (effort == 0) continue;

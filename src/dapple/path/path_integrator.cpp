@@ -49,7 +49,11 @@ constexpr uint64_t for_learning = 0x6c69676874;  // of all that random numbers a
 }  // namespace
 
 PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), materials_(scene), rays_(scene, materials_, true, settings.visibility()) {
+    : scene_(scene),
+      settings_(settings),
+      materials_(scene),
+      rays_(scene, materials_, true, settings.visibility()),
+      learned_(settings.learned_lights) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
   if (settings.learning_paths > 0 && light::pays_to_learn(scene)) learn();

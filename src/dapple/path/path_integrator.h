@@ -35,8 +35,9 @@ class PathIntegrator final : public integrate::Integrator {
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
     /// Light that media scatter from suns and lamps straight into camera rays; null: paths find it.
     std::shared_ptr<const light::ShaftLight> shafts;
-    int learning_paths =
-        0;  ///< from the camera, that learn what light reaches which part of the scene; 0: nothing is learned
+    /// From the camera, that learn what light reaches which part of the scene; 0: none.
+    int learning_paths = 0;
+    std::shared_ptr<const emitters::LearnedLights> learned_lights;  ///< what is known of that already; null: nothing
 
     const emitters::Visibility* visibility() const {
       if (far_ground) return far_ground.get();
