@@ -185,7 +185,7 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
   build::IntegratorRequest request = integrator_request(o).over(built.request);
   request.log_caches = render::show_cache_use(aovs);
   if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
-  if (request.type == "path" || request.type == "canopy")
+  if (request.type == "path" || request.type == "canopy" || request.type == "images")
     warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);

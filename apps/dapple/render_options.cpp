@@ -72,16 +72,18 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   r.shafts = o.shafts;
   r.shafts.check({"command line", 0, 0},
                  {"--light-shafts", "--shaft-scattering", "--shaft-planes", "--shaft-bins", "--shaft-mb"});
+  r.images = o.images;
+  r.images.check({"command line", 0, 0}, {"--tree-images", "--image-texel"});
   return r;
 }
 
 namespace {
 // Options of scan planes where there are none.
 void warn_of_shafts(const RenderOptions& o, const build::IntegratorRequest& request) {
-  const bool none = request.type == "ao",
+  const bool none = request.type == "ao" || request.type == "images",
              rays = request.shafts.shafts.value_or(request.type == "path" ? "rays" : "scan-planes") == "rays";
   const auto warn = [&](bool given, const char* option, bool needs_planes) {
-    if (given && none) log_warning(std::string(option) + " has no effect with --integrator ao");
+    if (given && none) log_warning(std::string(option) + " has no effect with --integrator " + request.type);
     if (given && !none && needs_planes && rays)
       log_warning(std::string(option) + " has no effect without --light-shafts scan-planes");
   };
@@ -115,24 +117,26 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn(o.cache_width > 0, "--cache-width", {"distribution"});
   warn(o.max_distance > 0, "--max-distance", {"ao"});
   warn(o.color_bleeding, "--color-bleeding", {"ao"});
-  warn(!o.canopy_gather.empty(), "--canopy-gather", {"canopy"});
-  warn(!o.canopy_plot.empty(), "--canopy-plot", {"canopy"});
-  warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy"});
-  warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy"});
-  warn(o.specular_depth >= 0, "--specular-depth", {"path", "distribution", "canopy"});
+  warn(!o.canopy_gather.empty(), "--canopy-gather", {"canopy", "images"});
+  warn(!o.canopy_plot.empty(), "--canopy-plot", {"canopy", "images"});
+  warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy", "images"});
+  warn(o.images.file.has_value(), "--tree-images", {"images"});
+  warn(o.images.texel.has_value(), "--image-texel", {"images"});
+  warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy", "images"});
+  warn(o.specular_depth >= 0, "--specular-depth", {"path", "distribution", "canopy", "images"});
   if (o.specular_depth >= 0 && integrator == "path" && !request.bounces)
     log_warning(
         "--specular-depth has no effect with --integrator path without --bounces: the scene's maxdepth counts "
         "scatterings of all kinds");
-  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution", "canopy"});
-  warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution", "canopy"});
+  warn(o.masks.sun_shadows.has_value(), "--sun-shadows", {"path", "distribution", "canopy", "images"});
+  warn(o.masks.far_ground.has_value(), "--far-ground", {"path", "distribution", "canopy", "images"});
   const auto warn_without = [](bool without, bool given, const char* option, const char* needed) {
     if (without && given) log_warning(std::string(option) + " has no effect without " + needed);
   };
   const bool no_masks = request.masks.sun_shadows.value_or("rays") != "masks",
              no_far_ground = !(request.masks.far_ground.value_or(0) > 0);
   const auto warn_of_masks = [&](bool without, bool given, const char* option, const char* needed) {
-    warn(given, option, {"path", "distribution", "canopy"});
+    warn(given, option, {"path", "distribution", "canopy", "images"});
     warn_without(without && integrator != "ao", given, option, needed);
   };
   warn_of_masks(no_masks, o.masks.levels.has_value(), "--mask-levels", "--sun-shadows masks");
@@ -182,7 +186,7 @@ void check_render_options(const RenderOptions& o) {
 namespace {
 
 void add_transport_options(CLI::App& app, RenderOptions& o) {
-  app.add_option("--integrator", o.integrator, "Light transport: path, distribution, canopy, ao [the scene's]")
+  app.add_option("--integrator", o.integrator, "Light transport: path, distribution, canopy, images, ao [the scene's]")
       ->check(CLI::IsMember(
           std::vector<std::string>(std::begin(build::integrator_types), std::end(build::integrator_types))));
   app.add_option("--preset", o.preset,
@@ -289,6 +293,11 @@ void add_own_options(CLI::App& app, RenderOptions& o) {
                  "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
   app.add_option("--canopy-slabs", o.canopy_slabs, "canopy: slabs of its height [20]")
       ->check(CLI::Range(1, build::max_canopy_slabs));
+  app.add_option("--tree-images", o.images.file,
+                 "images: file of `dapple trees bake` [none: images are made when rendering begins]");
+  app.add_option("--image-texel", o.images.texel,
+                 "images: pixels that a texel may be wide; what is nearer than the finest image allows is seen by rays "
+                 "[1]");
 }
 
 void add_sampling_options(CLI::App& app, RenderOptions& o) {

@@ -24,6 +24,7 @@ struct RenderOptions {
          cache_width = 0, irradiance_accuracy = 0;
   build::MaskRequest masks;
   build::ShaftRequest shafts;
+  build::ImageRequest images;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
   std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;

@@ -97,6 +97,15 @@ ShaftRequest read_shafts(const Entity& e) {
   return s;
 }
 
+ImageRequest read_images(const BuildContext& context) {
+  const Entity& e = context.description.integrator;
+  ImageRequest i;
+  if (e.params.find("treeimages")) i.file = context.description.resolve(e.params.get_string("treeimages", ""));
+  if (e.params.find("imagetexel")) i.texel = e.params.get_float("imagetexel", 1);
+  i.check(e.loc, {"\"treeimages\"", "\"imagetexel\""});
+  return i;
+}
+
 void read_sampler(const BuildContext& context, IntegratorRequest* r) {
   const Entity& sampler = context.description.sampler;
   static const std::vector<std::string_view> samplers = {"independent", "stratified", "halton", "sobol",
@@ -157,7 +166,7 @@ std::shared_ptr<const vegetation::CanopyTransport> make_canopy(const scene::Scen
     return std::make_shared<const vegetation::CanopyTransport>(scene, s);
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{r.place, 0, 0},
-                     "integrator \"canopy\": " + std::string(problem.what()) + "; expected leaves");
+                     "integrator \"" + r.type + "\": " + std::string(problem.what()) + "; expected leaves");
   }
 }
 
@@ -233,6 +242,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.cache_width, other.cache_width);
   r.masks = masks.over(other.masks);
   r.shafts = shafts.over(other.shafts);
+  r.images = images.over(other.images);
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   fill(&r.canopy_gather, other.canopy_gather);
@@ -262,14 +272,15 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
     r.type = "distribution";
   } else if (e.type == "ambientocclusion") {
     r.type = "ao";
-  } else if (e.type == "canopy") {
-    r.type = "canopy";
+  } else if (e.type == "canopy" || e.type == "images") {
+    r.type = e.type;
     read_canopy(context, &r);
+    if (e.type == "images") r.images = read_images(context);
   } else if (is_one_of(paths)) {
     r.type = "path";
   } else {
     if (!is_one_of(others)) {
-      std::vector<std::string_view> legal = {"distribution", "ambientocclusion", "canopy"};
+      std::vector<std::string_view> legal = {"distribution", "ambientocclusion", "canopy", "images"};
       legal.insert(legal.end(), paths.begin(), paths.end());
       legal.insert(legal.end(), others.begin(), others.end());
       unknown_type(e, "integrator", legal);
@@ -374,11 +385,11 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
                                                              int pixel_samples, uint64_t seed) {
   const IntegratorRequest preset = preset_request(asked.preset);
   const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
-  if (asked.type == "path" || asked.type == "canopy") {
+  if (asked.type == "path" || asked.type == "canopy" || asked.type == "images") {
     path::PathIntegrator::Settings s;
     s.seed = seed;
     s.specular_depth = asked.specular_depth.value_or(s.specular_depth);
-    if (asked.type == "canopy") {
+    if (asked.type != "path") {
       s.diffuse_bounces = asked.bounces.value_or(0);
       s.canopy = make_canopy(scene, asked);
       s.canopy_gather = asked.canopy_gather.value_or(true);
@@ -392,6 +403,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
     s.shafts = make_shafts(scene, asked.shafts, asked.type == "canopy", seed);
+    if (asked.type == "images") return make_image_integrator(scene, s, asked.images, asked.place);
     if (asked.light_learning.value_or(true)) s.learning_paths = learning_paths(scene, samples);
     return std::make_unique<path::PathIntegrator>(scene, s);
   }

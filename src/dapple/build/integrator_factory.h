@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dapple/build/build_context.h"
+#include "dapple/build/image_factory.h"
 #include "dapple/build/mask_factory.h"
 #include "dapple/build/shaft_factory.h"
 #include "dapple/distribution/distribution_settings.h"
@@ -39,9 +40,10 @@ struct IntegratorRequest {
   std::optional<float> cache_mb, cache_width, irradiance_accuracy;
   MaskRequest masks;                   ///< path and distribution
   ShaftRequest shafts;                 ///< path, distribution and canopy
+  ImageRequest images;                 ///< images
   std::optional<float> max_distance;   ///< ao, m
   std::optional<bool> color_bleeding;  ///< ao
-  // canopy: vegetation::CanopyTransport::Settings
+  // canopy and images: vegetation::CanopyTransport::Settings
   std::optional<bool> canopy_gather;
   std::optional<Imath::Box2d> canopy_plot;  ///< in the coordinates of the file
   V3d origin{0, 0, 0};                      ///< of the scene
@@ -53,7 +55,7 @@ struct IntegratorRequest {
   IntegratorRequest over(const IntegratorRequest& other) const;
 };
 
-inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "ao"};
+inline constexpr std::string_view integrator_types[] = {"path", "distribution", "canopy", "images", "ao"};
 inline constexpr std::string_view visible_points_names[] = {"grids", "samples"};  ///< distribution::VisiblePoints
 inline constexpr std::string_view preset_names[] = {"draft", "preview", "final"};
 /// Most rays of a kind that a shading point may send, and most scatterings of a kind that distribution ray tracing
@@ -77,7 +79,8 @@ IntegratorRequest preset_request(const std::string& name);
 std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& request);
 
 /// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it.
-/// `pixel_samples`: that will be taken, 0 if that is open. InputError for a canopy that the scene has not.
+/// `pixel_samples`: that will be taken, 0 if that is open. InputError for a canopy that the scene has not, and
+/// for what images of trees cannot show.
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene,
                                                              const IntegratorRequest& request, int pixel_samples,
                                                              uint64_t seed);

@@ -118,13 +118,24 @@ void PathIntegrator::trace_paths(uint32_t first_step, PathWorkspace& w) const {
   for (uint32_t step = first_step; w.now->count > 0; ++step) {
     w.shadow_scratch.stop.check();
     scene_.traced.intersect(w.now->batch, w.now->count, &w.hit);
-    if (scene_.traced.has_colored_opacity())
-      for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
-    collect_hits(w);
-    prelight(w);
-    shade_points(step, w);
+    take_step(step, w);
   }
   w.now->count = 0;
+}
+
+void PathIntegrator::trace_from_hits(const trace::HitBatch& hits, PathWorkspace& w) const {
+  start_paths(w);
+  for (int i = 0; i < w.now->count; ++i) w.hit.copy_lane(i, hits, i);
+  take_step(0, w);
+  trace_paths(1, w);
+}
+
+void PathIntegrator::take_step(uint32_t step, PathWorkspace& w) const {
+  if (scene_.traced.has_colored_opacity())
+    for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
+  collect_hits(w);
+  prelight(w);
+  shade_points(step, w);
 }
 
 // The surfaces of a step, and its scatterings in media: light, and where paths go on.

@@ -58,12 +58,15 @@ class PathIntegrator final : public integrate::Integrator {
     trace_paths(0, w);
     if (settings_.shafts) trace_straight_flights(w);
   }
+  /// The same where it is known what the rays of w.camera meet first. There are no media.
+  void trace_from_hits(const trace::HitBatch& hits, PathWorkspace& w) const;
 
  private:
   void learn();
   void note_point(int point, PathWorkspace& w) const;
   void start_paths(PathWorkspace& w) const;
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
+  void take_step(uint32_t step, PathWorkspace& w) const;
   void shade_points(uint32_t step, PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
   void add_environment(int path, const V3f& o, const V3f& d, PathWorkspace& w) const;

@@ -110,7 +110,7 @@ void TracedScene::walk_intersect(const RayBatch& rays, int n, HitBatch* hits) co
   HitBatch found;
   for (int cell = 0; walk.count > 0 && cell < max_cells; ++cell) {
     walk.measure();
-    intersect_cell(walk.segments, walk.count, &found);
+    intersect_cell(top_.scene, walk.segments, walk.count, &found);
     for (int i = 0; i < walk.count; ++i) {
       const int ray = walk.ray[i];
       if (has_colored_opacity_) found.channels[i] &= hits->channels[ray];

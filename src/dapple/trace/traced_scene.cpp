@@ -34,6 +34,12 @@ RTCRay embree_ray(const RayBatch& r, int i) {
   return {r.ox[i], r.oy[i], r.oz[i], 0, r.dx[i], r.dy[i], r.dz[i], r.time[i], r.t_max[i], ~0u, r.key[i], 0};
 }
 
+void build(RTCScene scene) {
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  rtcCommitScene(scene);
+}
+
 }  // namespace
 
 struct TracedScene::MemoryUse {
@@ -272,16 +278,33 @@ uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& mot
   return uint32_t(instances_.size() - 1);
 }
 
+class TracedScene::Part {
+ public:
+  explicit Part(RTCDevice device) : scene(rtcNewScene(device)) {}
+  ~Part() { rtcReleaseScene(scene); }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+
+  const RTCScene scene;
+};
+
+// The same geometries under the same numbers, so that hits are named and cut-outs are asked about as in the whole.
+std::shared_ptr<const TracedScene::Part> TracedScene::make_part(const std::vector<uint8_t>& with_instance) const {
+  auto part = std::make_shared<Part>(device_);
+  for (unsigned g = 0; g < first_instance_; ++g)
+    rtcAttachGeometryByID(part->scene, rtcGetGeometry(top_.scene, g), g);
+  for (size_t i = 0; i < instance_geometries_.size(); ++i)
+    if (with_instance[i]) rtcAttachGeometryByID(part->scene, instance_geometries_[i], first_instance_ + unsigned(i));
+  build(part->scene);
+  check(device_);
+  return part;
+}
+
 void TracedScene::commit() {
   const Timer timer;
   first_instance_ = uint32_t(top_.geometries.size());
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     rtcAttachGeometryByID(top_.scene, instance_geometries_[i], first_instance_ + unsigned(i));
-  const auto build = [](RTCScene scene) {
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-    rtcCommitScene(scene);
-  };
   for (Object& object : objects_) build(object.scene);
   build(top_.scene);
   check(device_);
@@ -365,12 +388,13 @@ void TracedScene::load(const RayBatch& r, int begin, int end, int* valid, RTCRay
   }
 }
 
-void TracedScene::intersect_packet(const RayBatch& r, int begin, int end, RayContext* context, HitBatch* h) const {
+void TracedScene::intersect_packet(RTCScene top, const RayBatch& r, int begin, int end, RayContext* context,
+                                   HitBatch* h) const {
   RTCRayHit16 q;
   alignas(64) int valid[packet];
   load(r, begin, end, valid, &q.ray);
   for (int lane = 0; lane < packet; ++lane) q.hit.geomID[lane] = q.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect16(valid, top_.scene, &context->embree, &q);
+  rtcIntersect16(valid, top, &context->embree, &q);
   for (int i = begin; i < end; ++i) {
     const int lane = i - begin;
     h->t[i] = q.ray.tfar[lane], h->u[i] = q.hit.u[lane], h->v[i] = q.hit.v[lane];
@@ -391,15 +415,19 @@ void TracedScene::transmitted_packet(const RayBatch& r, int begin, int end, RayC
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);
   if (period_) return walk_intersect(r, n, h);
-  intersect_cell(r, n, h);
+  intersect_cell(top_.scene, r, n, h);
 }
 
-void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
+void TracedScene::intersect(const Part& part, const RayBatch& r, int n, HitBatch* h) const {
+  intersect_cell(part.scene, r, n, h);
+}
+
+void TracedScene::intersect_cell(RTCScene top, const RayBatch& r, int n, HitBatch* h) const {
   RayContext context;
   for (int i = 0, end = 0; i < n; i = end) {
     end = packet_end(r, i, n);
     if (end > i + 1) {
-      intersect_packet(r, i, end, &context, h);
+      intersect_packet(top, r, i, end, &context, h);
       continue;
     }
     context.width = r.width[i], context.spread = r.spread[i];
@@ -412,7 +440,7 @@ void TracedScene::intersect_cell(const RayBatch& r, int n, HitBatch* h) const {
     RTCRayHit q;
     q.ray = embree_ray(r, i);
     q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(top_.scene, &context.embree, &q);
+    rtcIntersect1(top, &context.embree, &q);
     h->t[i] = q.ray.tfar, h->u[i] = q.hit.u, h->v[i] = q.hit.v;
     h->nx[i] = q.hit.Ng_x, h->ny[i] = q.hit.Ng_y, h->nz[i] = q.hit.Ng_z;
     set_hit(q.hit.geomID, q.hit.instID[0], q.hit.primID, h, i);

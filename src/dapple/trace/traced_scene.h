@@ -62,6 +62,13 @@ class TracedScene {
   /// key; others go with it where they are let through, and stopped, by the same draws. HitBatch::weight makes the mean
   /// right. Rays that are no numbers, or come from beyond 1e18 or an instance's reach, miss.
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
+  /// The scene's own shapes and some of its instances.
+  class Part;
+  /// After commit(); with_instance: by instance, whether it is there. Not of a scene with a period. The scene must
+  /// outlive it.
+  std::shared_ptr<const Part> make_part(const std::vector<uint8_t>& with_instance) const;
+  /// intersect() where nothing but a part is there. Hits are named as in the whole scene.
+  void intersect(const Part& part, const RayBatch& rays, int n, HitBatch* hits) const;
   /// What shadow rays bring: passed[i] is the share of the light that comes through all that lies within [0, t_max).
   /// Layers of flat primitives multiply; others stop a ray or not, by draws, as they do nearest hits. Rays that
   /// intersect() would not trace bring nothing.
@@ -140,9 +147,10 @@ class TracedScene {
   int packet_end(const RayBatch& rays, int i, int n) const;
   void set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* hits, int i) const;
   void load(const RayBatch& rays, int begin, int end, int* valid, RTCRay16* q) const;
-  void intersect_packet(const RayBatch& rays, int begin, int end, RayContext* context, HitBatch* hits) const;
+  void intersect_packet(RTCScene top, const RayBatch& rays, int begin, int end, RayContext* context,
+                        HitBatch* hits) const;
   void transmitted_packet(const RayBatch& rays, int begin, int end, RayContext* context, RGB* passed) const;
-  void intersect_cell(const RayBatch& rays, int n, HitBatch* hits) const;
+  void intersect_cell(RTCScene top, const RayBatch& rays, int n, HitBatch* hits) const;
   void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
   void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
   void walk_transmitted(const RayBatch& rays, int n, RGB* passed) const;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/image_factory.h"
+
+#include <fmt/format.h>
+
+#include "dapple/base/log.h"
+#include "dapple/base/timer.h"
+#include "dapple/depthimage/image_file.h"
+#include "dapple/impostor/image_integrator.h"
+
+namespace dapple::build {
+
+namespace {
+
+constexpr float least_texel = 0.05f, most_texel = 16;
+
+void report(const impostor::TreeImages& images, double seconds) {
+  log_info(fmt::format("images: {} objects from the file, {} made now, {:.1f} MB, {:.2f} s", images.from_file,
+                       images.baked, double(images.bytes()) / 1e6, seconds));
+  if (images.from_file + images.baked == 0 && images.refused.empty())
+    log_warning("images have no effect: the scene has no instances of objects (ObjectInstance); all is seen by rays");
+  for (const std::string& why : images.refused) log_warning("images: " + why + ": it is seen by rays");
+}
+
+}  // namespace
+
+ImageRequest ImageRequest::over(const ImageRequest& other) const {
+  ImageRequest r = *this;
+  if (!r.file) r.file = other.file;
+  if (!r.texel) r.texel = other.texel;
+  return r;
+}
+
+void ImageRequest::check(const FileLoc& loc, const std::array<std::string_view, 2>& names) const {
+  if (texel && !(*texel >= least_texel && *texel <= most_texel))
+    throw InputError(loc, fmt::format("{} is {}, expected pixels from {} to {}", names[1], *texel, least_texel,
+                                      most_texel));
+}
+
+std::unique_ptr<const integrate::Integrator> make_image_integrator(const scene::Scene& scene,
+                                                                   const path::PathIntegrator::Settings& rays,
+                                                                   const ImageRequest& request,
+                                                                   const std::string& place) {
+  const Timer timer;
+  std::vector<depthimage::ObjectImages> baked;
+  if (request.file) baked = depthimage::read_images(*request.file);
+  if (scene.traced.period()) throw InputError(FileLoc{place, 0, 0}, "images of trees do not repeat a scene");
+  impostor::TreeImages images = impostor::make_tree_images(scene, {}, baked);
+  report(images, timer.seconds());
+  if (request.file && images.from_file == 0)
+    log_warning("\"" + *request.file + "\" has no images of this scene's objects as they are now");
+  impostor::ImageIntegrator::Settings s;
+  s.rays = rays;
+  s.texel_pixels = request.texel.value_or(s.texel_pixels);
+  try {
+    auto integrator = std::make_unique<impostor::ImageIntegrator>(scene, std::move(images), s);
+    const impostor::ImageView& view = integrator->view();
+    log_info(fmt::format("images: {} instances by images of {:.2f} million fragments, {} by rays, {} out of sight",
+                         view.by_images, double(view.fragments) * 1e-6, view.by_rays, view.unseen));
+    return integrator;
+  } catch (const std::invalid_argument& problem) {
+    throw InputError(FileLoc{place, 0, 0}, "images of trees know nothing of " + std::string(problem.what()) +
+                                               "; --integrator canopy does");
+  }
+}
+
+}  // namespace dapple::build

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace dapple::depthimage {
+
+/// Fitted numbers of layered images (docs/design/033).
+struct ImageNumbers {
+  /// Pieces of surfaces in a texel are one fragment if the cosine between their normals is above this, and their depths
+  /// differ by no more than so many texels.
+  static constexpr float merge_cosine = 0.95f, merge_depth = 0.5f;
+  /// Pixels that a texel may be wide: coarser images are not taken.
+  static constexpr float texel_pixels = 1;
+  /// Where between two levels, by the logarithm of their sizes, the change begins.
+  static constexpr float dissolve_begin = 0.5f;
+};
+
+}  // namespace dapple::depthimage

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/depthimage/splat_object.h"
+
+#include <algorithm>
+
+namespace dapple::depthimage {
+
+namespace {
+
+uint64_t spread_bits(uint32_t v) {
+  uint64_t x = v & 0x3ff;
+  x = (x | x << 16) & 0x30000ff;
+  x = (x | x << 8) & 0x300f00f;
+  x = (x | x << 4) & 0x30c30c3;
+  return (x | x << 2) & 0x9249249;
+}
+
+struct Placed {
+  uint64_t key = 0;  // along Morton's curve
+  V3f P;
+  const Fragment* fragment = nullptr;
+};
+
+// Where the normal lies too far across the view, as steep as it may be.
+V2f slopes(const V3f& n, const ViewFrame& frame) {
+  const float across = std::max(std::abs(dot(n, frame.w)), 1e-6f) * (dot(n, frame.w) < 0 ? -1.0f : 1.0f);
+  V2f s(-dot(n, frame.u) / across, -dot(n, frame.v) / across);
+  const float steep = s.length();
+  return steep > SplatObject::steepest ? s * (SplatObject::steepest / steep) : s;
+}
+
+std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const ViewFrame& frame,
+                          const LayeredImage& image) {
+  std::vector<Placed> out;
+  out.reserve(image.fragments.size());
+  const float t = o.texel(level), to_grid = 1023 / (2 * o.radius);
+  for (int row = 0; row < level.resolution; ++row)
+    for (int column = 0; column < level.resolution; ++column) {
+      const size_t texel = size_t(row) * size_t(level.resolution) + size_t(column);
+      for (uint32_t f = image.first[texel]; f < image.first[texel + 1]; ++f) {
+        const Fragment& fragment = image.fragments[f];
+        const V2f off = V2f(0.5f, 0.5f) - SampleMask::centroid(fragment.mask);
+        const V2f slope = slopes(decode_normal(fragment.plane_normal), frame);
+        const V3f P = o.position(level, frame, column, row, fragment) +
+                      (frame.u * off.x + frame.v * off.y + frame.w * (off.x * slope.x + off.y * slope.y)) * t;
+        uint64_t key = 0;
+        for (int k = 0; k < 3; ++k)
+          key |= spread_bits(uint32_t(std::clamp((P[k] - o.centre[k] + o.radius) * to_grid, 0.0f, 1023.0f))) << k;
+        out.push_back({key, P, &fragment});
+      }
+    }
+  std::stable_sort(out.begin(), out.end(), [](const Placed& a, const Placed& b) { return a.key < b.key; });
+  return out;
+}
+
+void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame& frame, SplatLevel* to) {
+  for (size_t begin = 0; begin < placed.size(); begin += SplatLevel::chunk_size) {
+    SplatLevel::Chunk chunk;
+    chunk.first = uint32_t(to->x.size());
+    chunk.count = uint32_t(std::min<size_t>(SplatLevel::chunk_size, placed.size() - begin));
+    chunk.view = view;
+    for (uint32_t i = 0; i < uint32_t(SplatLevel::chunk_size); ++i) {
+      const Placed& p = placed[begin + std::min(i, chunk.count - 1)];
+      const V2f slope = slopes(decode_normal(p.fragment->plane_normal), frame);
+      chunk.box.extendBy(p.P);
+      to->x.push_back(p.P.x), to->y.push_back(p.P.y), to->z.push_back(p.P.z);
+      to->slope_u.push_back(slope.x), to->slope_v.push_back(slope.y);
+      to->mask.push_back(p.fragment->mask);
+      to->fragments.push_back(*p.fragment);
+    }
+    to->chunks.push_back(chunk);
+  }
+}
+
+}  // namespace
+
+SplatObject::SplatObject(const ObjectImages& images)
+    : centre(images.centre),
+      radius(images.radius),
+      box(images.box),
+      one_sided(images.layers > 0),
+      materials(images.materials) {
+  for (const V3f& d : images.directions) frames.emplace_back(d);
+  for (const ImageLevel& level : images.levels) {
+    SplatLevel to;
+    to.texel = images.texel(level);
+    for (uint32_t view = 0; view < frames.size(); ++view)
+      add_view(place(images, level, frames[view], level.views[view]), view, frames[view], &to);
+    levels.push_back(std::move(to));
+  }
+}
+
+SplatObject::Surface SplatObject::surface(const SplatLevel& level, uint32_t view, uint32_t i) const {
+  const Fragment& f = level.fragments[i];
+  const ImageMaterial& m = materials[f.material];
+  const ViewFrame& frame = frames[view];
+  const V2f off = SampleMask::centroid(f.mask) - V2f(0.5f, 0.5f);
+  Surface s;
+  s.P = V3f(level.x[i], level.y[i], level.z[i]) +
+        (frame.u * off.x + frame.v * off.y + frame.w * (off.x * level.slope_u[i] + off.y * level.slope_v[i])) *
+            level.texel;
+  s.plane_normal = decode_normal(f.plane_normal);
+  s.normal = decode_normal(f.shading_normal);
+  for (int c = 0; c < 3; ++c) {
+    s.reflectance[c] = decode_share(f.reflectance[c], m.reflectance[c]);
+    s.transmittance[c] = decode_share(f.transmittance[c], m.transmittance[c]);
+  }
+  return s;
+}
+
+size_t SplatLevel::bytes() const {
+  return x.size() * (5 * sizeof(float) + sizeof(uint16_t) + sizeof(Fragment)) + chunks.size() * sizeof(Chunk);
+}
+
+size_t SplatObject::bytes() const {
+  size_t sum = 0;
+  for (const SplatLevel& level : levels) sum += level.bytes();
+  return sum;
+}
+
+}  // namespace dapple::depthimage

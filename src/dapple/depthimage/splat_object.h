@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "dapple/depthimage/layered_image.h"
+#include "dapple/depthimage/screen_map.h"
+
+namespace dapple::depthimage {
+
+/// A level made ready to be projected: fragments in chunks of neighbours, structure of arrays, each chunk of one view.
+struct SplatLevel {
+  static constexpr int chunk_size = 32;
+
+  struct Chunk {
+    Box3f box;        ///< of the texels' centres
+    uint32_t first = 0, count = 0;  ///< of its fragments
+    uint32_t view = 0;
+  };
+  float texel = 0;  ///< m, object space
+  std::vector<Chunk> chunks;
+  // By fragment. Chunks begin at multiples of chunk_size; the lanes between are copies.
+  std::vector<float> x, y, z;              ///< where the texel's middle lies on the fragment's plane
+  std::vector<float> slope_u, slope_v;     ///< of the plane: height along w by way along u and v
+  std::vector<uint16_t> mask;
+  std::vector<Fragment> fragments;
+
+  size_t bytes() const;
+};
+
+/// An object's images made ready to be projected.
+struct SplatObject {
+  /// Steeper planes count as this steep: those of owned facets never are.
+  static constexpr float steepest = 4;
+
+  explicit SplatObject(const ObjectImages& images);
+
+  V3f centre;
+  float radius;
+  Box3f box;
+  bool one_sided;  ///< a view is for those in front of it alone: layers are limited
+  std::vector<ViewFrame> frames;
+  std::vector<ImageMaterial> materials;
+  std::vector<SplatLevel> levels;  ///< the finest first
+
+  /// What a fragment shows.
+  struct Surface {
+    V3f P, plane_normal, normal;  ///< object space; unit normals
+    RGB reflectance, transmittance;
+  };
+  Surface surface(const SplatLevel& level, uint32_t view, uint32_t fragment) const;
+  size_t bytes() const;
+};
+
+}  // namespace dapple::depthimage

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "dapple/depthimage/level_choice.h"
+
+namespace dapple::depthimage {
+
+/// A square of pixels with 16 sub-samples each, into which fragments are projected: the nearest wins each sub-sample.
+/// What it holds does not depend on the order in which chunks come, but for fragments at the very same depth.
+///
+/// A fragment is drawn as what its samples cover on its plane: a sub-sample is mapped back to the texel, and takes the
+/// mask's sample there. So what one texel shows ends where its neighbour begins, and cover is neither gained nor lost.
+class SplatTile {
+ public:
+  static constexpr int side = 16;                            ///< pixels
+  static constexpr int samples = side * SampleMask::side;    ///< along a side
+  static constexpr uint32_t none = ~0u;
+
+  /// A level of an instance, to be drawn.
+  struct Draw {
+    const SplatObject* object = nullptr;
+    int level = 0;
+    uint32_t instance = 0;
+    uint16_t samples = LevelChoice::all_samples;
+    int ray_share = 0;  ///< pixels of lower ray_group() are left to rays
+    ScreenMap map;      ///< from object space
+  };
+  struct Record {
+    uint32_t draw, view, fragment;
+  };
+
+  /// Empties it. corner: its first pixel. jitter: where in their squares sub-samples are, [0, 1)^2. round: of
+  /// ray_group().
+  void start(const V2i& corner, const V2f& jitter, uint32_t round);
+  void splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk);
+
+  /// By sub-sample, `SampleMask::side * side` a pixel: its record, or none.
+  uint32_t record_at(int column, int row) const {
+    const uint64_t key = keys_[size_t(row * samples + column)];
+    return key == empty ? none : uint32_t(key);
+  }
+  float depth_at(int column, int row) const {
+    return std::bit_cast<float>(uint32_t(keys_[size_t(row * samples + column)] >> 32));
+  }
+  const Record& record(uint32_t index) const { return records_[index]; }
+  size_t record_count() const { return records_.size(); }
+  /// Of a sub-sample on the film.
+  V2f place(int column, int row) const {
+    return V2f(float(corner_.x), float(corner_.y)) +
+           V2f(float(column) + jitter_.x, float(row) + jitter_.y) / float(SampleMask::side);
+  }
+
+ private:
+  static constexpr uint64_t empty = ~uint64_t(0);
+  struct Projection;  // of a chunk
+  void splat_fragment(const Draw& draw, const Projection& p, int lane, uint32_t draw_index, uint32_t view,
+                      uint32_t fragment, uint16_t mask, V2f slope);
+
+  V2i corner_{0, 0};
+  V2f jitter_{0.5f, 0.5f};
+  uint32_t round_ = 0;
+  alignas(64) uint64_t keys_[samples * samples];  // depth above record
+  std::vector<Record> records_;
+};
+
+}  // namespace dapple::depthimage

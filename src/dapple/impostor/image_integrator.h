@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/impostor/image_view.h"
+#include "dapple/path/path_integrator.h"
+
+namespace dapple::impostor {
+
+/// Trees from multilayer images (Max and Ohsaki 1995; Max 1996; illumination under trees, 1): far instances are
+/// projected from the images of their objects into sub-samples of each pixel, and lit after that; near ones, and all
+/// that is no image, are seen by one ray a pixel and sample, and lit by path tracing, each hiding the other. Light of
+/// sun and sky comes by shadow rays, or masks, that meet all leaves; light that leaves scattered by the canopy's
+/// solution.
+///
+/// One camera sample of a pixel is one set of 16 sub-samples, so that images are without jags from the first on. They
+/// are filtered by a box of a pixel.
+class ImageIntegrator final : public integrate::Integrator {
+ public:
+  struct Settings {
+    path::PathIntegrator::Settings rays;  ///< of what is seen by rays; `canopy` is needed, masks are for all
+    float texel_pixels = 1;               ///< ImageNumbers::texel_pixels
+  };
+
+  /// std::invalid_argument for cameras (screen_map()) and media. The scene must outlive it.
+  ImageIntegrator(const scene::Scene& scene, TreeImages images, const Settings& settings);
+
+  std::unique_ptr<Workspace> make_workspace() const override;
+  void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
+  std::vector<integrate::CacheState> caches() const override { return rays_.caches(); }
+
+  const ImageView& view() const { return view_; }
+
+ private:
+  struct ImageWorkspace;
+  void render_block(const Box2i& block, uint32_t sample, ImageWorkspace& w, scene::Film& film) const;
+  void see_by_rays(uint32_t sample, ImageWorkspace& w) const;
+  void splat(const Box2i& block, uint32_t sample, ImageWorkspace& w) const;
+  void resolve_pixel(int lane, ImageWorkspace& w) const;
+  void add_points(int lane, const uint32_t* records, int count, ImageWorkspace& w) const;
+  void light_points(ImageWorkspace& w) const;
+  void queue_shadows(int point, ImageWorkspace& w) const;
+  void trace_shadows(ImageWorkspace& w) const;
+  void light_hits(ImageWorkspace& w) const;
+  float depth_of_plane(const V3f& P, const V3f& n, const V2f& film) const;
+
+  const scene::Scene& scene_;
+  const Settings settings_;
+  const TreeImages images_;
+  const ImageView view_;
+  const path::PathIntegrator rays_;
+  const integrate::MaterialTable materials_;
+  const integrate::RayTracer tracer_;
+  std::vector<uint32_t> each_light_;  // where all of a few are sampled; else one is chosen
+  V3f origin_, origin_x_, origin_y_, direction_, direction_x_, direction_y_;  // of camera rays by film, depth 1 a unit
+};
+
+}  // namespace dapple::impostor
