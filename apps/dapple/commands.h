@@ -20,5 +20,6 @@ Command add_penumbra(CLI::App& app, const std::string& command_line);
 Command add_canopy_reflect(CLI::App& app);
 Command add_canopy_measure(CLI::App& app);
 Command add_plugin_info(CLI::App& app);
+Command add_trees(CLI::App& app);
 
 }  // namespace dapple::app
