@@ -8,6 +8,8 @@ struct ImageNumbers {
   /// Pieces of surfaces in a texel are one fragment if the cosine between their normals is above this, and their depths
   /// differ by no more than so many texels.
   static constexpr float merge_cosine = 0.95f, merge_depth = 0.5f;
+  /// Of a texel, by which it is drawn beyond its border, so that no crack shows between neighbours on bent surfaces.
+  static constexpr float overlap = 0.03f;
   /// Pixels that a texel may be wide: coarser images are not taken.
   static constexpr float texel_pixels = 1;
   /// Where between two levels, by the logarithm of their sizes, the change begins.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dapple/depthimage/image_numbers.h"
+
 namespace dapple::depthimage {
 
 namespace {
@@ -14,7 +16,8 @@ constexpr int lanes = SplatLevel::chunk_size;
 constexpr uint8_t first_bit[16] = {4, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 constexpr uint8_t end_bit[16] = {0, 1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4};
 
-/// The rectangle of a mask's samples, in texels from the texel's middle.
+/// The rectangle of a mask's samples, in texels from the texel's middle. Where all samples at a border are covered, the
+/// surface goes on beyond.
 struct MaskBox {
   float a0, a1, b0, b1;
   explicit MaskBox(unsigned mask) {
@@ -22,8 +25,11 @@ struct MaskBox {
     const unsigned rows = unsigned((mask & 15u) != 0) | unsigned((mask & 0xf0u) != 0) << 1 |
                           unsigned((mask & 0xf00u) != 0) << 2 | unsigned((mask & 0xf000u) != 0) << 3;
     constexpr float step = 1.0f / grid;
-    a0 = float(first_bit[columns]) * step - 0.5f, a1 = float(end_bit[columns]) * step - 0.5f;
-    b0 = float(first_bit[rows]) * step - 0.5f, b1 = float(end_bit[rows]) * step - 0.5f;
+    const auto more = [mask](unsigned border) { return (mask & border) == border ? ImageNumbers::overlap : 0.0f; };
+    a0 = float(first_bit[columns]) * step - 0.5f - more(0x1111);
+    a1 = float(end_bit[columns]) * step - 0.5f + more(0x8888);
+    b0 = float(first_bit[rows]) * step - 0.5f - more(0xf);
+    b1 = float(end_bit[rows]) * step - 0.5f + more(0xf000);
   }
 };
 
@@ -99,13 +105,16 @@ void SplatTile::splat_fragment(const Draw& draw, const Projection& p, int lane, 
   const float a_x = yv / area * grid, a_y = -xv / area * grid, b_x = -yu / area * grid, b_y = xu / area * grid;
   const float z_u = p.u[3] + slope.x * p.n[3], z_v = p.v[3] + slope.y * p.n[3];
   const float z_a = z_u / grid, z_b = z_v / grid, middle = 0.5f * grid;
+  const float a0 = box.a0 * grid, a1 = box.a1 * grid, b0 = box.b0 * grid, b1 = box.b1 * grid;
   uint32_t record = none;
   for (int row = first_row; row < end_row; ++row)
     for (int column = first_column; column < end_column; ++column) {
       const float dx = float(column) - x, dy = float(row) - y;
       const float a = a_x * dx + a_y * dy, b = b_x * dx + b_y * dy;
-      const float i = a + middle, j = b + middle;
-      if (!(i >= 0 && i < grid && j >= 0 && j < grid) || !(mask >> (int(j) * grid + int(i)) & 1)) continue;
+      if (!(a >= a0 && a < a1 && b >= b0 && b < b1)) continue;
+      const int sample_i = std::clamp(int(a + middle), 0, grid - 1),
+                sample_j = std::clamp(int(b + middle), 0, grid - 1);
+      if (!(mask >> (sample_j * grid + sample_i) & 1)) continue;
       const int sub = row % grid * grid + column % grid;
       if (!(draw.samples >> sub & 1)) continue;
       if (draw.ray_share > 0 &&

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Images of trees against rays.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "dapple/base/parallel.h"
+#include "dapple/depthimage/object_picture.h"
+#include "dapple/impostor/object_baker.h"
+#include "dapple/numeric/sobol.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using depthimage::ObjectPicture;
+using depthimage::Shown;
+using depthimage::SplatObject;
+using test::build_text;
+
+const std::filesystem::path forest = std::filesystem::path(DAPPLE_SHARED_DIR) / "scenes/forest";
+
+std::string tree_scene(const std::string& tree) {
+  const std::string folder = forest.string() + "/";
+  return R"(Camera "perspective" WorldBegin
+ObjectBegin "tree"
+  Material "diffuse" "rgb reflectance" [ .15 .12 .09 ]
+  Shape "plymesh" "string filename" ")" +
+         folder + tree + R"(_bark.ply"
+  Material "diffusetransmission" "rgb reflectance" [ .05 .11 .04 ] "rgb transmittance" [ .04 .1 .02 ]
+  Shape "plymesh" "string filename" ")" +
+         folder + tree + R"(_leaf.ply"
+ObjectEnd
+ObjectInstance "tree")";
+}
+
+/// Cover as rays see it, 16 a pixel.
+std::vector<float> traced_cover(const scene::Scene& scene, const V3f& to_viewer, const SplatObject& object,
+                                int pixels) {
+  const V3f up = std::abs(to_viewer.z) > 0.999f ? V3f(0, 1, 0) : V3f(0, 0, 1);
+  const V3f right = normalize(cross(up, to_viewer)), over = cross(to_viewer, right);
+  const float step = length(object.box.max - object.box.min) / float(pixels);
+  std::vector<float> cover(size_t(pixels) * size_t(pixels));
+  parallel_for(size_t(pixels), [&](size_t y) {
+    trace::RayBatch rays{};
+    trace::HitBatch hits;
+    for (int x = 0; x < pixels; ++x) {
+      for (uint32_t i = 0; i < 16; ++i) {
+        const V2f u = sample_2d(1, uint32_t(y) * 65536u + uint32_t(x) * 16 + i, 0);
+        const float a = (float(x) + u.x - 0.5f * float(pixels)) * step, b = (0.5f * float(pixels) - float(y) - u.y) * step;
+        rays.set(int(i), object.centre + right * a + over * b + to_viewer * (4 * object.radius), -to_viewer, infinity, 0.5f,
+                 i);
+      }
+      scene.traced.intersect(rays, 16, &hits);
+      for (int i = 0; i < 16; ++i) cover[y * size_t(pixels) + size_t(x)] += hits.geometry[i] == trace::no_id ? 0 : 1.0f / 16;
+    }
+  });
+  return cover;
+}
+
+struct Errors {
+  double mean = 0, blocks = 0;  // of cover, over blocks of 8 x 8 pixels that are not empty: mean, root mean square
+};
+
+Errors compare(const std::vector<float>& a, const std::vector<float>& b, int pixels) {
+  Errors e;
+  int count = 0;
+  for (int y = 0; y + 8 <= pixels; y += 8)
+    for (int x = 0; x + 8 <= pixels; x += 8) {
+      double sum = 0, reference = 0;
+      for (int i = 0; i < 64; ++i) {
+        const size_t p = size_t(y + i / 8) * size_t(pixels) + size_t(x + i % 8);
+        sum += double(a[p]), reference += double(b[p]);
+      }
+      if (reference == 0 && sum == 0) continue;
+      e.mean += (sum - reference) / 64;
+      e.blocks += (sum - reference) * (sum - reference) / (64 * 64);
+      ++count;
+    }
+  e.mean /= count;
+  e.blocks = std::sqrt(e.blocks / count);
+  return e;
+}
+
+class Trees : public testing::TestWithParam<std::tuple<const char*, int>> {
+ public:
+  void SetUp() override {
+    if (!std::filesystem::exists(forest)) GTEST_SKIP() << forest << " is absent";
+  }
+};
+
+// Rationale: images stand for trees if they cover what trees cover. Expectation, from random directions, a texel a
+// pixel: cover within .01 in the mean, and within .03 in blocks of 8 x 8 pixels (root mean square), by each level.
+TEST_P(Trees, CoverWhatTreesCover) {
+  const auto [tree, resolution] = GetParam();
+  const build::BuiltScene built = build_text(tree_scene(tree));
+  const SplatObject object(impostor::ObjectBaker(*built.scene, {.resolution = resolution}).bake(0, tree));
+  KeyedRng rng(1);
+  Errors sum;
+  constexpr int views = 8;
+  for (int i = 0; i < views; ++i) {
+    const float z = 2 * rng.next() - 1, phi = 2 * pi * rng.next();
+    const V3f to_viewer(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+    const int pixels = int(float(resolution) * length(object.box.max - object.box.min) / (2 * object.radius));
+    const ObjectPicture picture =
+        depthimage::project(object, 0, depthimage::orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::color);
+    const Errors e = compare(picture.alpha, traced_cover(*built.scene, to_viewer, object, pixels), pixels);
+    sum.mean += e.mean / views, sum.blocks += e.blocks / views;
+  }
+  std::printf("%s, %d texels: mean %+.4f, blocks %.4f\n", tree, resolution, sum.mean, sum.blocks);
+  EXPECT_LE(std::abs(sum.mean), 0.01);
+  EXPECT_LE(sum.blocks, 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, Trees,
+                         testing::Combine(testing::Values("quaking_aspen", "small_maple"),
+                                          testing::Values(16, 32, 64, 128, 256)),
+                         [](const auto& p) {
+                           return std::string(std::get<0>(p.param)) + "_" + std::to_string(std::get<1>(p.param));
+                         });
+
+}  // namespace
+}  // namespace dapple
