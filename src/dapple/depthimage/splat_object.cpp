@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dapple/depthimage/image_numbers.h"
+
 namespace dapple::depthimage {
 
 namespace {
@@ -27,6 +29,22 @@ V2f slopes(const V3f& n, const ViewFrame& frame) {
   V2f s(-dot(n, frame.u) / across, -dot(n, frame.v) / across);
   const float steep = s.length();
   return steep > SplatObject::steepest ? s * (SplatObject::steepest / steep) : s;
+}
+
+void add_rectangle(unsigned mask, SplatLevel* to) {
+  constexpr int side = SampleMask::side, step = 100 / side;
+  const auto more = [mask](unsigned border) {
+    return (mask & border) == border ? int(100 * ImageNumbers::overlap + 0.5f) : 0;
+  };
+  const auto add = [&](unsigned lines, unsigned first_border, unsigned last_border, std::vector<int8_t>* low,
+                       std::vector<int8_t>* high) {
+    low->push_back(int8_t(std::countr_zero(lines) * step - 50 - more(first_border)));
+    high->push_back(int8_t(int(std::bit_width(lines)) * step - 50 + more(last_border)));
+  };
+  unsigned rows = 0;
+  for (int row = 0; row < side; ++row) rows |= unsigned((mask >> (row * side) & 15u) != 0) << row;
+  add((mask | mask >> 4 | mask >> 8 | mask >> 12) & 15u, 0x1111, 0x8888, &to->left, &to->right);
+  add(rows, 0xf, 0xf000, &to->bottom, &to->top);
 }
 
 std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const ViewFrame& frame,
@@ -66,6 +84,7 @@ void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame&
       to->x.push_back(p.P.x), to->y.push_back(p.P.y), to->z.push_back(p.P.z);
       to->slope_u.push_back(slope.x), to->slope_v.push_back(slope.y);
       to->mask.push_back(p.fragment->mask);
+      add_rectangle(p.fragment->mask, to);
       to->fragments.push_back(*p.fragment);
     }
     to->chunks.push_back(chunk);
@@ -109,7 +128,7 @@ SplatObject::Surface SplatObject::surface(const SplatLevel& level, uint32_t view
 }
 
 size_t SplatLevel::bytes() const {
-  return x.size() * (5 * sizeof(float) + sizeof(uint16_t) + sizeof(Fragment)) + chunks.size() * sizeof(Chunk);
+  return x.size() * (5 * sizeof(float) + sizeof(uint16_t) + 4 + sizeof(Fragment)) + chunks.size() * sizeof(Chunk);
 }
 
 size_t SplatObject::bytes() const {

@@ -23,6 +23,9 @@ struct SplatLevel {
   std::vector<float> x, y, z;              ///< where the texel's middle lies on the fragment's plane
   std::vector<float> slope_u, slope_v;     ///< of the plane: height along w by way along u and v
   std::vector<uint16_t> mask;
+  /// What the mask covers, in hundredths of a texel from its middle: the rectangle of its samples, and a little more
+  /// where all samples at a border are covered, so that no crack shows between neighbours on bent surfaces.
+  std::vector<int8_t> left, right, bottom, top;
   std::vector<Fragment> fragments;
 
   size_t bytes() const;

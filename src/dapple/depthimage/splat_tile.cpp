@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "dapple/depthimage/image_numbers.h"
-
 namespace dapple::depthimage {
 
 namespace {
@@ -12,52 +10,62 @@ namespace {
 constexpr int grid = SampleMask::side;
 constexpr int lanes = SplatLevel::chunk_size;
 
-// First and last set bit of four, by the bits.
-constexpr uint8_t first_bit[16] = {4, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
-constexpr uint8_t end_bit[16] = {0, 1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4};
-
-/// The rectangle of a mask's samples, in texels from the texel's middle. Where all samples at a border are covered, the
-/// surface goes on beyond.
-struct MaskBox {
-  float a0, a1, b0, b1;
-  explicit MaskBox(unsigned mask) {
-    const unsigned columns = (mask | mask >> 4 | mask >> 8 | mask >> 12) & 15u;
-    const unsigned rows = unsigned((mask & 15u) != 0) | unsigned((mask & 0xf0u) != 0) << 1 |
-                          unsigned((mask & 0xf00u) != 0) << 2 | unsigned((mask & 0xf000u) != 0) << 3;
-    constexpr float step = 1.0f / grid;
-    const auto more = [mask](unsigned border) { return (mask & border) == border ? ImageNumbers::overlap : 0.0f; };
-    a0 = float(first_bit[columns]) * step - 0.5f - more(0x1111);
-    a1 = float(end_bit[columns]) * step - 0.5f + more(0x8888);
-    b0 = float(first_bit[rows]) * step - 0.5f - more(0xf);
-    b1 = float(end_bit[rows]) * step - 0.5f + more(0xf000);
-  }
-};
-
 }  // namespace
 
-/// A chunk on the film, in sub-samples from the tile's corner, and what a texel's axes do to it.
+/// A chunk on the film, structure of arrays: where in the tile, in sub-samples, each fragment lies, and how to get from
+/// there to its texel.
 struct SplatTile::Projection {
-  float x[lanes], y[lanes], w[lanes], depth[lanes];
-  float u[4], v[4], n[4];  // rows of ScreenMap of the frame's axes times a texel
+  alignas(32) float x[lanes], y[lanes], depth[lanes];
+  alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
+  alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
+  alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
 
   Projection(const Draw& draw, const SplatLevel& level, const SplatLevel::Chunk& chunk, const V2i& corner,
              const V2f& jitter) {
-    const ScreenMap& m = draw.map;
+    const auto& m = draw.map.m;
+    const ViewFrame& frame = draw.object->frames[chunk.view];
+    float u[4], v[4], n[4];  // of the frame's axes, a texel long
+    for (int r = 0; r < 4; ++r) {
+      u[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.u) * level.texel;
+      v[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.v) * level.texel;
+      n[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.w) * level.texel;
+    }
     const float dx = -float(corner.x * grid) - jitter.x, dy = -float(corner.y * grid) - jitter.y;
     const float *px = &level.x[chunk.first], *py = &level.y[chunk.first], *pz = &level.z[chunk.first];
+    const float *slope_u = &level.slope_u[chunk.first], *slope_v = &level.slope_v[chunk.first];
+    const int8_t *left = &level.left[chunk.first], *right = &level.right[chunk.first],
+                 *bottom = &level.bottom[chunk.first], *top = &level.top[chunk.first];
     for (int i = 0; i < lanes; ++i) {
-      const float W = m.m[2][0] * px[i] + m.m[2][1] * py[i] + m.m[2][2] * pz[i] + m.m[2][3];
-      const float scale = float(grid) / W;
-      x[i] = (m.m[0][0] * px[i] + m.m[0][1] * py[i] + m.m[0][2] * pz[i] + m.m[0][3]) * scale + dx;
-      y[i] = (m.m[1][0] * px[i] + m.m[1][1] * py[i] + m.m[1][2] * pz[i] + m.m[1][3]) * scale + dy;
-      depth[i] = m.m[3][0] * px[i] + m.m[3][1] * py[i] + m.m[3][2] * pz[i] + m.m[3][3];
-      w[i] = W;
-    }
-    const ViewFrame& frame = draw.object->frames[chunk.view];
-    for (int r = 0; r < 4; ++r) {
-      u[r] = m.apply_vector(ScreenMap::Row(r), frame.u) * level.texel;
-      v[r] = m.apply_vector(ScreenMap::Row(r), frame.v) * level.texel;
-      n[r] = m.apply_vector(ScreenMap::Row(r), frame.w) * level.texel;
+      const float inverse_w = 1 / (m[2][0] * px[i] + m[2][1] * py[i] + m[2][2] * pz[i] + m[2][3]);
+      const float film_x = (m[0][0] * px[i] + m[0][1] * py[i] + m[0][2] * pz[i] + m[0][3]) * inverse_w;
+      const float film_y = (m[1][0] * px[i] + m[1][1] * py[i] + m[1][2] * pz[i] + m[1][3]) * inverse_w;
+      const float scale = float(grid) * inverse_w;
+      // Sides of the texel's parallelogram: how the film moves where the plane does.
+      const float wu = u[2] + slope_u[i] * n[2], wv = v[2] + slope_v[i] * n[2];
+      const float xu = (u[0] + slope_u[i] * n[0] - film_x * wu) * scale,
+                  yu = (u[1] + slope_u[i] * n[1] - film_y * wu) * scale,
+                  xv = (v[0] + slope_v[i] * n[0] - film_x * wv) * scale,
+                  yv = (v[1] + slope_v[i] * n[1] - film_y * wv) * scale;
+      const float inverse_area = float(grid) / (xu * yv - xv * yu);
+      x[i] = film_x * float(grid) + dx;
+      y[i] = film_y * float(grid) + dy;
+      depth[i] = m[3][0] * px[i] + m[3][1] * py[i] + m[3][2] * pz[i] + m[3][3];
+      a_x[i] = yv * inverse_area, a_y[i] = -xv * inverse_area;
+      b_x[i] = -yu * inverse_area, b_y[i] = xu * inverse_area;
+      z_a[i] = (u[3] + slope_u[i] * n[3]) / float(grid), z_b[i] = (v[3] + slope_v[i] * n[3]) / float(grid);
+      const float a0 = 0.01f * float(left[i]), a1 = 0.01f * float(right[i]), b0 = 0.01f * float(bottom[i]),
+                  b1 = 0.01f * float(top[i]);
+      const auto least = [](float p, float q) { return p < q ? p : q; };
+      const auto most = [](float p, float q) { return p > q ? p : q; };
+      x0[i] = x[i] + least(xu * a0, xu * a1) + least(xv * b0, xv * b1);
+      x1[i] = x[i] + most(xu * a0, xu * a1) + most(xv * b0, xv * b1);
+      y0[i] = y[i] + least(yu * a0, yu * a1) + least(yv * b0, yv * b1);
+      y1[i] = y[i] + most(yu * a0, yu * a1) + most(yv * b0, yv * b1);
+      // Sub-samples that it covers are whole numbers between; and it lies before the camera.
+      x0[i] = inverse_w > 0 ? most(std::ceil(x0[i]), 0.0f) : float(samples);
+      y0[i] = most(std::ceil(y0[i]), 0.0f);
+      x1[i] = least(std::floor(x1[i]), float(samples - 1));
+      y1[i] = least(std::floor(y1[i]), float(samples - 1));
     }
   }
 };
@@ -65,70 +73,79 @@ struct SplatTile::Projection {
 void SplatTile::start(const V2i& corner, const V2f& jitter, uint32_t round) {
   corner_ = corner, jitter_ = jitter, round_ = round;
   std::fill(std::begin(keys_), std::end(keys_), empty);
+  std::fill(std::begin(filled_), std::end(filled_), uint8_t(0));
+  std::fill(std::begin(farthest_), std::end(farthest_), infinity);
   records_.clear();
+}
+
+bool SplatTile::hides(const V2i& min, const V2i& max, float depth) const {
+  for (int y = min.y; y <= max.y; ++y)
+    for (int x = min.x; x <= max.x; ++x)
+      if (!(farthest_[y * side + x] < depth)) return false;
+  return true;
+}
+
+bool SplatTile::hides(const Projection& p, int lane) const {
+  const float nearest = p.depth[lane] - (std::abs(p.z_a[lane]) + std::abs(p.z_b[lane])) * (0.55f * grid);
+  return hides(V2i(int(p.x0[lane]) / grid, int(p.y0[lane]) / grid), V2i(int(p.x1[lane]) / grid, int(p.y1[lane]) / grid),
+               nearest);
+}
+
+void SplatTile::put(int column, int row, uint64_t key) {
+  uint64_t& place = keys_[row * samples + column];
+  const int pixel = row / grid * side + column / grid;
+  const bool full = filled_[pixel] == SampleMask::count || (place == empty && ++filled_[pixel] == SampleMask::count);
+  place = key;
+  if (!full) return;
+  uint64_t most = 0;
+  const uint64_t* const first = keys_ + row / grid * grid * samples + column / grid * grid;
+  for (int y = 0; y < grid; ++y)
+    for (int x = 0; x < grid; ++x) most = std::max(most, first[y * samples + x]);
+  farthest_[pixel] = std::bit_cast<float>(uint32_t(most >> 32));
 }
 
 void SplatTile::splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk) {
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];
   const Projection p(draw, level, chunk, corner_, jitter_);
-  for (uint32_t i = 0; i < chunk.count; ++i) {
-    const uint32_t f = chunk.first + i;
-    splat_fragment(draw, p, int(i), draw_index, chunk.view, f, level.mask[f],
-                   V2f(level.slope_u[f], level.slope_v[f]));
-  }
+  const bool whole = draw.samples == LevelChoice::all_samples && draw.ray_share == 0;
+  for (uint32_t i = 0; i < chunk.count; ++i)
+    if (p.x0[i] <= p.x1[i] && p.y0[i] <= p.y1[i] && !hides(p, int(i)))
+      whole ? splat_fragment<true>(draw, level, p, int(i), {draw_index, chunk.view, chunk.first + i})
+            : splat_fragment<false>(draw, level, p, int(i), {draw_index, chunk.view, chunk.first + i});
 }
 
-void SplatTile::splat_fragment(const Draw& draw, const Projection& p, int lane, uint32_t draw_index, uint32_t view,
-                               uint32_t fragment, uint16_t mask, V2f slope) {
-  const float inverse_w = 1 / p.w[lane];
-  if (!(p.w[lane] > 0) || !(p.depth[lane] > 0)) return;
-  const float x = p.x[lane], y = p.y[lane];
-  // Sides of the texel's parallelogram: how the film moves where the plane does.
-  const float film_x = (x + float(corner_.x * grid) + jitter_.x) * (1.0f / grid),
-              film_y = (y + float(corner_.y * grid) + jitter_.y) * (1.0f / grid);
-  const auto sweep = [&](const float* axis, float along, float film, int row) {
-    const float change = axis[row] + along * p.n[row], change_w = axis[2] + along * p.n[2];
-    return (change - film * change_w) * inverse_w * float(grid);
-  };
-  const float xu = sweep(p.u, slope.x, film_x, 0), yu = sweep(p.u, slope.x, film_y, 1);
-  const float xv = sweep(p.v, slope.y, film_x, 0), yv = sweep(p.v, slope.y, film_y, 1);
-  const MaskBox box(mask);
-  const float x0 = x + std::min(xu * box.a0, xu * box.a1) + std::min(xv * box.b0, xv * box.b1),
-              x1 = x + std::max(xu * box.a0, xu * box.a1) + std::max(xv * box.b0, xv * box.b1),
-              y0 = y + std::min(yu * box.a0, yu * box.a1) + std::min(yv * box.b0, yv * box.b1),
-              y1 = y + std::max(yu * box.a0, yu * box.a1) + std::max(yv * box.b0, yv * box.b1);
-  if (!(x1 >= 0 && y1 >= 0 && x0 < float(samples) && y0 < float(samples))) return;
-  const int first_column = int(std::ceil(std::max(x0, 0.0f))), first_row = int(std::ceil(std::max(y0, 0.0f)));
-  const int end_column = int(std::min(x1, float(samples - 1))) + 1, end_row = int(std::min(y1, float(samples - 1))) + 1;
-  const float area = xu * yv - xv * yu;
-  if (!(std::abs(area) > 1e-12f)) return;
-  const float a_x = yv / area * grid, a_y = -xv / area * grid, b_x = -yu / area * grid, b_y = xu / area * grid;
-  const float z_u = p.u[3] + slope.x * p.n[3], z_v = p.v[3] + slope.y * p.n[3];
-  const float z_a = z_u / grid, z_b = z_v / grid, middle = 0.5f * grid;
-  const float a0 = box.a0 * grid, a1 = box.a1 * grid, b0 = box.b0 * grid, b1 = box.b1 * grid;
+template <bool whole>
+void SplatTile::splat_fragment(const Draw& draw, const SplatLevel& level, const Projection& p, int lane,
+                               const Record& shown) {
+  const uint32_t f = shown.fragment;
+  const unsigned mask = level.mask[f];
+  constexpr float unit = 0.01f * grid, middle = 0.5f * grid;
+  const float a0 = unit * float(level.left[f]), a1 = unit * float(level.right[f]), b0 = unit * float(level.bottom[f]),
+              b1 = unit * float(level.top[f]);
+  const float x = p.x[lane], y = p.y[lane], depth_here = p.depth[lane];
+  const float a_x = p.a_x[lane], a_y = p.a_y[lane], b_x = p.b_x[lane], b_y = p.b_y[lane];
+  const float z_a = p.z_a[lane], z_b = p.z_b[lane];
+  const int first_column = int(p.x0[lane]), last_column = int(p.x1[lane]), last_row = int(p.y1[lane]);
   uint32_t record = none;
-  for (int row = first_row; row < end_row; ++row)
-    for (int column = first_column; column < end_column; ++column) {
+  for (int row = int(p.y0[lane]); row <= last_row; ++row)
+    for (int column = first_column; column <= last_column; ++column) {
+      if (!whole && !(draw.samples >> (row % grid * grid + column % grid) & 1)) continue;
       const float dx = float(column) - x, dy = float(row) - y;
       const float a = a_x * dx + a_y * dy, b = b_x * dx + b_y * dy;
       if (!(a >= a0 && a < a1 && b >= b0 && b < b1)) continue;
-      const int sample_i = std::clamp(int(a + middle), 0, grid - 1),
-                sample_j = std::clamp(int(b + middle), 0, grid - 1);
-      if (!(mask >> (sample_j * grid + sample_i) & 1)) continue;
-      const int sub = row % grid * grid + column % grid;
-      if (!(draw.samples >> sub & 1)) continue;
-      if (draw.ray_share > 0 &&
+      const int i = std::clamp(int(a + middle), 0, grid - 1), j = std::clamp(int(b + middle), 0, grid - 1);
+      if (!(mask >> (j * grid + i) & 1)) continue;
+      if (!whole && draw.ray_share > 0 &&
           ray_group(corner_ + V2i(column / grid, row / grid), round_) < draw.ray_share)
         continue;
-      const float z = std::max(p.depth[lane] + a * z_a + b * z_b, 1e-30f);
-      uint64_t& key = keys_[size_t(row * samples + column)];
+      const float z = std::max(depth_here + a * z_a + b * z_b, 1e-30f);
       const uint64_t depth = uint64_t(std::bit_cast<uint32_t>(z)) << 32;
-      if (depth >= (key & ~uint64_t(0xffffffff))) continue;
+      if (depth >= (keys_[row * samples + column] & ~uint64_t(0xffffffff))) continue;
       if (record == none) {
         record = uint32_t(records_.size());
-        records_.push_back({draw_index, view, fragment});
+        records_.push_back(shown);
       }
-      key = depth | record;
+      put(column, row, depth | record);
     }
 }
 

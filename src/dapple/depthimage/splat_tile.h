@@ -10,6 +10,8 @@ namespace dapple::depthimage {
 /// A square of pixels with 16 sub-samples each, into which fragments are projected: the nearest wins each sub-sample.
 /// What it holds does not depend on the order in which chunks come, but for fragments at the very same depth.
 ///
+/// What comes from front to back costs least: fragments behind full pixels are left out.
+///
 /// A fragment is drawn as what its samples cover on its plane: a sub-sample is mapped back to the texel, and takes the
 /// mask's sample there. So what one texel shows ends where its neighbour begins, and cover is neither gained nor lost.
 class SplatTile {
@@ -35,6 +37,8 @@ class SplatTile {
   /// ray_group().
   void start(const V2i& corner, const V2f& jitter, uint32_t round);
   void splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk);
+  /// Whether all pixels [min, max] of the tile are full of what is nearer than this.
+  bool hides(const V2i& min, const V2i& max, float depth) const;
 
   /// By sub-sample, `SampleMask::side * side` a pixel: its record, or none.
   uint32_t record_at(int column, int row) const {
@@ -55,13 +59,18 @@ class SplatTile {
  private:
   static constexpr uint64_t empty = ~uint64_t(0);
   struct Projection;  // of a chunk
-  void splat_fragment(const Draw& draw, const Projection& p, int lane, uint32_t draw_index, uint32_t view,
-                      uint32_t fragment, uint16_t mask, V2f slope);
+  template <bool whole>
+  void splat_fragment(const Draw& draw, const SplatLevel& level, const Projection& p, int lane, const Record& shown);
 
   V2i corner_{0, 0};
   V2f jitter_{0.5f, 0.5f};
   uint32_t round_ = 0;
+  bool hides(const Projection& p, int lane) const;
+  void put(int column, int row, uint64_t key);
+
   alignas(64) uint64_t keys_[samples * samples];  // depth above record
+  uint8_t filled_[side * side];                   // sub-samples, by pixel
+  float farthest_[side * side];                   // depth of a full pixel's; else infinite
   std::vector<Record> records_;
 };
 

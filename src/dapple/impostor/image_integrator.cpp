@@ -23,7 +23,8 @@ using trace::no_id;
 namespace {
 
 constexpr int sub_samples = SampleMask::count;
-constexpr size_t most_each = 4;                                // lights of which every point asks each
+constexpr size_t most_each = 4;  // lights of which every point asks each
+constexpr uint32_t dim_points = CameraBatch::dimensions, dim_lights = dim_points + 1;
 constexpr int chosen_lights = 2;                               // a point, where there are more
 constexpr float origin_texels = 0.05f, origin_radius = 2e-4f;  // how far off fragments shadow rays begin
 
@@ -154,6 +155,7 @@ void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace&
   const V2f jitter = sample_2d(uint32_t(hash(settings_.rays.seed)), sample, 0);
   w.tile.start(tile * SplatTile::side, jitter, sample);
   for (const ImageView::Work& work : view_.work_of(tile)) {
+    if (w.tile.hides(V2i(work.x0, work.y0), V2i(work.x1, work.y1), work.nearest)) continue;
     const SplatTile::Draw& draw = view_.draws()[work.draw];
     w.tile.splat(draw, work.draw, draw.object->levels[size_t(draw.level)].chunks[work.chunk]);
   }
@@ -195,16 +197,30 @@ void ImageIntegrator::resolve_pixel(int lane, ImageWorkspace& w) const {
   if (count > 0) add_points(lane, records, count, w);
 }
 
-// One point for each fragment that a pixel sees.
+// Points on what a pixel sees: all its fragments, or where these are more, so many sub-samples, evenly drawn among
+// those of one fragment after the other.
 void ImageIntegrator::add_points(int lane, const uint32_t* records, int count, ImageWorkspace& w) const {
   const CameraBatch& camera = w.path->camera;
   const V3f to_viewer = -camera.ray[lane].ray.d;
   uint32_t sorted[sub_samples];
   std::copy_n(records, count, sorted);
   std::sort(sorted, sorted + count);
+  int fragments = 1;
+  for (int i = 1; i < count; ++i) fragments += sorted[i] != sorted[i - 1];
+  float unit = 1.0f / sub_samples;
+  int picked = count;
+  if (fragments > settings_.pixel_points) {
+    const float u = sample_1d(camera.seed[lane], camera.index[lane], dim_points);
+    picked = settings_.pixel_points;
+    unit *= float(count) / float(picked);
+    uint32_t drawn[sub_samples];
+    for (int i = 0; i < picked; ++i)
+      drawn[i] = sorted[std::min(int((float(i) + u) * float(count) / float(picked)), count - 1)];
+    std::copy_n(drawn, picked, sorted);
+  }
   uint32_t number = 0;
-  for (int begin = 0, end = 0; begin < count; begin = end, ++number) {
-    while (end < count && sorted[end] == sorted[begin]) ++end;
+  for (int begin = 0, end = 0; begin < picked; begin = end, ++number) {
+    while (end < picked && sorted[end] == sorted[begin]) ++end;
     if (w.point_count == ImageWorkspace::capacity) light_points(w);
     const int k = w.point_count++;
     const SplatTile::Record& record = w.tile.record(sorted[begin]);
@@ -217,7 +233,7 @@ void ImageIntegrator::add_points(int lane, const uint32_t* records, int count, I
     s.normal = face_forward(normalize(world.normal(s.normal)), to_viewer);
     w.surface[k] = s;
     w.error[k] = world.scale() * (origin_texels * level.texel + origin_radius * draw.object->radius);
-    w.weight[k] = float(end - begin) / sub_samples;
+    w.weight[k] = float(end - begin) * unit;
     w.point_lane[k] = lane;
     w.geometry[k] = scene_.traced.geometries_in(scene_.traced.object_of(draw.instance)).front();
     w.seed[k] = camera.seed[lane];
@@ -247,7 +263,7 @@ void ImageIntegrator::queue_shadows(int k, ImageWorkspace& w) const {
   const emitters::LightReceiver receiver{.p = s.P, .n = s.normal, .time = 0.5f, .transmits = transmits};
   const int samples = each_light_.empty() ? (scene_.light_sampler ? chosen_lights : 0) : int(each_light_.size());
   for (int i = 0; i < samples; ++i) {
-    const uint32_t dimension = CameraBatch::dimensions + 2 * uint32_t(i);
+    const uint32_t dimension = dim_lights + 2 * uint32_t(i);
     emitters::LightSampler::Selection chosen{0, 1};
     if (each_light_.empty()) {
       const float u = sample_1d(w.seed[k], w.index[k], dimension + 1);

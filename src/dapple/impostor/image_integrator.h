@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/depthimage/image_numbers.h"
 #include "dapple/impostor/image_view.h"
 #include "dapple/path/path_integrator.h"
 
@@ -18,7 +19,8 @@ class ImageIntegrator final : public integrate::Integrator {
  public:
   struct Settings {
     path::PathIntegrator::Settings rays;  ///< of what is seen by rays; `canopy` is needed, masks are for all
-    float texel_pixels = 1;               ///< ImageNumbers::texel_pixels
+    float texel_pixels = depthimage::ImageNumbers::texel_pixels;
+    int pixel_points = 2;  ///< of what images show in a pixel, to be lit for a camera sample
   };
 
   /// std::invalid_argument for cameras (screen_map()) and media. The scene must outlive it.

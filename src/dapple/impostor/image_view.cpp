@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/impostor/image_view.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <tuple>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
@@ -100,34 +102,36 @@ void ImageView::place_instances(const scene::Scene& scene, const TreeImages& ima
   }
 }
 
-Box2i ImageView::tiles_of(const SplatTile::Draw& draw, const SplatLevel& level, const SplatLevel::Chunk& chunk) const {
+// The pixels that a chunk may touch, [min, max], within the film; empty if there are none.
+Box2i ImageView::pixels_of(const SplatTile::Draw& draw, const SplatLevel& level, const SplatLevel::Chunk& chunk,
+                           float* nearest) const {
   Box2f film;
-  bool in_front = true;
-  for (int c = 0; c < 8 && in_front; ++c) {
+  *nearest = infinity;
+  for (int c = 0; c < 8; ++c) {
     const V3f p(c & 1 ? chunk.box.max.x : chunk.box.min.x, c & 2 ? chunk.box.max.y : chunk.box.min.y,
                 c & 4 ? chunk.box.max.z : chunk.box.min.z);
-    in_front = draw.map.apply(ScreenMap::W, p) > 0;
-    if (in_front) film.extendBy(draw.map.film(p));
+    *nearest = std::min(*nearest, draw.map.apply(ScreenMap::Z, p));
+    if (!(draw.map.apply(ScreenMap::W, p) > 0)) return {V2i(0, 0), resolution_ - V2i(1, 1)};
+    film.extendBy(draw.map.film(p));
   }
-  if (!in_front) return {V2i(0, 0), tiles_};
   // What a texel's parallelogram reaches from its middle.
-  const float border =
-      1 + texel_pixels_ * (draw.object->one_sided ? 0.5f * (1 + SplatObject::steepest) : 1.5f);
-  const auto tile = [](float pixels, int most) {
-    return int(std::clamp(std::floor(pixels / float(SplatTile::side)), -1.0f, float(most)));
-  };
-  Box2i tiles(V2i(tile(film.min.x - border, tiles_.x), tile(film.min.y - border, tiles_.y)),
-              V2i(tile(film.max.x + border, tiles_.x) + 1, tile(film.max.y + border, tiles_.y) + 1));
-  for (int k = 0; k < 2; ++k)
-    tiles.min[k] = std::max(tiles.min[k], 0), tiles.max[k] = std::min(tiles.max[k], tiles_[k]);
-  return tiles;
+  const float steep = draw.object->one_sided ? SplatObject::steepest : 2;
+  *nearest -= 0.6f * level.texel * (1 + steep) * placements_[size_t(&draw - draws_.data())].scale();
+  const float border = 1 + texel_pixels_ * 0.5f * (1 + steep);
+  const auto pixel = [](float x, int most) { return int(std::clamp(std::floor(x), -1.0f, float(most))); };
+  const Box2i all(V2i(pixel(film.min.x - border, resolution_.x), pixel(film.min.y - border, resolution_.y)),
+                  V2i(pixel(film.max.x + border, resolution_.x), pixel(film.max.y + border, resolution_.y)));
+  return {V2i(std::max(all.min.x, 0), std::max(all.min.y, 0)),
+          V2i(std::min(all.max.x, resolution_.x - 1), std::min(all.max.y, resolution_.y - 1))};
 }
 
-// Into the lists of tiles, in the order of draws and chunks.
+// Into the lists of tiles.
 void ImageView::sort_chunks() {
   struct Found {
-    uint32_t tile, chunk;
+    uint32_t tile;
+    Work work;
   };
+  constexpr int side = SplatTile::side;
   std::vector<std::vector<Found>> found(draws_.size());
   parallel_for(draws_.size(), [&](size_t d) {
     const SplatTile::Draw& draw = draws_[d];
@@ -135,12 +139,18 @@ void ImageView::sort_chunks() {
     for (uint32_t c = 0; c < level.chunks.size(); ++c) {
       const auto& chunk = level.chunks[c];
       // By the axis of the camera: all that it sees of a far object it sees along nearly one direction.
-      if (draw.object->one_sided &&
-          !(draw.map.apply_vector(ScreenMap::Z, draw.object->frames[chunk.view].w) < 0))
+      if (draw.object->one_sided && !(draw.map.apply_vector(ScreenMap::Z, draw.object->frames[chunk.view].w) < 0))
         continue;
-      const Box2i tiles = tiles_of(draw, level, chunk);
-      for (int y = tiles.min.y; y < tiles.max.y; ++y)
-        for (int x = tiles.min.x; x < tiles.max.x; ++x) found[d].push_back({uint32_t(y * tiles_.x + x), c});
+      Work work{uint32_t(d), c, 0, 0, 0, 0, 0};
+      const Box2i pixels = pixels_of(draw, level, chunk, &work.nearest);
+      for (int y = pixels.min.y / side; y * side <= pixels.max.y; ++y)
+        for (int x = pixels.min.x / side; x * side <= pixels.max.x; ++x) {
+          work.x0 = uint8_t(std::max(pixels.min.x - x * side, 0)) & 15u;
+          work.x1 = uint8_t(std::min(pixels.max.x - x * side, side - 1)) & 15u;
+          work.y0 = uint8_t(std::max(pixels.min.y - y * side, 0)) & 15u;
+          work.y1 = uint8_t(std::min(pixels.max.y - y * side, side - 1)) & 15u;
+          found[d].push_back({uint32_t(y * tiles_.x + x), work});
+        }
     }
   });
   first_.assign(size_t(tiles_.x) * size_t(tiles_.y) + 1, 0);
@@ -152,7 +162,13 @@ void ImageView::sort_chunks() {
   work_.resize(first_.back());
   std::vector<uint32_t> next(first_.begin(), first_.end() - 1);
   for (uint32_t d = 0; d < draws_.size(); ++d)
-    for (const Found& f : found[d]) work_[next[f.tile]++] = {d, f.chunk};
+    for (const Found& f : found[d]) work_[next[f.tile]++] = f.work;
+  parallel_ranges(first_.size() - 1, 16, [&](size_t begin, size_t end) {
+    for (size_t t = begin; t < end; ++t)
+      std::sort(work_.begin() + first_[t], work_.begin() + first_[t + 1], [](const Work& a, const Work& b) {
+        return std::tie(a.nearest, a.draw, a.chunk) < std::tie(b.nearest, b.draw, b.chunk);
+      });
+  });
 }
 
 std::span<const ImageView::Work> ImageView::work_of(const V2i& tile) const {

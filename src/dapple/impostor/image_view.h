@@ -20,6 +20,8 @@ class ImageView {
  public:
   struct Work {
     uint32_t draw, chunk;
+    float nearest;                      ///< depth
+    uint8_t x0 : 4, x1 : 4, y0 : 4, y1 : 4;  ///< pixels of the tile that it may touch
   };
 
   /// std::invalid_argument as screen_map(). All must outlive it.
@@ -27,7 +29,7 @@ class ImageView {
 
   const std::vector<depthimage::SplatTile::Draw>& draws() const { return draws_; }
   const depthimage::Placement& placement(uint32_t draw) const { return placements_[draw]; }
-  /// What may touch the tile of SplatTile::side pixels at this place in the grid of tiles, in an order of its own.
+  /// What may touch the tile of SplatTile::side pixels at this place in the grid of tiles, nearest first.
   std::span<const Work> work_of(const V2i& tile) const;
   /// What is left to rays in pixels of a group (depthimage::ray_group).
   const trace::TracedScene::Part& rays_of(int group) const { return *parts_[size_t(group)]; }
@@ -39,8 +41,8 @@ class ImageView {
  private:
   void place_instances(const scene::Scene& scene, const TreeImages& images, float texel_pixels);
   void sort_chunks();
-  Box2i tiles_of(const depthimage::SplatTile::Draw& draw, const depthimage::SplatLevel& level,
-                 const depthimage::SplatLevel::Chunk& chunk) const;
+  Box2i pixels_of(const depthimage::SplatTile::Draw& draw, const depthimage::SplatLevel& level,
+                  const depthimage::SplatLevel::Chunk& chunk, float* nearest) const;
 
   depthimage::ScreenMap camera_;
   V2i resolution_, tiles_;
