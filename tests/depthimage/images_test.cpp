@@ -107,6 +107,7 @@ TEST(Splats, ImageInItsOwnCameraIsItself) {
   const LayeredImage& image = images.levels[0].views[0];
   SplatTile::Draw draw;
   draw.object = &object, draw.map = camera;
+  draw.reach = object.reach(camera, {n, n});
   size_t seen = 0, fragments_seen = 0;
   auto tile = std::make_unique<SplatTile>();
   for (int y = 0; y < n; y += SplatTile::side)
@@ -233,6 +234,7 @@ TEST(Splats, OrderOfChunksDoesNotMatter) {
   SplatTile::Draw draw;
   draw.object = &object;
   draw.map = orthographic_map(object, normalize(V3f(1, 2, 3)), 16);
+  draw.reach = object.reach(draw.map, {16, 16});
   auto forwards = std::make_unique<SplatTile>(), backwards = std::make_unique<SplatTile>();
   for (auto* tile : {forwards.get(), backwards.get()}) tile->start({0, 0}, {0.3f, 0.6f}, 0);
   const auto& chunks = object.levels[0].chunks;

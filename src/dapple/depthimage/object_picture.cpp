@@ -64,6 +64,7 @@ ObjectPicture project(const SplatObject& object, int level, const ScreenMap& cam
   const auto tile = std::make_unique<SplatTile>();
   SplatTile::Draw draw;
   draw.object = &object, draw.level = level, draw.map = camera;
+  draw.reach = object.reach(camera, resolution);
   const SplatLevel& from = object.levels[size_t(level)];
   std::vector<Box2f> films;
   for (const SplatLevel::Chunk& chunk : from.chunks)

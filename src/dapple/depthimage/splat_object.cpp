@@ -24,11 +24,11 @@ struct Placed {
 };
 
 // Where the normal lies too far across the view, as steep as it may be.
-V2f slopes(const V3f& n, const ViewFrame& frame) {
+V2f slopes(const V3f& n, const ViewFrame& frame, float most) {
   const float across = std::max(std::abs(dot(n, frame.w)), 1e-6f) * (dot(n, frame.w) < 0 ? -1.0f : 1.0f);
   V2f s(-dot(n, frame.u) / across, -dot(n, frame.v) / across);
   const float steep = s.length();
-  return steep > SplatObject::steepest ? s * (SplatObject::steepest / steep) : s;
+  return steep > most ? s * (most / steep) : s;
 }
 
 void add_rectangle(unsigned mask, SplatLevel* to) {
@@ -47,6 +47,10 @@ void add_rectangle(unsigned mask, SplatLevel* to) {
   add(rows, 0xf, 0xf000, &to->bottom, &to->top);
 }
 
+float most_slope(const ObjectImages& o) {
+  return o.layers > 0 ? SplatObject::steepest : SplatObject::steepest_owned;
+}
+
 std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const ViewFrame& frame,
                           const LayeredImage& image) {
   std::vector<Placed> out;
@@ -58,7 +62,7 @@ std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const 
       for (uint32_t f = image.first[texel]; f < image.first[texel + 1]; ++f) {
         const Fragment& fragment = image.fragments[f];
         const V2f off = V2f(0.5f, 0.5f) - SampleMask::centroid(fragment.mask);
-        const V2f slope = slopes(decode_normal(fragment.plane_normal), frame);
+        const V2f slope = slopes(decode_normal(fragment.plane_normal), frame, most_slope(o));
         const V3f P = o.position(level, frame, column, row, fragment) +
                       (frame.u * off.x + frame.v * off.y + frame.w * (off.x * slope.x + off.y * slope.y)) * t;
         uint64_t key = 0;
@@ -71,7 +75,7 @@ std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const 
   return out;
 }
 
-void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame& frame, SplatLevel* to) {
+void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame& frame, float steepest, SplatLevel* to) {
   for (size_t begin = 0; begin < placed.size(); begin += SplatLevel::chunk_size) {
     SplatLevel::Chunk chunk;
     chunk.first = uint32_t(to->x.size());
@@ -79,7 +83,7 @@ void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame&
     chunk.view = view;
     for (uint32_t i = 0; i < uint32_t(SplatLevel::chunk_size); ++i) {
       const Placed& p = placed[begin + std::min(i, chunk.count - 1)];
-      const V2f slope = slopes(decode_normal(p.fragment->plane_normal), frame);
+      const V2f slope = slopes(decode_normal(p.fragment->plane_normal), frame, steepest);
       chunk.box.extendBy(p.P);
       to->x.push_back(p.P.x), to->y.push_back(p.P.y), to->z.push_back(p.P.z);
       to->slope_u.push_back(slope.x), to->slope_v.push_back(slope.y);
@@ -104,7 +108,7 @@ SplatObject::SplatObject(const ObjectImages& images)
     SplatLevel to;
     to.texel = images.texel(level);
     for (uint32_t view = 0; view < frames.size(); ++view)
-      add_view(place(images, level, frames[view], level.views[view]), view, frames[view], &to);
+      add_view(place(images, level, frames[view], level.views[view]), view, frames[view], most_slope(images), &to);
     levels.push_back(std::move(to));
   }
 }
@@ -125,6 +129,21 @@ SplatObject::Surface SplatObject::surface(const SplatLevel& level, uint32_t view
     s.transmittance[c] = decode_share(f.transmittance[c], m.transmittance[c]);
   }
   return s;
+}
+
+// A side of the parallelogram, d, moves X / W by (d_X - x d_W) / W.
+float SplatObject::reach(const ScreenMap& map, const V2i& film) const {
+  const float steep = one_sided ? steepest : steepest_owned;
+  float most = 0;
+  for (int corner = 0; corner < 4; ++corner)
+    for (const auto& [row, at] : {std::pair{ScreenMap::X, corner & 1 ? float(film.x) : 0.0f},
+                                  {ScreenMap::Y, corner & 2 ? float(film.y) : 0.0f}}) {
+      const V3f change(map.m[row][0] - at * map.m[ScreenMap::W][0], map.m[row][1] - at * map.m[ScreenMap::W][1],
+                       map.m[row][2] - at * map.m[ScreenMap::W][2]);
+      most = std::max(most, length(change));
+    }
+  // Two sides of which each is at most sqrt(1 + its slope^2) long, the slopes' squares adding up to steep^2; by halves.
+  return most * std::sqrt(1 + 0.5f * sqr(steep)) * 1.05f;
 }
 
 size_t SplatLevel::bytes() const {

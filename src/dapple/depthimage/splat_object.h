@@ -33,8 +33,9 @@ struct SplatLevel {
 
 /// An object's images made ready to be projected.
 struct SplatObject {
-  /// Steeper planes count as this steep: those of owned facets never are.
-  static constexpr float steepest = 4;
+  /// Steeper planes count as this steep. Those of facets that are in the one image that sees them most squarely are no
+  /// steeper than the other: 54.7 degrees, and what merging adds.
+  static constexpr float steepest = 4, steepest_owned = 1.6f;
 
   explicit SplatObject(const ObjectImages& images);
 
@@ -53,6 +54,9 @@ struct SplatObject {
   };
   Surface surface(const SplatLevel& level, uint32_t view, uint32_t fragment) const;
   size_t bytes() const;
+
+  /// SplatTile::Draw::reach under a map from this object's space whose film is `film` pixels.
+  float reach(const ScreenMap& map, const V2i& film) const;
 };
 
 }  // namespace dapple::depthimage

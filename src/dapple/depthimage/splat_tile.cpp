@@ -12,60 +12,68 @@ constexpr int lanes = SplatLevel::chunk_size;
 
 }  // namespace
 
-/// A chunk on the film, structure of arrays: where in the tile, in sub-samples, each fragment lies, and how to get from
-/// there to its texel.
+/// Those fragments of a chunk that may show in the tile, structure of arrays: where, in sub-samples, each lies, and how
+/// to get from there to its texel.
 struct SplatTile::Projection {
-  alignas(32) float x[lanes], y[lanes], depth[lanes];
+  int count = 0;
+  uint32_t fragment[lanes];
+  alignas(32) float film_x[lanes], film_y[lanes], inverse_w[lanes], depth[lanes];
+  alignas(32) float slope_u[lanes], slope_v[lanes], left[lanes], right[lanes], bottom[lanes], top[lanes];
+  alignas(32) float x[lanes], y[lanes];
   alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
   alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
   alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
+  float u[4], v[4], n[4];                                            // rows of the map, of the frame's axes, a texel long
 
-  Projection(const Draw& draw, const SplatLevel& level, const SplatLevel::Chunk& chunk, const V2i& corner,
-             const V2f& jitter) {
-    const auto& m = draw.map.m;
-    const ViewFrame& frame = draw.object->frames[chunk.view];
-    float u[4], v[4], n[4];  // of the frame's axes, a texel long
+  void place(const ScreenMap& map, const SplatLevel& level, const SplatLevel::Chunk& chunk, const ViewFrame& frame) {
     for (int r = 0; r < 4; ++r) {
-      u[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.u) * level.texel;
-      v[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.v) * level.texel;
-      n[r] = draw.map.apply_vector(ScreenMap::Row(r), frame.w) * level.texel;
+      u[r] = map.apply_vector(ScreenMap::Row(r), frame.u) * level.texel;
+      v[r] = map.apply_vector(ScreenMap::Row(r), frame.v) * level.texel;
+      n[r] = map.apply_vector(ScreenMap::Row(r), frame.w) * level.texel;
     }
-    const float dx = -float(corner.x * grid) - jitter.x, dy = -float(corner.y * grid) - jitter.y;
+    const auto& m = map.m;
     const float *px = &level.x[chunk.first], *py = &level.y[chunk.first], *pz = &level.z[chunk.first];
-    const float *slope_u = &level.slope_u[chunk.first], *slope_v = &level.slope_v[chunk.first];
-    const int8_t *left = &level.left[chunk.first], *right = &level.right[chunk.first],
-                 *bottom = &level.bottom[chunk.first], *top = &level.top[chunk.first];
+#pragma GCC ivdep
     for (int i = 0; i < lanes; ++i) {
-      const float inverse_w = 1 / (m[2][0] * px[i] + m[2][1] * py[i] + m[2][2] * pz[i] + m[2][3]);
-      const float film_x = (m[0][0] * px[i] + m[0][1] * py[i] + m[0][2] * pz[i] + m[0][3]) * inverse_w;
-      const float film_y = (m[1][0] * px[i] + m[1][1] * py[i] + m[1][2] * pz[i] + m[1][3]) * inverse_w;
-      const float scale = float(grid) * inverse_w;
+      inverse_w[i] = 1 / (m[2][0] * px[i] + m[2][1] * py[i] + m[2][2] * pz[i] + m[2][3]);
+      film_x[i] = (m[0][0] * px[i] + m[0][1] * py[i] + m[0][2] * pz[i] + m[0][3]) * inverse_w[i];
+      film_y[i] = (m[1][0] * px[i] + m[1][1] * py[i] + m[1][2] * pz[i] + m[1][3]) * inverse_w[i];
+      depth[i] = m[3][0] * px[i] + m[3][1] * py[i] + m[3][2] * pz[i] + m[3][3];
+    }
+  }
+
+  void keep(int i, uint32_t f, const SplatLevel& level) {
+    const int k = count++;
+    fragment[k] = f;
+    film_x[k] = film_x[i], film_y[k] = film_y[i], inverse_w[k] = inverse_w[i], depth[k] = depth[i];
+    slope_u[k] = level.slope_u[f], slope_v[k] = level.slope_v[f];
+    left[k] = level.left[f], right[k] = level.right[f], bottom[k] = level.bottom[f], top[k] = level.top[f];
+  }
+
+  void find_sides(float dx, float dy) {
+    const auto least = [](float p, float q) { return p < q ? p : q; };
+    const auto most = [](float p, float q) { return p > q ? p : q; };
+    const int padded = (count + 7) / 8 * 8;
+#pragma GCC ivdep
+    for (int i = 0; i < padded; ++i) {
+      const float scale = float(grid) * inverse_w[i];
       // Sides of the texel's parallelogram: how the film moves where the plane does.
       const float wu = u[2] + slope_u[i] * n[2], wv = v[2] + slope_v[i] * n[2];
-      const float xu = (u[0] + slope_u[i] * n[0] - film_x * wu) * scale,
-                  yu = (u[1] + slope_u[i] * n[1] - film_y * wu) * scale,
-                  xv = (v[0] + slope_v[i] * n[0] - film_x * wv) * scale,
-                  yv = (v[1] + slope_v[i] * n[1] - film_y * wv) * scale;
+      const float xu = (u[0] + slope_u[i] * n[0] - film_x[i] * wu) * scale,
+                  yu = (u[1] + slope_u[i] * n[1] - film_y[i] * wu) * scale,
+                  xv = (v[0] + slope_v[i] * n[0] - film_x[i] * wv) * scale,
+                  yv = (v[1] + slope_v[i] * n[1] - film_y[i] * wv) * scale;
       const float inverse_area = float(grid) / (xu * yv - xv * yu);
-      x[i] = film_x * float(grid) + dx;
-      y[i] = film_y * float(grid) + dy;
-      depth[i] = m[3][0] * px[i] + m[3][1] * py[i] + m[3][2] * pz[i] + m[3][3];
+      x[i] = film_x[i] * float(grid) + dx;
+      y[i] = film_y[i] * float(grid) + dy;
       a_x[i] = yv * inverse_area, a_y[i] = -xv * inverse_area;
       b_x[i] = -yu * inverse_area, b_y[i] = xu * inverse_area;
       z_a[i] = (u[3] + slope_u[i] * n[3]) / float(grid), z_b[i] = (v[3] + slope_v[i] * n[3]) / float(grid);
-      const float a0 = 0.01f * float(left[i]), a1 = 0.01f * float(right[i]), b0 = 0.01f * float(bottom[i]),
-                  b1 = 0.01f * float(top[i]);
-      const auto least = [](float p, float q) { return p < q ? p : q; };
-      const auto most = [](float p, float q) { return p > q ? p : q; };
-      x0[i] = x[i] + least(xu * a0, xu * a1) + least(xv * b0, xv * b1);
-      x1[i] = x[i] + most(xu * a0, xu * a1) + most(xv * b0, xv * b1);
-      y0[i] = y[i] + least(yu * a0, yu * a1) + least(yv * b0, yv * b1);
-      y1[i] = y[i] + most(yu * a0, yu * a1) + most(yv * b0, yv * b1);
-      // Sub-samples that it covers are whole numbers between; and it lies before the camera.
-      x0[i] = inverse_w > 0 ? most(std::ceil(x0[i]), 0.0f) : float(samples);
-      y0[i] = most(std::ceil(y0[i]), 0.0f);
-      x1[i] = least(std::floor(x1[i]), float(samples - 1));
-      y1[i] = least(std::floor(y1[i]), float(samples - 1));
+      const float p = 0.01f * left[i], q = 0.01f * right[i], r = 0.01f * bottom[i], s = 0.01f * top[i];
+      x0[i] = most(std::ceil(x[i] + least(xu * p, xu * q) + least(xv * r, xv * s)), 0.0f);
+      x1[i] = least(std::floor(x[i] + most(xu * p, xu * q) + most(xv * r, xv * s)), float(samples - 1));
+      y0[i] = most(std::ceil(y[i] + least(yu * p, yu * q) + least(yv * r, yv * s)), 0.0f);
+      y1[i] = least(std::floor(y[i] + most(yu * p, yu * q) + most(yv * r, yv * s)), float(samples - 1));
     }
   }
 };
@@ -85,12 +93,6 @@ bool SplatTile::hides(const V2i& min, const V2i& max, float depth) const {
   return true;
 }
 
-bool SplatTile::hides(const Projection& p, int lane) const {
-  const float nearest = p.depth[lane] - (std::abs(p.z_a[lane]) + std::abs(p.z_b[lane])) * (0.55f * grid);
-  return hides(V2i(int(p.x0[lane]) / grid, int(p.y0[lane]) / grid), V2i(int(p.x1[lane]) / grid, int(p.y1[lane]) / grid),
-               nearest);
-}
-
 void SplatTile::put(int column, int row, uint64_t key) {
   uint64_t& place = keys_[row * samples + column];
   const int pixel = row / grid * side + column / grid;
@@ -106,12 +108,31 @@ void SplatTile::put(int column, int row, uint64_t key) {
 
 void SplatTile::splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk) {
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];
-  const Projection p(draw, level, chunk, corner_, jitter_);
+  Projection p;
+  p.place(draw.map, level, chunk, draw.object->frames[chunk.view]);
+  const float dx = -float(corner_.x * grid) - jitter_.x, dy = -float(corner_.y * grid) - jitter_.y;
+  const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
+  const auto deep = [&](const float* axis) { return std::abs(axis[3]) + steep * std::abs(p.n[3]); };
+  const float depth_reach = 0.55f * (deep(p.u) + deep(p.v));
+  for (uint32_t i = 0; i < chunk.count; ++i) {
+    const float x = p.film_x[i] * float(grid) + dx, y = p.film_y[i] * float(grid) + dy;
+    const float reach = draw.reach * p.inverse_w[i] * float(grid) * level.texel;
+    if (!(p.inverse_w[i] > 0) || x < -reach || y < -reach || x > float(samples - 1) + reach ||
+        y > float(samples - 1) + reach)
+      continue;
+    const auto pixel = [](float at) { return std::clamp(int(at), 0, samples - 1) / grid; };
+    if (hides(V2i(pixel(x - reach), pixel(y - reach)), V2i(pixel(x + reach), pixel(y + reach)),
+              p.depth[i] - depth_reach))
+      continue;
+    p.keep(int(i), chunk.first + i, level);
+  }
+  if (p.count == 0) return;
+  p.find_sides(dx, dy);
   const bool whole = draw.samples == LevelChoice::all_samples && draw.ray_share == 0;
-  for (uint32_t i = 0; i < chunk.count; ++i)
-    if (p.x0[i] <= p.x1[i] && p.y0[i] <= p.y1[i] && !hides(p, int(i)))
-      whole ? splat_fragment<true>(draw, level, p, int(i), {draw_index, chunk.view, chunk.first + i})
-            : splat_fragment<false>(draw, level, p, int(i), {draw_index, chunk.view, chunk.first + i});
+  for (int k = 0; k < p.count; ++k)
+    if (p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])
+      whole ? splat_fragment<true>(draw, level, p, k, {draw_index, chunk.view, p.fragment[k]})
+            : splat_fragment<false>(draw, level, p, k, {draw_index, chunk.view, p.fragment[k]});
 }
 
 template <bool whole>
@@ -120,8 +141,7 @@ void SplatTile::splat_fragment(const Draw& draw, const SplatLevel& level, const 
   const uint32_t f = shown.fragment;
   const unsigned mask = level.mask[f];
   constexpr float unit = 0.01f * grid, middle = 0.5f * grid;
-  const float a0 = unit * float(level.left[f]), a1 = unit * float(level.right[f]), b0 = unit * float(level.bottom[f]),
-              b1 = unit * float(level.top[f]);
+  const float a0 = unit * p.left[lane], a1 = unit * p.right[lane], b0 = unit * p.bottom[lane], b1 = unit * p.top[lane];
   const float x = p.x[lane], y = p.y[lane], depth_here = p.depth[lane];
   const float a_x = p.a_x[lane], a_y = p.a_y[lane], b_x = p.b_x[lane], b_y = p.b_y[lane];
   const float z_a = p.z_a[lane], z_b = p.z_b[lane];

@@ -28,6 +28,8 @@ class SplatTile {
     uint16_t samples = LevelChoice::all_samples;
     int ray_share = 0;  ///< pixels of lower ray_group() are left to rays
     ScreenMap map;      ///< from object space
+    /// Times a texel's width, divided by W: pixels that a fragment may reach from its texel's middle.
+    float reach = 0;
   };
   struct Record {
     uint32_t draw, view, fragment;
@@ -58,14 +60,13 @@ class SplatTile {
 
  private:
   static constexpr uint64_t empty = ~uint64_t(0);
-  struct Projection;  // of a chunk
+  struct Projection;
   template <bool whole>
   void splat_fragment(const Draw& draw, const SplatLevel& level, const Projection& p, int lane, const Record& shown);
 
   V2i corner_{0, 0};
   V2f jitter_{0.5f, 0.5f};
   uint32_t round_ = 0;
-  bool hides(const Projection& p, int lane) const;
   void put(int column, int row, uint64_t key);
 
   alignas(64) uint64_t keys_[samples * samples];  // depth above record

@@ -50,8 +50,7 @@ ImageView::ImageView(const scene::Scene& scene, const TreeImages& images, float 
     : camera_(screen_map(scene.camera)),
       resolution_(scene.camera.settings().resolution),
       tiles_((resolution_.x + SplatTile::side - 1) / SplatTile::side,
-             (resolution_.y + SplatTile::side - 1) / SplatTile::side),
-      texel_pixels_(texel_pixels) {
+             (resolution_.y + SplatTile::side - 1) / SplatTile::side) {
   place_instances(scene, images, texel_pixels);
   sort_chunks();
   const uint8_t most = LevelChoice::ray_steps;
@@ -95,8 +94,9 @@ void ImageView::place_instances(const scene::Scene& scene, const TreeImages& ima
     ray_shares_[i] = c.visible ? uint8_t(c.ray_share) : 0;
     c.visible ? ++(c.count > 0 ? by_images : by_rays) : ++unseen;
     for (int u = 0; u < c.count && c.ray_share < LevelChoice::ray_steps; ++u) {
-      draws_.push_back({object, c.use[size_t(u)].level, uint32_t(i), c.use[size_t(u)].samples, c.ray_share,
-                        camera_.after(worlds[i])});
+      const ScreenMap map = camera_.after(worlds[i]);
+      draws_.push_back({object, c.use[size_t(u)].level, uint32_t(i), c.use[size_t(u)].samples, c.ray_share, map,
+                        object->reach(map, resolution_)});
       placements_.push_back(worlds[i]);
     }
   }
@@ -107,17 +107,20 @@ Box2i ImageView::pixels_of(const SplatTile::Draw& draw, const SplatLevel& level,
                            float* nearest) const {
   Box2f film;
   *nearest = infinity;
+  float border = 0;
   for (int c = 0; c < 8; ++c) {
     const V3f p(c & 1 ? chunk.box.max.x : chunk.box.min.x, c & 2 ? chunk.box.max.y : chunk.box.min.y,
                 c & 4 ? chunk.box.max.z : chunk.box.min.z);
     *nearest = std::min(*nearest, draw.map.apply(ScreenMap::Z, p));
-    if (!(draw.map.apply(ScreenMap::W, p) > 0)) return {V2i(0, 0), resolution_ - V2i(1, 1)};
+    const float W = draw.map.apply(ScreenMap::W, p);
+    if (!(W > 0)) return {V2i(0, 0), resolution_ - V2i(1, 1)};
+    border = std::max(border, draw.reach * level.texel / W);
     film.extendBy(draw.map.film(p));
   }
   // What a texel's parallelogram reaches from its middle.
-  const float steep = draw.object->one_sided ? SplatObject::steepest : 2;
+  const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
   *nearest -= 0.6f * level.texel * (1 + steep) * placements_[size_t(&draw - draws_.data())].scale();
-  const float border = 1 + texel_pixels_ * 0.5f * (1 + steep);
+  border += 0.5f;
   const auto pixel = [](float x, int most) { return int(std::clamp(std::floor(x), -1.0f, float(most))); };
   const Box2i all(V2i(pixel(film.min.x - border, resolution_.x), pixel(film.min.y - border, resolution_.y)),
                   V2i(pixel(film.max.x + border, resolution_.x), pixel(film.max.y + border, resolution_.y)));

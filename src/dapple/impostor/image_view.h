@@ -46,7 +46,6 @@ class ImageView {
 
   depthimage::ScreenMap camera_;
   V2i resolution_, tiles_;
-  float texel_pixels_;
   std::vector<depthimage::SplatTile::Draw> draws_;
   std::vector<depthimage::Placement> placements_;  // by draw
   std::vector<uint32_t> first_;                    // of a tile's work
