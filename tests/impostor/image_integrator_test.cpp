@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of trees as images.
+#include <gtest/gtest.h>
+
+#include "dapple/base/parallel.h"
+#include "dapple/depthimage/image_file.h"
+#include "dapple/impostor/image_integrator.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+using test::build_text;
+using test::render_built;
+using test::RenderedText;
+
+/// A bush of square leaves about the origin of its object, 1 m in radius, with a stem.
+std::string bush() {
+  std::string text = "ObjectBegin \"bush\"\nMaterial \"diffusetransmission\" \"rgb reflectance\" [ .1 .3 .1 ] "
+                     "\"rgb transmittance\" [ .1 .2 .05 ]\n";
+  KeyedRng rng(1);
+  std::string points, indices;
+  for (int i = 0; i < 400; ++i) {
+    V3f c;
+    do c = V3f(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next() - 1);
+    while (length(c) > 0.9f);
+    const V3f n = normalize(V3f(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f));
+    V3f a, b;
+    coordinate_system(n, &a, &b);
+    for (const V3f& p : {c - a * 0.06f, c + b * 0.06f, c + a * 0.06f, c - b * 0.06f})
+      points += std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z + 1.2f) + " ";
+    for (const int k : {0, 1, 2, 0, 2, 3}) indices += std::to_string(4 * i + k) + " ";
+  }
+  text += "Shape \"trianglemesh\" \"point3 P\" [ " + points + "] \"integer indices\" [ " + indices + "]\n";
+  text += "Material \"diffuse\" \"rgb reflectance\" [ .3 .2 .1 ]\n"
+          "Shape \"cylinder\" \"float radius\" .06 \"float zmin\" 0 \"float zmax\" 1.2\nObjectEnd\n";
+  return text;
+}
+
+/// A field of bushes on ground under sun and sky, from a distance; `camera` in place of the usual.
+std::string field(const std::string& camera = "", int columns = 5) {
+  std::string text = camera.empty() ? "LookAt 0 -30 8  0 0 0.5  0 0 1 Camera \"perspective\" \"float fov\" 20\n" : camera;
+  text += R"(Film "rgb" "integer xresolution" 96 "integer yresolution" 64 PixelFilter "box"
+WorldBegin
+LightSource "distant" "rgb L" [ 3 2.8 2.5 ] "point3 from" [ -.5 -.4 .8 ] "point3 to" [ 0 0 0 ]
+LightSource "infinite" "rgb L" [ .3 .4 .5 ]
+)" + bush();
+  for (int i = 0; i < columns * columns; ++i)
+    text += "AttributeBegin Translate " + std::to_string(2.2 * (i % columns) - 4.4) + " " +
+            std::to_string(2.2 * (i / columns) - 4.4) + " 0 Rotate " + std::to_string(i * 40) +
+            " 0 0 1 ObjectInstance \"bush\" AttributeEnd\n";
+  return text + "Material \"diffuse\" \"rgb reflectance\" [ .2 .2 .2 ] Shape \"bilinearmesh\" \"point3 P\" [ -50 -50 0  50 "
+                "-50 0  -50 50 0  50 50 0 ]\n";
+}
+
+path::PathIntegrator::Settings canopy_of(const scene::Scene& scene) {
+  path::PathIntegrator::Settings s;
+  s.diffuse_bounces = 0;
+  vegetation::CanopyTransport::Settings canopy;
+  canopy.gap_rays = 256;
+  s.canopy = std::make_shared<vegetation::CanopyTransport>(scene, canopy);
+  return s;
+}
+
+impostor::ImageIntegrator images_of(const scene::Scene& scene, int resolution, float texel_pixels = 1,
+                                    int pixel_points = 16) {
+  return {scene,
+          impostor::make_tree_images(scene, {.resolution = resolution}, {}),
+          {canopy_of(scene), texel_pixels, pixel_points}};
+}
+
+void expect_alike(const RGB& value, const RGB& reference, float relative, const std::string& what) {
+  test::expect_near(value, reference, relative, what);
+}
+
+// Rationale: images and rays show the same things, under the same light. Expectation: the picture's mean is that of the
+// canopy's integrator without images, to 2 %, whether all bushes are images, some, or none.
+TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
+  const build::BuiltScene built = build_text(field());
+  path::PathIntegrator::Settings rays = canopy_of(*built.scene);
+  rays.canopy_gather = false;
+  const RGB reference = render_built(built, 64, rays).mean();
+  for (const int resolution : {64, 16, 8}) {
+    const auto integrator = images_of(*built.scene, resolution);
+    const auto& view = integrator.view();
+    EXPECT_TRUE(resolution != 64 || view.by_images == 25u);
+    EXPECT_TRUE(resolution != 8 || view.by_rays == 25u);
+    expect_alike(render_built(built, 16, integrator).mean(), reference, 0.02f, std::to_string(resolution));
+  }
+}
+
+// Fewer points a pixel are drawn at random, and change no mean.
+TEST(ImageIntegrator, FewerPointsHaveTheSameMean) {
+  const build::BuiltScene built = build_text(field());
+  const RGB all = render_built(built, 16, images_of(*built.scene, 64)).mean();
+  expect_alike(render_built(built, 16, images_of(*built.scene, 64, 1, 1)).mean(), all, 0.005f, "one point");
+}
+
+TEST(ImageIntegrator, SamePictureForAnyNumberOfThreads) {
+  const build::BuiltScene built = build_text(field());
+  const int before = thread_count();
+  std::optional<RenderedText> first;
+  for (const int threads : {1, 2, 4}) {
+    set_thread_count(threads);
+    RenderedText r = render_built(built, 3, images_of(*built.scene, 32, 1, 2));
+    EXPECT_TRUE(!first || test::same_bits(first->film, r.film)) << threads;
+    if (!first) first.emplace(std::move(r));
+  }
+  set_thread_count(before);
+}
+
+// Rationale: nothing may pop as the camera comes nearer, over all switches of levels and to rays; the field of view
+// follows, so that the bush keeps its place in the picture. Expectation: steps of the picture's mean of at most .005 of
+// the sky's light.
+TEST(ImageIntegrator, NothingPopsInAZoom) {
+  double before = 0, worst = 0;
+  int by_rays = 0, by_images = 0;
+  for (int frame = 0; frame < 100; ++frame) {
+    const double distance = 60 * std::pow(0.1, frame / 99.0);
+    const std::string camera = "LookAt 0 -" + std::to_string(distance) + " 1.2  0 0 1.2  0 0 1 Camera \"perspective\" \"float fov\" " +
+                               std::to_string(2 * std::atan(1.6 / distance) * 180 / 3.14159265358979) + "\n";
+    std::string text = camera + R"(Film "rgb" "integer xresolution" )" + std::to_string(int(600 / distance) + 8) +
+                       " \"integer yresolution\" " + std::to_string(int(600 / distance) + 8) +
+                       R"( PixelFilter "box" WorldBegin LightSource "infinite" "rgb L" [ 1 1 1 ])" + bush() +
+                       "ObjectInstance \"bush\"";
+    const build::BuiltScene built = build_text(text);
+    const auto integrator = images_of(*built.scene, 32);
+    by_rays += integrator.view().by_rays > 0, by_images += integrator.view().by_images > 0;
+    const RenderedText r = render_built(built, 16, integrator);
+    double mean = 0;
+    const int n = r.film.width();
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) mean += 1 - double(r.film.pixel(x, y).g);
+    mean /= double(n) * n;
+    if (frame > 0) worst = std::max(worst, std::abs(mean - before));
+    before = mean;
+  }
+  std::printf("worst step of the mean: %.4f\n", worst);
+  EXPECT_GT(by_rays, 5);
+  EXPECT_GT(by_images, 50);
+  EXPECT_LE(worst, 0.005);
+}
+
+TEST(ImageIntegrator, RefusesWhatItCannotShow) {
+  const auto refuses = [](const std::string& text, const char* what) {
+    const build::BuiltScene built = build_text(text);
+    try {
+      images_of(*built.scene, 8);
+      ADD_FAILURE() << what;
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find(what), std::string::npos) << e.what();
+    }
+  };
+  refuses(field("Camera \"spherical\"\n"), "all around");
+  refuses(field("Camera \"perspective\" \"float lensradius\" .1\n"), "depth of field");
+  refuses(field("ActiveTransform StartTime Translate 0 0 1 ActiveTransform All Camera \"perspective\"\n"), "moves");
+}
+
+TEST(ObjectBaker, RefusesWhatImagesDoNotHold) {
+  const auto refusal = [](const std::string& things) {
+    const build::BuiltScene built = build_text("Camera \"perspective\" WorldBegin ObjectBegin \"a\" " + things +
+                                               " ObjectEnd ObjectInstance \"a\"");
+    return impostor::ObjectBaker(*built.scene, {}).refusal(0);
+  };
+  EXPECT_EQ(refusal("Material \"diffuse\" Shape \"sphere\""), "");
+  EXPECT_EQ(refusal("Material \"dielectric\" Shape \"sphere\""), "materials that are not diffuse");
+  EXPECT_EQ(refusal("Shape \"curve\" \"point3 P\" [ 0 0 0 1 0 0 2 0 0 3 0 0 ]"), "curves");
+  EXPECT_EQ(refusal(""), "nothing");
+  const build::BuiltScene built = build_text("Camera \"perspective\" WorldBegin");
+  EXPECT_THROW(impostor::ObjectBaker(*built.scene, {.resolution = 100}), std::invalid_argument);
+  EXPECT_THROW(impostor::ObjectBaker(*built.scene, {.views = 5}), std::invalid_argument);
+  EXPECT_THROW(impostor::ObjectBaker(*built.scene, {.layers = -1}), std::invalid_argument);
+}
+
+// A key tells whether images are still those of the object.
+TEST(ObjectBaker, ImagesFromFilesAreTheSameWhileTheKeyIs) {
+  const build::BuiltScene built = build_text(field());
+  const impostor::ObjectBaker baker(*built.scene, {.resolution = 16});
+  const auto baked = depthimage::decode_images(depthimage::encode_images({baker.bake(0, "bush")}), "test");
+  const auto again = impostor::make_tree_images(*built.scene, {.resolution = 16}, baked);
+  EXPECT_EQ(again.from_file, 1u);
+  EXPECT_EQ(again.baked, 0u);
+  std::string other = field();
+  other.replace(other.find("[ .1 .3 .1 ]"), 12, "[ .1 .4 .1 ]");
+  const build::BuiltScene changed = build_text(other);
+  EXPECT_EQ(impostor::make_tree_images(*changed.scene, {.resolution = 16}, baked).from_file, 0u);
+}
+
+// Of cut-outs as much is there as their opacity says: a plate of alpha .3, seen squarely.
+TEST(ObjectBaker, CutOutsCoverByTheirOpacity) {
+  const build::BuiltScene built = build_text(
+      "Camera \"perspective\" WorldBegin ObjectBegin \"a\" Material \"diffuse\" Shape \"bilinearmesh\" \"point3 P\" [ -1 -1 0 "
+      "1 -1 0 -1 1 0 1 1 0 ] \"float alpha\" .3 ObjectEnd ObjectInstance \"a\"");
+  const auto images = impostor::ObjectBaker(*built.scene, {.resolution = 64}).bake(0, "a");
+  double samples = 0;
+  for (const auto& view : images.levels[0].views)
+    for (const auto& f : view.fragments) samples += std::popcount(unsigned(f.mask));
+  // Four standard errors of 65536 draws.
+  EXPECT_NEAR(samples / (256 * 256), 0.3, 4 * std::sqrt(0.3 * 0.7) / 256);
+}
+
+}  // namespace
+}  // namespace dapple
