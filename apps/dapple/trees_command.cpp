@@ -48,11 +48,10 @@ int bake(const BakeOptions& o) {
   std::vector<ObjectImages> objects;
   for (uint32_t object = 0; object < placed.size(); ++object) {
     if (!placed[object]) continue;
-    const std::string name = object < description.objects.size() ? description.objects[object].name
-                                                                 : "object " + std::to_string(object);
+    const std::string name =
+        object < description.objects.size() ? description.objects[object].name : "object " + std::to_string(object);
     if (const std::string why = baker.refusal(object); !why.empty()) {
-      diagnostics.unsupported(FileLoc{o.scene, 0, 0}, "images of \"" + name + "\", which has " + why,
-                              "what rays see");
+      diagnostics.unsupported(FileLoc{o.scene, 0, 0}, "images of \"" + name + "\", which has " + why, "what rays see");
       continue;
     }
     const Timer timer;
@@ -122,9 +121,9 @@ void check_index(const char* option, int value, size_t count) {
 }
 
 depthimage::ObjectPicture picture_of(const ObjectImages& images, const ShowOptions& o) {
-  const auto shown = depthimage::Shown(std::find(std::begin(depthimage::shown_names), std::end(depthimage::shown_names),
-                                                 o.shown) -
-                                       std::begin(depthimage::shown_names));
+  const auto shown =
+      depthimage::Shown(std::find(std::begin(depthimage::shown_names), std::end(depthimage::shown_names), o.shown) -
+                        std::begin(depthimage::shown_names));
   check_index("--level", o.level, images.levels.size());
   if (o.direction.empty()) {
     check_index("--view", o.view, images.directions.size());
@@ -142,8 +141,8 @@ depthimage::ObjectPicture picture_of(const ObjectImages& images, const ShowOptio
   const depthimage::SplatObject object(images);
   // As large as its texels.
   const float diagonal = length(object.box.max - object.box.min) / (2 * object.radius);
-  const int pixels = o.pixels > 0 ? o.pixels
-                                  : int(std::ceil(float(images.levels[size_t(o.level)].resolution) * diagonal));
+  const int pixels =
+      o.pixels > 0 ? o.pixels : int(std::ceil(float(images.levels[size_t(o.level)].resolution) * diagonal));
   return depthimage::project(object, o.level, depthimage::orthographic_map(object, to_viewer, pixels),
                              V2i(pixels, pixels), shown);
 }
@@ -207,8 +206,8 @@ Command add_show(CLI::App& parent) {
   app->add_option("--pixels", o->pixels, "With --direction: pixels a side; 0: those of the level's texels")
       ->check(CLI::Range(0, 8192));
   app->add_option("--show", o->shown, "color, normal, depth, layers, material")
-      ->check(CLI::IsMember(std::vector<std::string>(std::begin(depthimage::shown_names),
-                                                     std::end(depthimage::shown_names))));
+      ->check(CLI::IsMember(
+          std::vector<std::string>(std::begin(depthimage::shown_names), std::end(depthimage::shown_names))));
   return [app, o] { return app->parsed() ? show(*o) : -1; };
 }
 

@@ -47,9 +47,10 @@ TEST_F(TreesCommand, BakesSaysShowsAndRenders) {
     const ProcessResult r = run({"trees", "show", file("trees.dti"), "-o", file("show.png"), "--show", shown});
     EXPECT_EQ(r.exit_code, 0) << shown << r.output;
   }
-  EXPECT_EQ(run({"trees", "show", file("trees.dti"), "-o", file("from.exr"), "--object", "tree", "--direction", "30,20"})
-                .exit_code,
-            0);
+  EXPECT_EQ(
+      run({"trees", "show", file("trees.dti"), "-o", file("from.exr"), "--object", "tree", "--direction", "30,20"})
+          .exit_code,
+      0);
   const ProcessResult rendered = run({"render", scene(), "--integrator", "images", "--tree-images", file("trees.dti"),
                                       "-o", file("out.exr"), "--pixel-samples", "1"});
   EXPECT_EQ(rendered.exit_code, 0) << rendered.output;

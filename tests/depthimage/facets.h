@@ -37,7 +37,8 @@ inline depthimage::ObjectImages images_of(const std::vector<Triangle>& triangles
       for (uint32_t t = 0; t < triangles.size(); ++t) {
         size_t owner = 0;
         for (size_t v = 1; v < directions.size(); ++v)
-          if (std::abs(dot(triangles[t].normal(), directions[v])) > std::abs(dot(triangles[t].normal(), directions[owner])))
+          if (std::abs(dot(triangles[t].normal(), directions[v])) >
+              std::abs(dot(triangles[t].normal(), directions[owner])))
             owner = v;
         if (layers > 0 || owner == view) builder.add(t, triangles[t].p);
       }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of images: what is written comes back, and nothing else gets through.
+#include "dapple/depthimage/image_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cstring>
 
 #include "dapple/base/error.h"
-#include "dapple/depthimage/image_file.h"
 #include "tests/depthimage/facets.h"
 
 namespace dapple {

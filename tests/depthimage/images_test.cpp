@@ -155,7 +155,8 @@ TEST(Splats, SphereIsADisc) {
   for (int i = 0; i < 20; ++i) {
     const V3f to_viewer = normalize(test::random_point(rng, 1));
     const int pixels = int(64 * std::sqrt(3.0f)) + 1;
-    const auto picture = project(object, 0, orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::color);
+    const auto picture =
+        project(object, 0, orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::color);
     const double side = 2 * std::sqrt(3.0);
     EXPECT_NEAR(mean_cover(picture), double(pi) * double(r * r) / (side * side), 0.005 * 0.102) << i;
     for (int y = 0; y < pixels; ++y)

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of trees as images.
+#include "dapple/impostor/image_integrator.h"
+
 #include <gtest/gtest.h>
 
 #include "dapple/base/parallel.h"
 #include "dapple/depthimage/image_file.h"
-#include "dapple/impostor/image_integrator.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -16,8 +17,9 @@ using test::RenderedText;
 
 /// A bush of square leaves about the origin of its object, 1 m in radius, with a stem.
 std::string bush() {
-  std::string text = "ObjectBegin \"bush\"\nMaterial \"diffusetransmission\" \"rgb reflectance\" [ .1 .3 .1 ] "
-                     "\"rgb transmittance\" [ .1 .2 .05 ]\n";
+  std::string text =
+      "ObjectBegin \"bush\"\nMaterial \"diffusetransmission\" \"rgb reflectance\" [ .1 .3 .1 ] "
+      "\"rgb transmittance\" [ .1 .2 .05 ]\n";
   KeyedRng rng(1);
   std::string points, indices;
   for (int i = 0; i < 400; ++i) {
@@ -32,14 +34,16 @@ std::string bush() {
     for (const int k : {0, 1, 2, 0, 2, 3}) indices += std::to_string(4 * i + k) + " ";
   }
   text += "Shape \"trianglemesh\" \"point3 P\" [ " + points + "] \"integer indices\" [ " + indices + "]\n";
-  text += "Material \"diffuse\" \"rgb reflectance\" [ .3 .2 .1 ]\n"
-          "Shape \"cylinder\" \"float radius\" .06 \"float zmin\" 0 \"float zmax\" 1.2\nObjectEnd\n";
+  text +=
+      "Material \"diffuse\" \"rgb reflectance\" [ .3 .2 .1 ]\n"
+      "Shape \"cylinder\" \"float radius\" .06 \"float zmin\" 0 \"float zmax\" 1.2\nObjectEnd\n";
   return text;
 }
 
 /// A field of bushes on ground under sun and sky, from a distance; `camera` in place of the usual.
 std::string field(const std::string& camera = "", int columns = 5) {
-  std::string text = camera.empty() ? "LookAt 0 -30 8  0 0 0.5  0 0 1 Camera \"perspective\" \"float fov\" 20\n" : camera;
+  std::string text =
+      camera.empty() ? "LookAt 0 -30 8  0 0 0.5  0 0 1 Camera \"perspective\" \"float fov\" 20\n" : camera;
   text += R"(Film "rgb" "integer xresolution" 96 "integer yresolution" 64 PixelFilter "box"
 WorldBegin
 LightSource "distant" "rgb L" [ 3 2.8 2.5 ] "point3 from" [ -.5 -.4 .8 ] "point3 to" [ 0 0 0 ]
@@ -49,8 +53,9 @@ LightSource "infinite" "rgb L" [ .3 .4 .5 ]
     text += "AttributeBegin Translate " + std::to_string(2.2 * (i % columns) - 4.4) + " " +
             std::to_string(2.2 * (i / columns) - 4.4) + " 0 Rotate " + std::to_string(i * 40) +
             " 0 0 1 ObjectInstance \"bush\" AttributeEnd\n";
-  return text + "Material \"diffuse\" \"rgb reflectance\" [ .2 .2 .2 ] Shape \"bilinearmesh\" \"point3 P\" [ -50 -50 0  50 "
-                "-50 0  -50 50 0  50 50 0 ]\n";
+  return text +
+         "Material \"diffuse\" \"rgb reflectance\" [ .2 .2 .2 ] Shape \"bilinearmesh\" \"point3 P\" [ -50 -50 0  50 "
+         "-50 0  -50 50 0  50 50 0 ]\n";
 }
 
 path::PathIntegrator::Settings canopy_of(const scene::Scene& scene) {
@@ -117,7 +122,8 @@ TEST(ImageIntegrator, NothingPopsInAZoom) {
   int by_rays = 0, by_images = 0;
   for (int frame = 0; frame < 100; ++frame) {
     const double distance = 60 * std::pow(0.1, frame / 99.0);
-    const std::string camera = "LookAt 0 -" + std::to_string(distance) + " 1.2  0 0 1.2  0 0 1 Camera \"perspective\" \"float fov\" " +
+    const std::string camera = "LookAt 0 -" + std::to_string(distance) +
+                               " 1.2  0 0 1.2  0 0 1 Camera \"perspective\" \"float fov\" " +
                                std::to_string(2 * std::atan(1.6 / distance) * 180 / 3.14159265358979) + "\n";
     std::string text = camera + R"(Film "rgb" "integer xresolution" )" + std::to_string(int(600 / distance) + 8) +
                        " \"integer yresolution\" " + std::to_string(int(600 / distance) + 8) +
@@ -158,8 +164,8 @@ TEST(ImageIntegrator, RefusesWhatItCannotShow) {
 
 TEST(ObjectBaker, RefusesWhatImagesDoNotHold) {
   const auto refusal = [](const std::string& things) {
-    const build::BuiltScene built = build_text("Camera \"perspective\" WorldBegin ObjectBegin \"a\" " + things +
-                                               " ObjectEnd ObjectInstance \"a\"");
+    const build::BuiltScene built =
+        build_text("Camera \"perspective\" WorldBegin ObjectBegin \"a\" " + things + " ObjectEnd ObjectInstance \"a\"");
     return impostor::ObjectBaker(*built.scene, {}).refusal(0);
   };
   EXPECT_EQ(refusal("Material \"diffuse\" Shape \"sphere\""), "");
@@ -189,7 +195,8 @@ TEST(ObjectBaker, ImagesFromFilesAreTheSameWhileTheKeyIs) {
 // Of cut-outs as much is there as their opacity says: a plate of alpha .3, seen squarely.
 TEST(ObjectBaker, CutOutsCoverByTheirOpacity) {
   const build::BuiltScene built = build_text(
-      "Camera \"perspective\" WorldBegin ObjectBegin \"a\" Material \"diffuse\" Shape \"bilinearmesh\" \"point3 P\" [ -1 -1 0 "
+      "Camera \"perspective\" WorldBegin ObjectBegin \"a\" Material \"diffuse\" Shape \"bilinearmesh\" \"point3 P\" [ "
+      "-1 -1 0 "
       "1 -1 0 -1 1 0 1 1 0 ] \"float alpha\" .3 ObjectEnd ObjectInstance \"a\"");
   const auto images = impostor::ObjectBaker(*built.scene, {.resolution = 64}).bake(0, "a");
   double samples = 0;

@@ -47,12 +47,14 @@ std::vector<float> traced_cover(const scene::Scene& scene, const V3f& to_viewer,
     for (int x = 0; x < pixels; ++x) {
       for (uint32_t i = 0; i < 16; ++i) {
         const V2f u = sample_2d(1, uint32_t(y) * 65536u + uint32_t(x) * 16 + i, 0);
-        const float a = (float(x) + u.x - 0.5f * float(pixels)) * step, b = (0.5f * float(pixels) - float(y) - u.y) * step;
-        rays.set(int(i), object.centre + right * a + over * b + to_viewer * (4 * object.radius), -to_viewer, infinity, 0.5f,
-                 i);
+        const float a = (float(x) + u.x - 0.5f * float(pixels)) * step,
+                    b = (0.5f * float(pixels) - float(y) - u.y) * step;
+        rays.set(int(i), object.centre + right * a + over * b + to_viewer * (4 * object.radius), -to_viewer, infinity,
+                 0.5f, i);
       }
       scene.traced.intersect(rays, 16, &hits);
-      for (int i = 0; i < 16; ++i) cover[y * size_t(pixels) + size_t(x)] += hits.geometry[i] == trace::no_id ? 0 : 1.0f / 16;
+      for (int i = 0; i < 16; ++i)
+        cover[y * size_t(pixels) + size_t(x)] += hits.geometry[i] == trace::no_id ? 0 : 1.0f / 16;
     }
   });
   return cover;
@@ -102,8 +104,8 @@ TEST_P(Trees, CoverWhatTreesCover) {
     const float z = 2 * rng.next() - 1, phi = 2 * pi * rng.next();
     const V3f to_viewer(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
     const int pixels = int(float(resolution) * length(object.box.max - object.box.min) / (2 * object.radius));
-    const ObjectPicture picture =
-        depthimage::project(object, 0, depthimage::orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::color);
+    const ObjectPicture picture = depthimage::project(
+        object, 0, depthimage::orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::color);
     const Errors e = compare(picture.alpha, traced_cover(*built.scene, to_viewer, object, pixels), pixels);
     sum.mean += e.mean / views, sum.blocks += e.blocks / views;
   }

@@ -33,8 +33,8 @@ ImageRequest ImageRequest::over(const ImageRequest& other) const {
 
 void ImageRequest::check(const FileLoc& loc, const std::array<std::string_view, 2>& names) const {
   if (texel && !(*texel >= least_texel && *texel <= most_texel))
-    throw InputError(loc, fmt::format("{} is {}, expected pixels from {} to {}", names[1], *texel, least_texel,
-                                      most_texel));
+    throw InputError(loc,
+                     fmt::format("{} is {}, expected pixels from {} to {}", names[1], *texel, least_texel, most_texel));
 }
 
 std::unique_ptr<const integrate::Integrator> make_image_integrator(const scene::Scene& scene,
@@ -59,8 +59,8 @@ std::unique_ptr<const integrate::Integrator> make_image_integrator(const scene::
                          view.by_images, double(view.fragments) * 1e-6, view.by_rays, view.unseen));
     return integrator;
   } catch (const std::invalid_argument& problem) {
-    throw InputError(FileLoc{place, 0, 0}, "images of trees know nothing of " + std::string(problem.what()) +
-                                               "; --integrator canopy does");
+    throw InputError(FileLoc{place, 0, 0},
+                     "images of trees know nothing of " + std::string(problem.what()) + "; --integrator canopy does");
   }
 }
 

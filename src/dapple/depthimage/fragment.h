@@ -41,8 +41,8 @@ inline float decode_share(uint8_t code, float largest) {
 
 /// A piece of surface as a texel of an image sees it: one entry of an A-buffer (Carpenter 1984; Max 1996).
 struct Fragment {
-  uint16_t depth = 0;  ///< of the mask's centroid, front to back over the object's diameter
-  uint16_t mask = 0;   ///< samples that it covers
+  uint16_t depth = 0;                             ///< of the mask's centroid, front to back over the object's diameter
+  uint16_t mask = 0;                              ///< samples that it covers
   uint16_t plane_normal = 0, shading_normal = 0;  ///< encode_normal(), object space
   uint8_t reflectance[3] = {}, transmittance[3] = {};  ///< encode_share() of ImageMaterial's
   uint8_t material = 0, reserved = 0;

@@ -76,7 +76,11 @@ void limit_layers(int layers, std::vector<Group>* groups) {
 }  // namespace
 
 ImageBuilder::ImageBuilder(const ViewFrame& frame, const V3f& centre, float radius, int resolution)
-    : frame_(frame), centre_(centre), radius_(radius), texel_(2 * radius / float(resolution)), resolution_(resolution) {}
+    : frame_(frame),
+      centre_(centre),
+      radius_(radius),
+      texel_(2 * radius / float(resolution)),
+      resolution_(resolution) {}
 
 V3f ImageBuilder::to_samples(const V3f& p) const {
   const V3f q = p - centre_;

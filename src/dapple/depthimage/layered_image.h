@@ -9,12 +9,17 @@
 
 namespace dapple::depthimage {
 
-/// The axes of an image: columns go along u, rows along v, and w points to who looks. Orthonormal.
+/// The axes of an image: columns go along u, rows along v, which has z up where it can, and w points to who looks.
+/// Orthonormal, right-handed.
 struct ViewFrame {
   V3f u{1, 0, 0}, v{0, 1, 0}, w{0, 0, 1};
 
   ViewFrame() = default;
-  explicit ViewFrame(const V3f& direction) : w(direction) { coordinate_system(w, &u, &v); }
+  explicit ViewFrame(const V3f& direction) : w(direction) {
+    const bool upright = std::abs(w.z) < 0.999f;
+    v = upright ? normalize(V3f(0, 0, 1) - w * w.z) : normalize(V3f(0, w.z, 0) - w * (w.y * w.z));
+    u = cross(v, w);
+  }
 };
 
 /// A layered depth image (Shade et al. 1998) of A-buffer fragments, by texel front to back.
@@ -39,9 +44,9 @@ struct ImageMaterial {
 /// So cover stays right at every level without a model of how leaves hide each other, and normals stay unit vectors.
 ///
 /// Where all layers are kept, an image holds what opposite viewers see, read forwards or backwards, and each facet is
-/// in that image alone which sees it most squarely (the layered depth cube of Lischinski and Rappoport 1998): nothing is
-/// there twice, and no fragment is stretched by more than the view directions' spread, sqrt(3) for six. Where layers are
-/// limited, each image keeps what it sees first, on every line through a sample.
+/// in that image alone which sees it most squarely (the layered depth cube of Lischinski and Rappoport 1998): nothing
+/// is there twice, and no fragment is stretched by more than the view directions' spread, sqrt(3) for six. Where layers
+/// are limited, each image keeps what it sees first, on every line through a sample.
 struct ObjectImages {
   static constexpr int largest_resolution = 2048, smallest_resolution = 8;
   static constexpr int most_views = 26, most_layers = 64, most_materials = 256, most_levels = 16;
@@ -49,10 +54,10 @@ struct ObjectImages {
   uint64_t key = 0;  ///< of what the images were made of
   std::string name;
   V3f centre{0, 0, 0};
-  float radius = 0;               ///< images span centre +- radius along u, v and w
-  Box3f box;                      ///< of the surfaces
-  int layers = 0;                 ///< kept on each line; 0: all
-  std::vector<V3f> directions;    ///< unit, towards the viewers
+  float radius = 0;             ///< images span centre +- radius along u, v and w
+  Box3f box;                    ///< of the surfaces
+  int layers = 0;               ///< kept on each line; 0: all
+  std::vector<V3f> directions;  ///< unit, towards the viewers
   std::vector<ImageMaterial> materials;
   std::vector<ImageLevel> levels;  ///< the finest first, each of half the resolution of the one before
 

@@ -41,7 +41,8 @@ RGB normal_color(const V3f& n) {
 ScreenMap orthographic_map(const SplatObject& object, const V3f& to_viewer, int pixels) {
   const V3f up = std::abs(to_viewer.z) > 0.999f ? V3f(0, 1, 0) : V3f(0, 0, 1);
   const V3f right = normalize(cross(up, to_viewer)), over = cross(to_viewer, right);
-  const float scale = float(pixels) / std::max(length(object.box.max - object.box.min), 1e-6f), middle = 0.5f * float(pixels);
+  const float scale = float(pixels) / std::max(length(object.box.max - object.box.min), 1e-6f),
+              middle = 0.5f * float(pixels);
   ScreenMap map;
   for (int k = 0; k < 3; ++k) {
     map.m[ScreenMap::X][k] = right[k] * scale;
@@ -121,8 +122,7 @@ ObjectPicture show_image(const ObjectImages& images, size_t level_index, size_t 
         for (int c = 0; c < 3; ++c)
           value[c] = decode_share(fragment.reflectance[c], m.reflectance[c]) +
                      decode_share(fragment.transmittance[c], m.transmittance[c]);
-        if (shown == Shown::normal)
-          value = normal_color(face_forward(decode_normal(fragment.shading_normal), frame.w));
+        if (shown == Shown::normal) value = normal_color(face_forward(decode_normal(fragment.shading_normal), frame.w));
         if (shown == Shown::depth) value = RGB(1 - float(fragment.depth) / 65535);
         if (shown == Shown::material) value = material_color(fragment.material);
         const float part = float(std::popcount(fragment.mask & ~covered)) / SampleMask::count;

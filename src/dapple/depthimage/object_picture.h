@@ -24,9 +24,10 @@ struct ObjectPicture {
 ScreenMap orthographic_map(const SplatObject& object, const V3f& to_viewer, int pixels);
 
 /// An object as its images show it in a camera, by one level: each sub-sample has what is nearest.
-/// color: reflectance and transmittance together; normal: (n + 1) / 2, towards the viewer; depth: white near, black far;
-/// material: by number. Not layers.
-ObjectPicture project(const SplatObject& object, int level, const ScreenMap& camera, const V2i& resolution, Shown shown);
+/// color: reflectance and transmittance together; normal: (n + 1) / 2, towards the viewer; depth: white near, black
+/// far; material: by number. Not layers.
+ObjectPicture project(const SplatObject& object, int level, const ScreenMap& camera, const V2i& resolution,
+                      Shown shown);
 
 /// An image as it is: a pixel for each texel. layer: that fragment of each texel alone, 0 the first; -1: what is seen
 /// of all. layers: how many fragments a texel has, white for 16.

@@ -75,7 +75,8 @@ std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const 
   return out;
 }
 
-void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame& frame, float steepest, SplatLevel* to) {
+void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame& frame, float steepest,
+              SplatLevel* to) {
   for (size_t begin = 0; begin < placed.size(); begin += SplatLevel::chunk_size) {
     SplatLevel::Chunk chunk;
     chunk.first = uint32_t(to->x.size());

@@ -13,15 +13,15 @@ struct SplatLevel {
   static constexpr int chunk_size = 32;
 
   struct Chunk {
-    Box3f box;        ///< of the texels' centres
+    Box3f box;                      ///< of the texels' centres
     uint32_t first = 0, count = 0;  ///< of its fragments
     uint32_t view = 0;
   };
   float texel = 0;  ///< m, object space
   std::vector<Chunk> chunks;
   // By fragment. Chunks begin at multiples of chunk_size; the lanes between are copies.
-  std::vector<float> x, y, z;              ///< where the texel's middle lies on the fragment's plane
-  std::vector<float> slope_u, slope_v;     ///< of the plane: height along w by way along u and v
+  std::vector<float> x, y, z;           ///< where the texel's middle lies on the fragment's plane
+  std::vector<float> slope_u, slope_v;  ///< of the plane: height along w by way along u and v
   std::vector<uint16_t> mask;
   /// What the mask covers, in hundredths of a texel from its middle: the rectangle of its samples, and a little more
   /// where all samples at a border are covered, so that no crack shows between neighbours on bent surfaces.

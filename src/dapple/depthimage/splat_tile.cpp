@@ -23,7 +23,7 @@ struct SplatTile::Projection {
   alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
   alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
   alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
-  float u[4], v[4], n[4];                                            // rows of the map, of the frame's axes, a texel long
+  float u[4], v[4], n[4];  // rows of the map, of the frame's axes, a texel long
 
   void place(const ScreenMap& map, const SplatLevel& level, const SplatLevel::Chunk& chunk, const ViewFrame& frame) {
     for (int r = 0; r < 4; ++r) {
@@ -155,8 +155,7 @@ void SplatTile::splat_fragment(const Draw& draw, const SplatLevel& level, const 
       if (!(a >= a0 && a < a1 && b >= b0 && b < b1)) continue;
       const int i = std::clamp(int(a + middle), 0, grid - 1), j = std::clamp(int(b + middle), 0, grid - 1);
       if (!(mask >> (j * grid + i) & 1)) continue;
-      if (!whole && draw.ray_share > 0 &&
-          ray_group(corner_ + V2i(column / grid, row / grid), round_) < draw.ray_share)
+      if (!whole && draw.ray_share > 0 && ray_group(corner_ + V2i(column / grid, row / grid), round_) < draw.ray_share)
         continue;
       const float z = std::max(depth_here + a * z_a + b * z_b, 1e-30f);
       const uint64_t depth = uint64_t(std::bit_cast<uint32_t>(z)) << 32;

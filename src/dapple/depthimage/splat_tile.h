@@ -16,8 +16,8 @@ namespace dapple::depthimage {
 /// mask's sample there. So what one texel shows ends where its neighbour begins, and cover is neither gained nor lost.
 class SplatTile {
  public:
-  static constexpr int side = 16;                            ///< pixels
-  static constexpr int samples = side * SampleMask::side;    ///< along a side
+  static constexpr int side = 16;                          ///< pixels
+  static constexpr int samples = side * SampleMask::side;  ///< along a side
   static constexpr uint32_t none = ~0u;
 
   /// A level of an instance, to be drawn.

@@ -20,7 +20,7 @@ class ImageView {
  public:
   struct Work {
     uint32_t draw, chunk;
-    float nearest;                      ///< depth
+    float nearest;                           ///< depth
     uint8_t x0 : 4, x1 : 4, y0 : 4, y1 : 4;  ///< pixels of the tile that it may touch
   };
 

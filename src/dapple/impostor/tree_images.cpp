@@ -40,8 +40,7 @@ TreeImages make_tree_images(const scene::Scene& scene, const BakeSettings& setti
       ++out.from_file;
       continue;
     }
-    out.objects[object] =
-        std::make_shared<const SplatObject>(baker.bake(object, "object " + std::to_string(object)));
+    out.objects[object] = std::make_shared<const SplatObject>(baker.bake(object, "object " + std::to_string(object)));
     ++out.baked;
   }
   return out;

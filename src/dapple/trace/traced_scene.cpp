@@ -291,8 +291,7 @@ class TracedScene::Part {
 // The same geometries under the same numbers, so that hits are named and cut-outs are asked about as in the whole.
 std::shared_ptr<const TracedScene::Part> TracedScene::make_part(const std::vector<uint8_t>& with_instance) const {
   auto part = std::make_shared<Part>(device_);
-  for (unsigned g = 0; g < first_instance_; ++g)
-    rtcAttachGeometryByID(part->scene, rtcGetGeometry(top_.scene, g), g);
+  for (unsigned g = 0; g < first_instance_; ++g) rtcAttachGeometryByID(part->scene, rtcGetGeometry(top_.scene, g), g);
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     if (with_instance[i]) rtcAttachGeometryByID(part->scene, instance_geometries_[i], first_instance_ + unsigned(i));
   build(part->scene);
