@@ -113,7 +113,7 @@ TEST(Splats, ImageInItsOwnCameraIsItself) {
   for (int y = 0; y < n; y += SplatTile::side)
     for (int x = 0; x < n; x += SplatTile::side) {
       tile->start({x, y}, {0.5f, 0.5f}, 0);
-      for (const auto& chunk : object.levels[0].chunks) tile->splat(draw, 0, chunk);
+      for (uint32_t c = 0; c < object.levels[0].chunks.size(); ++c) tile->splat(draw, 0, c);
       for (int row = 0; row < SplatTile::samples; ++row)
         for (int column = 0; column < SplatTile::samples; ++column) {
           const size_t texel = size_t(y + row / 4) * n + size_t(x + column / 4);
@@ -238,10 +238,10 @@ TEST(Splats, OrderOfChunksDoesNotMatter) {
   draw.reach = object.reach(draw.map, {16, 16});
   auto forwards = std::make_unique<SplatTile>(), backwards = std::make_unique<SplatTile>();
   for (auto* tile : {forwards.get(), backwards.get()}) tile->start({0, 0}, {0.3f, 0.6f}, 0);
-  const auto& chunks = object.levels[0].chunks;
-  for (size_t c = 0; c < chunks.size(); ++c) {
-    forwards->splat(draw, 0, chunks[c]);
-    backwards->splat(draw, 0, chunks[chunks.size() - 1 - c]);
+  const auto chunks = uint32_t(object.levels[0].chunks.size());
+  for (uint32_t c = 0; c < chunks; ++c) {
+    forwards->splat(draw, 0, c);
+    backwards->splat(draw, 0, chunks - 1 - c);
   }
   int covered = 0;
   for (int row = 0; row < SplatTile::samples; ++row)

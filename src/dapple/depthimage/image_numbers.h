@@ -13,7 +13,7 @@ struct ImageNumbers {
   /// Pixels that a texel may be wide: coarser images are not taken.
   static constexpr float texel_pixels = 1;
   /// Where between two levels, by the logarithm of their sizes, the change begins.
-  static constexpr float dissolve_begin = 0.5f;
+  static constexpr float dissolve_begin = 0.75f;
 };
 
 }  // namespace dapple::depthimage

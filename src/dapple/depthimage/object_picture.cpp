@@ -78,7 +78,7 @@ ObjectPicture project(const SplatObject& object, int level, const ScreenMap& cam
     for (int x = 0; x < resolution.x; x += SplatTile::side) {
       tile->start({x, y}, {0.5f, 0.5f}, 0);
       for (size_t c = 0; c < from.chunks.size(); ++c)
-        if (touches(films[c], V2i(x, y))) tile->splat(draw, 0, from.chunks[c]);
+        if (touches(films[c], V2i(x, y))) tile->splat(draw, 0, uint32_t(c));
       for (int row = 0; row < SplatTile::samples; ++row)
         for (int column = 0; column < SplatTile::samples; ++column) {
           const int px = x + column / SampleMask::side, py = y + row / SampleMask::side;

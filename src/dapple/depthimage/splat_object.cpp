@@ -31,20 +31,19 @@ V2f slopes(const V3f& n, const ViewFrame& frame, float most) {
   return steep > most ? s * (most / steep) : s;
 }
 
-void add_rectangle(unsigned mask, SplatLevel* to) {
+void set_rectangle(unsigned mask, SplatLevel::Lanes* to, uint32_t lane) {
   constexpr int side = SampleMask::side, step = 100 / side;
   const auto more = [mask](unsigned border) {
     return (mask & border) == border ? int(100 * ImageNumbers::overlap + 0.5f) : 0;
   };
-  const auto add = [&](unsigned lines, unsigned first_border, unsigned last_border, std::vector<int8_t>* low,
-                       std::vector<int8_t>* high) {
-    low->push_back(int8_t(std::countr_zero(lines) * step - 50 - more(first_border)));
-    high->push_back(int8_t(int(std::bit_width(lines)) * step - 50 + more(last_border)));
+  const auto set = [&](unsigned lines, unsigned first_border, unsigned last_border, int8_t* low, int8_t* high) {
+    low[lane] = int8_t(std::countr_zero(lines) * step - 50 - more(first_border));
+    high[lane] = int8_t(int(std::bit_width(lines)) * step - 50 + more(last_border));
   };
   unsigned rows = 0;
   for (int row = 0; row < side; ++row) rows |= unsigned((mask >> (row * side) & 15u) != 0) << row;
-  add((mask | mask >> 4 | mask >> 8 | mask >> 12) & 15u, 0x1111, 0x8888, &to->left, &to->right);
-  add(rows, 0xf, 0xf000, &to->bottom, &to->top);
+  set((mask | mask >> 4 | mask >> 8 | mask >> 12) & 15u, 0x1111, 0x8888, to->left, to->right);
+  set(rows, 0xf, 0xf000, to->bottom, to->top);
 }
 
 float most_slope(const ObjectImages& o) {
@@ -79,17 +78,17 @@ void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame&
               SplatLevel* to) {
   for (size_t begin = 0; begin < placed.size(); begin += SplatLevel::chunk_size) {
     SplatLevel::Chunk chunk;
-    chunk.first = uint32_t(to->x.size());
     chunk.count = uint32_t(std::min<size_t>(SplatLevel::chunk_size, placed.size() - begin));
     chunk.view = view;
+    SplatLevel::Lanes& lanes = to->lanes.emplace_back();
     for (uint32_t i = 0; i < uint32_t(SplatLevel::chunk_size); ++i) {
       const Placed& p = placed[begin + std::min(i, chunk.count - 1)];
       const V2f slope = slopes(decode_normal(p.fragment->plane_normal), frame, steepest);
       chunk.box.extendBy(p.P);
-      to->x.push_back(p.P.x), to->y.push_back(p.P.y), to->z.push_back(p.P.z);
-      to->slope_u.push_back(slope.x), to->slope_v.push_back(slope.y);
-      to->mask.push_back(p.fragment->mask);
-      add_rectangle(p.fragment->mask, to);
+      lanes.x[i] = p.P.x, lanes.y[i] = p.P.y, lanes.z[i] = p.P.z;
+      lanes.slope_u[i] = slope.x, lanes.slope_v[i] = slope.y;
+      lanes.mask[i] = p.fragment->mask;
+      set_rectangle(p.fragment->mask, &lanes, i);
       to->fragments.push_back(*p.fragment);
     }
     to->chunks.push_back(chunk);
@@ -119,9 +118,11 @@ SplatObject::Surface SplatObject::surface(const SplatLevel& level, uint32_t view
   const ImageMaterial& m = materials[f.material];
   const ViewFrame& frame = frames[view];
   const V2f off = SampleMask::centroid(f.mask) - V2f(0.5f, 0.5f);
+  const SplatLevel::Lanes& lanes = level.lanes[i / SplatLevel::chunk_size];
+  const uint32_t lane = i % SplatLevel::chunk_size;
   Surface s;
-  s.P = V3f(level.x[i], level.y[i], level.z[i]) +
-        (frame.u * off.x + frame.v * off.y + frame.w * (off.x * level.slope_u[i] + off.y * level.slope_v[i])) *
+  s.P = V3f(lanes.x[lane], lanes.y[lane], lanes.z[lane]) +
+        (frame.u * off.x + frame.v * off.y + frame.w * (off.x * lanes.slope_u[lane] + off.y * lanes.slope_v[lane])) *
             level.texel;
   s.plane_normal = decode_normal(f.plane_normal);
   s.normal = decode_normal(f.shading_normal);
@@ -148,7 +149,7 @@ float SplatObject::reach(const ScreenMap& map, const V2i& film) const {
 }
 
 size_t SplatLevel::bytes() const {
-  return x.size() * (5 * sizeof(float) + sizeof(uint16_t) + 4 + sizeof(Fragment)) + chunks.size() * sizeof(Chunk);
+  return lanes.size() * sizeof(Lanes) + fragments.size() * sizeof(Fragment) + chunks.size() * sizeof(Chunk);
 }
 
 size_t SplatObject::bytes() const {

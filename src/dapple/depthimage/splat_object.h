@@ -8,25 +8,28 @@
 
 namespace dapple::depthimage {
 
-/// A level made ready to be projected: fragments in chunks of neighbours, structure of arrays, each chunk of one view.
+/// A level made ready to be projected: fragments in chunks of neighbours, each of one view.
 struct SplatLevel {
   static constexpr int chunk_size = 32;
 
   struct Chunk {
-    Box3f box;                      ///< of the texels' centres
-    uint32_t first = 0, count = 0;  ///< of its fragments
+    Box3f box;           ///< of the texels' centres
+    uint32_t count = 0;  ///< of its fragments
     uint32_t view = 0;
+  };
+  /// A chunk's fragments as projection reads them, side by side in memory. Lanes beyond the count are copies.
+  struct Lanes {
+    alignas(64) float x[chunk_size], y[chunk_size], z[chunk_size];  ///< where the texel's middle lies on the plane
+    float slope_u[chunk_size], slope_v[chunk_size];  ///< of the plane: height along w by way along u and v
+    uint16_t mask[chunk_size];
+    /// What the mask covers, in hundredths of a texel from its middle: the rectangle of its samples, and a little more
+    /// where all samples at a border are covered, so that no crack shows between neighbours on bent surfaces.
+    int8_t left[chunk_size], right[chunk_size], bottom[chunk_size], top[chunk_size];
   };
   float texel = 0;  ///< m, object space
   std::vector<Chunk> chunks;
-  // By fragment. Chunks begin at multiples of chunk_size; the lanes between are copies.
-  std::vector<float> x, y, z;           ///< where the texel's middle lies on the fragment's plane
-  std::vector<float> slope_u, slope_v;  ///< of the plane: height along w by way along u and v
-  std::vector<uint16_t> mask;
-  /// What the mask covers, in hundredths of a texel from its middle: the rectangle of its samples, and a little more
-  /// where all samples at a border are covered, so that no crack shows between neighbours on bent surfaces.
-  std::vector<int8_t> left, right, bottom, top;
-  std::vector<Fragment> fragments;
+  std::vector<Lanes> lanes;         ///< by chunk
+  std::vector<Fragment> fragments;  ///< chunk_size to a chunk
 
   size_t bytes() const;
 };
@@ -52,6 +55,7 @@ struct SplatObject {
     V3f P, plane_normal, normal;  ///< object space; unit normals
     RGB reflectance, transmittance;
   };
+  /// fragment: of the level, chunk * chunk_size + lane.
   Surface surface(const SplatLevel& level, uint32_t view, uint32_t fragment) const;
   size_t bytes() const;
 

@@ -16,23 +16,25 @@ constexpr int lanes = SplatLevel::chunk_size;
 /// to get from there to its texel.
 struct SplatTile::Projection {
   int count = 0;
-  uint32_t fragment[lanes];
+  uint8_t lane[lanes];
+  uint16_t mask[lanes];
   alignas(32) float film_x[lanes], film_y[lanes], inverse_w[lanes], depth[lanes];
   alignas(32) float slope_u[lanes], slope_v[lanes], left[lanes], right[lanes], bottom[lanes], top[lanes];
-  alignas(32) float x[lanes], y[lanes];
+  alignas(32) float x[lanes], y[lanes], reach[lanes];
+  alignas(32) int32_t is_near[lanes];
   alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
   alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
   alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
   float u[4], v[4], n[4];  // rows of the map, of the frame's axes, a texel long
 
-  void place(const ScreenMap& map, const SplatLevel& level, const SplatLevel::Chunk& chunk, const ViewFrame& frame) {
+  void place(const ScreenMap& map, float texel, const SplatLevel::Lanes& from, const ViewFrame& frame) {
     for (int r = 0; r < 4; ++r) {
-      u[r] = map.apply_vector(ScreenMap::Row(r), frame.u) * level.texel;
-      v[r] = map.apply_vector(ScreenMap::Row(r), frame.v) * level.texel;
-      n[r] = map.apply_vector(ScreenMap::Row(r), frame.w) * level.texel;
+      u[r] = map.apply_vector(ScreenMap::Row(r), frame.u) * texel;
+      v[r] = map.apply_vector(ScreenMap::Row(r), frame.v) * texel;
+      n[r] = map.apply_vector(ScreenMap::Row(r), frame.w) * texel;
     }
     const auto& m = map.m;
-    const float *px = &level.x[chunk.first], *py = &level.y[chunk.first], *pz = &level.z[chunk.first];
+    const float *px = from.x, *py = from.y, *pz = from.z;
 #pragma GCC ivdep
     for (int i = 0; i < lanes; ++i) {
       inverse_w[i] = 1 / (m[2][0] * px[i] + m[2][1] * py[i] + m[2][2] * pz[i] + m[2][3]);
@@ -42,12 +44,25 @@ struct SplatTile::Projection {
     }
   }
 
-  void keep(int i, uint32_t f, const SplatLevel& level) {
+  /// Which may show in the tile.
+  void find_near(float dx, float dy, float reach_scale) {
+    constexpr float end = float(samples - 1);
+#pragma GCC ivdep
+    for (int i = 0; i < lanes; ++i) {
+      x[i] = film_x[i] * float(grid) + dx, y[i] = film_y[i] * float(grid) + dy;
+      const float r = reach_scale * inverse_w[i];
+      reach[i] = r;
+      is_near[i] =
+          int(inverse_w[i] > 0) & int(x[i] >= -r) & int(y[i] >= -r) & int(x[i] <= end + r) & int(y[i] <= end + r);
+    }
+  }
+
+  void keep(int i, const SplatLevel::Lanes& from) {
     const int k = count++;
-    fragment[k] = f;
+    lane[k] = uint8_t(i), mask[k] = from.mask[i];
     film_x[k] = film_x[i], film_y[k] = film_y[i], inverse_w[k] = inverse_w[i], depth[k] = depth[i];
-    slope_u[k] = level.slope_u[f], slope_v[k] = level.slope_v[f];
-    left[k] = level.left[f], right[k] = level.right[f], bottom[k] = level.bottom[f], top[k] = level.top[f];
+    slope_u[k] = from.slope_u[i], slope_v[k] = from.slope_v[i];
+    left[k] = from.left[i], right[k] = from.right[i], bottom[k] = from.bottom[i], top[k] = from.top[i];
   }
 
   void find_sides(float dx, float dy) {
@@ -106,40 +121,44 @@ void SplatTile::put(int column, int row, uint64_t key) {
   farthest_[pixel] = std::bit_cast<float>(uint32_t(most >> 32));
 }
 
-void SplatTile::splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk) {
+void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
+  const auto* const from = reinterpret_cast<const char*>(&draw.object->levels[size_t(draw.level)].lanes[chunk]);
+  for (size_t line = 0; line < 3 * sizeof(SplatLevel::Lanes::x); line += 64) __builtin_prefetch(from + line);
+}
+
+void SplatTile::splat(const Draw& draw, uint32_t draw_index, uint32_t chunk_index) {
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];
+  const SplatLevel::Chunk& chunk = level.chunks[chunk_index];
+  const SplatLevel::Lanes& from = level.lanes[chunk_index];
   Projection p;
-  p.place(draw.map, level, chunk, draw.object->frames[chunk.view]);
   const float dx = -float(corner_.x * grid) - jitter_.x, dy = -float(corner_.y * grid) - jitter_.y;
+  p.place(draw.map, level.texel, from, draw.object->frames[chunk.view]);
+  p.find_near(dx, dy, draw.reach * float(grid) * level.texel);
   const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
   const auto deep = [&](const float* axis) { return std::abs(axis[3]) + steep * std::abs(p.n[3]); };
   const float depth_reach = 0.55f * (deep(p.u) + deep(p.v));
   for (uint32_t i = 0; i < chunk.count; ++i) {
-    const float x = p.film_x[i] * float(grid) + dx, y = p.film_y[i] * float(grid) + dy;
-    const float reach = draw.reach * p.inverse_w[i] * float(grid) * level.texel;
-    if (!(p.inverse_w[i] > 0) || x < -reach || y < -reach || x > float(samples - 1) + reach ||
-        y > float(samples - 1) + reach)
-      continue;
-    const auto pixel = [](float at) { return std::clamp(int(at), 0, samples - 1) / grid; };
+    if (!p.is_near[i]) continue;
+    const auto pixel = [](float at) { return int(std::clamp(at, 0.0f, float(samples - 1))) / grid; };
+    const float x = p.x[i], y = p.y[i], reach = p.reach[i];
     if (hides(V2i(pixel(x - reach), pixel(y - reach)), V2i(pixel(x + reach), pixel(y + reach)),
               p.depth[i] - depth_reach))
       continue;
-    p.keep(int(i), chunk.first + i, level);
+    p.keep(int(i), from);
   }
   if (p.count == 0) return;
   p.find_sides(dx, dy);
   const bool whole = draw.samples == LevelChoice::all_samples && draw.ray_share == 0;
-  for (int k = 0; k < p.count; ++k)
-    if (p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])
-      whole ? splat_fragment<true>(draw, level, p, k, {draw_index, chunk.view, p.fragment[k]})
-            : splat_fragment<false>(draw, level, p, k, {draw_index, chunk.view, p.fragment[k]});
+  for (int k = 0; k < p.count; ++k) {
+    if (!(p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])) continue;
+    const Record shown{draw_index, chunk.view, chunk_index * uint32_t(lanes) + p.lane[k]};
+    whole ? splat_fragment<true>(draw, p, k, shown) : splat_fragment<false>(draw, p, k, shown);
+  }
 }
 
 template <bool whole>
-void SplatTile::splat_fragment(const Draw& draw, const SplatLevel& level, const Projection& p, int lane,
-                               const Record& shown) {
-  const uint32_t f = shown.fragment;
-  const unsigned mask = level.mask[f];
+void SplatTile::splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown) {
+  const unsigned mask = p.mask[lane];
   constexpr float unit = 0.01f * grid, middle = 0.5f * grid;
   const float a0 = unit * p.left[lane], a1 = unit * p.right[lane], b0 = unit * p.bottom[lane], b1 = unit * p.top[lane];
   const float x = p.x[lane], y = p.y[lane], depth_here = p.depth[lane];

@@ -38,7 +38,9 @@ class SplatTile {
   /// Empties it. corner: its first pixel. jitter: where in their squares sub-samples are, [0, 1)^2. round: of
   /// ray_group().
   void start(const V2i& corner, const V2f& jitter, uint32_t round);
-  void splat(const Draw& draw, uint32_t draw_index, const SplatLevel::Chunk& chunk);
+  void splat(const Draw& draw, uint32_t draw_index, uint32_t chunk);
+  /// Has what splat() reads first of a chunk fetched from memory.
+  static void prefetch(const Draw& draw, uint32_t chunk);
   /// Whether all pixels [min, max] of the tile are full of what is nearer than this.
   bool hides(const V2i& min, const V2i& max, float depth) const;
 
@@ -62,7 +64,7 @@ class SplatTile {
   static constexpr uint64_t empty = ~uint64_t(0);
   struct Projection;
   template <bool whole>
-  void splat_fragment(const Draw& draw, const SplatLevel& level, const Projection& p, int lane, const Record& shown);
+  void splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown);
 
   V2i corner_{0, 0};
   V2f jitter_{0.5f, 0.5f};

@@ -23,6 +23,7 @@ using trace::no_id;
 namespace {
 
 constexpr int sub_samples = SampleMask::count;
+constexpr size_t ahead = 4;      // chunks that are fetched before their turn
 constexpr size_t most_each = 4;  // lights of which every point asks each
 constexpr uint32_t dim_points = CameraBatch::dimensions, dim_lights = dim_points + 1;
 constexpr int chosen_lights = 2;                               // a point, where there are more
@@ -154,10 +155,12 @@ void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace&
   // All of a picture's sub-samples are moved alike.
   const V2f jitter = sample_2d(uint32_t(hash(settings_.rays.seed)), sample, 0);
   w.tile.start(tile * SplatTile::side, jitter, sample);
-  for (const ImageView::Work& work : view_.work_of(tile)) {
+  const std::span<const ImageView::Work> all = view_.work_of(tile);
+  for (size_t i = 0; i < all.size(); ++i) {
+    const ImageView::Work& work = all[i];
+    if (i + ahead < all.size()) SplatTile::prefetch(view_.draws()[all[i + ahead].draw], all[i + ahead].chunk);
     if (w.tile.hides(V2i(work.x0, work.y0), V2i(work.x1, work.y1), work.nearest)) continue;
-    const SplatTile::Draw& draw = view_.draws()[work.draw];
-    w.tile.splat(draw, work.draw, draw.object->levels[size_t(draw.level)].chunks[work.chunk]);
+    w.tile.splat(view_.draws()[work.draw], work.draw, work.chunk);
   }
 }
 

@@ -158,7 +158,7 @@ void ImageView::sort_chunks() {
   });
   first_.assign(size_t(tiles_.x) * size_t(tiles_.y) + 1, 0);
   for (size_t d = 0; d < draws_.size(); ++d) {
-    fragments += draws_[d].object->levels[size_t(draws_[d].level)].x.size();
+    fragments += draws_[d].object->levels[size_t(draws_[d].level)].fragments.size();
     for (const Found& f : found[d]) ++first_[f.tile + 1];
   }
   for (size_t t = 1; t < first_.size(); ++t) first_[t] += first_[t - 1];
