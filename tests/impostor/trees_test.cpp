@@ -114,6 +114,44 @@ TEST_P(Trees, CoverWhatTreesCover) {
   EXPECT_LE(sum.blocks, 0.03);
 }
 
+// Rationale: layers are kept so that nothing is missing from elsewhere. Expectation: of the pixels in the midst of what
+// rays find opaque, one of a thousand at most has a gap; with one layer, each of six images keeping what it sees first,
+// ten times as many.
+TEST(Trunks, HaveNoHolesButWithOneLayer) {
+  if (!std::filesystem::exists(forest)) GTEST_SKIP() << forest << " is absent";
+  std::string bark = tree_scene("small_maple");
+  bark.erase(bark.find("  Material \"diffusetransmission\""),
+             bark.find("ObjectEnd") - bark.find("  Material \"diffusetransmission\""));
+  const build::BuiltScene built = build_text(bark);
+  const SplatObject all(impostor::ObjectBaker(*built.scene, {.resolution = 256}).bake(0, "bark"));
+  const SplatObject one(impostor::ObjectBaker(*built.scene, {.resolution = 256, .layers = 1}).bake(0, "bark"));
+  int inside = 0, holes = 0, holes_of_one = 0;
+  KeyedRng rng(2);
+  for (int i = 0; i < 6; ++i) {
+    const float z = 0.3f * (2 * rng.next() - 1), phi = 2 * pi * rng.next();
+    const V3f to_viewer(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+    const int pixels = int(256 * length(all.box.max - all.box.min) / (2 * all.radius));
+    const auto map = depthimage::orthographic_map(all, to_viewer, pixels);
+    const auto picture = depthimage::project(all, 0, map, {pixels, pixels}, Shown::color),
+               poor = depthimage::project(one, 0, map, {pixels, pixels}, Shown::color);
+    const std::vector<float> cover = traced_cover(*built.scene, to_viewer, all, pixels);
+    for (int y = 1; y + 1 < pixels; ++y)
+      for (int x = 1; x + 1 < pixels; ++x) {
+        float least = 1;
+        for (int k = 0; k < 9; ++k)
+          least = std::min(least, cover[size_t(y + k / 3 - 1) * size_t(pixels) + size_t(x + k % 3 - 1)]);
+        if (least < 1) continue;
+        const size_t pixel = size_t(y) * size_t(pixels) + size_t(x);
+        ++inside;
+        holes += picture.alpha[pixel] < 1, holes_of_one += poor.alpha[pixel] < 1;
+      }
+  }
+  std::printf("%d pixels, %d with gaps, %d with one layer\n", inside, holes, holes_of_one);
+  EXPECT_GT(inside, 2000);
+  EXPECT_LE(holes, inside / 1000);
+  EXPECT_GE(holes_of_one, 10 * std::max(1, holes));
+}
+
 INSTANTIATE_TEST_SUITE_P(Levels, Trees,
                          testing::Combine(testing::Values("quaking_aspen", "small_maple"),
                                           testing::Values(16, 32, 64, 128, 256)),
