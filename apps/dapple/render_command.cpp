@@ -34,14 +34,14 @@ std::vector<std::string> output_paths(const RenderOptions& o, const build::Built
   // Only the name: a scene file must not write to other folders.
   const std::string from_scene = std::filesystem::path(built.film.filename).filename().string();
   const std::string extension = image::extension_of(from_scene);
-  if (extension == "exr" || extension == "png") return {from_scene};
+  if (image::is_image_extension(extension)) return {from_scene};
   std::filesystem::path scene_name(o.scene);
   while (scene_name.has_extension()) scene_name = scene_name.stem();
   const std::string path = scene_name.filename().string() + ".exr";
   if (!from_scene.empty())
-    diagnostics.warn(
-        FileLoc{built.film.place, 0, 0},
-        "\"filename\" is \"" + from_scene + "\"; only .exr and .png are written: the image becomes \"" + path + "\"");
+    diagnostics.warn(FileLoc{built.film.place, 0, 0},
+                     "\"filename\" is \"" + from_scene +
+                         "\"; only .exr, .png, .jpg, .tif and .hdr are written: the image becomes \"" + path + "\"");
   return {path};
 }
 
@@ -100,7 +100,7 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   s.exr.tile_size = o.tiled ? 64 : 0;
   if (!o.compression.empty()) s.exr.compression = o.compression;
   if (o.png_bits > 0) s.png.bits = o.png_bits;
-  s.png.view = {o.display, o.view, o.ocio};
+  s.png.view = display_view(o);
   char fingerprint[17];
   std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(built.scene->fingerprint));
   s.metadata = {{"Software", "Dapple " + render::version()},

@@ -150,6 +150,10 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
                         [&](const std::string& path) { return image::extension_of(path) == extension; });
   };
   const bool no_exr = none_is("exr"), no_png = none_is("png");
+  const bool no_view = std::none_of(paths.begin(), paths.end(), [](const std::string& path) {
+    return image::is_for_display(image::extension_of(path));
+  });
+  const char* const shown = "an output of type .png or .jpg";
   warn_without(no_exr, !o.aovs.empty(), "--aov", "an output of type .exr");
   warn_without(no_exr, o.light_groups, "--light-groups", "an output of type .exr");
   warn_without(no_exr, o.half, "--half", "an output of type .exr");
@@ -157,16 +161,29 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn_without(no_exr, o.tiled, "--tiled", "an output of type .exr");
   warn_without(no_exr, o.multi_part, "--multi-part", "an output of type .exr");
   warn_without(no_exr, !o.compression.empty(), "--compression", "an output of type .exr");
-  warn_without(no_png, !o.view.empty(), "--view", "an output of type .png");
-  warn_without(no_png, !o.display.empty(), "--display", "an output of type .png");
-  warn_without(no_png, !o.ocio.empty(), "--ocio", "an output of type .png");
+  warn_without(no_view, !o.view.empty(), "--view", shown);
+  warn_without(no_view, !o.display.empty(), "--display", shown);
+  warn_without(no_view, !o.ocio.empty(), "--ocio", shown);
+  warn_without(no_view, !o.exposure.empty(), "--exposure", shown);
   warn_without(no_png, o.png_bits > 0, "--png-bits", "an output of type .png");
-  if (no_png) return;
+  if (no_view) return;
   warn_without(o.view.empty(), !o.ocio.empty(), "--ocio", "--view");
-  image::check_view({o.display, o.view, o.ocio});
+  image::check_view(display_view(o));
+}
+
+image::DisplayView display_view(const RenderOptions& o) {
+  image::DisplayView view{o.display, o.view, o.ocio};
+  if (o.exposure.empty()) return view;
+  view.auto_exposure = o.exposure == "auto";
+  if (view.auto_exposure) return view;
+  const double stops = numbers_of("--exposure", o.exposure, 1, "auto, or a number of stops")[0];
+  check_range("--exposure", stops, -60, 60, "stops");
+  view.exposure = float(stops);
+  return view;
 }
 
 void check_render_options(const RenderOptions& o) {
+  display_view(o);
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
     throw UsageError("--pixel-samples must be from 1 to " + std::to_string(build::max_pixel_samples));
   for (const auto& [name, value] : {std::pair{"--shading-rate", o.shading_rate},
@@ -356,8 +373,10 @@ void add_file_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--compression", o.compression,
                  "EXR compression: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab [zip]");
   app.add_option("--png-bits", o.png_bits, "Bits of a PNG channel [8]")->check(CLI::IsMember({8, 16}));
-  app.add_option("--view", o.view, "OpenColorIO view for PNG [plain sRGB]");
-  app.add_option("--display", o.display, "OpenColorIO display for PNG [the configuration's default]");
+  app.add_option("--exposure", o.exposure,
+                 "Stops by which PNG and JPEG are brighter than the image; auto: its middle becomes grey [0]");
+  app.add_option("--view", o.view, "View for PNG and JPEG: filmic, or one of OpenColorIO [plain sRGB]");
+  app.add_option("--display", o.display, "OpenColorIO display for PNG and JPEG [the configuration's default]");
   app.add_option("--ocio", o.ocio, "OpenColorIO configuration file [$OCIO]");
 }
 
@@ -366,7 +385,8 @@ void add_file_options(CLI::App& app, RenderOptions& o) {
 void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("SCENE", o.scene, "Scene (.pbrt, .pbrt.gz) or model (.glb, .gltf, .obj, .fbx, .dae, .stl, .ply, ...)")
       ->required();
-  app.add_option("-o,--output", o.outputs, "Image file, .exr or .png; may be given again [the scene's, in this folder]")
+  app.add_option("-o,--output", o.outputs,
+                 "Image file, .exr, .png, .jpg, .tif or .hdr; may be given again [the scene's, in this folder]")
       ->allow_extra_args(false);
   add_transport_options(app, o);
   add_cache_options(app, o);

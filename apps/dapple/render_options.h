@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dapple/build/integrator_factory.h"
+#include "dapple/image/image_writer.h"
 #include "model_options.h"
 
 namespace dapple::app {
@@ -16,7 +17,7 @@ struct RenderOptions {
   std::vector<std::string> outputs;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, visible_points, light_learning, crop, resolution, aovs, stats, view,
-      display, ocio, compression;
+      display, ocio, compression, exposure;
   int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0,
       pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
@@ -36,6 +37,9 @@ void add_render_options(CLI::App& app, RenderOptions& o);
 
 /// UsageError for numbers that are none or out of range, options that exclude each other, and unknown AOVs.
 void check_render_options(const RenderOptions& o);
+
+/// The view of PNG and JPEG. UsageError for an exposure that is none.
+image::DisplayView display_view(const RenderOptions& o);
 
 /// UsageError for lists of rays that are none.
 build::IntegratorRequest integrator_request(const RenderOptions& o);

@@ -8,6 +8,8 @@
 #include "dapple/image/texture_system.h"
 #include "dapple/numeric/conductor_rgb.h"
 #include "dapple/numeric/named_spectra.h"
+#include "dapple/shading/hair.h"
+#include "dapple/shading/principled.h"
 
 namespace dapple::build {
 namespace {
@@ -227,16 +229,68 @@ TEST(MaterialFactory, WarnsOfWhatItMends) {
   expect_contains(build("Material \"diffuse\" \"float shininess\" 2").messages[0], "shininess");
 }
 
-TEST(MaterialFactory, StandInsAreNamedOnce) {
-  const Built built =
-      build("Material \"hair\"\nMaterial \"hair\"\nMaterial \"measured\" \"string filename\" \"x.bsdf\"");
-  EXPECT_EQ(built.unsupported.size(), 2u);
-  ASSERT_EQ(built.materials.size(), 4u);
-  EXPECT_EQ(built.messages.size(), 2u) << "unused parameters?";
-  const Bsdf hair = *built.materials[1]->constant();
-  EXPECT_EQ(hair.kind, BsdfKind::diffuse_transmission);
-  EXPECT_GT(hair.reflectance.r, hair.reflectance.b);
-  EXPECT_EQ(built.materials[3]->constant()->reflectance, RGB(0.5f));
+TEST(MaterialFactory, HairByAllItsColours) {
+  for (const char* color : {"", "\"rgb reflectance\" [ .6 .4 .2 ]", "\"rgb color\" [ .6 .4 .2 ]",
+                            "\"rgb sigma_a\" [ .1 .2 .4 ]", "\"float eumelanin\" .5 \"float pheomelanin\" .2"}) {
+    const Built built = build(std::string("Material \"hair\" \"float beta_m\" .2 \"float alpha\" 3 ") + color);
+    EXPECT_TRUE(built.messages.empty() && built.unsupported.empty()) << color;
+    pattern::ShadingPoints points;
+    points.count = 1;
+    points.Ng.set(0, V3f(0, 0, 1)), points.Ns.set(0, V3f(0, 0, 1));
+    points.dPdu.set(0, V3f(1, 0, 0)), points.dPdv.set(0, V3f(0, 1, 0));
+    points.v[0] = 0.75f;
+    Bsdf bsdf;
+    built.last().prelighting(points, &bsdf);
+    const shading::HairFibre hair(bsdf);
+    EXPECT_NEAR(hair.h, 0.5f, 1e-5f);
+    EXPECT_EQ(hair.beta_m, 0.2f);
+    EXPECT_EQ(hair.tilt, 3);
+    EXPECT_LT(hair.sigma_a.r, hair.sigma_a.b) << color;
+  }
+  expect_contains(error_of("Material \"hair\" \"rgb sigma_a\" [ 1 1 1 ] \"float eumelanin\" 1"), "another colour");
+  expect_contains(error_of("Material \"hair\" \"float beta_m\" 2"), "from 0 to 1");
+}
+
+TEST(MaterialFactory, MeasuredFilesAreNamedWhereTheyFail) {
+  expect_contains(error_of("Material \"measured\""), "has no \"filename\"");
+  expect_contains(error_of("\n Material \"measured\" \"string filename\" \"missing.bsdf\""), "test.pbrt:3");
+  expect_contains(error_of("Material \"measured\" \"string filename\" \"/dev/null\""), "cannot read");
+}
+
+TEST(MaterialFactory, OpenPbrByItsNames) {
+  const auto layers = [](const std::string& parameters) {
+    return shading::PrincipledLayers(constant_of("Material \"openpbr\" " + parameters));
+  };
+  const auto plain = layers("");
+  EXPECT_FLOAT_EQ(plain.diffuse.g, 0.8f);
+  EXPECT_FLOAT_EQ(plain.alpha_x, 0.09f);
+  EXPECT_FLOAT_EQ(plain.ior, 1.5f);
+  EXPECT_EQ(plain.coat + plain.fuzz + plain.metalness + plain.transmission, 0);
+  const auto coated = layers("\"float coat_weight\" 1 \"float coat_roughness\" .5 \"float specular_roughness\" 0");
+  EXPECT_FLOAT_EQ(coated.coat_alpha_x, 0.25f);
+  EXPECT_FLOAT_EQ(coated.ior, 1.6f / 1.5f);                     // below the coat, the larger over the smaller
+  EXPECT_NEAR(coated.alpha_x, std::sqrt(2.0f) * 0.25f, 1e-5f);  // seen through its facets
+  EXPECT_NEAR(layers("\"float specular_weight\" .25").ior, 1.1f / 0.9f, 1e-5f);  // a quarter of .04
+  const auto brushed = layers("\"float specular_roughness_anisotropy\" .5");
+  EXPECT_FLOAT_EQ(brushed.alpha_y / brushed.alpha_x, 0.5f);
+  const auto leaf =
+      layers("\"bool geometry_thin_walled\" true \"float subsurface_weight\" 1 \"rgb subsurface_color\" [ .4 .6 .2 ]");
+  EXPECT_FLOAT_EQ(leaf.diffuse.g, 0.3f);
+  EXPECT_FLOAT_EQ(leaf.diffuse_transmission.g, 0.3f);
+  EXPECT_EQ(constant_of("Material \"openpbr\" \"float specular_weight\" 0").kind, BsdfKind::diffuse);
+  EXPECT_EQ(constant_of("Material \"openpbr\" \"float subsurface_weight\" 1").kind, BsdfKind::subsurface);
+  EXPECT_TRUE(build("Material \"openpbr\" \"float subsurface_weight\" .5").last().is_random());
+}
+
+TEST(MaterialFactory, OpenPbrNamesWhatItLacks) {
+  for (const char* parameter : {"\"float thin_film_weight\" 1", "\"float transmission_depth\" .1",
+                                "\"float subsurface_weight\" .5 \"float coat_weight\" 1"}) {
+    const Built built = build(std::string("Material \"openpbr\" ") + parameter);
+    EXPECT_EQ(built.unsupported.size(), 1u) << parameter;
+  }
+  expect_contains(error_of("Material \"openpbr\" \"float coat_weight\" 2"), "from 0 to 1");
+  expect_contains(error_of("Material \"openpbr\" \"float specular_ior\" 0"), "index between");
+  EXPECT_EQ(build("Material \"openpbr\" \"float shininess\" 2").messages.size(), 1u);
 }
 
 TEST(MaterialFactory, SubsurfaceByAllItsParameterisations) {

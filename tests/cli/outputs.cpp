@@ -128,15 +128,16 @@ TEST_F(Outputs, FollowSymbolicLinks) {
 }
 
 TEST_F(Outputs, OfOtherKindsAreNamed) {
-  write_scene("out.jpg");
+  write_scene("out.gif");
   const ProcessResult result = run({"render", "scene.pbrt", "--pixel-samples", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_NE(result.output.find("scene.pbrt:3:1: \"filename\" is \"out.jpg\"; only .exr and .png are written"),
+  EXPECT_NE(result.output.find(
+                "scene.pbrt:3:1: \"filename\" is \"out.gif\"; only .exr, .png, .jpg, .tif and .hdr are written"),
             std::string::npos)
       << result.output;
   EXPECT_TRUE(fs::exists(file("scene.exr")));
-  expect_refused({"--strict"}, 3, "out.jpg");
-  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr"}).output.find("out.jpg"),
+  expect_refused({"--strict"}, 3, "out.gif");
+  EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1", "-o", "a.exr"}).output.find("out.gif"),
             std::string::npos);
   write_scene("OUT.PNG");
   EXPECT_EQ(run({"render", "scene.pbrt", "--pixel-samples", "1"}).exit_code, 0);

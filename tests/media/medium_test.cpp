@@ -14,6 +14,7 @@
 #include "dapple/numeric/warp.h"
 #include "dapple/pattern/pattern_mapping.h"
 #include "dapple/pattern/pattern_program.h"
+#include "dapple/shading/cloud_density.h"
 #include "tests/support/chi_square.h"
 
 namespace dapple::media {
@@ -37,6 +38,30 @@ TEST(HenyeyGreenstein, SamplesFollowTheDensityAndTheMeanCosineIsG) {
     EXPECT_GT(result.p_value, test::sidak(0.01, 6)) << g << " " << result.message;
     EXPECT_GT(test::z_test(cosine, g, 1e-5), test::sidak(0.01, 6)) << g;
   }
+}
+
+// Full in the lower quarter, none of it above where noise cannot reach, its mean that of noise in between; and the same
+// through a transform.
+TEST(CloudDensity, ThinsOutUpwards) {
+  KeyedRng rng(2);
+  double low = 0, high = 0;
+  constexpr int n = 2000;
+  for (int i = 0; i < n; ++i) {
+    const float x = rng.next(), z = rng.next();
+    EXPECT_EQ(cloud_density(V3f(x, -0.1f, z), 1, 1, 5), 1);
+    EXPECT_EQ(cloud_density(V3f(x, 1, z), 1, 1, 5), 0);
+    const float a = cloud_density(V3f(x, 0.55f, z), 1, 1, 5), b = cloud_density(V3f(x, 0.9f, z), 1, 1, 5);
+    EXPECT_TRUE(a >= 0 && a <= 1);
+    low += double(a), high += double(b);
+  }
+  EXPECT_GT(low / n, 3 * high / n);
+  EXPECT_EQ(cloud_density(V3f(0.2f, 0.6f, 0.3f), 0, 1, 5), 0);
+  pattern::ShadingPoints points;
+  points.count = 1;
+  points.P.set(0, V3f(2.4f, 1.1f, 0.6f));
+  float value;
+  CloudDensity(Transform::scale({0.5f, 0.5f, 0.5f}), 1, 1, 5).evaluate(points, &value);
+  EXPECT_EQ(value, cloud_density(V3f(1.2f, 0.55f, 0.3f), 1, 1, 5));
 }
 
 /// A slab of unit box with density over x: media to compare with integrals along a ray.

@@ -218,20 +218,43 @@ TEST(ModelScenes, LightsAndCamerasOfGltf) {
   EXPECT_NE(test::error_of([&] { test::read(path, other); }).find("shot"), std::string::npos);
 }
 
-TEST(ModelScenes, MetalRoughnessBecomesAMix) {
+TEST(ModelScenes, MetalRoughnessBecomesOpenPbr) {
   const TempFolder folder;
   const std::string path = folder.write("m.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
 "nodes":[{"mesh":0},{"mesh":1}],
 "materials":[{"name":"half","pbrMetallicRoughness":{"metallicFactor":0.25,"roughnessFactor":0.5}},
 {"name":"cut","alphaMode":"MASK","alphaCutoff":0.5,"pbrMetallicRoughness":{"metallicFactor":1,"baseColorFactor":[1,1,1,0.3]}}])"));
   const SceneDescription s = test::read(path);
-  EXPECT_EQ(material(s, "half").type, "mix");
-  EXPECT_FLOAT_EQ(material(s, "half").params.get_float("amount", 0), .25f);
-  EXPECT_EQ(material(s, "half metal").type, "conductor");
-  EXPECT_FLOAT_EQ(material(s, "half metal").params.get_float("roughness", 0), .25f);  // its square
-  EXPECT_EQ(material(s, "half base").type, "coateddiffuse");
-  EXPECT_EQ(material(s, "cut").type, "conductor");
+  EXPECT_EQ(material(s, "half").type, "openpbr");
+  EXPECT_FLOAT_EQ(material(s, "half").params.get_float("base_metalness", 0), .25f);
+  EXPECT_FLOAT_EQ(material(s, "half").params.get_float("specular_roughness", 0), .5f);
+  EXPECT_FLOAT_EQ(material(s, "cut").params.get_float("base_metalness", 0), 1);
   EXPECT_EQ(shape_of(s, "cut").params.get_float("alpha", 1), 0);  // below the cut-off
+}
+
+TEST(ModelScenes, ExtensionsOfGltfBecomeLayers) {
+  const TempFolder folder;
+  const std::string path = folder.write("m.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"mesh":1}],
+"extensionsUsed":["KHR_materials_clearcoat","KHR_materials_sheen","KHR_materials_transmission"],
+"materials":[{"name":"layers","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{
+"KHR_materials_clearcoat":{"clearcoatFactor":0.75,"clearcoatRoughnessFactor":0.125},
+"KHR_materials_sheen":{"sheenColorFactor":[0.5,0.25,0],"sheenRoughnessFactor":0.25}}},
+{"name":"tinted","pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0,"baseColorFactor":[1,0.5,0.25,1]},"extensions":{
+"KHR_materials_transmission":{"transmissionFactor":1}}}])"));
+  const SceneDescription s = test::read(path);
+  const auto number = [&](const char* name, const char* parameter) {
+    return material(s, name).params.get_float(parameter, -1);
+  };
+  EXPECT_FLOAT_EQ(number("layers", "coat_weight"), .75f);
+  EXPECT_FLOAT_EQ(number("layers", "coat_roughness"), .125f);
+  EXPECT_FLOAT_EQ(number("layers", "coat_darkening"), 0);
+  EXPECT_FLOAT_EQ(number("layers", "fuzz_weight"), .5f);
+  EXPECT_FLOAT_EQ(number("layers", "fuzz_roughness"), .25f);
+  EXPECT_EQ(material(s, "layers").params.find("fuzz_color")->numbers, (std::vector<float>{1, .5f, 0}));
+  EXPECT_FLOAT_EQ(number("tinted", "transmission_weight"), 1);
+  EXPECT_TRUE(material(s, "tinted").params.get_bool("geometry_thin_walled", false));
+  EXPECT_EQ(material(s, "tinted").params.find("transmission_color")->numbers, (std::vector<float>{1, .5f, .25f}));
 }
 
 TEST(ModelScenes, AnimationAtATimeAndItsBlur) {

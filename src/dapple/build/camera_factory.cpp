@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "dapple/build/lens_factory.h"
 #include "dapple/build/option_factory.h"
 #include "dapple/numeric/spectrum.h"
 
@@ -118,7 +119,7 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
     }
   }
   if (r.gbuffer) e.params.get_string("coordinatesystem", "camera");
-  e.params.get_float("diagonal", 35);
+  e.params.get_float("diagonal", 35);  // the lens system's
   e.params.report_unused("film", context.diagnostics);
   return r;
 }
@@ -141,9 +142,8 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
                        ? scene::Projection::spherical_equal_area
                        : scene::Projection::spherical_lat_long;
   } else if (type == "realistic") {
-    context.diagnostics.unsupported(e.loc, "realistic camera", "a perspective camera of 50 degrees");
-    for (const char* name : {"lensfile", "aperture"}) e.params.get_string(name, "");
-    for (const char* name : {"aperturediameter", "focusdistance"}) e.params.get_float(name, 1);
+    s.projection = scene::Projection::perspective;
+    s.lens_system = make_lens_system(context);
   } else {
     unknown_type(e, "camera", {"perspective", "orthographic", "spherical", "realistic"});
   }
@@ -187,7 +187,7 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
       throw InputError(e.loc, "\"screenwindow\" takes 4 numbers: x0 x1 y0 y1 with x0 < x1 and y0 < y1");
     s.screen_min_x = window[0], s.screen_max_x = window[1], s.screen_min_y = window[2], s.screen_max_y = window[3];
   }
-  s.fov_degrees = type == "perspective" ? e.params.get_float("fov", 90) : type == "realistic" ? 50.0f : 90.0f;
+  s.fov_degrees = type == "perspective" ? e.params.get_float("fov", 90) : s.lens_system ? lens_fov(s) : 90.0f;
   if (!(s.fov_degrees > 0 && s.fov_degrees < 180))
     throw InputError(e.loc,
                      "\"fov\" is " + std::to_string(s.fov_degrees) + " degrees; it must be above 0 and below 180");

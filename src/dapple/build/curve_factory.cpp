@@ -110,13 +110,14 @@ void ribbon_normals(const V3f c[4], const V3f& n0, const V3f& n1, const Transfor
 
 }  // namespace
 
-trace::CurvesPtr make_curve(const ShapeEntity& e, const Transform& to_target) {
+trace::CurvesPtr make_curve(const ShapeEntity& e, const Transform& to_target, bool is_fibre) {
   const auto& params = e.params;
   const int degree = params.get_int("degree", 3);
   if (degree != 2 && degree != 3)
     throw InputError(e.loc, "\"degree\" is " + std::to_string(degree) + "; it must be 2 or 3");
   const bool bspline = params.get_choice("basis", {"bezier", "bspline"}, 0) == 1;
-  const int type = params.get_choice("type", {"flat", "ribbon", "cylinder"}, 0);
+  int type = params.get_choice("type", {"flat", "ribbon", "cylinder"}, 0);
+  if (type == 2 && is_fibre) type = 0;
   const auto numbers = params.get_points3("P");
   std::vector<V3f> p(numbers.size() / 3);
   for (size_t i = 0; i < p.size(); ++i) p[i] = V3f(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);

@@ -7,7 +7,9 @@
 
 namespace dapple::build {
 
-/// Shape "curve" as cubic Bezier segments: any of pbrt's bases and degrees. Throws InputError.
-trace::CurvesPtr make_curve(const scenefile::ShapeEntity& entity, const Transform& to_target);
+/// Shape "curve" as cubic Bezier segments: any of pbrt's bases and degrees. Throws InputError. Fibres, whose material
+/// knows what is inside, are ribbons that face all rays where they would be tubes: what passes them must not meet them
+/// again.
+trace::CurvesPtr make_curve(const scenefile::ShapeEntity& entity, const Transform& to_target, bool is_fibre = false);
 
 }  // namespace dapple::build

@@ -163,7 +163,7 @@ void GeometryBuilder::make_job(Job* job) const {
       make_shapes(context_, *job->entity, job->own_object ? with_base(Transform(), -job->local) : at_open, dicing);
   check_size(*job);
   for (const trace::Shape& shape : job->shapes) job->fingerprint = hash(job->fingerprint, fingerprint_of(shape));
-  if (!job->own_object || job->object != no_id || job->entity->area_light < 0) return;
+  if (!job->own_object || job->object != no_id || !area_light_of(*job->entity)) return;
   Diagnostics said_already;
   const BuildContext quiet{context_.description, said_already, context_.texture_system, context_.keep_going,
                            context_.origins};
@@ -356,7 +356,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.inside_medium = medium_index(e.inside_medium);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
-  if (e.area_light >= 0) {
+  if (area_light_of(e)) {
     if (scene_.materials[size_t(e.material)]->is_interface())
       context_.diagnostics.warn(
           e.loc,
@@ -406,7 +406,7 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
   if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape); mesh && !(*mesh)->P_end.empty())
     context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms",
                                      "light from where it is at shutter open");
-  const scenefile::Entity& area_light = context_.description.area_lights[size_t(e.area_light)];
+  const scenefile::Entity& area_light = *area_light_of(e);
   std::vector<uint32_t> emitter_of;
   auto emitters = make_joined_emitters(shape, &emitter_of);
   // A pattern over u, v lies on each triangle by itself, and power is that of each.
@@ -432,6 +432,12 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
     scene_.light_groups.of_light.push_back(group);
   }
   for (const uint32_t emitter : emitter_of) scene_.light_table.push_back(numbers[emitter]);
+}
+
+const scenefile::Entity* GeometryBuilder::area_light_of(const ShapeEntity& e) const {
+  if (e.area_light >= 0) return &context_.description.area_lights[size_t(e.area_light)];
+  const auto& emission = emissions_[size_t(e.material)];
+  return emission ? &*emission : nullptr;
 }
 
 int32_t GeometryBuilder::medium_index(const std::string& name) const {

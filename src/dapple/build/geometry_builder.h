@@ -8,6 +8,7 @@
 #include "dapple/build/coverage.h"
 #include "dapple/build/dicing.h"
 #include "dapple/build/opacity_factory.h"
+#include "dapple/build/openpbr_factory.h"
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
@@ -29,6 +30,7 @@ class GeometryBuilder {
         scene_(scene),
         opacities_(context, textures, scene.materials) {
     if (period) repetition_.emplace(*period);
+    for (const auto& material : context.description.materials) emissions_.push_back(emission_of(material));
   }
 
   void build();
@@ -73,12 +75,15 @@ class GeometryBuilder {
   void note_reach(float reach, const FileLoc& loc);
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   int32_t medium_index(const std::string& name) const;
+  /// The AreaLightSource of a shape, or what its material emits; null where it does not shine.
+  const scenefile::Entity* area_light_of(const scenefile::ShapeEntity& e) const;
 
   const BuildContext& context_;
   const TextureLibrary& textures_;
   const CoverageMaterials& materials_;
   scene::Scene& scene_;
   OpacityFactory opacities_;
+  std::vector<std::optional<scenefile::Entity>> emissions_;  ///< of each material
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;    ///< traced object of each definition

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "dapple/build/hair_factory.h"
 #include "dapple/build/material_params.h"
-#include "dapple/build/material_stand_ins.h"
+#include "dapple/build/measured_factory.h"
+#include "dapple/build/openpbr_factory.h"
 #include "dapple/build/plugin_factory.h"
 #include "dapple/build/subsurface_factory.h"
 #include "dapple/shading/coated_material.h"
@@ -73,7 +75,6 @@ MaterialPtr make_interface(const MaterialParams&) {
 struct MaterialType {
   std::string_view name;
   MaterialPtr (*make)(const MaterialParams&);
-  std::string_view stand_in = {};  ///< what is rendered instead, where it is not supported
 };
 
 constexpr MaterialType types[] = {
@@ -86,8 +87,9 @@ constexpr MaterialType types[] = {
     {"coatedconductor", make_coated_conductor},
     {"interface", make_interface},
     {"subsurface", make_subsurface},
-    {"hair", make_hair_stand_in, "diffuse reflection and transmission of its colour"},
-    {"measured", make_measured_stand_in, "a diffuse surface of reflectance 0.5"},
+    {"openpbr", make_openpbr},
+    {"hair", make_hair},
+    {"measured", make_measured},
 };
 
 std::string list_of_types() {
@@ -144,8 +146,6 @@ class MaterialBuilder {
         std::find_if(std::begin(types), std::end(types), [&](const MaterialType& t) { return t.name == name; });
     if (type == std::end(types))
       throw InputError(entity.loc, "unknown material \"" + entity.type + "\"; " + list_of_types());
-    if (!type->stand_in.empty())
-      context_.diagnostics.unsupported(entity.loc, "material \"" + entity.type + "\"", std::string(type->stand_in));
     return type->make(MaterialParams(entity, context_, textures_));
   }
 

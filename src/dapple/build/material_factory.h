@@ -8,9 +8,9 @@
 
 namespace dapple::build {
 
-/// The materials of context.description, in its order: pbrt-v4's types (docs/guide/materials.md). hair and
-/// measured become stand-ins, each named once. Unknown types, mixes of missing or of themselves and impossible values
-/// throw InputError; values out of range are clamped with a warning; unused parameters are reported.
+/// The materials of context.description, in its order (docs/guide/materials.md). Unknown types, mixes of missing or of
+/// themselves and impossible values throw InputError; values out of range are clamped with a warning; unused parameters
+/// are reported.
 std::vector<shading::MaterialPtr> make_materials(const BuildContext& context, const TextureLibrary& textures);
 /// One of them.
 shading::MaterialPtr make_material(const BuildContext& context, const TextureLibrary& textures,

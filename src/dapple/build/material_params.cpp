@@ -50,6 +50,31 @@ Input<float> MaterialParams::number(std::string_view name, float fallback) const
   return input;
 }
 
+Input<float> MaterialParams::unit_number(std::string_view name, float fallback) const {
+  Input<float> input = number(name, fallback);
+  if (const auto c = input.constant(); c && !(*c >= 0 && *c <= 1))
+    throw InputError(location_of(name),
+                     in_quotes(name) + " is " + std::to_string(*c) + "; expected a number from 0 to 1");
+  return input;
+}
+
+Input<float> MaterialParams::index_number(std::string_view name, float fallback) const {
+  Input<float> input = number(name, fallback);
+  if (const auto c = input.constant(); c && !(*c >= 0.01f && *c <= 100))
+    throw InputError(location_of(name),
+                     in_quotes(name) + " is " + std::to_string(*c) + "; expected an index between 0.01 and 100");
+  return input;
+}
+
+void MaterialParams::unsupported(std::string_view name, const std::string& instead) const {
+  context_.diagnostics.unsupported(location_of(name), in_quotes(name) + " of material " + in_quotes(entity_.type),
+                                   instead);
+}
+
+uint64_t MaterialParams::salt() const {
+  return static_cast<uint64_t>(&entity_ - context_.description.materials.data());
+}
+
 RoughnessInput MaterialParams::roughness(const std::string& prefix) const {
   const auto checked = [&](const std::string& name, Input<float> input) {
     if (const auto r = input.constant()) {
@@ -86,8 +111,7 @@ float MaterialParams::ior(std::string_view name, float fallback) const {
 Input<RGB> MaterialParams::index(std::string_view name, RGB fallback) const {
   Input<RGB> input(textures_.unbounded_texture(params_, name, fallback));
   if (const auto c = input.constant(); c && !(c->min() >= 0 && c->is_finite()))
-    throw InputError(location_of(name),
-                     in_quotes(name) + " is negative; expected a complex index of refraction's part");
+    throw InputError(location_of(name), in_quotes(name) + " is negative; expected finite numbers from 0 upwards");
   return input;
 }
 

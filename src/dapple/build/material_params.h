@@ -22,6 +22,12 @@ class MaterialParams {
   /// Clamped to [0, 1] by the materials.
   pattern::Input<RGB> reflectance(std::string_view name, RGB fallback) const;
   pattern::Input<float> number(std::string_view name, float fallback) const;
+  /// A number in [0, 1], or a texture, which the material clamps: constants elsewhere throw InputError.
+  pattern::Input<float> unit_number(std::string_view name, float fallback) const;
+  /// An index of refraction, between 0.01 and 100 where constant.
+  pattern::Input<float> index_number(std::string_view name, float fallback) const;
+  /// A colour without an upper bound; InputError where it is a negative constant.
+  pattern::Input<RGB> positive_color(std::string_view name, RGB fallback) const { return index(name, fallback); }
   float constant(std::string_view name, float fallback) const { return params_.get_float(name, fallback); }
   /// Roughness, uroughness, vroughness and remaproughness; constants below zero throw, those above one are warned of.
   shading::RoughnessInput roughness(const std::string& prefix = {}) const;
@@ -37,7 +43,13 @@ class MaterialParams {
   shading::SurfaceDetail detail() const;
   /// At the material's place, and with its type.
   void warn(const std::string& message) const;
-  /// Marks parameters a stand-in has no use for.
+  /// Names a parameter that is not supported, and what happens instead.
+  void unsupported(std::string_view name, const std::string& instead) const;
+  /// A file's name, relative to the scene.
+  std::string resolve(const std::string& name) const { return context_.description.resolve(name); }
+  /// Of the material, for random choices: different for different ones.
+  uint64_t salt() const;
+  /// Marks parameters that nothing uses.
   void ignore(std::initializer_list<std::string_view> names) const;
 
  private:

@@ -10,6 +10,7 @@
 #include "dapple/media/homogeneous_medium.h"
 #include "dapple/media/measured_media.h"
 #include "dapple/media/pattern_medium.h"
+#include "dapple/shading/cloud_density.h"
 
 namespace dapple::build {
 namespace {
@@ -255,6 +256,23 @@ MediumPtr make_pattern(const MediumEntity& e, const BuildContext& context, const
   return medium;
 }
 
+MediumPtr make_cloud(const MediumEntity& e, const BuildContext& context) {
+  const Place place(e, context);
+  const auto number = [&](const char* name, float fallback) {
+    const float v = from_zero(e, name, fallback);
+    if (!std::isfinite(v)) throw InputError(place_of(e, name), "\"" + std::string(name) + "\" is not finite");
+    return v;
+  };
+  PatternMedium::Content content;
+  content.box = place.box;
+  content.sigma_a = pattern::Input<RGB>(checked(e, coefficient(e, "sigma_a", RGB(1), context), "absorption"));
+  content.sigma_s = pattern::Input<RGB>(checked(e, coefficient(e, "sigma_s", RGB(1), context), "scattering"));
+  content.density = pattern::Input<float>(std::make_shared<shading::CloudDensity>(
+      place.medium_to_world.inverse(), number("density", 1), number("wispiness", 1), number("frequency", 5)));
+  content.density_bound = 1;
+  return std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e), name_of(e));
+}
+
 }  // namespace
 
 MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const TextureLibrary& textures) {
@@ -278,6 +296,9 @@ MediumPtr make_medium(const MediumEntity& e, const BuildContext& context, const 
       break;
     case 4:
       medium = make_exponential(e, context);
+      break;
+    case 5:
+      medium = make_cloud(e, context);
       break;
     default:
       context.diagnostics.unsupported(e.loc, "medium \"" + e.type + "\"", "empty space");

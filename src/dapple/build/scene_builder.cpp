@@ -12,6 +12,7 @@
 #include "dapple/build/material_factory.h"
 #include "dapple/build/medium_factory.h"
 #include "dapple/build/texture_factory.h"
+#include "dapple/scene/lens_system.h"
 #include "dapple/scenefile/named_files.h"
 
 namespace dapple::build {
@@ -48,6 +49,7 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   built.request = make_integrator_request(context);
   scene.film = built.film.film;
   scene.camera = make_camera(context, scene.film.resolution);
+  if (const auto& lens = scene.camera.settings().lens_system) scene.film.scale *= lens->exposure();
   scene.filter = make_filter(context);
   const TextureLibrary textures(context);
   scene.materials = make_materials(context, textures);

@@ -304,7 +304,10 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
     geom::ControlCage cage = catmull_clark_cage(context, e, &base);
     return diced(context, e, std::move(cage), with_base(to_target, base), dicing);
   }
-  if (e.type == "curve") return {make_curve(e, with_base(to_target, e.params.base_of("P")))};
+  if (e.type == "curve") {
+    const bool is_fibre = context.description.materials[size_t(e.material)].type == "hair";
+    return {make_curve(e, with_base(to_target, e.params.base_of("P")), is_fibre)};
+  }
   if (e.type == "disks") {
     if (const trace::DisksPtr disks = make_disks(context, e, to_target)) return {disks};
     return {};

@@ -206,20 +206,23 @@ void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<W
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
   CameraSamples& s = w.camera;
-  for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p], 0);
+  for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p] * s.camera.ray[p].weight, 0);
   PointBatch& b = w.shading.level(sample_level);
   b.count = s.flights.count;
   for (int f = 0; f < b.count; ++f) set_flight(s.flights, f, s.rays, settings_.sharing_samples(), b, f);
   shader_.shade_media({sample_level, {}, Arrival::view}, w.shading);
   const light::ShaftLight* const shafts = settings_.shading.shafts.get();
   for (int k = 0; k < b.count; ++k)
-    s.L.add(b.parent[k], shafts ? s.flights.weight[k] : s.passed[b.parent[k]], b.Ci.at(k));
+    s.L.add(b.parent[k], shafts ? s.flights.weight[k] * s.camera.ray[b.parent[k]].weight : s.passed[b.parent[k]],
+            b.Ci.at(k));
   if (!shafts) return;
   for (const integrate::RayTracer::Flights::Way& way : s.flights.ways) {
     const float before = dot(s.camera.ray[way.ray].ray.o - scene_.camera.position(), way.d);
     shafts->in_scattering(
         {way.d, before + way.begin, before + way.end, s.camera.seed[way.ray], s.camera.index[way.ray]},
-        [&](uint32_t light, const RGB& L) { s.L.add(way.ray, way.passed * L, shading_.direct.group(light)); });
+        [&](uint32_t light, const RGB& L) {
+          s.L.add(way.ray, way.passed * L * s.camera.ray[way.ray].weight, shading_.direct.group(light));
+        });
   }
 }
 

@@ -84,6 +84,7 @@ void Hider::trace(CameraSamples& s, ShadingWorkspace& w) const {
   const Timer timer;
   shading_.tracer.nearest(s.rays, s.count(), s.medium, &s.hits, s.distance, s.passed, w.tracing, flights);
   w.stages.tracing_seconds += timer.seconds();
+  for (int p = 0; p < s.count(); ++p) s.passed[p] *= s.camera.ray[p].weight;
 }
 
 void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {

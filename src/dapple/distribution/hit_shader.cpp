@@ -158,8 +158,9 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
     b.specular.clear(k);
     b.glint[k] = 0;
     bsdf.reflects_only |= bsdf.kind == BsdfKind::subsurface;  // what is inside has been diffused
-    const bool layered = bsdf.kind == BsdfKind::coated && bsdf.base == BsdfKind::diffuse;
-    w.counts[k] = bsdf.is_diffuse() ? 0 : layered ? shading_.settings.diffuse_ray_count(place, b, k) : 1;
+    w.counts[k] = bsdf.is_diffuse()         ? 0
+                  : bsdf.has_diffuse_base() ? shading_.settings.diffuse_ray_count(place, b, k)
+                                            : 1;
     if (w.counts[k] > 0) ++w.stages[Stage::specularlighting];
   }
   int counts[PointBatch::capacity];  // w.counts belongs to the recursion once rays are traced

@@ -14,21 +14,6 @@ namespace dapple::image {
 
 namespace {
 
-/// Copies colour (R, G, B or one grey channel) and alpha of the first layer.
-Image first_layer(const OutputImage& image) {
-  const ImageLayer& layer = image.layers.front();
-  Image all(image.width, image.height, static_cast<int>(layer.channels.size()), layer.channels);
-  std::copy(layer.pixels.begin(), layer.pixels.end(), all.pixels().begin());
-  const int r = all.channel("R"), g = all.channel("G"), b = all.channel("B"), a = all.channel("A");
-  std::vector<int> wanted{0};
-  if (r >= 0 && g >= 0 && b >= 0)
-    wanted = {r, g, b};
-  else if (all.channels() >= 3)
-    wanted = {0, 1, 2};
-  if (a >= 0 && std::find(wanted.begin(), wanted.end(), a) == wanted.end()) wanted.push_back(a);
-  return all.select(wanted);
-}
-
 float finite(float v) {
   return std::isnan(v) ? 0.0f : std::clamp(v, -1e30f, 1e30f);
 }
@@ -52,14 +37,30 @@ void unmultiply(Image& image) {
   }
 }
 
-void encode_srgb(Image& image) {
+template <class F>
+void change_colours(Image& image, const F& change) {
   const int channels = image.channels();
   const int colours = channels == 2 || channels == 4 ? channels - 1 : channels;
   for (size_t i = 0; i < image.pixels().size(); i += channels)
-    for (int c = 0; c < colours; ++c) {
-      float& v = image.pixels()[i + c];
-      v = std::clamp(linear_to_srgb(v), 0.0f, 1.0f);
-    }
+    for (int c = 0; c < colours; ++c) change(&image.pixels()[i + c]);
+}
+
+float filmic(float x) {
+  const auto curve = [](float v) {
+    constexpr float A = 0.22f, B = 0.3f, C = 0.1f, D = 0.2f, E = 0.01f, F = 0.3f;
+    return (v * (A * v + C * B) + D * E) / (v * (A * v + B) + D * F) - E / F;
+  };
+  constexpr float white = 11.2f;
+  const float bright = std::clamp(2 * x, 0.0f, white);  // its curve is for pictures a stop brighter
+  return curve(bright) / curve(white);
+}
+
+void encode_srgb(Image& image) {
+  change_colours(image, [](float* v) { *v = std::clamp(linear_to_srgb(*v), 0.0f, 1.0f); });
+}
+
+bool is_filmic(const DisplayView& view) {
+  return view.view == "filmic" && view.display.empty() && view.config.empty() && !std::getenv("OCIO");
 }
 
 std::string list(const std::vector<std::string>& names) {
@@ -108,15 +109,49 @@ void encode_ocio(Image& image, const DisplayView& view) {
 
 void check_view(const DisplayView& view) {
   if (view.view.empty() && !view.display.empty()) throw UsageError("a display is given without a view");
-  if (view.view.empty()) return;
+  if (view.view.empty() || is_filmic(view)) return;
   OIIO::ColorConfig config(view.config);
   display_of(config, view);
+}
+
+Image first_layer(const OutputImage& image) {
+  const ImageLayer& layer = image.layers.front();
+  Image all(image.width, image.height, static_cast<int>(layer.channels.size()), layer.channels);
+  std::copy(layer.pixels.begin(), layer.pixels.end(), all.pixels().begin());
+  const int r = all.channel("R"), g = all.channel("G"), b = all.channel("B"), a = all.channel("A");
+  std::vector<int> wanted{0};
+  if (r >= 0 && g >= 0 && b >= 0)
+    wanted = {r, g, b};
+  else if (all.channels() >= 3)
+    wanted = {0, 1, 2};
+  if (a >= 0 && std::find(wanted.begin(), wanted.end(), a) == wanted.end()) wanted.push_back(a);
+  return all.select(wanted);
+}
+
+float exposure_of(const OutputImage& output) {
+  const Image image = first_layer(output);
+  const int channels = image.channels();
+  std::vector<float> logs;
+  for (size_t i = 0; i < image.pixels().size(); i += size_t(channels)) {
+    const float* p = &image.pixels()[i];
+    const float Y = channels >= 3 ? RGB(p[0], p[1], p[2]).luminance() : p[0];
+    if (Y > 1e-12f && std::isfinite(Y)) logs.push_back(std::log2(Y));
+  }
+  if (logs.empty()) return 0;
+  std::sort(logs.begin(), logs.end());
+  const size_t cut = logs.size() / 20;
+  double sum = 0;
+  for (size_t i = cut; i < logs.size() - cut; ++i) sum += double(logs[i]);
+  return std::log2(0.18f) - float(sum / double(logs.size() - 2 * cut));
 }
 
 Image apply_view(const OutputImage& output, const DisplayView& view) {
   Image image = first_layer(output);
   unmultiply(image);
-  if (view.view.empty()) {
+  if (const float stops = view.exposure + (view.auto_exposure ? exposure_of(output) : 0); stops != 0)
+    change_colours(image, [scale = std::exp2(stops)](float* v) { *v = finite(*v * scale); });
+  if (is_filmic(view)) change_colours(image, [](float* v) { *v = filmic(*v); });
+  if (view.view.empty() || is_filmic(view)) {
     check_view(view);
     encode_srgb(image);
   } else {

@@ -4,6 +4,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <memory>
@@ -108,9 +109,16 @@ std::vector<LayerGroup> group_layers(const OutputImage& image, bool multi_part) 
 }
 
 void check_extension(const std::string& path) {
-  const std::string e = extension_of(path);
-  if (e != "exr" && e != "png")
-    throw UsageError("cannot tell the kind of image from the name \"" + path + "\"; " + one_of({".exr", ".png"}));
+  if (!is_image_extension(extension_of(path)))
+    throw UsageError("cannot tell the kind of image from the name \"" + path + "\"; " +
+                     one_of({".exr", ".png", ".jpg", ".tif", ".hdr"}));
+}
+
+bool is_jpeg(const std::string& extension) {
+  return extension == "jpg" || extension == "jpeg";
+}
+bool is_tiff(const std::string& extension) {
+  return extension == "tif" || extension == "tiff";
 }
 
 }  // namespace
@@ -163,12 +171,53 @@ void write_png(const std::string& path, const OutputImage& image, const PngOptio
   });
 }
 
+void write_jpeg(const std::string& path, const OutputImage& image, const DisplayView& view) {
+  check_picture(image);
+  Image encoded = apply_view(image, view);
+  if (encoded.channels() == 4) encoded = encoded.select(std::array{0, 1, 2});
+  if (encoded.channels() == 2) encoded = encoded.select(std::array{0});
+  OIIO::ImageSpec spec(encoded.width(), encoded.height(), encoded.channels(), OIIO::TypeDesc::UINT8);
+  add_metadata(spec, image);
+  spec.attribute("Compression", "jpeg:95");
+  write_atomically(path, "jpeg", [&](OIIO::ImageOutput& out, const std::string& part) {
+    return out.open(part, spec) && out.write_image(OIIO::TypeDesc::FLOAT, encoded.pixels().data());
+  });
+}
+
+void write_linear(const std::string& path, const OutputImage& image, const char* format) {
+  check_picture(image);
+  Image plain = first_layer(image);
+  const bool is_hdr = std::string_view(format) == "hdr";
+  if (is_hdr && plain.channels() == 4) plain = plain.select(std::array{0, 1, 2});
+  if (is_hdr && plain.channels() < 3) plain = plain.select(std::array{0, 0, 0});
+  OIIO::ImageSpec spec(plain.width(), plain.height(), plain.channels(), OIIO::TypeDesc::FLOAT);
+  add_metadata(spec, image);
+  spec.attribute("oiio:ColorSpace", "Linear");
+  if (!is_hdr) spec.attribute("compression", "zip");
+  write_atomically(path, format, [&](OIIO::ImageOutput& out, const std::string& part) {
+    return out.open(part, spec) && out.write_image(OIIO::TypeDesc::FLOAT, plain.pixels().data());
+  });
+}
+
+bool is_for_display(const std::string& extension) {
+  return extension == "png" || is_jpeg(extension);
+}
+
+bool is_image_extension(const std::string& extension) {
+  return extension == "exr" || extension == "hdr" || is_for_display(extension) || is_tiff(extension);
+}
+
 void write_image(const std::string& path, const OutputImage& image, const ExrOptions& exr, const PngOptions& png) {
   check_extension(path);
-  if (extension_of(path) == "exr")
+  const std::string extension = extension_of(path);
+  if (extension == "exr")
     write_exr(path, image, exr);
-  else
+  else if (extension == "png")
     write_png(path, image, png);
+  else if (is_jpeg(extension))
+    write_jpeg(path, image, png.view);
+  else
+    write_linear(path, image, extension == "hdr" ? "hdr" : "tiff");
 }
 
 void check_writable(const std::string& path) {

@@ -46,16 +46,20 @@ struct ExrOptions {
   std::string compression = "zip";
 };
 
-/// From linear light to what a display expects. Without a view: the sRGB curve, clipped to [0, 1].
+/// From linear light to what a display expects. Without a view: the sRGB curve, clipped to [0, 1]. View "filmic" is
+/// built in too, unless a display or configuration is named: Hable's curve (2010, Uncharted 2: HDR lighting), which has
+/// a toe and a shoulder, keeps grey of .18 near .2, and shows 5.6 as white; then the sRGB curve.
 struct DisplayView {
-  std::string display;  ///< OpenColorIO display; empty = the configuration's default
-  std::string view;     ///< OpenColorIO view; empty = built-in sRGB
-  std::string config;   ///< OpenColorIO configuration file; empty = $OCIO or OpenColorIO's built-in one
+  std::string display;         ///< OpenColorIO display; empty = the configuration's default
+  std::string view;            ///< OpenColorIO view, or "filmic"; empty = built-in sRGB
+  std::string config;          ///< OpenColorIO configuration file; empty = $OCIO or OpenColorIO's built-in one
+  float exposure = 0;          ///< stops that the picture is brightened by first
+  bool auto_exposure = false;  ///< and as many as exposure_of() says
 };
 
 struct PngOptions {
   DisplayView view;
-  int bits = 8;  ///< 8 or 16
+  int bits = 8;  ///< 8 or 16; JPEG has 8
 };
 
 // All writers put a whole file under `path` or leave what was there: they write to a part beside it (AtomicFile), flush
@@ -66,7 +70,11 @@ struct PngOptions {
 void write_exr(const std::string& path, const OutputImage& image, const ExrOptions& options = {});
 /// The first layer's R, G, B or grey, and A if present, through a view.
 void write_png(const std::string& path, const OutputImage& image, const PngOptions& options = {});
-/// By the extension, .exr or .png; UsageError for any other.
+/// The same as JPEG, without alpha.
+void write_jpeg(const std::string& path, const OutputImage& image, const DisplayView& view);
+/// The first layer's R, G, B or grey, and A in TIFF if present, as it is: TIFF of 32-bit floats, Radiance's .hdr.
+void write_linear(const std::string& path, const OutputImage& image, const char* format);
+/// By the extension: .exr, .png, .jpg (.jpeg), .tif (.tiff) or .hdr; UsageError for any other.
 void write_image(const std::string& path, const OutputImage& image, const ExrOptions& exr = {},
                  const PngOptions& png = {});
 
@@ -75,6 +83,10 @@ void write_image(const std::string& path, const OutputImage& image, const ExrOpt
 void check_view(const DisplayView& view);
 /// UsageError for a name that is no compression of OpenEXR.
 void check_compression(const std::string& name);
+/// True for extensions of pictures that go through a view.
+bool is_for_display(const std::string& extension);
+/// True for extensions that write_image() knows.
+bool is_image_extension(const std::string& extension);
 /// In lower case and without the dot; empty if the name has none.
 std::string extension_of(const std::string& path);
 

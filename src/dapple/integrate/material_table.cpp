@@ -31,11 +31,9 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
 
 // What chooses at random between glass and others shows the others as diffuse rays see them.
 void MaterialTable::flatten(int n, shading::Bsdf* bsdf) const {
-  using shading::BsdfKind;
   for (int i = 0; i < n; ++i) {
-    const bool metal = bsdf[i].kind == BsdfKind::conductor ||
-                       (bsdf[i].kind == BsdfKind::coated && bsdf[i].base == BsdfKind::conductor);
-    if (!metal || !caustics_) bsdf[i].flatten();
+    const bool mirrors = bsdf[i].is_metal() || bsdf[i].kind == shading::BsdfKind::measured;
+    if (!mirrors || !caustics_) bsdf[i].flatten();
   }
 }
 

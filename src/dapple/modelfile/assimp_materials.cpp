@@ -26,7 +26,7 @@ class MaterialReader {
     read_emission();
     read_transmission();
     read_surface_maps();
-    read_left_out();
+    read_layers();
     return std::move(out_);
   }
 
@@ -160,15 +160,20 @@ class MaterialReader {
     map(aiTextureType_DIFFUSE_ROUGHNESS, 0, &out_.roughness_map);
   }
 
-  void read_left_out() {
-    const auto note = [this](const char* key, unsigned type, unsigned index, const char* what) {
-      float x = 0;
-      if (number(key, type, index, &x) && x > 0) out_.left_out.push_back(what);
-    };
-    note(AI_MATKEY_CLEARCOAT_FACTOR, "clear coat");
-    note(AI_MATKEY_ANISOTROPY_FACTOR, "anisotropy");
-    RGB sheen(0);
-    if (color(AI_MATKEY_SHEEN_COLOR_FACTOR, &sheen) && sheen.max() > 0) out_.left_out.push_back("sheen");
+  // glTF's extensions of metallic-roughness.
+  void read_layers() {
+    number(AI_MATKEY_CLEARCOAT_FACTOR, &out_.clearcoat);
+    number(AI_MATKEY_CLEARCOAT_ROUGHNESS_FACTOR, &out_.clearcoat_roughness);
+    map(aiTextureType_CLEARCOAT, 0, &out_.clearcoat_map);
+    map(aiTextureType_CLEARCOAT, 1, &out_.clearcoat_roughness_map);
+    ModelTexture unused;
+    if (map(aiTextureType_CLEARCOAT, 2, &unused)) out_.left_out.push_back("the normal map of a clear coat");
+    number(AI_MATKEY_ANISOTROPY_FACTOR, &out_.anisotropy);
+    color(AI_MATKEY_SHEEN_COLOR_FACTOR, &out_.sheen);
+    number(AI_MATKEY_SHEEN_ROUGHNESS_FACTOR, &out_.sheen_roughness);
+    if (out_.sheen.max() > 0 && (map(aiTextureType_SHEEN, 0, &unused) || map(aiTextureType_SHEEN, 1, &unused)))
+      out_.left_out.push_back("pictures of sheen");
+    if (is_gltf_ && out_.kind == ModelMaterial::metallic) number(AI_MATKEY_SPECULAR_FACTOR, &out_.specular_weight);
   }
 
   const aiMaterial& m_;

@@ -46,6 +46,11 @@ struct ModelMaterial {
   float exponent = 0;                  ///< of phong
   float reflectivity = 0;              ///< of phong: mirrors
   float transmission = 0, ior = 1.5f;
+  float specular_weight = 1;  ///< of metallic: of what a dielectric mirrors
+  float clearcoat = 0, clearcoat_roughness = 0, anisotropy = 0;
+  RGB sheen{0};
+  float sheen_roughness = 0;
+  ModelTexture clearcoat_map, clearcoat_roughness_map;  ///< red, green
   ModelTexture base_map, opacity_map, normal_map, bump_map, emission_map, transmission_map;
   ModelTexture metalness_map, roughness_map;  ///< blue and green, as in glTF, where they are one picture
   bool metal_rough_map = false;               ///< they are one

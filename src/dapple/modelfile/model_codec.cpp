@@ -18,6 +18,8 @@ void material(Io& io, M& m) {
   io(m.name), io(m.kind), io(m.alpha), io(m.two_sided), io(m.has_volume), io(m.base), io(m.specular_color);
   io(m.emission), io(m.emission_strength), io(m.opacity), io(m.alpha_cutoff), io(m.metalness), io(m.roughness);
   io(m.glossiness), io(m.exponent), io(m.reflectivity), io(m.transmission), io(m.ior), io(m.metal_rough_map);
+  io(m.specular_weight), io(m.clearcoat), io(m.clearcoat_roughness), io(m.anisotropy), io(m.sheen);
+  io(m.sheen_roughness), texture(io, m.clearcoat_map), texture(io, m.clearcoat_roughness_map);
   texture(io, m.base_map), texture(io, m.opacity_map), texture(io, m.normal_map), texture(io, m.bump_map);
   texture(io, m.emission_map), texture(io, m.transmission_map), texture(io, m.metalness_map);
   texture(io, m.roughness_map), io(m.left_out);

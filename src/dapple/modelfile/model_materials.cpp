@@ -25,21 +25,6 @@ RGB product(const RGB& a, const RGB& b) {
 
 }  // namespace
 
-/// The quantities of a surface, each a number or a texture of that name times it.
-struct ModelMaterials::Surface {
-  RGB color{0.8f};
-  std::string color_map;
-  float alpha = 1;  ///< GGX's
-  std::string alpha_map;
-  float metalness = 0;
-  std::string metalness_map;
-  float transmission = 0;
-  std::string transmission_map;
-  bool has_highlight = true;
-  std::optional<RGB> mirror;  ///< colour of a metal, where it is not `color`
-  std::string normal_map;
-};
-
 ModelMaterials::ModelMaterials(const Model& model, std::string prefix, const FileLoc& loc,
                                scenefile::SceneDescription* description, scenefile::DescriptionBuilder* builder,
                                ModelPictures* pictures, Diagnostics* diagnostics)
@@ -321,6 +306,12 @@ ShapeLook ModelMaterials::make(const ModelMaterial& m, const RGB& tint, const st
   material_ = &m;
   look.uv_set = uv_set_ = choose_uv_set(m);
   const Surface s = surface_of(m, tint, corner_picture);
+  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) {
+    look.material = principled(m, s, m.name);
+    add_alpha(m, &look);
+    add_emission(m, &look);
+    return look;
+  }
   const bool all_metal = s.metalness >= 1 && s.metalness_map.empty(),
              all_glass = s.transmission >= 1 && s.transmission_map.empty();
   const std::string name = m.name;

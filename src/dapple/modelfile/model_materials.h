@@ -34,7 +34,20 @@ class ModelMaterials {
   bool wants_corner_colors(const ModelMesh& mesh) const;
 
  private:
-  struct Surface;
+  /// The quantities of a surface, each a number or a texture of that name times it.
+  struct Surface {
+    RGB color{0.8f};
+    std::string color_map;
+    float alpha = 1;  ///< GGX's
+    std::string alpha_map;
+    float metalness = 0;
+    std::string metalness_map;
+    float transmission = 0;
+    std::string transmission_map;
+    bool has_highlight = true;
+    std::optional<RGB> mirror;  ///< colour of a metal, where it is not `color`
+    std::string normal_map;
+  };
 
   ShapeLook make(const ModelMaterial& m, const RGB& tint, const std::string& corner_picture);
   std::string unique(const std::string& name, const char* kind) const;
@@ -48,6 +61,8 @@ class ModelMaterials {
   Surface surface_of(const ModelMaterial& m, const RGB& tint, const std::string& corner_picture);
   void add_alpha(const ModelMaterial& m, ShapeLook* look);
   void add_emission(const ModelMaterial& m, ShapeLook* look);
+  bool is_clear_pane(const ModelMaterial& m, const Surface& s) const;
+  std::string principled(const ModelMaterial& m, const Surface& s, const std::string& name);
   std::string diffuse_base(const ModelMaterial& m, const Surface& s, const std::string& name);
   std::string metal(const Surface& s, const std::string& name);
   std::string glass(const ModelMaterial& m, const Surface& s, const std::string& name);

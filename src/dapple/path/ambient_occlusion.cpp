@@ -76,7 +76,7 @@ void AmbientOcclusion::render(const TileWork& work, Workspace& workspace, scene:
       scene::Features features[OcclusionWorkspace::capacity];
       for (int k = 0; k < w.seen.count; ++k) {
         const int p = w.seen.owner[k];
-        L[p] = w.open[k] * w.seen.passed[k] * (1 / float(settings_.rays));
+        L[p] = w.open[k] * w.seen.passed[k] * (w.camera.ray[p].weight / float(settings_.rays));
         if (settings_.color_bleeding) L[p] *= w.seen.bsdf[k].albedo();
         if (wants_features) features[p] = describe(scene_, w.seen.surface[k]);
       }

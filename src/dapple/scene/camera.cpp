@@ -3,6 +3,7 @@
 
 #include "dapple/image/environment.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/scene/lens_system.h"
 
 namespace dapple::scene {
 
@@ -21,7 +22,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     pixel_ = std::sqrt(4 * pi / float(settings.resolution.x) / float(settings.resolution.y));
   scale_ = length(axes_[2]);
   spread_ = pixel_ * scale_;
-  pinhole_ = settings.projection == Projection::perspective && settings.lens_radius == 0 &&
+  pinhole_ = settings.projection == Projection::perspective && settings.lens_radius == 0 && !settings.lens_system &&
              !settings.camera_to_world.is_animated();
   corner_ = axes_[0] * (settings.screen_min_x * tan_half) + axes_[1] * (settings.screen_max_y * tan_half) + axes_[2];
   per_x_ = axes_[0] * ((settings.screen_max_x - settings.screen_min_x) * tan_half / float(settings.resolution.x));
@@ -30,6 +31,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
 
 CameraRay Camera::generate_general(const V2f& film, const V2f& lens, float time) const {
   const Settings& s = settings_;
+  if (s.lens_system) return through_lens_system(film, lens, time);
   CameraRay r;
   const float x = film.x / float(s.resolution.x), y = film.y / float(s.resolution.y);
   const float sx = lerp(x, s.screen_min_x, s.screen_max_x) * half_width_;
@@ -65,6 +67,26 @@ CameraRay Camera::generate_general(const V2f& film, const V2f& lens, float time)
     o += V3f(p.x, p.y, 0);
     d = normalize(focus - o);
   }
+  return to_world(o, d, r, time);
+}
+
+// A film point's picture is upside down; footprints are those of a pinhole in the place of the film.
+CameraRay Camera::through_lens_system(const V2f& film, const V2f& lens, float time) const {
+  const Settings& s = settings_;
+  const float x = film.x / float(s.resolution.x), y = film.y / float(s.resolution.y);
+  const float screen_x = lerp(x, s.screen_min_x, s.screen_max_x), screen_y = lerp(y, s.screen_max_y, s.screen_min_y);
+  const float diagonal = std::hypot(s.screen_max_x - s.screen_min_x, s.screen_max_y - s.screen_min_y);
+  const float size = 2 * s.lens_system->widest() / diagonal;
+  const LensSystem::Ray through = s.lens_system->sample(V2f(-screen_x * size, -screen_y * size), lens);
+  CameraRay r;
+  r.weight = through.weight;
+  r.cone_spread = pixel_ * std::max(through.d.z, 0.1f);
+  r.cone_width = pixel_ * through.o.z;
+  return to_world(through.o, through.d, r, time);
+}
+
+CameraRay Camera::to_world(const V3f& o, const V3f& d, CameraRay r, float time) const {
+  const Settings& s = settings_;
   r.ray.time = lerp(time, s.time_open, s.time_close);
   V3f world_d;
   if (s.camera_to_world.is_animated()) {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "dapple/base/animated_transform.h"
 #include "dapple/base/ray.h"
 
 namespace dapple::scene {
+
+class LensSystem;
 
 enum class Projection { perspective, orthographic, spherical_equal_area, spherical_lat_long };
 
@@ -13,6 +17,7 @@ struct CameraRay {
   Ray ray;
   float cone_width = 0;   ///< width of the pixel's footprint at the origin
   float cone_spread = 0;  ///< growth of that width per unit distance
+  float weight = 1;       ///< of its light: what a lens system lets through, else 1
 };
 
 /// A camera: film positions to rays. Camera space has +z ahead, +x to the right on the screen, +y up (pbrt's).
@@ -29,6 +34,8 @@ class Camera {
           shutter_close = 1;              ///< s, for information; rays carry time in [0, 1] of the moving transforms
     float time_open = 0, time_close = 1;  ///< the shutter interval in units of the transforms' motion
     V2i resolution{1, 1};                 ///< of the full film
+    /// Perspective: traced in place of a thin lens; the fov is that of the pinhole with the same picture near the axis.
+    std::shared_ptr<const LensSystem> lens_system;
   };
 
   Camera() : Camera(Settings()) {}
@@ -38,7 +45,7 @@ class Camera {
   CameraRay generate(const V2f& film, const V2f& lens, float time) const {
     return pinhole_ ? through_pinhole(film, time) : generate_general(film, lens, time);
   }
-  bool has_lens() const { return settings_.lens_radius > 0; }
+  bool has_lens() const { return settings_.lens_radius > 0 || settings_.lens_system; }
   const Settings& settings() const { return settings_; }
   /// World position of the camera at shutter open.
   V3f position() const { return world_start_.point(V3f(0, 0, 0)); }
@@ -66,6 +73,8 @@ class Camera {
     return r;
   }
   CameraRay generate_general(const V2f& film, const V2f& lens, float time) const;
+  CameraRay to_world(const V3f& o, const V3f& d, CameraRay r, float time) const;
+  CameraRay through_lens_system(const V2f& film, const V2f& lens, float time) const;
 
   Settings settings_;
   Transform world_start_, camera_start_;

@@ -4,6 +4,7 @@
 
 #include "dapple/shading/bsdf.h"
 #include "dapple/shading/coat.h"
+#include "dapple/shading/principled.h"
 
 namespace dapple::shading {
 
@@ -49,6 +50,7 @@ float Bsdf::mean_terminator() const {
 }
 
 void Bsdf::bend(const V3f& Ng) {
+  if (kind == BsdfKind::hair) return;  // its frame is the fibre's
   bent = true;
   ng = dot(frame.n, Ng) < 0 ? -Ng : Ng;
 }
@@ -101,6 +103,10 @@ RGB Bsdf::eval_pdf_folded(const V3f& wo, const V3f& wi, uint64_t key, float* pdf
       const V3f o = seen.frame.to_local(wo) * turn, i = seen.frame.to_local(w) * turn;
       f = coat.eval(o, i, key, below);
       density = coat.pdf(o, i);
+    } else if (kind == BsdfKind::principled) {
+      const PrincipledLayers layers(seen);
+      f = Principled(layers, seen.frame.to_local(wo))
+              .eval(seen.frame.to_local(w), w == wi ? terminator(wi) : 0, &density);
     } else {
       f = seen.eval_pdf_general(wo, w, key, &density);
     }

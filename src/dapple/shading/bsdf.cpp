@@ -6,7 +6,10 @@
 
 #include "dapple/numeric/quadrature.h"
 #include "dapple/shading/coat.h"
+#include "dapple/shading/hair.h"
 #include "dapple/shading/interfaces.h"
+#include "dapple/shading/measured_table.h"
+#include "dapple/shading/principled.h"
 #include "dapple/shading/sheet.h"
 
 namespace dapple::shading {
@@ -100,6 +103,14 @@ bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_
       if (wo.z < 0) out->wi = -out->wi;
       return true;
     }
+    case BsdfKind::principled: {
+      const PrincipledLayers layers(b);
+      return Principled(layers, wo).sample(u1, u2, out);
+    }
+    case BsdfKind::hair:
+      return HairFibre(b).sample(wo, u1, u2, key, out);
+    case BsdfKind::measured:
+      return b.table->sample(wo, u1, u2, out);
     default:
       return false;
   }
@@ -316,6 +327,14 @@ RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t ke
       *pdf = coat.pdf(o, i);
       return coat.eval(o, i, key);
     }
+    case BsdfKind::principled: {
+      const PrincipledLayers layers(*this);
+      return Principled(layers, wo).eval(wi, 1, pdf);
+    }
+    case BsdfKind::hair:
+      return HairFibre(*this).eval(wo, wi, pdf);
+    case BsdfKind::measured:
+      return table->eval(wo, wi, pdf);
     default:
       return {};
   }
@@ -347,7 +366,11 @@ bool Bsdf::is_delta() const {
   switch (kind) {
     case BsdfKind::diffuse:
     case BsdfKind::diffuse_transmission:
+    case BsdfKind::hair:
+    case BsdfKind::measured:
       return false;
+    case BsdfKind::principled:
+      return PrincipledLayers(*this).is_delta();
     case BsdfKind::conductor:
       return conductor_of(*this).is_smooth();
     case BsdfKind::dielectric:
@@ -363,8 +386,19 @@ bool Bsdf::is_delta() const {
 
 bool Bsdf::has_transmission() const {
   const bool boundary = kind == BsdfKind::dielectric || kind == BsdfKind::subsurface;
+  if (kind == BsdfKind::principled) return PrincipledLayers(*this).transmits();
   return kind == BsdfKind::diffuse_transmission || kind == BsdfKind::thin_dielectric || kind == BsdfKind::passthrough ||
-         (boundary && !reflects_only);
+         kind == BsdfKind::hair || (boundary && !reflects_only);
+}
+
+bool Bsdf::has_diffuse_base() const {
+  if (kind == BsdfKind::principled) return PrincipledLayers(*this).has_diffuse();
+  return kind == BsdfKind::coated && base == BsdfKind::diffuse;
+}
+
+bool Bsdf::is_metal() const {
+  if (kind == BsdfKind::principled) return PrincipledLayers(*this).metalness > 0;
+  return kind == BsdfKind::conductor || (kind == BsdfKind::coated && base == BsdfKind::conductor);
 }
 
 RGB Bsdf::albedo() const {
@@ -387,14 +421,22 @@ RGB Bsdf::albedo(float* by_coat) const {
     case BsdfKind::subsurface:
       *by_coat = float(fresnel_diffuse(double(ior)));
       return RGB(*by_coat) + reflectance * (1 - *by_coat);
+    case BsdfKind::principled:
+      return PrincipledLayers(*this).albedo(by_coat);
+    case BsdfKind::hair:
+      return HairFibre(*this).albedo();
+    case BsdfKind::measured:
+      return table->albedo();
     default:
       return RGB(1);
   }
 }
 
 void Bsdf::flatten() {
-  if (is_diffuse() || (kind != BsdfKind::conductor && kind != BsdfKind::coated && kind != BsdfKind::subsurface)) return;
-  const bool is_metal = kind == BsdfKind::conductor || (kind == BsdfKind::coated && base == BsdfKind::conductor);
+  const bool is_layered = kind == BsdfKind::coated || kind == BsdfKind::subsurface ||
+                          (kind == BsdfKind::principled && !PrincipledLayers(*this).transmits());
+  if (!is_layered && kind != BsdfKind::conductor && kind != BsdfKind::measured) return;
+  const bool is_metal = this->is_metal() || kind == BsdfKind::measured;
   const Bsdf whole = *this;
   float by_coat = 0;
   const RGB sum = albedo(&by_coat);
@@ -428,12 +470,13 @@ float Bsdf::roughen(float least_alpha) {
 }
 
 void Bsdf::keep_coat(const V3f& wo) {
-  const bool coated_diffuse = kind == BsdfKind::coated && base == BsdfKind::diffuse;
+  const bool coated_diffuse = (kind == BsdfKind::coated && base == BsdfKind::diffuse) || kind == BsdfKind::principled;
   const Bsdf layered = *this;
   *this = {};
   keep_surface(layered);
   if (!coated_diffuse && layered.kind != BsdfKind::subsurface) return;
-  *this = make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
+  *this = layered.kind == BsdfKind::principled ? PrincipledLayers(layered).as_coat()
+                                               : make_dielectric(layered.ior, layered.alpha_x, layered.alpha_y);
   keep_surface(layered);
   if (coated_diffuse && side(wo) < 0)
     frame.s = -frame.s, frame.t = -frame.t, frame.n = -frame.n, ng = -ng;  // coats are on both sides

@@ -13,6 +13,8 @@
 
 namespace dapple::shading {
 
+class MeasuredTable;
+
 /// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
 /// transport: a refraction scales by 1 / eta^2.
@@ -26,6 +28,8 @@ namespace dapple::shading {
 /// All kinds but dielectric are the same from both sides.
 ///
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
+/// Kinds principled and hair keep their own quantities in fields that they have no other use for: PrincipledLayers and
+/// HairFibre write and read them.
 struct Bsdf {
   BsdfKind kind = BsdfKind::black;
   BsdfKind base = BsdfKind::black;            ///< coated: what is under the coat
@@ -48,9 +52,10 @@ struct Bsdf {
   /// Made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
   /// keep_coat(): the share of diffuse light that it would mirror if it were smooth.
   float mirrored = 0;
-  float removed_coat = 0;  ///< mirrored, once remove_coat() has taken it from reflectance
-  bool bent = false;       ///< the frame's normal is not ng
-  V3f ng{0, 0, 1};         ///< geometric normal, on the side of the frame's; set where bent
+  float removed_coat = 0;                ///< mirrored, once remove_coat() has taken it from reflectance
+  const MeasuredTable* table = nullptr;  ///< measured: the material's
+  bool bent = false;                     ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};                       ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -128,6 +133,10 @@ struct Bsdf {
     return both > 0 ? reflected / both : reflectance.is_black() ? 0.0f : 1.0f;
   }
   bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
+  /// True if a diffuse lobe lies under others: those kinds are lit by as many rays as diffuse ones.
+  bool has_diffuse_base() const;
+  /// True if metal mirrors some of the light.
+  bool is_metal() const;
   /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus
   /// transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within
   /// 0.01 for rough ones of indices around 1.5; within 0.03 for conductors. Rough dielectrics: as if smooth; metal

@@ -17,7 +17,11 @@ enum class BsdfKind : uint8_t {
   thin_dielectric,       ///< a thin sheet, straight through
   coated,                ///< a dielectric coat over a diffuse or conducting base, stochastic (Guo et al. 2018)
   subsurface,            ///< the boundary of a body that scatters inside: as dielectric, and samples of it lose nothing
-  passthrough            ///< the surface is not there (interface, alpha)
+  passthrough,           ///< the surface is not there (interface, alpha)
+  // Kinds with a file of their own.
+  principled,  ///< layers of OpenPBR (principled.h)
+  hair,        ///< a fibre (hair.h)
+  measured     ///< a table (measured_table.h)
 };
 
 /// A draw from Bsdf::sample. `weight` is f |cos theta| / pdf.
