@@ -40,7 +40,7 @@ TEST(HenyeyGreenstein, SamplesFollowTheDensityAndTheMeanCosineIsG) {
   }
 }
 
-// Full in the lower quarter, none of it above where noise cannot reach, its mean that of noise in between; and the same
+// Full at the bottom, nothing at the top, less and less in between; and the same
 // through a transform.
 TEST(CloudDensity, ThinsOutUpwards) {
   KeyedRng rng(2);

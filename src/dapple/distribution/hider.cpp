@@ -95,6 +95,7 @@ void Hider::locate_hits(CameraSamples& samples, ShadingWorkspace& w) const {
     s.source = Source::nothing;
     s.d = samples.rays.direction(p);
     s.geometry = samples.hits.geometry[p];
+    if (!(samples.camera.ray[p].weight > 0)) continue;  // stopped in the lens
     if (s.geometry == no_id) {
       if (samples.distance[p] < infinity) continue;
       shading_.direct.add_environment(samples.rays.origin(p), s.d, samples.L, p);
