@@ -32,6 +32,7 @@ set(label_impostor "trees as images")
 set(label_distribution "grids and cached radiosity")
 set(label_build "directives to scenes")
 set(label_render "frames, files, reports")
+set(label_api "dapple.h, for programs")
 
 set(width 220)
 set(height 44)

@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
+#include "dapple/scenefile/scene_edit.h"
 #include "interrupts.h"
 #include "model_options.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 struct InfoOptions {
   std::string scene;
-  bool strict = false, keep_going = false;
+  bool strict = false, keep_going = false, names = false;
   ModelRequest model;
 };
 
@@ -60,10 +61,24 @@ void line(const char* name, const std::string& value) {
   std::printf("%-14s %s\n", name, value.c_str());
 }
 
+// By which Edit finds them; of thousands the first.
+void show_names(scenefile::SceneDescription* description, bool all) {
+  constexpr size_t most = 12;
+  scenefile::SceneEditor editor(description);
+  using enum scenefile::EditTarget;
+  for (const auto target : {light, shape, object, material, texture, medium}) {
+    const std::vector<std::string> names = editor.names(target);
+    std::string text;
+    for (size_t i = 0; i < names.size() && (all || i < most); ++i) text += (i > 0 ? ", " : "") + names[i];
+    if (!all && names.size() > most) text += ", and " + std::to_string(names.size() - most) + " more (--names)";
+    if (!names.empty()) line((std::string(scenefile::edit_target_names[size_t(target)]) + " names").c_str(), text);
+  }
+}
+
 int show(const InfoOptions& o) {
   Interrupts interrupts("result");
   Diagnostics diagnostics(o.strict);
-  const auto description = modelfile::read_scene(o.scene, model_options(o.model, o.scene), diagnostics);
+  auto description = modelfile::read_scene(o.scene, model_options(o.model, o.scene), diagnostics);
   build::BuildOptions options;
   options.keep_going = o.keep_going;
   const build::BuiltScene built = build::build_scene(description, options, diagnostics);
@@ -106,6 +121,7 @@ int show(const InfoOptions& o) {
   line("lights", count_types(description.lights) + "; " +
                      std::to_string(scene.lights.size() - description.lights.size()) + " emitting primitives");
   line("media", count_types(description.media));
+  show_names(&description, o.names);
   line("memory", megabytes(built.times.shape_bytes) + " shapes, " + megabytes(scene.traced.acceleration_bytes()) +
                      " acceleration, " + megabytes(process_peak_rss_bytes()) + " peak");
   const auto unsupported = diagnostics.unsupported_features();
@@ -123,6 +139,7 @@ Command add_info(CLI::App& app) {
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
   app.add_flag("--keep-going", o->keep_going,
                "Missing images, meshes and plug-ins become visible stand-ins instead of errors");
+  app.add_flag("--names", o->names, "All names by which Edit finds things, not the first of each kind");
   return [o] { return show(*o); };
 }
 

@@ -243,7 +243,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   const Timer set_up;
   const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator =
-      build::make_integrator(*built.scene, request, samples, request.seed.value_or(0));
+      build::make_integrator(built, request, samples, request.seed.value_or(0));
   denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples),
                            std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();

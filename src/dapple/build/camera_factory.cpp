@@ -73,6 +73,13 @@ void check_rays(const scene::Camera& camera, const FileLoc& loc) {
       }
 }
 
+V2i resolution_of(const Entity& film, const FilmOverrides& overrides) {
+  const V2i of_file(film.params.get_int("xresolution", 1280), film.params.get_int("yresolution", 720));
+  const V2i resolution = overrides.resolution.value_or(of_file);
+  check_resolution(film.loc, resolution);
+  return resolution;
+}
+
 }  // namespace
 
 FilmRequest make_film(const BuildContext& context, const FilmOverrides& overrides) {
@@ -82,9 +89,7 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   if (e.type == "spectral") context.diagnostics.unsupported(e.loc, "spectral film", "rgb film");
   FilmRequest r;
   r.gbuffer = e.type == "gbuffer";
-  const V2i file_resolution(e.params.get_int("xresolution", 1280), e.params.get_int("yresolution", 720));
-  const V2i resolution = overrides.resolution.value_or(file_resolution);
-  check_resolution(e.loc, resolution);
+  const V2i resolution = resolution_of(e, overrides);
   r.film.resolution = resolution;
   r.film.crop = crop_box(e, resolution);
   if (overrides.crop) {
@@ -124,8 +129,10 @@ FilmRequest make_film(const BuildContext& context, const FilmOverrides& override
   return r;
 }
 
-scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
-  const Entity& e = context.description.camera;
+namespace {
+
+scene::Camera camera_of(const BuildContext& context, const Entity& e, const scenefile::TransformPair& world_to_camera,
+                        const V2i& resolution) {
   // pbrt-v4 would look along +z from the origin, which is never what a scene without a camera means.
   if (e.type.empty())
     throw InputError({context.description.files.front(), 0, 0},
@@ -148,7 +155,7 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
     unknown_type(e, "camera", {"perspective", "orthographic", "spherical", "realistic"});
   }
 
-  const auto& c = context.description.world_to_camera;
+  const auto& c = world_to_camera;
   for (const Transform* t : {&c.start, &c.end})
     if (!t->is_finite() || !t->is_invertible()) throw InputError(e.loc, "the camera's transform cannot be inverted");
   if (c.start.swaps_handedness() != c.end.swaps_handedness())
@@ -195,6 +202,19 @@ scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
   const scene::Camera camera(s);
   check_rays(camera, e.loc);
   return camera;
+}
+
+}  // namespace
+
+scene::Camera make_camera(const BuildContext& context, const V2i& resolution) {
+  return camera_of(context, context.description.camera, context.description.world_to_camera, resolution);
+}
+
+scene::Camera make_dicing_camera(const BuildContext& context, const FilmOverrides& overrides,
+                                 const scene::Camera& camera) {
+  const auto& own = context.description.dicing_camera;
+  if (!own) return camera;
+  return camera_of(context, own->camera, own->world_to_camera, resolution_of(own->film, overrides));
 }
 
 scene::Filter make_filter(const BuildContext& context) {

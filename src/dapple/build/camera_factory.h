@@ -28,6 +28,9 @@ struct FilmRequest {
 
 FilmRequest make_film(const BuildContext& context, const FilmOverrides& overrides);
 scene::Camera make_camera(const BuildContext& context, const V2i& resolution);
+/// That of DicingCamera, for which surfaces are diced; without one `camera`.
+scene::Camera make_dicing_camera(const BuildContext& context, const FilmOverrides& overrides,
+                                 const scene::Camera& camera);
 scene::Filter make_filter(const BuildContext& context);
 
 /// Largest image side and largest number of samples a pixel that is taken as meant.

@@ -100,10 +100,11 @@ bool look_alike(const ShapeEntity& a, const ShapeEntity& b) {
 std::vector<GeometryBuilder::Job> GeometryBuilder::collect_jobs() {
   const auto& d = context_.description;
   std::vector<Job> jobs;
-  for (const ShapeEntity& e : d.shapes) jobs.push_back(job_of(e, no_id, context_.origins.scene));
+  for (const ShapeEntity& e : d.shapes)
+    if (e.is_shown()) jobs.push_back(job_of(e, no_id, context_.origins.scene));
   for (size_t i = 0; i < d.objects.size(); ++i)
     for (const ShapeEntity& e : d.objects[i].shapes)
-      jobs.push_back(job_of(e, objects_[i], context_.origins.objects[i]));
+      if (e.is_shown()) jobs.push_back(job_of(e, objects_[i], context_.origins.objects[i]));
   return jobs;
 }
 
@@ -125,7 +126,7 @@ void GeometryBuilder::make_views() {
   if (!(shading_rate_ > 0))
     throw InputError(d.options.find("shadingrate")->loc,
                      "Option \"shadingrate\" is " + std::to_string(shading_rate_) + "; it must be above 0");
-  camera_view_ = std::make_shared<CameraView>(scene_.camera);
+  camera_view_ = std::make_shared<CameraView>(dicing_camera_);
   const auto may_be_diced = [this](const ShapeEntity& e) {
     return e.type == "catmullclark" || e.type == "loopsubdiv" ||
            (e.type.ends_with("mesh") &&
@@ -193,7 +194,7 @@ void GeometryBuilder::check_size(const Job& job) const {
 void GeometryBuilder::dice(std::vector<Job>* jobs) {
   std::vector<std::unique_ptr<DicePlan>> plans;
   for (Job& job : *jobs) plans.push_back(std::move(job.plan));
-  const V2i size = scene_.camera.settings().resolution;
+  const V2i size = dicing_camera_.settings().resolution;
   const size_t most = least_vertex_budget + vertices_a_pixel * size_t(size.x) * size_t(size.y);
   size_t first = 0;
   if (const int levels = fit_plans(plans, most, &first); levels > 0)
@@ -235,6 +236,7 @@ void GeometryBuilder::place_instances() {
   const std::vector<bool> repeated = find_repeated_instances();
   for (size_t i = 0; i < d.instances.size(); ++i) {
     const auto& instance = d.instances[i];
+    if (!instance.is_shown()) continue;
     if (repeated[i]) {
       context_.diagnostics.warn(instance.loc, "an object is instanced again at the very same place; once is enough",
                                 "repeated instance");
@@ -267,7 +269,7 @@ std::vector<bool> GeometryBuilder::find_repeated_instances() const {
   std::vector<bool> repeated(instances.size());
   size_t first = 0;  // of those of equal keys
   for (size_t k = 1; k < keys.size(); ++k) {
-    if (keys[k].first != keys[first].first) first = k;
+    if (keys[k].first != keys[first].first || !instances[keys[first].second].is_shown()) first = k;
     const auto& a = instances[keys[first].second];
     const auto& b = instances[keys[k].second];
     if (k != first && a.object == b.object && a.transform == b.transform) repeated[keys[k].second] = true;
@@ -435,7 +437,8 @@ void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
 }
 
 const scenefile::Entity* GeometryBuilder::area_light_of(const ShapeEntity& e) const {
-  if (e.area_light >= 0) return &context_.description.area_lights[size_t(e.area_light)];
+  if (e.area_light >= 0)
+    return context_.description.emits(e) ? &context_.description.area_lights[size_t(e.area_light)] : nullptr;
   const auto& emission = emissions_[size_t(e.material)];
   return emission ? &*emission : nullptr;
 }

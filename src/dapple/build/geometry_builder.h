@@ -23,10 +23,11 @@ namespace dapple::build {
 class GeometryBuilder {
  public:
   GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials,
-                  scene::Scene& scene, const std::optional<Box2f>& period = {})
+                  const scene::Camera& dicing_camera, scene::Scene& scene, const std::optional<Box2f>& period = {})
       : context_(context),
         textures_(textures),
         materials_(materials),
+        dicing_camera_(dicing_camera),
         scene_(scene),
         opacities_(context, textures, scene.materials) {
     if (period) repetition_.emplace(*period);
@@ -81,6 +82,7 @@ class GeometryBuilder {
   const BuildContext& context_;
   const TextureLibrary& textures_;
   const CoverageMaterials& materials_;
+  const scene::Camera& dicing_camera_;
   scene::Scene& scene_;
   OpacityFactory opacities_;
   std::vector<std::optional<scenefile::Entity>> emissions_;  ///< of each material

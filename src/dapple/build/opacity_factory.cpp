@@ -21,7 +21,7 @@ ShapeOpacity OpacityFactory::make(const scenefile::ShapeEntity& e) {
     const bool gray = constant && constant->min() == constant->max();
     if ((opacity && !gray) || (shader && shader->has_colored_opacity())) both.colored = product;
   }
-  if (!both.colored || e.area_light < 0) return both;
+  if (!both.colored || !context_.description.emits(e)) return both;
   context_.diagnostics.unsupported(e.loc, "opacity that differs by channel on an area light", "its mean");
   return {both.alpha, nullptr};
 }

@@ -1,102 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/scene_builder.h"
 
-#include <algorithm>
+#include <utility>
 
-#include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
-#include "dapple/build/coverage.h"
-#include "dapple/build/geometry_builder.h"
-#include "dapple/build/light_factory.h"
-#include "dapple/build/light_group_factory.h"
-#include "dapple/build/material_factory.h"
-#include "dapple/build/medium_factory.h"
-#include "dapple/build/texture_factory.h"
-#include "dapple/scene/lens_system.h"
-#include "dapple/scenefile/named_files.h"
+#include "dapple/build/editable_scene.h"
 
 namespace dapple::build {
 
-using Imath::V2d;
 using scenefile::SceneDescription;
-
-namespace {
-
-/// The place of what no line of the scene is to blame for.
-FileLoc whole(const SceneDescription& description) {
-  return {description.files.empty() ? "" : std::string_view(description.files.front()), 0, 0};
-}
-
-}  // namespace
 
 BuiltScene::~BuiltScene() {
   scene.reset();
 }
 
+BuiltScene& BuiltScene::operator=(BuiltScene&& other) noexcept {
+  scene.reset();  // before what its textures read
+  scene = std::move(other.scene);
+  origin = other.origin;
+  film = std::move(other.film);
+  request = std::move(other.request);
+  dicing_camera = other.dicing_camera;
+  times = other.times;
+  named_files = std::move(other.named_files);
+  temporary_files = std::move(other.temporary_files);
+  texture_system = std::move(other.texture_system);
+  return *this;
+}
+
 BuiltScene build_scene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics) {
-  const Timer timer;
-  BuiltScene built;
-  built.named_files = scenefile::named_files(description);
-  built.temporary_files = description.temporary_files;
-  built.texture_system = std::make_unique<image::TextureSystem>();
-  built.scene = std::make_unique<scene::Scene>();
-  scene::Scene& scene = *built.scene;
-  const BuildContext context{description, diagnostics, *built.texture_system, options.keep_going,
-                             find_origins(description, diagnostics)};
-  built.origin = context.origins.scene;
+  return std::move(EditableScene(description, options, diagnostics).built());
+}
 
-  built.film = make_film(context, options.film);
-  built.request = make_integrator_request(context);
-  scene.film = built.film.film;
-  scene.camera = make_camera(context, scene.film.resolution);
-  if (const auto& lens = scene.camera.settings().lens_system) scene.film.scale *= lens->exposure();
-  scene.filter = make_filter(context);
-  const TextureLibrary textures(context);
-  scene.materials = make_materials(context, textures);
-  const CoverageMaterials coverage(context, &scene.materials);
-  scene.media = make_media(context, textures);
-  if (const auto& name = description.camera_medium; !name.empty())
-    scene.camera_medium = description.named_media.at(name);
-  description.accelerator.params.report_unused("accelerator", diagnostics);
+bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& r) {
+  const auto moves = [](const scene::Camera& c) { return c.settings().camera_to_world.is_animated(); };
+  return !built.scene->has_media() && r.masks.sun_shadows.value_or("rays") == "rays" &&
+         !(r.masks.far_ground.value_or(0) > 0) && r.type != "canopy" && r.type != "images" &&
+         !moves(built.dicing_camera) && !moves(built.scene->camera);
+}
 
-  std::optional<Box2f> period;
-  if (options.period) {
-    const V2d corner(built.origin.x, built.origin.y);
-    period = Box2f(V2f(options.period->min - corner), V2f(options.period->max - corner));
-    scene.traced.set_period(*period);
+std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
+                                                             int pixel_samples, uint64_t seed) {
+  if (!outlasts_camera(built, request)) return make_integrator(*built.scene, request, pixel_samples, seed);
+  const scene::Camera camera = std::exchange(built.scene->camera, built.dicing_camera);
+  try {
+    auto integrator = make_integrator(*built.scene, request, pixel_samples, seed);
+    built.scene->camera = camera;
+    return integrator;
+  } catch (...) {
+    built.scene->camera = camera;
+    throw;
   }
-  GeometryBuilder geometry(context, textures, coverage, scene, period);
-  geometry.build();
-  built.times.shape_seconds = geometry.shape_seconds();
-  built.times.shape_bytes = geometry.shape_bytes();
-  scene.fingerprint = hash(description.fingerprint, geometry.fingerprint());
-  scene.traced.commit();
-  geometry.check_reach(scene.traced.bounds(), scene.camera.position());
-  built.times.acceleration_seconds = scene.traced.build_seconds();
-
-  for (const scenefile::LightEntity& entity : description.lights) {
-    const uint8_t group = read_light_group(entity, &scene.light_groups);
-    auto light = make_light(entity, context, textures);
-    if (!light) continue;
-    if (light->is_infinite()) scene.infinite_lights.push_back(uint32_t(scene.lights.size()));
-    scene.lights.push_back(std::move(light));
-    scene.light_groups.of_light.push_back(group);
-  }
-  const auto has_shape = [&](const scenefile::InstanceEntity& i) {
-    return !description.objects[size_t(i.object)].shapes.empty();
-  };
-  if (description.shapes.empty() && std::none_of(description.instances.begin(), description.instances.end(), has_shape))
-    diagnostics.warn(whole(description), "the scene has no shape");
-  const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });
-  if (scene.lights.empty() && !glows)
-    diagnostics.warn(whole(description), "the scene has no light: only ambient occlusion will show anything");
-  const Box3f bounds = scene.traced.bounds();
-  const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
-  std::vector<const emitters::Light*> lights;
-  for (const auto& light : scene.lights) lights.push_back(light.get());
-  if (!lights.empty()) scene.light_sampler = std::make_unique<emitters::LightSampler>(lights, radius);
-  built.times.total_seconds = timer.seconds();
-  return built;
 }
 
 BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics) {

@@ -39,6 +39,7 @@ struct BuiltScene {
   V3d origin{0, 0, 0};  ///< what was taken off positions: those of the scene plus this are those of the file
   FilmRequest film;
   IntegratorRequest request;
+  scene::Camera dicing_camera;  ///< for which surfaces are diced: the scene's, unless the file has a DicingCamera
   BuildTimes times;
   std::vector<std::string> named_files;         ///< scenefile::named_files()
   std::shared_ptr<const void> temporary_files;  ///< SceneDescription::temporary_files
@@ -48,13 +49,21 @@ struct BuiltScene {
   ~BuiltScene();
   BuiltScene() = default;
   BuiltScene(BuiltScene&&) = default;
-  BuiltScene& operator=(BuiltScene&&) = delete;
+  BuiltScene& operator=(BuiltScene&& other) noexcept;
 };
 
 /// SceneDescription to frozen Scene. Throws InputError for what cannot be rendered; what can be approximated goes to
 /// `diagnostics`.
 BuiltScene build_scene(const scenefile::SceneDescription& description, const BuildOptions& options,
                        Diagnostics& diagnostics);
+/// Makes the integrator asked for (integrator_factory.h). Where the scene has a DicingCamera, what is learned before
+/// rendering is learned from there, so that the camera may go elsewhere and find it still true; but not in scenes with
+/// media, masks or far ground, whose tables are made for the camera itself.
+std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
+                                                             int pixel_samples, uint64_t seed);
+/// Whether that holds: the integrator stays what it would be made anew after the camera moved.
+bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& request);
+
 /// Reads a scene or a model by its extension (modelfile/scene_reader.h) and builds it.
 BuiltScene load_scene(const std::string& path, const BuildOptions& options, Diagnostics& diagnostics);
 

@@ -22,11 +22,18 @@ Derived derived_from(Entity entity) {
 }  // namespace
 
 DescriptionBuilder::DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics)
-    : description_(*description), diagnostics_(*diagnostics) {
+    : description_(*description), diagnostics_(*diagnostics), editor_(description) {
   MaterialEntity fallback;
   fallback.type = "diffuse";
   description_.materials.push_back(std::move(fallback));
   material_defined_.push_back(true);
+}
+
+void DescriptionBuilder::resume() {
+  description_.materials.pop_back();  // the fallback that this builder began with, of which there is one already
+  material_defined_.assign(description_.materials.size(), true);
+  object_defined_.assign(description_.objects.size(), true);
+  world_begin();
 }
 
 void DescriptionBuilder::set_once(Entity SceneDescription::*member, std::string_view directive, Entity entity) {
@@ -232,12 +239,14 @@ void DescriptionBuilder::area_light(Entity entity) {
     return;
   }
   entity.params.set_defaults(state_.defaults[GraphicsState::light]);
+  entity.params.item_name();
   state_.area_light = int32_t(description_.area_lights.size());
   description_.area_lights.push_back(std::move(entity));
 }
 
 void DescriptionBuilder::light(Entity entity) {
   entity.params.set_defaults(state_.defaults[GraphicsState::light]);
+  entity.params.item_name();
   LightEntity light = derived_from<LightEntity>(std::move(entity));
   light.transform = state_.ctm;
   light.medium = state_.outside_medium;
@@ -246,6 +255,7 @@ void DescriptionBuilder::light(Entity entity) {
 
 void DescriptionBuilder::shape(Entity entity) {
   entity.params.set_defaults(state_.defaults[GraphicsState::shape]);
+  entity.params.item_name();
   ShapeEntity shape = derived_from<ShapeEntity>(std::move(entity));
   shape.transform = state_.ctm;
   shape.reverse_orientation = state_.reverse_orientation;
@@ -286,7 +296,7 @@ void DescriptionBuilder::object_end(const FileLoc& loc) {
   active_object_ = -1;
 }
 
-void DescriptionBuilder::object_instance(const std::string& name, const FileLoc& loc) {
+void DescriptionBuilder::object_instance(const std::string& name, const FileLoc& loc, const std::string& own_name) {
   if (active_object_ >= 0)
     throw InputError(loc, "ObjectInstance inside of the definition of " +
                               in_quotes(description_.objects[size_t(active_object_)].name) +
@@ -296,7 +306,22 @@ void DescriptionBuilder::object_instance(const std::string& name, const FileLoc&
     if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0 || m[3][3] != 1)
       throw InputError(loc, "the transform of an instance must be affine: its last row must be 0 0 0 1");
   }
+  if (!own_name.empty()) description_.instance_names.emplace(uint32_t(description_.instances.size()), own_name);
   description_.instances.push_back({CompactTransform(state_.ctm), loc, object_index(name, loc)});
+}
+
+void DescriptionBuilder::edit(SceneEdit edit) {
+  if (edit.target == EditTarget::material)
+    if (const auto it = description_.named_materials.find(edit.name);
+        it != description_.named_materials.end() && !material_defined_[size_t(it->second)])
+      throw InputError(edit.loc, "material " + in_quotes(edit.name) + " is edited before it is defined");
+  edits_.push_back(editor_.apply(std::move(edit)));
+}
+
+void DescriptionBuilder::dicing_camera(const FileLoc& loc) {
+  if (description_.camera.type.empty())
+    throw InputError(loc, "DicingCamera: there is no camera yet; expected it after Camera");
+  description_.dicing_camera = {description_.camera, description_.film, description_.world_to_camera};
 }
 
 DescriptionBuilder::Scope DescriptionBuilder::begin_import() {
@@ -308,6 +333,55 @@ void DescriptionBuilder::end_import(Scope scope) {
   state_ = std::move(scope.state);
   coordinate_systems_ = std::move(scope.coordinate_systems);
   stack_floor_ = scope.stack_floor;
+}
+
+struct DescriptionBuilder::Checkpoint {
+  size_t edits = 0;
+  GraphicsState state;
+  std::map<std::string, TransformPair> coordinate_systems;
+  std::map<std::string, FileLoc> mentioned_media;
+  ParamSet options;
+  std::string base_directory;
+  std::optional<DicingCameraEntity> dicing_camera;
+  size_t stack = 0, stack_floor = 0;
+  size_t materials = 0, textures = 0, media = 0, area_lights = 0, lights = 0, shapes = 0, objects = 0, instances = 0;
+};
+
+std::shared_ptr<const DescriptionBuilder::Checkpoint> DescriptionBuilder::checkpoint() {
+  const SceneDescription& d = description_;
+  return std::make_shared<const Checkpoint>(
+      Checkpoint{edits_.size(), state_, coordinate_systems_, mentioned_media_, d.options, d.base_directory,
+                 d.dicing_camera, stack_.size(), stack_floor_, d.materials.size(), d.textures.size(), d.media.size(),
+                 d.area_lights.size(), d.lights.size(), d.shapes.size(), d.objects.size(), d.instances.size()});
+}
+
+void DescriptionBuilder::restore(const Checkpoint& c) {
+  SceneDescription& d = description_;
+  for (; edits_.size() > c.edits; edits_.pop_back()) edits_.back()();
+  state_ = c.state;
+  coordinate_systems_ = c.coordinate_systems;
+  mentioned_media_ = c.mentioned_media;
+  d.options = c.options;
+  d.base_directory = c.base_directory;
+  d.dicing_camera = c.dicing_camera;
+  stack_.resize(std::min(stack_.size(), c.stack));
+  stack_floor_ = c.stack_floor;
+  active_object_ = -1;
+  const auto forget = [](auto& names, size_t size) {
+    std::erase_if(names, [size](const auto& n) { return size_t(n.second) >= size; });
+  };
+  d.materials.resize(c.materials), forget(d.named_materials, c.materials);
+  d.textures.resize(c.textures), forget(d.float_textures, c.textures), forget(d.spectrum_textures, c.textures);
+  d.media.resize(c.media), forget(d.named_media, c.media);
+  d.objects.resize(c.objects), forget(d.named_objects, c.objects);
+  d.area_lights.resize(c.area_lights);
+  d.lights.resize(c.lights);
+  d.shapes.resize(c.shapes);
+  d.instances.erase(d.instances.begin() + std::ptrdiff_t(c.instances), d.instances.end());
+  std::erase_if(d.instance_names, [&](const auto& n) { return n.first >= c.instances; });
+  material_defined_.resize(c.materials);
+  object_defined_.resize(c.objects);
+  editor_.forget();
 }
 
 void DescriptionBuilder::finish(const FileLoc& loc) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dapple/scenefile/scene_description.h"
+#include "dapple/scenefile/scene_edit.h"
 
 namespace dapple::scenefile {
 
@@ -36,6 +37,8 @@ struct GraphicsState {
 class DescriptionBuilder {
  public:
   DescriptionBuilder(SceneDescription* description, Diagnostics* diagnostics);
+  /// Goes on with a description that is whole: in the world, at its end, with the state that WorldBegin sets.
+  void resume();
 
   bool in_world() const { return in_world_; }
   bool in_object() const { return active_object_ >= 0; }
@@ -77,7 +80,21 @@ class DescriptionBuilder {
   // Contents.
   void light(Entity entity);
   void shape(Entity entity);
-  void object_instance(const std::string& name, const FileLoc& loc);
+  /// `own_name`: what the instance is called; empty: by its number.
+  void object_instance(const std::string& name, const FileLoc& loc, const std::string& own_name = {});
+
+  // Changes (scene_edit.h).
+  void edit(SceneEdit edit);
+  /// Surfaces stay diced for the camera and the film as they are now.
+  void dicing_camera(const FileLoc& loc);
+  SceneEditor& editor() { return editor_; }
+
+  /// A place to come back to: restore() takes back all that was added and edited since.
+  struct Checkpoint;
+  std::shared_ptr<const Checkpoint> checkpoint();
+  void restore(const Checkpoint& checkpoint);
+  /// Nobody will come back to any checkpoint.
+  void forget_checkpoints() { edits_.clear(); }
 
   /// Import: between these the graphics state, its stack and the named coordinate systems are the imported file's own,
   /// beginning as copies; what it defines stays.
@@ -89,7 +106,7 @@ class DescriptionBuilder {
   Scope begin_import();
   void end_import(Scope scope);
 
-  /// End of the main file at `loc`.
+  /// End of the main file at `loc`, and of what is added to it later.
   void finish(const FileLoc& loc);
 
  private:
@@ -121,6 +138,8 @@ class DescriptionBuilder {
   std::map<std::string, FileLoc> mentioned_media_;  // first use
   int32_t active_object_ = -1;
   bool in_world_ = false;
+  SceneEditor editor_;
+  std::vector<SceneEditor::Undo> edits_;  // since forget_checkpoints()
 };
 
 }  // namespace dapple::scenefile

@@ -72,7 +72,24 @@ std::string_view name_of(ParamType type) {
 }
 
 std::optional<FileLoc> ParamSet::add(Param p) {
-  if (const Param* first = own(p.name)) return std::exchange(params_[size_t(first - params_.data())], std::move(p)).loc;
+  const std::optional<Param> before = replace(std::move(p));
+  return before ? std::optional(before->loc) : std::nullopt;
+}
+
+std::optional<Param> ParamSet::take(std::string_view name) {
+  const Param* const p = own(name);
+  if (!p) return std::nullopt;
+  const auto at = params_.begin() + (p - params_.data());
+  std::optional<Param> taken = std::move(*at);
+  params_.erase(at);
+  std::fill(slots_.begin(), slots_.end(), 0);
+  if (!slots_.empty())
+    for (uint32_t i = 0; i < params_.size(); ++i) index(i);
+  return taken;
+}
+
+std::optional<Param> ParamSet::replace(Param p) {
+  if (const Param* first = own(p.name)) return std::exchange(params_[size_t(first - params_.data())], std::move(p));
   params_.push_back(std::move(p));
   if (params_.size() <= index_above) return std::nullopt;
   if (params_.size() * 2 > slots_.size()) {
@@ -133,6 +150,14 @@ const Param* ParamSet::typed(std::string_view name, ParamType type, size_t value
   const Param* p = find(name);
   if (p && (p->type != type || value_count(*p) != values)) wrong(*p, type_text(type) + " with " + values_text(values));
   return p;
+}
+
+const std::string& ParamSet::item_name() const {
+  static const std::string none;
+  const Param* const p = lookup("name");
+  if (!p) return none;
+  if (p->type != ParamType::string || p->strings.size() != 1) wrong(*p, "type \"string\" with 1 value");
+  return p->strings[0];
 }
 
 bool ParamSet::get_bool(std::string_view name, bool fallback) const {

@@ -63,6 +63,10 @@ class ParamSet {
 
   /// Adds it, or puts it in the place of the parameter of that name: then, where that one was given.
   std::optional<FileLoc> add(Param p);
+  /// The same; returns the parameter whose place it took.
+  std::optional<Param> replace(Param p);
+  /// Takes the parameter of this name out, if there is one.
+  std::optional<Param> take(std::string_view name);
   void set_defaults(Defaults defaults) { defaults_ = std::move(defaults); }
 
   bool empty() const { return params_.empty(); }
@@ -73,6 +77,9 @@ class ParamSet {
   const Param* find(std::string_view name) const;
   /// The parameter of this name and type, marked as used, or nullptr (also where the name has another type).
   const Param* find(std::string_view name, ParamType type) const;
+  /// `"string name"`: what the user calls the item; empty without one. InputError if it is no single string. Leaves no
+  /// record but that the parameter is used.
+  const std::string& item_name() const;
 
   bool get_bool(std::string_view name, bool fallback) const;
   int32_t get_int(std::string_view name, int32_t fallback) const;

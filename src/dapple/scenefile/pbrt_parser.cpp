@@ -10,6 +10,7 @@
 #include "dapple/scenefile/file_source.h"
 #include "dapple/scenefile/param_parser.h"
 #include "dapple/scenefile/scene_description.h"
+#include "dapple/scenefile/scene_text.h"
 #include "dapple/scenefile/text.h"
 #include "dapple/scenefile/tokenizer.h"
 
@@ -26,9 +27,14 @@ constexpr size_t max_includes = 100000;
 // whose numbers differ, has more for each; that of one line a million times has a small part of one. Instances are
 // compact, and are not counted.
 constexpr size_t free_directives = size_t(1) << 18, bytes_a_directive = 4;
-constexpr std::array<std::string_view, 9> kept_directives = {"AreaLightSource",   "Attribute",       "LightSource",
-                                                             "MakeNamedMaterial", "MakeNamedMedium", "Material",
-                                                             "ObjectBegin",       "Shape",           "Texture"};
+constexpr std::array<std::string_view, 11> kept_directives = {
+    "AreaLightSource", "Attribute", "Edit",  "LightSource", "MakeNamedMaterial", "MakeNamedMedium", "Material",
+    "ObjectBegin",     "Remove",    "Shape", "Texture"};
+
+std::string directory_of(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, std::max<size_t>(slash, 1));
+}
 
 class PbrtParser {
  public:
@@ -39,7 +45,8 @@ class PbrtParser {
         builder_(description, diagnostics) {}
 
   /// Parses a main file; `name` must live in description.files.
-  void parse_main(std::string_view text, std::string_view name) {
+  void parse_main(std::string_view text, std::string_view name, const std::string& folder) {
+    folder_ = folder;
     Tokenizer tokenizer(text, name);
     parse_directives(&tokenizer, {});
     builder_.finish(tokenizer.loc());
@@ -51,6 +58,13 @@ class PbrtParser {
     stored_bytes_ += file.stored_bytes();
   }
   void add_stored_bytes(size_t bytes) { stored_bytes_ += bytes; }
+  DescriptionBuilder& builder() { return builder_; }
+  /// After a file, or a failure within one.
+  void begin_again() {
+    open_files_.resize(std::min<size_t>(open_files_.size(), 1));
+    includers_.clear();
+    tokenizer_ = nullptr;
+  }
 
  private:
   enum class Block : uint8_t { any, options, world };
@@ -61,7 +75,7 @@ class PbrtParser {
     Block block;
     Handler handler;
   };
-  static const std::array<Directive, 40> directives;
+  static const std::array<Directive, 43> directives;
 
   /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
   void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
@@ -90,6 +104,8 @@ class PbrtParser {
   void concat_transform(const Token& d) { builder_.concat(read_matrix(d), d.loc); }
   void coord_sys_transform(const Token& d) { builder_.coord_sys_transform(read_string(d, "a name"), d.loc); }
   void coordinate_system(const Token& d) { builder_.coordinate_system(read_string(d, "a name")); }
+  void dicing_camera(const Token& d) { builder_.dicing_camera(d.loc); }
+  void edit(const Token& d);
   void identity(const Token& d) { builder_.set_transform(Transform(), d.loc); }
   void import(const Token& d) { read_file(d, true); }
   void include(const Token& d) { read_file(d, false); }
@@ -102,8 +118,8 @@ class PbrtParser {
   void named_material(const Token& d) { builder_.named_material(read_string(d, "a material's name"), d.loc); }
   void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
   void object_end(const Token& d) { builder_.object_end(d.loc); }
-  void object_instance(const Token& d) { builder_.object_instance(read_string(d, "an object's name"), d.loc); }
-  void option(const Token&) { description_.options.add(params_.parse_option(tokenizer_)); }
+  void object_instance(const Token& d);
+  void option(const Token&);
   void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
   void rotate(const Token& d);
   void scale(const Token& d);
@@ -123,12 +139,13 @@ class PbrtParser {
   std::vector<Tokenizer*> includers_;  // of the files that include it, as if their text were one
   std::vector<FileSource::Identity> open_files_;
   std::map<std::string, const std::string*, std::less<>> file_names_;
+  std::string folder_;  // of the file being read
   size_t includes_ = 0, kept_ = 0;
   size_t stored_bytes_ = 0;  // of all files so far, as often as they were included
 };
 
 // In alphabetical order, for the search.
-const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
+const std::array<PbrtParser::Directive, 43> PbrtParser::directives = {{
     {"Accelerator", Block::options, &PbrtParser::set_once<&SceneDescription::accelerator>},
     {"ActiveTransform", Block::any, &PbrtParser::active_transform},
     {"AreaLightSource", Block::world, &PbrtParser::area_light_source},
@@ -140,6 +157,8 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
     {"ConcatTransform", Block::any, &PbrtParser::concat_transform},
     {"CoordSysTransform", Block::any, &PbrtParser::coord_sys_transform},
     {"CoordinateSystem", Block::any, &PbrtParser::coordinate_system},
+    {"DicingCamera", Block::any, &PbrtParser::dicing_camera},
+    {"Edit", Block::any, &PbrtParser::edit},
     {"Film", Block::options, &PbrtParser::set_once<&SceneDescription::film>},
     {"Identity", Block::any, &PbrtParser::identity},
     {"Import", Block::world, &PbrtParser::import},
@@ -157,6 +176,7 @@ const std::array<PbrtParser::Directive, 40> PbrtParser::directives = {{
     {"ObjectInstance", Block::world, &PbrtParser::object_instance},
     {"Option", Block::any, &PbrtParser::option},
     {"PixelFilter", Block::options, &PbrtParser::set_once<&SceneDescription::pixel_filter>},
+    {"Remove", Block::any, &PbrtParser::edit},
     {"ReverseOrientation", Block::world, &PbrtParser::reverse_orientation},
     {"Rotate", Block::any, &PbrtParser::rotate},
     {"Sampler", Block::options, &PbrtParser::set_once<&SceneDescription::sampler>},
@@ -238,6 +258,7 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   if (is_import) scope = builder_.begin_import();
   description_.fingerprint = hash_bytes(source.contents(), description_.fingerprint);
   Tokenizer tokenizer(source.contents(), *name->second);
+  const std::string outer_folder = std::exchange(folder_, directory_of(path));
   std::vector<Tokenizer*> includers;
   if (!is_import) {
     includers = includers_;
@@ -250,6 +271,7 @@ void PbrtParser::read_file(const Token& directive, bool is_import) {
   }
   if (scope) builder_.end_import(std::move(*scope));
   open_files_.pop_back();
+  folder_ = outer_folder;
 }
 
 std::string PbrtParser::read_string(const Token& directive, const char* expected) {
@@ -361,6 +383,43 @@ void PbrtParser::medium_interface(const Token& d) {
   builder_.medium_interface(inside, outside, d.loc);
 }
 
+void PbrtParser::edit(const Token& d) {
+  SceneEdit e;
+  e.loc = d.loc;
+  e.remove = d.text == "Remove";
+  const FileLoc loc = tokenizer_->loc();
+  const std::string target = read_string(d, "what it is about");
+  const auto it = std::find(edit_target_names.begin(), edit_target_names.end(), target);
+  if (it == edit_target_names.end())
+    throw InputError(loc, std::string(d.text) + ": unknown target " + in_quotes(target) + "; " +
+                              one_of({edit_target_names.begin(), edit_target_names.end()}));
+  e.target = EditTarget(it - edit_target_names.begin());
+  if (has_name(e.target)) e.name = read_string(d, "a name");
+  e.params = read_params(d).params;
+  builder_.edit(std::move(e));
+}
+
+void PbrtParser::object_instance(const Token& d) {
+  const std::string name = read_string(d, "an object's name");
+  const Entity own = read_params(d);
+  const std::string own_name = own.params.item_name();
+  if (!own.params.empty()) own.params.find("name"), own.params.report_unused("ObjectInstance", diagnostics_);
+  builder_.object_instance(name, d.loc, own_name);
+}
+
+// Files are named relative to that folder, which is named relative to the file where that stands: what a scene includes
+// from elsewhere finds its own.
+void PbrtParser::option(const Token&) {
+  Param p = params_.parse_option(tokenizer_);
+  if (p.name == "folder") {
+    if (p.type != ParamType::string)
+      throw InputError(p.loc, "Option \"folder\": expected the name of a folder in quotes");
+    const std::string& name = p.strings[0];
+    description_.base_directory = name.starts_with('/') || folder_.empty() ? name : folder_ + "/" + name;
+  }
+  description_.options.add(std::move(p));
+}
+
 void PbrtParser::rotate(const Token& d) {
   const auto v = read_numbers<4>(d);
   if (v[1] == 0 && v[2] == 0 && v[3] == 0) throw InputError(d.loc, "Rotate: the axis must not be the zero vector");
@@ -391,36 +450,74 @@ void PbrtParser::translate(const Token& d) {
   builder_.concat(Transform::translate({v[0], v[1], v[2]}), d.loc);
 }
 
-std::string directory_of(const std::string& path) {
-  const size_t slash = path.rfind('/');
-  return slash == std::string::npos ? std::string() : path.substr(0, std::max<size_t>(slash, 1));
-}
-
 }  // namespace
 
-SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics, Importer* importer) {
-  if (path.empty()) throw InputError(FileLoc{"command line", 0, 0}, "the name of the scene is empty; expected a file");
+class SceneText::Impl {
+ public:
+  Impl(Diagnostics& diagnostics, Importer* importer) : parser(&description, &diagnostics, importer) {}
   SceneDescription description;
-  description.files.push_back(path);
-  description.base_directory = directory_of(path);
-  const FileSource source(path, FileLoc{description.files.front(), 0, 0});
-  PbrtParser parser(&description, &diagnostics, importer);
-  parser.enter(source);
-  description.fingerprint = hash_bytes(source.contents(), 0);
-  parser.parse_main(source.contents(), description.files.front());
-  return description;
+  PbrtParser parser;
+};
+
+SceneText::SceneText(Diagnostics& diagnostics, Importer* importer)
+    : impl_(std::make_unique<Impl>(diagnostics, importer)) {}
+SceneText::~SceneText() = default;
+SceneText::SceneText(SceneText&&) noexcept = default;
+
+SceneDescription& SceneText::description() {
+  return impl_->description;
+}
+DescriptionBuilder& SceneText::builder() {
+  return impl_->parser.builder();
+}
+
+void SceneText::read_file(const std::string& path) {
+  if (path.empty()) throw InputError(FileLoc{"command line", 0, 0}, "the name of the scene is empty; expected a file");
+  SceneDescription& d = impl_->description;
+  d.files.push_back(path);
+  d.base_directory = directory_of(path);
+  const FileSource source(path, FileLoc{d.files.front(), 0, 0});
+  impl_->parser.enter(source);
+  d.fingerprint = hash_bytes(source.contents(), 0);
+  impl_->parser.parse_main(source.contents(), d.files.front(), d.base_directory);
+}
+
+void SceneText::read_text(std::string_view text, const std::string& name, const std::string& base_directory) {
+  SceneDescription& d = impl_->description;
+  d.files.push_back(name);
+  d.base_directory = base_directory;
+  d.fingerprint = hash_bytes(text, 0);
+  impl_->parser.add_stored_bytes(text.size());
+  impl_->parser.parse_main(text, d.files.front(), base_directory);
+}
+
+void SceneText::adopt(SceneDescription description) {
+  MaterialEntity fallback = std::move(impl_->description.materials.front());
+  impl_->description = std::move(description);
+  impl_->description.materials.push_back(std::move(fallback));
+  impl_->parser.builder().resume();
+}
+
+void SceneText::add(std::string_view text, const std::string& name) {
+  SceneDescription& d = impl_->description;
+  d.files.push_back(name);
+  impl_->parser.add_stored_bytes(text.size());
+  impl_->parser.begin_again();
+  impl_->parser.parse_main(text, d.files.back(), d.base_directory);
+  d.fingerprint = hash_bytes(text, d.fingerprint);
+}
+
+SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics, Importer* importer) {
+  SceneText scene(diagnostics, importer);
+  scene.read_file(path);
+  return std::move(scene.description());
 }
 
 SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
                             Diagnostics& diagnostics, Importer* importer) {
-  SceneDescription description;
-  description.files.push_back(name);
-  description.base_directory = base_directory;
-  description.fingerprint = hash_bytes(text, 0);
-  PbrtParser parser(&description, &diagnostics, importer);
-  parser.add_stored_bytes(text.size());
-  parser.parse_main(text, description.files.front());
-  return description;
+  SceneText scene(diagnostics, importer);
+  scene.read_text(text, name, base_directory);
+  return std::move(scene.description());
 }
 
 }  // namespace dapple::scenefile

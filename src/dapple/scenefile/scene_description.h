@@ -21,11 +21,16 @@ struct TransformPair {
   bool is_animated() const { return !(start == end); }
 };
 
+/// Whether an item takes part. What was removed keeps its place, so that places go on to mean the same.
+enum class Presence : uint8_t { shown, hidden, removed };
+
 /// One directive with a type and parameters: `Camera "perspective" ...`, `Film`, `Sampler`, ...
 struct Entity {
   std::string type;
   ParamSet params;
   FileLoc loc;
+  Presence presence = Presence::shown;  ///< of lights, area lights and shapes
+  bool is_shown() const { return presence == Presence::shown; }
 };
 
 /// A material, named or not. `type` is pbrt's material type ("diffuse", ...).
@@ -97,6 +102,14 @@ struct InstanceEntity {
   CompactTransform transform;
   FileLoc loc;
   int32_t object = 0;
+  Presence presence = Presence::shown;
+  bool is_shown() const { return presence == Presence::shown; }
+};
+
+/// DicingCamera: the camera and the film for which surfaces are diced, wherever the camera goes from there on.
+struct DicingCameraEntity {
+  Entity camera, film;
+  TransformPair world_to_camera;
 };
 
 /// What a scene file says, with nothing interpreted beyond the directives: neutral between file formats. Every item
@@ -117,6 +130,7 @@ struct SceneDescription {
   TransformPair world_to_camera;
   double shutter_start_transform_time = 0, shutter_end_transform_time = 1;  ///< TransformTimes
   std::string camera_medium;
+  std::optional<DicingCameraEntity> dicing_camera;  ///< none: that is the camera
   ParamSet options;  ///< Option directives: names in lower case without '_' and '-'; of equal names the last
 
   /// [0] is the default: "diffuse" without parameters (pbrt: reflectance .5). A material may be used before its
@@ -133,6 +147,12 @@ struct SceneDescription {
   std::vector<ObjectEntity> objects;
   std::map<std::string, int32_t> named_objects;
   std::vector<InstanceEntity> instances;
+  std::map<uint32_t, std::string> instance_names;  ///< of those that have one, by their place in instances
+
+  /// Whether a shape shines.
+  bool emits(const ShapeEntity& shape) const {
+    return shape.area_light >= 0 && area_lights[size_t(shape.area_light)].is_shown();
+  }
 
   /// Keeps files that were written for this description alone (pictures from inside of models) until what was built of
   /// it has gone too.

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/editable_scene.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "dapple/base/hash.h"
+#include "dapple/base/timer.h"
+#include "dapple/build/coverage.h"
+#include "dapple/build/geometry_builder.h"
+#include "dapple/build/light_factory.h"
+#include "dapple/build/light_group_factory.h"
+#include "dapple/build/material_factory.h"
+#include "dapple/build/medium_factory.h"
+#include "dapple/build/openpbr_factory.h"
+#include "dapple/scene/lens_system.h"
+#include "dapple/scenefile/named_files.h"
+
+namespace dapple::build {
+
+using Imath::V2d;
+using scenefile::SceneDescription;
+
+namespace {
+
+/// The place of what no line of the scene is to blame for.
+FileLoc whole(const SceneDescription& description) {
+  return {description.files.empty() ? "" : std::string_view(description.files.front()), 0, 0};
+}
+
+bool same_view(const scene::Camera& a, const scene::Camera& b) {
+  const auto key = [](const scene::Camera& camera) {
+    const scene::Camera::Settings& s = camera.settings();
+    return std::tuple(s.projection, s.fov_degrees, s.screen_min_x, s.screen_max_x, s.screen_min_y, s.screen_max_y,
+                      s.lens_radius, s.focal_distance, s.time_open, s.time_close, s.resolution.x, s.resolution.y);
+  };
+  const auto &m = a.settings().camera_to_world, &n = b.settings().camera_to_world;
+  return key(a) == key(b) && m.start() == n.start() && m.end() == n.end();
+}
+
+// Of these the geometry was made by what the material is.
+bool shapes_geometry(const shading::Material& m) {
+  return m.is_interface() || m.stages().has(shading::Stage::displacement) || m.stages().has(shading::Stage::opacity);
+}
+
+bool any_glows(const SceneDescription& description) {
+  return std::any_of(description.materials.begin(), description.materials.end(),
+                     [](const auto& material) { return emission_of(material).has_value(); });
+}
+
+}  // namespace
+
+// What an update makes, aside until all of it is known to be right.
+struct EditableScene::Parts {
+  FilmRequest film;
+  IntegratorRequest request;
+  scene::Camera camera, dicing_camera;
+  scene::Filter filter = scene::Filter::box(0.5f);
+  std::vector<shading::MaterialPtr> materials;
+  std::vector<std::unique_ptr<const emitters::Light>> lights;  ///< but for those of areas
+  scene::LightGroups light_groups;
+};
+
+EditableScene::EditableScene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics)
+    : description_(description), options_(options), diagnostics_(diagnostics) {
+  build_all();
+}
+
+EditableScene::~EditableScene() = default;
+
+void EditableScene::read_view(Parts* p) const {
+  p->film = make_film(*context_, options_.film);
+  p->request = make_integrator_request(*context_);
+  p->camera = make_camera(*context_, p->film.film.resolution);
+  p->dicing_camera = make_dicing_camera(*context_, options_.film, p->camera);
+  if (const auto& lens = p->camera.settings().lens_system) p->film.film.scale *= lens->exposure();
+  p->filter = make_filter(*context_);
+}
+
+void EditableScene::make_lights(Parts* p) const {
+  p->light_groups = area_groups_;
+  for (const scenefile::LightEntity& entity : description_.lights) {
+    if (!entity.is_shown()) continue;
+    const uint8_t group = read_light_group(entity, &p->light_groups);
+    auto light = make_light(entity, *context_, *textures_);
+    if (!light) continue;
+    p->lights.push_back(std::move(light));
+    p->light_groups.of_light.push_back(group);
+  }
+}
+
+namespace {
+
+void set_lights(scene::Scene* scene, size_t area_lights, std::vector<std::unique_ptr<const emitters::Light>> lights,
+                scene::LightGroups groups) {
+  scene->light_sampler.reset();
+  scene->lights.resize(area_lights);
+  scene->infinite_lights.clear();
+  scene->light_groups = std::move(groups);
+  for (auto& light : lights) {
+    if (light->is_infinite()) scene->infinite_lights.push_back(uint32_t(scene->lights.size()));
+    scene->lights.push_back(std::move(light));
+  }
+  const Box3f bounds = scene->traced.bounds();
+  const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
+  std::vector<const emitters::Light*> all;
+  for (const auto& light : scene->lights) all.push_back(light.get());
+  if (!all.empty()) scene->light_sampler = std::make_unique<emitters::LightSampler>(all, radius);
+}
+
+}  // namespace
+
+void EditableScene::build_all() {
+  const Timer timer;
+  BuiltScene built;
+  built.named_files = scenefile::named_files(description_);
+  built.temporary_files = description_.temporary_files;
+  built.texture_system = std::make_unique<image::TextureSystem>();
+  built.scene = std::make_unique<scene::Scene>();
+  scene::Scene& scene = *built.scene;
+  auto context =
+      std::make_unique<BuildContext>(BuildContext{description_, diagnostics_, *built.texture_system,
+                                                  options_.keep_going, find_origins(description_, diagnostics_)});
+  built.origin = context->origins.scene;
+  // Errors come in the order in which things are made; until all are, the old ones stay.
+  std::swap(context_, context);
+  auto textures = std::move(textures_);
+  const size_t area_lights = area_lights_;
+  const scene::LightGroups area_groups = area_groups_;
+  try {
+    Parts parts;
+    read_view(&parts);
+    textures_ = std::make_unique<TextureLibrary>(*context_);
+    scene.materials = make_materials(*context_, *textures_);
+    const CoverageMaterials coverage(*context_, &scene.materials);
+    scene.media = make_media(*context_, *textures_);
+    if (const auto& name = description_.camera_medium; !name.empty())
+      scene.camera_medium = description_.named_media.at(name);
+    description_.accelerator.params.report_unused("accelerator", diagnostics_);
+    scene.film = parts.film.film;
+    scene.camera = parts.camera;
+    scene.filter = parts.filter;
+
+    std::optional<Box2f> period;
+    if (options_.period) {
+      const V2d corner(built.origin.x, built.origin.y);
+      period = Box2f(V2f(options_.period->min - corner), V2f(options_.period->max - corner));
+      scene.traced.set_period(*period);
+    }
+    GeometryBuilder geometry(*context_, *textures_, coverage, parts.dicing_camera, scene, period);
+    geometry.build();
+    built.times.shape_seconds = geometry.shape_seconds();
+    built.times.shape_bytes = geometry.shape_bytes();
+    scene.fingerprint = hash(description_.fingerprint, geometry.fingerprint());
+    scene.traced.commit();
+    geometry.check_reach(scene.traced.bounds(), scene.camera.position());
+    built.times.acceleration_seconds = scene.traced.build_seconds();
+    area_lights_ = scene.lights.size();
+    area_groups_ = scene.light_groups;
+    glowing_materials_ = any_glows(description_);
+    make_lights(&parts);
+    set_lights(&scene, area_lights_, std::move(parts.lights), std::move(parts.light_groups));
+    built.film = std::move(parts.film);
+    built.request = std::move(parts.request);
+    built.dicing_camera = parts.dicing_camera;
+  } catch (...) {
+    textures_ = std::move(textures);
+    context_ = std::move(context);
+    area_lights_ = area_lights, area_groups_ = area_groups;
+    throw;
+  }
+  built.times.total_seconds = timer.seconds();
+  std::swap(built_, built);
+  warn_of_emptiness();
+}
+
+void EditableScene::warn_of_emptiness() const {
+  const scene::Scene& scene = *built_.scene;
+  const auto has_shape = [&](const scenefile::InstanceEntity& i) {
+    return !description_.objects[size_t(i.object)].shapes.empty();
+  };
+  if (description_.shapes.empty() &&
+      std::none_of(description_.instances.begin(), description_.instances.end(), has_shape))
+    diagnostics_.warn(whole(description_), "the scene has no shape", "no shape");
+  const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });
+  if (scene.lights.empty() && !glows)
+    diagnostics_.warn(whole(description_), "the scene has no light: only ambient occlusion will show anything",
+                      "no light");
+}
+
+// False where the geometry has to be made again with them.
+bool EditableScene::make_materials_again(Parts* p) const {
+  const auto& before = built_.scene->materials;
+  p->materials = make_materials(*context_, *textures_);
+  const CoverageMaterials coverage(*context_, &p->materials);
+  if (p->materials.size() != before.size() || before.size() != description_.materials.size()) return false;
+  if (glowing_materials_ || any_glows(description_)) return false;
+  for (size_t i = 0; i < before.size(); ++i)
+    if (shapes_geometry(*before[i]) || shapes_geometry(*p->materials[i])) return false;
+  return true;
+}
+
+Changes EditableScene::update(Changes changes) {
+  if (!changes.any()) return changes;
+  Parts parts;
+  const bool view = changes.camera || changes.settings;
+  if (view && !changes.all) read_view(&parts);
+  if (view && !changes.all && !same_view(parts.dicing_camera, built_.dicing_camera)) changes.all = true;
+  if (changes.materials && !changes.all && !make_materials_again(&parts)) changes.all = true;
+  if (changes.all) {
+    build_all();
+    return changes;
+  }
+  if (changes.lights) make_lights(&parts);
+  scene::Scene& scene = *built_.scene;
+  if (view) {
+    scene.film = parts.film.film;
+    scene.camera = parts.camera;
+    scene.filter = parts.filter;
+    built_.film = std::move(parts.film);
+    built_.request = std::move(parts.request);
+  }
+  if (changes.materials) scene.materials = std::move(parts.materials);
+  if (changes.lights) {
+    set_lights(&scene, area_lights_, std::move(parts.lights), std::move(parts.light_groups));
+    warn_of_emptiness();
+  }
+  return changes;
+}
+
+Changes EditableScene::update(Changes changes, const FilmOverrides& film) {
+  const FilmOverrides before = std::exchange(options_.film, film);
+  try {
+    return update(changes);
+  } catch (...) {
+    options_.film = before;
+    throw;
+  }
+}
+
+}  // namespace dapple::build

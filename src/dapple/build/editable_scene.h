@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dapple/build/scene_builder.h"
+#include "dapple/build/texture_factory.h"
+
+namespace dapple::build {
+
+/// What edits of a description touched; of what is built from the rest as much is kept as is known not to depend on it.
+struct Changes {
+  bool camera = false;     ///< where it is and what it is
+  bool settings = false;   ///< film, sampler, integrator
+  bool lights = false;     ///< those that are no area lights
+  bool materials = false;  ///< parameters of materials
+  bool all = false;        ///< anything else
+
+  bool any() const { return camera || settings || lights || materials || all; }
+  Changes& operator|=(const Changes& o) {
+    camera |= o.camera, settings |= o.settings, lights |= o.lights, materials |= o.materials, all |= o.all;
+    return *this;
+  }
+};
+
+/// A scene that follows its description. What it is after any updates equals, bit for bit, what a new one of the same
+/// description is.
+class EditableScene {
+ public:
+  /// Description and diagnostics outlive the object. Throws as build_scene().
+  EditableScene(const scenefile::SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics);
+  ~EditableScene();
+
+  BuiltScene& built() { return built_; }
+  const BuildOptions& options() const { return options_; }
+
+  /// Makes again what changed. InputError: built() is what it was. Nobody may use the scene meanwhile. Returns what was
+  /// made again: some edits of materials take the geometry with them.
+  Changes update(Changes changes);
+  /// The same for other film settings.
+  Changes update(Changes changes, const FilmOverrides& film);
+
+ private:
+  struct Parts;
+  void build_all();
+  void read_view(Parts* parts) const;
+  bool make_materials_again(Parts* parts) const;
+  void make_lights(Parts* parts) const;
+  void warn_of_emptiness() const;
+
+  const scenefile::SceneDescription& description_;
+  BuildOptions options_;
+  Diagnostics& diagnostics_;
+  std::unique_ptr<BuildContext> context_;
+  std::unique_ptr<TextureLibrary> textures_;
+  size_t area_lights_ = 0;          ///< that stand first among the scene's lights
+  scene::LightGroups area_groups_;  ///< of these
+  bool glowing_materials_ = false;  ///< some of the area lights are of materials
+  BuiltScene built_;
+};
+
+}  // namespace dapple::build

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/render/picture.h"
+
+#include <algorithm>
+
+#include "dapple/base/error.h"
+#include "dapple/base/log.h"
+#include "dapple/denoise/weights.h"
+
+namespace dapple::render {
+
+namespace {
+
+// Of albedo and normals: the network cleans what is left of their noise.
+constexpr int most_feature_samples = 16;
+
+bool names_any(const std::vector<std::string>& aovs, bool albedo_or_normal) {
+  return std::any_of(aovs.begin(), aovs.end(),
+                     [&](const std::string& aov) { return (aov == "albedo" || aov == "normal") == albedo_or_normal; });
+}
+
+bool wants_denoiser(const build::IntegratorRequest& r) {
+  const bool asked = r.denoise.has_value();
+  const bool on = asked ? *r.denoise : r.type == "distribution" && *build::preset_request(r.preset).denoise;
+  if (!on) return false;
+  if (asked || !denoise::find_weights(denoise::feature_weights).empty()) return true;
+  log_warning("the image is not denoised, as its preset would have it: the weights \"" +
+              std::string(denoise::feature_weights) +
+              "\" are missing; expected them in $DAPPLE_WEIGHTS, or in share/dapple/denoise above the program");
+  return false;
+}
+
+StopRules make_rules(const PictureRequest& asked, const build::IntegratorRequest& settled) {
+  StopRules rules;
+  rules.time_limit = asked.time_limit;
+  rules.noise_target = asked.noise_target;
+  rules.pixel_noise = *settled.pixel_noise;
+  if (!asked.integrator.pixel_samples && (asked.time_limit > 0 || asked.noise_target > 0)) {
+    rules.pixel_samples = uint32_t(build::max_pixel_samples);
+    return rules;
+  }
+  rules.pixel_samples = uint32_t(*settled.pixel_samples);
+  rules.max_pixel_samples = uint32_t(settled.max_pixel_samples.value_or(0));
+  return rules;
+}
+
+}  // namespace
+
+Picture::~Picture() = default;
+
+Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
+    : built_(built), asked_(asked), request_(asked.integrator.over(built.request)) {
+  request_.log_caches = show_cache_use(asked.aovs);
+  if (request_.log_caches && (request_.type != "distribution" || !request_.radiosity_cache.value_or(true)))
+    throw UsageError("layers cache_... need integrator distribution and its radiosity cache");
+  if (asked.light_groups && request_.type != "path" && request_.type != "distribution")
+    throw UsageError("light groups go with integrators path and distribution, not " + request_.type);
+  request_.light_groups = asked.light_groups;
+  if (wants_denoiser(request_)) denoiser_.emplace();
+  const build::IntegratorRequest settled = request_.over(build::preset_request(request_.preset));
+  rules_ = make_rules(asked, settled);
+  seed_ = request_.seed.value_or(0);
+  const bool open = rules_.pixel_samples == uint32_t(build::max_pixel_samples);
+  opacity_ = build::make_opacity_cache(*built.scene, request_);
+  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_);
+}
+
+scene::Film Picture::make_film() const {
+  scene::Film::Settings s = built_.scene->film;
+  s.features = names_any(asked_.aovs, false);
+  s.light_groups = asked_.light_groups ? int(built_.scene->light_groups.names.size()) : 0;
+  s.cache_use = request_.log_caches;
+  return scene::Film(s);
+}
+
+integrate::CacheState Picture::opacity_state() const {
+  return opacity_->state();
+}
+
+image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopToken stop) {
+  OutputSettings output;
+  output.origin = built_.origin;
+  output.aovs = asked_.aovs;
+  if (asked_.light_groups) output.light_groups = built_.scene->light_groups.names;
+  const bool network = denoise && denoiser_;
+  if ((network && denoiser_->wants_features()) || names_any(asked_.aovs, true)) {
+    if (!features_) {
+      const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);
+      features_ = trace_features(*built_.scene, film.settings().crop,
+                                 {std::clamp(int(rules_.pixel_samples), 1, most_feature_samples), seed_, most});
+    }
+    output.features = features_;
+  }
+  if (network) output.denoised = (*denoiser_)(film, output.features ? &*output.features : nullptr, stop);
+  return make_output(film, output);
+}
+
+}  // namespace dapple::render

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dapple/build/scene_builder.h"
+#include "dapple/render/output.h"
+#include "dapple/render/render_session.h"
+
+namespace dapple::render {
+
+/// A picture as asked for; the scene holds where this is silent, and its preset where both are.
+struct PictureRequest {
+  build::IntegratorRequest integrator;
+  std::vector<std::string> aovs;
+  bool light_groups = false;
+  double time_limit = 0, noise_target = 0;  ///< StopRules
+};
+
+/// All between a built scene and a picture with its layers: integrator, rules, film, albedo and normals, denoising. The
+/// scene outlives it; it is what `dapple render` does of the same options.
+class Picture {
+ public:
+  /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
+  /// weights are missing. Makes the integrator, which may take as long as some samples.
+  Picture(build::BuiltScene& built, const PictureRequest& request);
+  ~Picture();
+
+  const build::IntegratorRequest& request() const { return request_; }  ///< over the scene's
+  const integrate::Integrator& integrator() const { return *integrator_; }
+  const StopRules& rules() const { return rules_; }
+  uint64_t seed() const { return seed_; }
+  bool denoises() const { return denoiser_.has_value(); }
+  scene::Film make_film() const;
+  integrate::CacheState opacity_state() const;
+  bool has_opacity_cache() const { return opacity_ != nullptr; }
+
+  /// A film of make_film() as layers, denoised if that is asked for; `denoise` false leaves that out. May throw
+  /// Stopped.
+  image::OutputImage layers(const scene::Film& film, bool denoise, StopToken stop = {});
+
+ private:
+  build::BuiltScene& built_;
+  const PictureRequest asked_;
+  build::IntegratorRequest request_;
+  StopRules rules_;
+  uint64_t seed_;
+  std::optional<FrameDenoiser> denoiser_;
+  std::unique_ptr<const gi::OpacityCache> opacity_;
+  std::unique_ptr<const integrate::Integrator> integrator_;
+  std::optional<FeatureLayers> features_;
+};
+
+}  // namespace dapple::render
