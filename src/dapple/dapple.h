@@ -23,6 +23,11 @@
 #define DAPPLE_API_MINOR 1
 #define DAPPLE_API_PATCH 0
 
+// The CMake package says where the denoiser's weights were installed; else they are looked for above the program.
+#ifndef DAPPLE_INSTALLED_WEIGHTS
+#define DAPPLE_INSTALLED_WEIGHTS ""
+#endif
+
 namespace dapple {
 
 /// What every function here throws when something is wrong; what() is a whole message, beginning with the place where
@@ -31,11 +36,7 @@ class SceneError : public std::runtime_error {
  public:
   enum class Kind { usage, input, io, memory };
   SceneError(Kind what_kind, const std::string& message, std::string in_file = {}, int at_line = 0, int at_column = 0)
-      : std::runtime_error(message),
-        kind_(what_kind),
-        file_(std::move(in_file)),
-        line_(at_line),
-        column_(at_column) {}
+      : std::runtime_error(message), kind_(what_kind), file_(std::move(in_file)), line_(at_line), column_(at_column) {}
   Kind kind() const { return kind_; }
   const std::string& file() const { return file_; }  ///< or the name of an edit; empty if no line is to blame
   int line() const { return line_; }                 ///< from 1; 0: not known
@@ -150,6 +151,7 @@ struct RenderOptions {
   double time_limit = 0, noise_target = 0;
   std::vector<std::string> aovs;  ///< names as --aov takes them
   bool light_groups = false;      ///< layers light.NAME
+  std::string weights_folder = DAPPLE_INSTALLED_WEIGHTS;
   /// Called now and then from one thread at a time; false stops the rendering, whose frame is then what there is.
   std::function<bool(const Progress&)> progress;
 };
@@ -218,7 +220,8 @@ class Scene {
 /// Pictures in files: .exr with all layers and .png by write(); read() reads what OpenImageIO reads.
 Picture read(const std::string& path);
 /// Without noise, by Open Image Denoise's network; albedo and normal (3 channels each, as layers) help it.
-Layer denoised(const Layer& picture, const Layer* albedo = nullptr, const Layer* normal = nullptr);
+Layer denoised(const Layer& picture, const Layer* albedo = nullptr, const Layer* normal = nullptr,
+               const std::string& weights_folder = DAPPLE_INSTALLED_WEIGHTS);
 
 /// Threads of all renderings of the process; 0: all processors.
 void set_threads(int count);

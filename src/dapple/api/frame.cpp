@@ -111,11 +111,12 @@ Picture read(const std::string& path) {
   });
 }
 
-Layer denoised(const Layer& picture, const Layer* albedo, const Layer* normal) {
+Layer denoised(const Layer& picture, const Layer* albedo, const Layer* normal, const std::string& weights_folder) {
   return api::guarded([&] {
     if (!albedo != !normal) throw UsageError("albedo and normal go together");
     const Image colour = image_of(picture, "picture");
-    const denoise::Denoiser network(denoise::weights_path(albedo ? denoise::feature_weights : denoise::color_weights));
+    const denoise::Denoiser network(
+        denoise::weights_path(albedo ? denoise::feature_weights : denoise::color_weights, weights_folder));
     Image result;
     if (albedo) {
       const Image a = image_of(*albedo, "albedo"), n = image_of(*normal, "normal");

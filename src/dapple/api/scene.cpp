@@ -130,6 +130,7 @@ render::PictureRequest request_of(const RenderOptions& o) {
   for (const std::string& aov : o.aovs) aovs += (aovs.empty() ? "" : ",") + aov;
   r.aovs = render::parse_aovs(aovs);
   r.light_groups = o.light_groups;
+  r.weights_folder = o.weights_folder;
   r.time_limit = o.time_limit, r.noise_target = o.noise_target;
   return r;
 }
@@ -192,8 +193,8 @@ void Scene::integrator(const std::string& type, const Params& params) {
 
 void Scene::texture(const std::string& name, const std::string& kind, const std::string& type, const Params& params) {
   guarded([&] {
-    impl_->working->add(
-        "Texture " + quote(name) + " " + quote(kind) + " " + quote(type) + api::text_of(params) + "\n", everything);
+    impl_->working->add("Texture " + quote(name) + " " + quote(kind) + " " + quote(type) + api::text_of(params) + "\n",
+                        everything);
   });
 }
 
@@ -207,8 +208,8 @@ void Scene::material(const std::string& name, const std::string& type, const Par
 
 void Scene::light(const std::string& name, const std::string& type, const Params& params, const Placement& placement) {
   guarded([&] {
-    impl_->working->add("AttributeBegin\n" + api::text_of(placement) + "LightSource " + quote(type) +
-                            name_param(name) + api::text_of(params) + "\nAttributeEnd\n",
+    impl_->working->add("AttributeBegin\n" + api::text_of(placement) + "LightSource " + quote(type) + name_param(name) +
+                            api::text_of(params) + "\nAttributeEnd\n",
                         {.lights = true});
   });
 }

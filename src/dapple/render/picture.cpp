@@ -19,11 +19,11 @@ bool names_any(const std::vector<std::string>& aovs, bool albedo_or_normal) {
                      [&](const std::string& aov) { return (aov == "albedo" || aov == "normal") == albedo_or_normal; });
 }
 
-bool wants_denoiser(const build::IntegratorRequest& r) {
+bool wants_denoiser(const build::IntegratorRequest& r, const std::string& folder) {
   const bool asked = r.denoise.has_value();
   const bool on = asked ? *r.denoise : r.type == "distribution" && *build::preset_request(r.preset).denoise;
   if (!on) return false;
-  if (asked || !denoise::find_weights(denoise::feature_weights).empty()) return true;
+  if (asked || !denoise::find_weights(denoise::feature_weights, folder).empty()) return true;
   log_warning("the image is not denoised, as its preset would have it: the weights \"" +
               std::string(denoise::feature_weights) +
               "\" are missing; expected them in $DAPPLE_WEIGHTS, or in share/dapple/denoise above the program");
@@ -56,7 +56,8 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
   if (asked.light_groups && request_.type != "path" && request_.type != "distribution")
     throw UsageError("light groups go with integrators path and distribution, not " + request_.type);
   request_.light_groups = asked.light_groups;
-  if (wants_denoiser(request_)) denoiser_.emplace();
+  if (wants_denoiser(request_, asked.weights_folder))
+    denoiser_.emplace(denoise::weights_path(denoise::feature_weights, asked.weights_folder));
   const build::IntegratorRequest settled = request_.over(build::preset_request(request_.preset));
   rules_ = make_rules(asked, settled);
   seed_ = request_.seed.value_or(0);

@@ -17,6 +17,7 @@ struct PictureRequest {
   build::IntegratorRequest integrator;
   std::vector<std::string> aovs;
   bool light_groups = false;
+  std::string weights_folder;  ///< of the denoiser, denoise::find_weights()
   double time_limit = 0, noise_target = 0;  ///< StopRules
 };
 

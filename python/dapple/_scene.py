@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes, sessions and pictures: what `import dapple` shows of them."""
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._core import SceneError
+
+Image = NDArray[np.float32]
+ProgressCallback = Callable[[float, float, int], Optional[bool]]
+
+
+def translate(x: float, y: float, z: float) -> NDArray[np.float64]:
+    """The 4 x 4 matrix, for column vectors, that moves by (x, y, z)."""
+    m = np.eye(4)
+    m[:3, 3] = x, y, z
+    return m
+
+
+def scale(x: float, y: Optional[float] = None, z: Optional[float] = None) -> NDArray[np.float64]:
+    """The 4 x 4 matrix that scales, alike along all axes if only x is given."""
+    return np.diag([x, x if y is None else y, x if z is None else z, 1.0])
+
+
+def rotate(degrees: float, axis: Sequence[float]) -> NDArray[np.float64]:
+    """The 4 x 4 matrix that turns about an axis through the origin, counterclockwise as seen from its tip."""
+    a = np.asarray(axis, dtype=float)
+    x, y, z = a / np.linalg.norm(a)
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    m = np.eye(4)
+    m[:3, :3] = c * np.eye(3) + s * k + (1 - c) * np.outer((x, y, z), (x, y, z))
+    return m
+
+
+def look_at(eye: Sequence[float], look: Sequence[float], up: Sequence[float]) -> NDArray[np.float64]:
+    """The 4 x 4 matrix from camera to world of a camera at `eye` that looks at `look`."""
+    eye_ = np.asarray(eye, dtype=float)
+    ahead = np.asarray(look, dtype=float) - eye_
+    right = np.cross(np.asarray(up, dtype=float), ahead)
+    if not np.linalg.norm(ahead) > 0 or not np.linalg.norm(right) > 0:
+        raise ValueError("look_at: eye and look must differ, and up must not be parallel to the direction between them")
+    ahead /= np.linalg.norm(ahead)
+    right /= np.linalg.norm(right)
+    m = np.eye(4)
+    m[:3, 0], m[:3, 1], m[:3, 2], m[:3, 3] = right, np.cross(ahead, right), ahead, eye_
+    return m
+
+
+# Types of parameters that an item need not have given yet.
+_TYPES = {"scale": "float", "power": "float", "illuminance": "float", "fov": "float", "lensradius": "float",
+          "focaldistance": "float", "roughness": "float", "radius": "float", "L": "rgb", "I": "rgb", "reflectance": "rgb",
+          "transform": "float", "move": "float", "lookat": "float", "on": "bool", "visible": "bool", "type": "string",
+          "material": "string", "filename": "string", "coneangle": "float", "conedeltaangle": "float", "from": "point3",
+          "to": "point3", "iso": "float"}
+_FLAGS = ("on", "visible")
+
+
+def _declaration(name: str, value: Any, known: Optional[str]) -> str:
+    if " " in name:
+        return name
+    if isinstance(value, str):
+        kind = known.split()[0] if known and known.split()[0] in ("string", "texture", "spectrum") else "string"
+        return f"{kind} {name}"
+    if name in _TYPES and not (known and np.size(value) == 3):
+        return f"{_TYPES[name]} {name}"
+    if known:
+        return known
+    if isinstance(value, (bool, np.bool_)):
+        return f"bool {name}"
+    if isinstance(value, (int, np.integer)):
+        return f"integer {name}"
+    return f"{'rgb' if np.size(value) == 3 else 'float'} {name}"
+
+
+class Item:
+    """Something of a scene that can be edited: `item.scale *= 2`, `item["rgb L"] = 1, .5, .2`, `item.move(translate(1, 0, 0))`.
+
+    Parameters are those of the scene language. Their types are those that the scene gave, else those that are usual
+    for the name or follow from the value; `item["type name"]` says it."""
+
+    def __init__(self, scene: _core.Scene, target: str, name: str) -> None:
+        self.__dict__.update(_scene=scene, _target=target, _name=name)
+
+    def __repr__(self) -> str:
+        return f"<{self._target} {self._name!r}>"
+
+    def __getitem__(self, name: str) -> Any:
+        """The value that the scene gives; KeyError where it gives none."""
+        found = self._scene.parameter(self._target, self._name, name.split()[-1])
+        if found is None:
+            raise KeyError(name)
+        kind, value = found[0].split()[0], found[1]
+        if isinstance(value, list) and len(value) == 1 and kind not in ("rgb", "spectrum"):
+            value = value[0]
+        if isinstance(value, list) and value and not isinstance(value[0], str):
+            return np.array(value)
+        return int(value) if kind == "integer" and isinstance(value, float) else value
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        found = self._scene.parameter(self._target, self._name, name.split()[-1]) if self._target != "object" else None
+        declaration = _declaration(name, value, found[0] if found else None)
+        if declaration.split()[0] == "bool" and declaration.split()[-1] in _FLAGS:
+            value = bool(value)
+        self._scene.edit(self._target, self._name, {declaration: value})
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name == "intensity":
+            name = "scale"
+        try:
+            return self[name]
+        except KeyError:
+            if name == "scale":
+                return 1.0
+            raise AttributeError(f"{self!r} has no parameter {name!r} in the scene") from None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self["scale" if name == "intensity" else name] = value
+
+    def edit(self, **params: Any) -> None:
+        """Several parameters at once."""
+        declared = {}
+        for name, value in params.items():
+            found = self._scene.parameter(self._target, self._name, name) if self._target != "object" else None
+            declared[_declaration(name, value, found[0] if found else None)] = value
+        self._scene.edit(self._target, self._name, declared)
+
+    def place(self, matrix: ArrayLike) -> None:
+        """Puts it where the 4 x 4 matrix takes its own space to."""
+        self._scene.edit(self._target, self._name, {"float transform": np.asarray(matrix, dtype=float).T.ravel().tolist()})
+
+    def move(self, matrix: ArrayLike) -> None:
+        """Moves it from where it is by the 4 x 4 matrix, in the world."""
+        self._scene.edit(self._target, self._name, {"float move": np.asarray(matrix, dtype=float).T.ravel().tolist()})
+
+    def remove(self) -> None:
+        self._scene.remove(self._target, self._name)
+
+
+class Items(Mapping[str, Item]):
+    """Things of a kind by their names: those that the file gives, else type:number."""
+
+    def __init__(self, scene: _core.Scene, target: str) -> None:
+        self._scene, self._target = scene, target
+
+    def __getitem__(self, name: str) -> Item:
+        try:
+            self._scene.parameter(self._target, name, "")
+        except SceneError as error:
+            raise KeyError(str(error)) from None
+        return Item(self._scene, self._target, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._scene.names(self._target))
+
+    def __len__(self) -> int:
+        return len(self._scene.names(self._target))
+
+
+class Scene:
+    """A scene that can be made, edited and rendered. `dapple.load()` reads one; `Scene()` is empty."""
+
+    def __init__(self, core: Optional[_core.Scene] = None) -> None:
+        self._core = core if core is not None else _core.Scene()
+        for target, plural in (("light", "lights"), ("shape", "shapes"), ("object", "objects"), ("material", "materials"),
+                               ("texture", "textures"), ("medium", "media")):
+            setattr(self, plural, Items(self._core, target))
+        for target in ("camera", "film", "integrator", "sampler"):
+            setattr(self, target, Item(self._core, target, ""))
+
+    lights: Items
+    shapes: Items
+    objects: Items
+    materials: Items
+    textures: Items
+    media: Items
+    camera: Item
+    film: Item
+    integrator: Item
+    sampler: Item
+
+    def set_camera(self, type: str, placement: ArrayLike, params: Mapping[str, Any] = {}) -> None:
+        """`placement`: 4 x 4 from camera to world, as of look_at(); `params`: {"float fov": 40}."""
+        self._core.camera(type, dict(params), placement)
+
+    def add_texture(self, name: str, kind: str, type: str, params: Mapping[str, Any] = {}) -> None:
+        """`kind`: "spectrum" or "float"."""
+        self._core.texture(name, kind, type, dict(params))
+
+    def add_material(self, name: str, type: str, params: Mapping[str, Any] = {}) -> Item:
+        self._core.material(name, type, dict(params))
+        return self.materials[name]
+
+    def add_light(self, name: str, type: str, params: Mapping[str, Any] = {}, placement: Optional[ArrayLike] = None) -> None:
+        """`placement`: 4 x 4 from light to world."""
+        self._core.light(name, type, dict(params), placement)
+
+    def add_shape(self, type: str, params: Mapping[str, Any] = {}, name: str = "", material: str = "",
+                  emission: Optional[Mapping[str, Any]] = None, placement: Optional[ArrayLike] = None) -> None:
+        """Arrays of meshes are NumPy arrays: "point3 P" of N x 3 floats, "integer indices" of M x 3 integers.
+        `emission`: parameters of an area light, {"rgb L": (5, 5, 5)}."""
+        self._core.shape(type, dict(params), name, material, dict(emission) if emission is not None else None, placement)
+
+    def add_object(self, name: str, shapes: Iterable[Mapping[str, Any]]) -> None:
+        """A definition for instances; `shapes` are dictionaries of the arguments of add_shape()."""
+        self._core.object(name, [(s["type"], dict(s.get("params", {})), s.get("name", ""), s.get("material", ""),
+                                  s.get("emission"), s.get("placement")) for s in shapes])
+
+    def add_instance(self, object: str, name: str = "", placement: Optional[ArrayLike] = None) -> None:
+        self._core.instance(object, name, placement)
+
+    def add(self, directives: str) -> None:
+        """Directives of the scene language, as if they stood at the end of the file."""
+        self._core.add(directives)
+
+    def keep_dicing_camera(self) -> None:
+        """Surfaces stay diced for the camera as it is now, so that moving it keeps what is built and cached."""
+        self._core.dicing_camera()
+
+    def check(self) -> None:
+        """Builds the scene; SceneError for what is wrong with it."""
+        self._core.check()
+
+    def write(self, path: Union[str, os.PathLike[str]]) -> None:
+        """A scene file that includes the one that was loaded and repeats all changes."""
+        self._core.write(os.fspath(path))
+
+    @property
+    def warnings(self) -> list[str]:
+        return self._core.warnings()
+
+    @property
+    def files(self) -> list[str]:
+        """Scene files, meshes and pictures read so far."""
+        return self._core.files()
+
+    def render(self, **options: Any) -> Image:
+        """The picture alone, H x W x 3; options as of Session."""
+        return Session(self, **options).render()
+
+
+class Session:
+    """How a scene is rendered. What is None or empty the scene says, then its preset."""
+
+    def __init__(self, scene: Scene, *, preset: str = "", integrator: str = "", resolution: Optional[Sequence[int]] = None,
+                 crop: Optional[Sequence[int]] = None, pixel_samples: Optional[int] = None,
+                 max_pixel_samples: Optional[int] = None, seed: Optional[int] = None, denoise: Optional[bool] = None,
+                 cache_mb: Optional[float] = None, time_limit: float = 0, noise_target: float = 0,
+                 aovs: Sequence[str] = (), light_groups: bool = False,
+                 progress: Optional[ProgressCallback] = None) -> None:
+        """resolution: (width, height); crop: (x0, y0, x1, y1), pixels, the last excluded; time_limit: s of rendering;
+        noise_target: relative RMSE; aovs: names as `dapple render --aov` takes them; progress(fraction, seconds,
+        samples a pixel) is called some times a second, and stops the rendering by returning False."""
+        self.scene = scene
+        self.progress = progress
+        self._options = dict(preset=preset, integrator=integrator, resolution=resolution, crop=crop,
+                             pixel_samples=pixel_samples, max_pixel_samples=max_pixel_samples, seed=seed, denoise=denoise,
+                             cache_mb=cache_mb, time_limit=time_limit, noise_target=noise_target, aovs=list(aovs),
+                             light_groups=light_groups)
+        self._layers: dict[str, Image] = {}
+        self._statistics: dict[str, Any] = {}
+
+    def render(self) -> Image:
+        """Renders the scene as it is now: H x W x 3, float32, linear. Nothing is copied. Ctrl-C interrupts it."""
+        self._layers, self._statistics = self.scene._core.render(self._options, self.progress)
+        return self._layers[""]
+
+    @property
+    def aovs(self) -> dict[str, Image]:
+        """All layers of the last rendering but the picture, H x W x C each, by their names ("albedo", "light.key")."""
+        return {name: layer for name, layer in self._layers.items() if name}
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Of the last rendering: pixel_samples, finished, seconds, build_seconds, rays, caches."""
+        return self._statistics
+
+
+def load(path: Union[str, os.PathLike[str]], strict: bool = False, keep_going: bool = False) -> Scene:
+    """Reads a scene file or a model. SceneError says what is wrong and where."""
+    return Scene(_core.Scene.load(os.fspath(path), strict, keep_going))
+
+
+def parse(text: str, folder: Union[str, os.PathLike[str]] = "", strict: bool = False, keep_going: bool = False) -> Scene:
+    """A scene in memory; `folder` is where the files that it names lie."""
+    return Scene(_core.Scene.parse(text, os.fspath(folder), strict, keep_going))
+
+
+def read(path: Union[str, os.PathLike[str]]) -> Image:
+    """The picture of a file, H x W x C, float32, linear."""
+    layers = read_layers(path)
+    return layers.get("", next(iter(layers.values())))
+
+
+def read_layers(path: Union[str, os.PathLike[str]]) -> dict[str, Image]:
+    """All layers of a file by their names, "" the picture."""
+    return _core.read(os.fspath(path))
+
+
+def write(path: Union[str, os.PathLike[str]], image: ArrayLike, layers: Mapping[str, ArrayLike] = {}) -> None:
+    """Writes .exr (32-bit float, with all layers) or .png (through sRGB); arrays are H x W x C."""
+    _core.write(os.fspath(path), {"": image, **layers})
+
+
+def denoise(image: ArrayLike, albedo: Optional[ArrayLike] = None, normal: Optional[ArrayLike] = None) -> Image:
+    """The picture (H x W x 3, linear) without its noise; albedo and normals of the same shape keep its detail."""
+    return _core.denoise(image, albedo, normal)

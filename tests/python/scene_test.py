@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""import dapple: scenes in NumPy terms."""
+import os
+import signal
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import dapple
+
+ROOM = """
+LookAt 0 1 -5  0 1 0  0 1 0
+Camera "perspective" "float fov" 45
+Film "rgb" "integer xresolution" 24 "integer yresolution" 16
+Sampler "zsobol" "integer pixelsamples" 4
+Integrator "path" "integer maxdepth" 3
+WorldBegin
+LightSource "point" "string name" "key" "rgb I" [20 20 20] "point3 from" [1 2.5 -2] "string group" "key"
+LightSource "infinite" "rgb L" [.2 .2 .3] "string group" "sky"
+MakeNamedMaterial "red" "string type" "diffuse" "rgb reflectance" [.7 .1 .1]
+NamedMaterial "red"
+Shape "sphere" "string name" "ball"
+"""
+
+
+class SceneTest(unittest.TestCase):
+    def setUp(self):
+        self.scene = dapple.parse(ROOM)
+
+    def test_renders_arrays(self):
+        session = dapple.Session(self.scene, aovs=["albedo", "depth"], light_groups=True)
+        image = session.render()
+        self.assertEqual((image.shape, image.dtype), ((16, 24, 3), np.float32))
+        self.assertEqual(session.aovs["depth"].shape, (16, 24, 1))
+        self.assertEqual(set(session.aovs), {"albedo", "depth", "light.default", "light.key", "light.sky"})
+        np.testing.assert_allclose(session.aovs["light.key"] + session.aovs["light.sky"], image, rtol=1e-4, atol=1e-6)
+        self.assertEqual(session.statistics["pixel_samples"], 4)
+        np.testing.assert_array_equal(image, self.scene.render())
+
+    def test_light_is_linear(self):
+        before = self.scene.render(denoise=False)
+        self.scene.lights["key"].intensity *= 3
+        self.scene.lights["infinite:1"].intensity = 3
+        np.testing.assert_allclose(self.scene.render(denoise=False), 3 * before, rtol=1e-4)
+        self.assertEqual(self.scene.lights["key"].intensity, 3)
+        self.scene.lights["key"].on = False
+        self.scene.lights["infinite:1"].remove()
+        self.assertEqual(float(np.max(self.scene.render())), 0)
+
+    def test_items(self):
+        s = self.scene
+        self.assertEqual(list(s.lights), ["key", "infinite:1"])
+        self.assertIn("red", s.materials)
+        self.assertNotIn("blue", s.materials)
+        np.testing.assert_allclose(s.materials["red"].reflectance, [.7, .1, .1], rtol=1e-6)
+        s.materials["red"].reflectance = (.1, .1, .7)
+        image = s.render()
+        self.assertGreater(image[..., 2].mean(), image[..., 0].mean())
+        self.assertEqual(s.camera.fov, 45)
+        s.camera.fov = 30
+        s.film.edit(xresolution=30, yresolution=20)
+        self.assertEqual(s.render().shape, (20, 30, 3))
+        s.shapes["ball"].move(dapple.translate(100, 0, 0))  # only the sky is left
+        np.testing.assert_allclose(s.render(denoise=False), np.broadcast_to([.2, .2, .3], (20, 30, 3)), rtol=1e-5)
+        with self.assertRaises(AttributeError):
+            s.lights["key"].power
+        with self.assertRaises(KeyError):
+            s.lights["kay"]
+
+    def test_made_in_python(self):
+        """A floor of albedo .5 under a lamp: .5 / pi * I / h^2 straight up."""
+        s = dapple.Scene()
+        s.set_camera("orthographic", dapple.look_at((0, 0, 3), (0, 0, 0), (0, 1, 0)),
+                     {"float screenwindow": (-.01, .01, -.01, .01)})
+        s.film["integer xresolution"], s.film["integer yresolution"] = 8, 8
+        s.add_material("grey", "diffuse", {"rgb reflectance": (.5, .5, .5)})
+        n = 9  # more vertices than become text
+        x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n))
+        P = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
+        i = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+        faces = np.concatenate([np.stack([i, i + 1, i + n + 1], 1), np.stack([i, i + n + 1, i + n], 1)])
+        s.add_shape("trianglemesh", {"point3 P": P, "integer indices": faces}, material="grey")
+        s.add_light("lamp", "point", {"rgb I": (4, 4, 4)}, dapple.translate(0, 0, 2))
+        image = s.render(integrator="path", pixel_samples=4, denoise=False)
+        np.testing.assert_allclose(image, .5 / np.pi, rtol=.01)
+
+    def test_written_scenes_are_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "room.pbrt")
+            with open(path, "w") as file:
+                file.write(ROOM)
+            scene = dapple.load(path)
+            scene.lights["key"].I = (1, 2, 3)
+            scene.add_object("blob", [{"type": "sphere", "params": {"float radius": .3}, "material": "red"}])
+            scene.add_instance("blob", placement=dapple.translate(0, 2, 0) @ dapple.scale(1, 2, 1) @ dapple.rotate(30, (0, 0, 1)))
+            shot = os.path.join(folder, "shot.pbrt")
+            scene.write(shot)
+            np.testing.assert_array_equal(dapple.load(shot).render(), scene.render())
+            self.assertIn(path, scene.files)
+
+    def test_pictures(self):
+        session = dapple.Session(self.scene, aovs=["albedo", "normal"])
+        image = session.render()
+        clean = dapple.denoise(image, session.aovs["albedo"], session.aovs["normal"])
+        self.assertEqual(clean.shape, image.shape)
+        self.assertFalse(np.array_equal(clean, image))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.exr")
+            dapple.write(path, image, {"albedo": session.aovs["albedo"]})
+            np.testing.assert_array_equal(dapple.read(path), image)
+            np.testing.assert_array_equal(dapple.read_layers(path)["albedo"], session.aovs["albedo"])
+            with self.assertRaises(dapple.SceneError):
+                dapple.write(os.path.join(folder, "a.gif"), image)
+
+    def test_errors(self):
+        with self.assertRaises(dapple.SceneError) as caught:
+            dapple.parse("WorldBegin\nShape 3\n")
+        self.assertEqual((caught.exception.line, caught.exception.column, caught.exception.kind), (2, 7, "input"))
+        with self.assertRaises(ValueError):
+            dapple.Session(self.scene, integrator="magic").render()
+        with self.assertRaisesRegex(dapple.SceneError, "not a finite"):
+            self.scene.lights["key"].scale = float("nan")
+        with self.assertRaises(TypeError):
+            self.scene.lights["key"].scale = object()
+        with self.assertRaisesRegex(ValueError, "4 x 4"):
+            self.scene.add_light("", "point", {}, np.eye(3))
+
+    def test_progress(self):
+        calls = []
+
+        def progress(fraction, seconds, samples):
+            calls.append(fraction)
+            return len(calls) < 3
+
+        session = dapple.Session(self.scene, pixel_samples=10**6, progress=progress)
+        session.render()
+        self.assertEqual(len(calls), 3)
+        self.assertFalse(session.statistics["finished"])
+        session.progress = lambda *_: 1 / 0
+        with self.assertRaises(ZeroDivisionError):
+            session.render()
+
+    def test_interrupts_and_other_threads(self):
+        counts = []
+        done = threading.Event()
+
+        def count():
+            while not done.is_set():
+                counts.append(1)
+                time.sleep(.01)
+
+        thread = threading.Thread(target=count)
+        thread.start()
+        threading.Timer(.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        begin = time.monotonic()
+        with self.assertRaises(KeyboardInterrupt):
+            self.scene.render(pixel_samples=10**6)
+        self.assertLess(time.monotonic() - begin, 10)
+        done.set()
+        thread.join()
+        self.assertGreater(len(counts), 10)  # the GIL was free
+
+
+if __name__ == "__main__":
+    unittest.main()
