@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstdint>
 #include <functional>
+#include <future>
 #include <initializer_list>
 #include <memory>
 #include <optional>
@@ -213,6 +214,43 @@ class Scene {
 
  private:
   friend class LiveSession;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A picture of a live session as far as it has come.
+struct LiveFrame {
+  std::shared_ptr<const Picture> picture;
+  int reduction = 1;  ///< its pixels are so many pixels of the film wide: 8, 4, 2, 1
+  uint32_t pixel_samples = 0;
+  uint64_t edits = 0;    ///< how many transactions it shows
+  bool settled = false;  ///< the picture that render() would give
+  double seconds = 0;    ///< since the last of these
+};
+
+/// Renders a scene in the background while it is edited (docs/guide/interactive.md). All calls return at once but those
+/// that say so, and may come from any thread.
+class LiveSession {
+ public:
+  /// `on_frame` is called with each frame on the session's thread, which waits for it.
+  explicit LiveSession(Scene scene, const RenderOptions& options = {},
+                       std::function<void(const LiveFrame&)> on_frame = {});
+  ~LiveSession();
+  LiveSession(LiveSession&&) noexcept;
+
+  /// A transaction: `change` is called later, on the session's thread, with the scene, of which it may use all but
+  /// check() and render(). All of it counts or nothing; the future says which, by its SceneError.
+  std::future<void> edit(std::function<void(Scene&)> change);
+  std::future<void> edit(const std::string& target, const std::string& name, const Params& params);
+  std::future<void> remove(const std::string& target, const std::string& name);
+
+  std::optional<LiveFrame> frame() const;  ///< the latest; empty before the first
+  /// Waits for the settled picture of all edits so far; empty after `seconds`. SceneError if there is none: the scene
+  /// cannot be rendered.
+  std::optional<LiveFrame> wait(double seconds = 1e9) const;
+  void write(const std::string& path);  ///< Scene::write(); waits for the edits before it
+
+ private:
   class Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -280,11 +280,15 @@ std::optional<Param> Scene::parameter(const std::string& target, const std::stri
 }
 
 void Scene::check() {
-  guarded([&] { impl_->working->built(); });
+  guarded([&] {
+    impl_->check_owned();
+    impl_->working->built();
+  });
 }
 
 Picture Scene::render(const RenderOptions& options) {
   return guarded([&] {
+    impl_->check_owned();
     const render::PictureRequest request = api::request_of(options);
     build::BuiltScene& built = impl_->working->built(api::film_of(options));
     const double build_seconds = impl_->working->build_seconds();

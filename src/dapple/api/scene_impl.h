@@ -15,8 +15,15 @@ namespace dapple {
 
 class Scene::Impl {
  public:
-  explicit Impl(std::unique_ptr<render::WorkingScene> scene) : working(std::move(scene)) {}
-  std::unique_ptr<render::WorkingScene> working;
+  explicit Impl(std::unique_ptr<render::WorkingScene> scene) : owned(std::move(scene)), working(owned.get()) {}
+  /// Within a live session, which owns it.
+  explicit Impl(render::WorkingScene* scene) : working(scene) {}
+  std::unique_ptr<render::WorkingScene> owned;
+  render::WorkingScene* working;
+
+  void check_owned() const {
+    if (!owned) throw UsageError("a live session builds and renders its scene itself");
+  }
 };
 
 namespace api {

@@ -29,6 +29,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   void finish(std::span<const std::unique_ptr<Workspace>> workspaces, scene::Film& film) const override;
 
+  void begin_again() const override { grids_.clear(); }
   std::vector<integrate::CacheState> caches() const override;
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
   /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would

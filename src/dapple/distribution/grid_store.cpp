@@ -72,6 +72,17 @@ void GridStore::make_room(Shard& shard) {
   }
 }
 
+void GridStore::clear() {
+  for (Shard& shard : shards_) {
+    const std::lock_guard lock(shard.mutex);
+    shard.buckets.assign(16, nullptr);
+    for (const GridPtr& grid : shard.queue) grid->next.reset();
+    shard.queue.clear();
+    shard.bytes = 0;
+  }
+  bytes_ = 0;
+}
+
 CacheState GridStore::state() const {
   return {"grids", {}, evictions_, bytes_, peak_bytes_, max_bytes_};
 }

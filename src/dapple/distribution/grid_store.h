@@ -80,6 +80,9 @@ class GridStore {
   /// `with_bsdf`: of a new grid.
   Claim claim(const scene::GridId& id, bool with_bsdf);
 
+  /// Drops all grids, of which nobody may hold one.
+  void clear();
+
   /// Without counts.
   integrate::CacheState state() const;
 

@@ -104,6 +104,9 @@ class Integrator {
   /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread,
   /// while it is called on none.
   virtual void finish(std::span<const std::unique_ptr<Workspace>>, scene::Film&) const {}
+  /// Makes ready for a film or a camera other than those before, and after a rendering that was abandoned: workspaces of
+  /// before are of no use any more. What is view-independent stays in the caches.
+  virtual void begin_again() const {}
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
   /// After the last call of render(): writes what caches did for each pixel, where the film keeps that

@@ -17,7 +17,7 @@ struct PictureRequest {
   build::IntegratorRequest integrator;
   std::vector<std::string> aovs;
   bool light_groups = false;
-  std::string weights_folder;  ///< of the denoiser, denoise::find_weights()
+  std::string weights_folder;               ///< of the denoiser, denoise::find_weights()
   double time_limit = 0, noise_target = 0;  ///< StopRules
 };
 
@@ -36,6 +36,11 @@ class Picture {
   uint64_t seed() const { return seed_; }
   bool denoises() const { return denoiser_.has_value(); }
   scene::Film make_film() const;
+  /// After the camera moved (build::outlasts_camera()), and between films.
+  void begin_again() {
+    features_.reset();
+    integrator_->begin_again();
+  }
   integrate::CacheState opacity_state() const;
   bool has_opacity_cache() const { return opacity_ != nullptr; }
 

@@ -163,6 +163,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
     result.samples = std::min(samples, rules_.pixel_samples);
     result.max_samples = samples;
     ++result.passes;
+    if (pass_callback_) pass_callback_(result.samples);
     // Below a few samples the variance of a pixel is not known.
     if (rules.noise_target > 0 && samples >= 8) {
       result.relative_error = film_.relative_error();

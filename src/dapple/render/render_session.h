@@ -57,6 +57,9 @@ class RenderSession {
 
   /// Called now and then from a rendering thread, one call at a time.
   void on_progress(std::function<void(const Progress&)> callback) { callback_ = std::move(callback); }
+  /// Called on the thread of run(), after each whole pass with the camera samples that every pixel has: the film may be
+  /// read meanwhile.
+  void on_pass(std::function<void(uint32_t samples)> callback) { pass_callback_ = std::move(callback); }
   /// Renders until a rule stops it, or until `interrupt` becomes true: then blocks that are under way come to their
   /// next samples, and the film holds what is done, pixels with different numbers of samples. When `abandon` says so,
   /// these blocks are given up in the middle of a sample, within a batch of rays; it is to follow an interrupt.
@@ -77,6 +80,7 @@ class RenderSession {
   scene::Film& film_;
   const StopRules rules_;
   std::function<void(const Progress&)> callback_;
+  std::function<void(uint32_t)> pass_callback_;
 };
 
 }  // namespace dapple::render

@@ -165,8 +165,14 @@ void WorkingScene::change(const std::function<void()>& work, std::function<std::
   changes_ |= touched;
 }
 
+void WorkingScene::restore(const Checkpoint& c) {
+  text_->builder().restore(*c.description);
+  record_.resize(c.record);
+  changes_ = c.changes;
+}
+
 void WorkingScene::freeze_dicing_camera() {
-  add("DicingCamera\n", {.camera = true});
+  add("DicingCamera\n", {.camera = true, .settings = true});
 }
 
 build::BuiltScene& WorkingScene::built(const build::FilmOverrides& film) {

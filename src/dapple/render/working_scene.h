@@ -39,10 +39,21 @@ class WorkingScene {
   /// Dices for the camera as it is from now on.
   void freeze_dicing_camera();
 
+  struct Checkpoint {
+    std::shared_ptr<const scenefile::DescriptionBuilder::Checkpoint> description;
+    size_t record;
+    build::Changes changes;
+  };
+  /// What restore() goes back to, until the scene is built.
+  Checkpoint checkpoint() { return {text_->builder().checkpoint(), record_.size(), changes_}; }
+  void restore(const Checkpoint& checkpoint);
+
   /// The scene with all changes. An error takes back what was changed since it was built last, if it ever was; then the
   /// scene and what is built of it are as they were.
   build::BuiltScene& built(const build::FilmOverrides& film);
   build::BuiltScene& built() { return built(options_.film); }
+  /// What has changed since built() was called last.
+  const build::Changes& changes() const { return changes_; }
   /// What the last call of built() made again.
   const build::Changes& made_again() const { return made_again_; }
   double build_seconds() const { return build_seconds_; }  ///< of that

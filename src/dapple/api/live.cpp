@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <mutex>
+
+#include "dapple/api/scene_impl.h"
+#include "dapple/image/atomic_file.h"
+#include "dapple/render/live_session.h"
+
+namespace dapple {
+
+namespace {
+
+LiveFrame frame_of(const render::LiveFrame& f) {
+  LiveFrame frame;
+  Picture picture = api::frame_of(f.picture);
+  picture.statistics = api::statistics_of(f.result);
+  picture.statistics.pixel_samples = f.samples;
+  frame.picture = std::make_shared<const Picture>(std::move(picture));
+  frame.reduction = f.reduction;
+  frame.pixel_samples = f.samples;
+  frame.edits = f.edits;
+  frame.settled = f.settled;
+  frame.seconds = f.seconds;
+  return frame;
+}
+
+std::exception_ptr outside(std::exception_ptr error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const Error& e) {
+    return std::make_exception_ptr(api::outside(e));
+  } catch (...) {
+    return error;
+  }
+}
+
+}  // namespace
+
+class LiveSession::Impl {
+ public:
+  Impl(std::unique_ptr<render::WorkingScene> scene, const RenderOptions& options,
+       std::function<void(const LiveFrame&)> on_frame)
+      : session(std::move(scene), options_of(options, std::move(on_frame))) {}
+
+  std::optional<LiveFrame> converted(const std::shared_ptr<const render::LiveFrame>& frame) const {
+    if (!frame) return std::nullopt;
+    const std::lock_guard lock(mutex);
+    if (last != frame) {
+      latest = frame_of(*frame);
+      last = frame;
+    }
+    return latest;
+  }
+
+  static render::LiveSession::Options options_of(const RenderOptions& options,
+                                                 std::function<void(const LiveFrame&)> on_frame) {
+    render::LiveSession::Options o;
+    o.picture = api::request_of(options);
+    o.film = api::film_of(options);
+    o.outside = outside;
+    if (on_frame)
+      o.on_frame = [on_frame = std::move(on_frame)](const std::shared_ptr<const render::LiveFrame>& f) {
+        on_frame(frame_of(*f));
+      };
+    return o;
+  }
+
+  mutable std::mutex mutex;
+  mutable std::shared_ptr<const render::LiveFrame> last;
+  mutable std::optional<LiveFrame> latest;
+  render::LiveSession session;
+};
+
+LiveSession::LiveSession(Scene scene, const RenderOptions& options, std::function<void(const LiveFrame&)> on_frame) {
+  impl_ = api::guarded([&] {
+    scene.impl_->check_owned();
+    return std::make_unique<Impl>(std::move(scene.impl_->owned), options, std::move(on_frame));
+  });
+}
+LiveSession::~LiveSession() = default;
+LiveSession::LiveSession(LiveSession&&) noexcept = default;
+
+std::future<void> LiveSession::edit(std::function<void(Scene&)> change) {
+  return impl_->session.edit([change = std::move(change)](render::WorkingScene& working) {
+    Scene scene;
+    scene.impl_ = std::make_unique<Scene::Impl>(&working);
+    change(scene);
+  });
+}
+
+std::future<void> LiveSession::edit(const std::string& target, const std::string& name, const Params& params) {
+  return edit([target, name, params](Scene& scene) { scene.edit(target, name, params); });
+}
+
+std::future<void> LiveSession::remove(const std::string& target, const std::string& name) {
+  return edit([target, name](Scene& scene) { scene.remove(target, name); });
+}
+
+std::optional<LiveFrame> LiveSession::frame() const {
+  return impl_->converted(impl_->session.frame());
+}
+
+std::optional<LiveFrame> LiveSession::wait(double seconds) const {
+  return impl_->converted(impl_->session.wait(seconds));
+}
+
+void LiveSession::write(const std::string& path) {
+  api::guarded([&] {
+    std::string text;
+    impl_->session.look([&](render::WorkingScene& scene) { text = scene.written(path); }).get();
+    image::AtomicFile file(path);
+    file.write(text.data(), text.size());
+    file.commit();
+  });
+}
+
+}  // namespace dapple

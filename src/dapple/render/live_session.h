@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "dapple/render/picture.h"
+#include "dapple/render/working_scene.h"
+
+namespace dapple::render {
+
+/// A picture of a live session as far as it has come.
+struct LiveFrame {
+  image::OutputImage picture;  ///< its first layer at least
+  int reduction = 1;           ///< its pixels are so many pixels of the film wide
+  uint32_t samples = 0;        ///< a pixel
+  uint64_t edits = 0;          ///< how many transactions it shows
+  bool settled = false;        ///< nothing is left to do until the next edit
+  double seconds = 0;          ///< since the last of these edits came in
+  SessionResult result{};      ///< of settled frames; counts are those since the edit
+};
+
+/// Renders a scene that changes: in a thread of its own, first at an eighth of the resolution, then at a quarter, a
+/// half, the whole, then pass by pass. Edits come from other threads at any time, and cancel what is under way. What
+/// they keep: docs/guide/interactive.md.
+///
+/// A settled frame equals, bit for bit, the picture of the scene that written() gives, whatever the edits were and
+/// whatever was kept. The session begins by DicingCamera, unless the scene has its own.
+class LiveSession {
+ public:
+  struct Options {
+    PictureRequest picture;
+    build::FilmOverrides film;
+    /// Called with each frame on the session's thread; short, for rendering waits for it. May be empty.
+    std::function<void(std::shared_ptr<const LiveFrame>)> on_frame;
+    /// Makes errors what callers know. Empty: they stay.
+    std::function<std::exception_ptr(std::exception_ptr)> outside;
+  };
+
+  LiveSession(std::unique_ptr<WorkingScene> scene, Options options);
+  ~LiveSession();  ///< stops what is under way
+  LiveSession(const LiveSession&) = delete;
+  LiveSession& operator=(const LiveSession&) = delete;
+
+  /// A transaction: `change` is called on the session's thread, and all of it counts or nothing. The future is ready
+  /// when the scene is built; it holds the error if that fails or `change` throws, and then the scene is what it was
+  /// before this transaction. Returns at once.
+  std::future<void> edit(std::function<void(WorkingScene&)> change);
+  /// Calls `look` between two renderings.
+  std::future<void> look(std::function<void(WorkingScene&)> look);
+
+  /// The latest; null before the first.
+  std::shared_ptr<const LiveFrame> frame() const;
+  /// Waits until a frame shows all edits so far and is settled, or until the session cannot render the scene, whose
+  /// error it throws. Null after `seconds`.
+  std::shared_ptr<const LiveFrame> wait(double seconds = infinity) const;
+
+ private:
+  struct Transaction {
+    std::function<void(WorkingScene&)> change;
+    std::promise<void> done;
+    bool is_edit = true;
+  };
+
+  void run();
+  std::deque<Transaction> take_transactions();
+  void apply(Transaction& transaction);
+  void build();
+  void render();
+  bool render_reduced(int reduction);
+  std::exception_ptr outside(std::exception_ptr error) const;
+  void publish(image::OutputImage picture, int reduction, uint32_t samples, const SessionResult* settled);
+
+  std::unique_ptr<WorkingScene> scene_;
+  const Options options_;
+  std::unique_ptr<Picture> picture_;
+  build::BuiltScene* built_ = nullptr;
+  bool needs_rendering_ = true;
+  uint64_t shown_edits_ = 0;
+  std::vector<SessionResult> reduced_;  ///< of this picture
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::deque<Transaction> queue_;
+  uint64_t edits_ = 0;  ///< that came in
+  std::chrono::steady_clock::time_point last_edit_ = std::chrono::steady_clock::now();
+  std::shared_ptr<const LiveFrame> frame_;
+  std::exception_ptr failure_;
+  bool ends_ = false;
+  std::atomic<bool> cancel_{false};
+  std::thread thread_;  ///< last: it uses all of the above
+};
+
+}  // namespace dapple::render

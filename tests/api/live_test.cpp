@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// Live sessions: what has settled is what a fresh rendering of the edited scene gives, whatever was kept meanwhile.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "tests/api/support.h"
+
+namespace dapple {
+namespace {
+
+using test::expect_same;
+using test::room;
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) {
+  return std::chrono::duration<double>(Clock::now() - t).count();
+}
+
+Picture fresh(LiveSession& session, const RenderOptions& options = {}) {
+  const std::string path =
+      testing::TempDir() + "/live-" + std::to_string(::getpid()) + "-" + std::to_string(uintptr_t(&session)) + ".pbrt";
+  session.write(path);
+  Picture picture = Scene::load(path).render(options);
+  std::filesystem::remove(path);
+  return picture;
+}
+
+Picture settled(const LiveSession& session) {
+  const auto frame = session.wait(120);
+  if (!frame) throw std::runtime_error("not settled in time");
+  return *frame->picture;
+}
+
+uint64_t fills(const Picture& picture) {
+  uint64_t n = 0;
+  for (const CacheUse& c : picture.statistics.caches)
+    if (c.name.starts_with("radiosity.") && !c.name.starts_with("radiosity.depth")) n += c.fills;
+  return n;
+}
+
+void move_camera(Scene& s, double x) {
+  s.edit("camera", "", {{"float lookat", {x, 1.2, -4.5, 0, .8, 0, 0, 1, 0}}});
+}
+
+TEST(LiveSession, FramesComeFinerAndFiner) {
+  std::vector<int> reductions;
+  LiveSession session(Scene::parse(room), {}, [&](const LiveFrame& f) {
+    reductions.push_back(f.settled ? 0 : f.reduction);
+    EXPECT_EQ(f.picture->picture().width, (32 + f.reduction - 1) / f.reduction);
+    EXPECT_GT(test::mean(f.picture->picture()), 0);
+  });
+  const Picture last = settled(session);
+  EXPECT_EQ(reductions, (std::vector<int>{8, 4, 2, 1, 1, 0}));
+  expect_same(last, fresh(session));
+  // The reduced pictures show the same as the whole: their means differ by sampling alone.
+}
+
+// Each kind of edit, one after the other in one session.
+TEST(LiveSession, SettledFramesAreFresh) {
+  const std::vector<std::function<void(Scene&)>> edits = {
+      [](Scene& s) { move_camera(s, .5); },
+      [](Scene& s) {
+        s.edit("camera", "", {{"float fov", 30}});
+      },
+      [](Scene& s) {
+        s.edit("light", "key", {{"float scale", 3}});
+      },
+      [](Scene& s) {
+        s.edit("light", "lamp", {{"rgb L", {1, 5, 1}}});
+      },
+      [](Scene& s) { move_camera(s, -.7); },
+      [](Scene& s) {
+        s.edit("material", "red", {{"rgb reflectance", {.2, .2, .9}}});
+      },
+      [](Scene& s) {
+        s.edit("film", "", {{"integer xresolution", 41}});
+      },
+      [](Scene& s) { move_camera(s, 0); },
+      [](Scene& s) {
+        s.edit("object", "upper", {{"bool visible", false}});
+      },
+      [](Scene& s) {
+        s.edit("integrator", "", {{"integer bounces", 1}});
+      },
+      [](Scene& s) {
+        s.shape({"sphere", {{"float radius", .3}}, "", "gloss", {}, Placement::translate(0, .3, -1.5)});
+      },
+      [](Scene& s) { move_camera(s, .3); },
+      [](Scene& s) { s.remove("light", "sky"); },
+  };
+  for (const char* points : {"samples", "grids"}) {
+    Scene scene = Scene::parse(room);
+    scene.edit("integrator", "", {{"string visiblepoints", points}});
+    LiveSession session(std::move(scene));
+    for (size_t i = 0; i < edits.size(); ++i) {
+      SCOPED_TRACE(std::string(points) + ", edit " + std::to_string(i));
+      session.edit(edits[i]).get();
+      expect_same(settled(session), fresh(session));
+    }
+  }
+}
+
+TEST(LiveSession, PathTracingAndLayers) {
+  RenderOptions o;
+  o.integrator = "path";
+  o.light_groups = true;
+  o.aovs = {"normal", "depth"};
+  LiveSession session(Scene::parse(room), o);
+  settled(session);
+  session.edit([](Scene& s) { move_camera(s, 1); });
+  expect_same(settled(session), fresh(session, o));
+}
+
+// Edits that come while it renders, in bursts and transactions, from several threads.
+TEST(LiveSession, EditsAtAnyTime) {
+  Scene scene = Scene::parse(room);
+  scene.edit("sampler", "", {{"integer pixelsamples", 16}});
+  LiveSession session(std::move(scene));
+  std::vector<std::thread> threads;
+  for (unsigned t = 0; t < 3; ++t)
+    threads.emplace_back([&session, t] {
+      std::mt19937 random(t);
+      for (int i = 0; i < 12; ++i) {
+        const double x = double(random() % 100) / 100;
+        if (random() % 2)
+          session.edit([x](Scene& s) { move_camera(s, x); });
+        else
+          session.edit([x](Scene& s) {
+            s.edit("light", "key", {{"float scale", 1 + x}});
+            s.edit("light", "sky", {{"rgb L", {x, .2, .2}}});
+          });
+        if (random() % 3 == 0) session.edit("light", "no such light", {{"float scale", 1}});
+        session.frame();
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 40));
+      }
+    });
+  for (std::thread& t : threads) t.join();
+  expect_same(settled(session), fresh(session));
+}
+
+// What a camera edit keeps, by counts: nothing is filled that was filled before.
+TEST(LiveSession, CameraEditsKeepTheCache) {
+  RenderOptions o;
+  o.integrator = "distribution";
+  LiveSession session(Scene::parse(room), o);
+  const uint64_t first = fills(settled(session));
+  session.edit([](Scene& s) { move_camera(s, .5); });
+  settled(session);
+  session.edit([](Scene& s) { s.edit("camera", "", {{"float lookat", {0, 1, -5, 0, 1, 0, 0, 1, 0}}}); });
+  const Picture back = settled(session);
+  EXPECT_GT(first, 50u);
+  EXPECT_EQ(fills(back), 0u);  // the first view again
+  session.edit([](Scene& s) { move_camera(s, -.2); });
+  EXPECT_LT(fills(settled(session)), first / 4);
+  // An edit of a light keeps no entry.
+  session.edit("light", "key", {{"float scale", 2}});
+  EXPECT_GT(fills(settled(session)), first / 2);
+}
+
+TEST(LiveSession, WrongEditsChangeNothing) {
+  LiveSession session(Scene::parse(room));
+  const Picture before = settled(session);
+  const auto refuse = [&](const std::function<void(Scene&)>& change, const std::string& message) {
+    try {
+      session.edit(change).get();
+      ADD_FAILURE() << "no error: " << message;
+    } catch (const SceneError& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+    expect_same(settled(session), before);
+  };
+  refuse([](Scene& s) { s.edit("light", "kay", {}); }, "no light");
+  refuse([](Scene& s) { s.edit("camera", "", {{"float fov", 300}}); }, "below 180");
+  refuse([](Scene& s) { s.edit("shape", "ball", {{"string radius", "x"}}); }, "radius");
+  refuse(
+      [](Scene& s) {
+        s.edit("light", "key", {{"float scale", 9}});
+        s.edit("light", "sky", {{"string filename", "none.exr"}});
+      },
+      "no such file");
+  refuse([](Scene& s) { s.render(); }, "live session");
+  EXPECT_THROW(session.edit([](Scene&) { throw std::runtime_error("mine"); }).get(), std::runtime_error);
+  expect_same(settled(session), before);
+}
+
+TEST(LiveSession, ScenesThatCannotBeRendered) {
+  LiveSession session(Scene{});
+  EXPECT_THROW(session.wait(60), SceneError);
+  EXPECT_THROW(session.edit("light", "none", {}).get(), SceneError);
+  session
+      .edit([](Scene& s) {
+        s.camera("perspective", {{"float fov", 40}}, Placement::look_at({0, 0, -3}, {0, 0, 0}, {0, 1, 0}));
+        s.film("rgb", {{"integer xresolution", 16}, {"integer yresolution", 16}});
+        s.light("sky", "infinite", {{"rgb L", {1, 1, 1}}});
+        s.shape({"sphere", {}});
+      })
+      .get();
+  expect_same(settled(session), fresh(session));
+}
+
+TEST(LiveSession, CancelsSoon) {
+  RenderOptions o;
+  o.pixel_samples = 1 << 16;
+  std::vector<double> waits;
+  LiveSession session(Scene::parse(room), o);
+  for (int i = 0; i < 12; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    const auto begin = Clock::now();
+    session.edit([i](Scene& s) { move_camera(s, .05 * i); }).get();  // ready when the old rendering has ended
+    waits.push_back(seconds_since(begin));
+  }
+  std::sort(waits.begin(), waits.end());
+  RecordProperty("median_ms", int(waits[6] * 1000));
+  EXPECT_LT(waits[6], 1.0);  // .1 on a quiet machine (bench/live.py); never the minutes that the rendering takes
+}
+
+TEST(LiveSession, TwoSessions) {
+  LiveSession a(Scene::parse(room)), b(Scene::parse(room));
+  for (int i = 0; i < 3; ++i) {
+    a.edit([i](Scene& s) { move_camera(s, .1 * i); });
+    b.edit("light", "key", {{"float scale", 1 + i}});
+  }
+  const Picture pa = settled(a), pb = settled(b);
+  expect_same(pa, fresh(a));
+  expect_same(pb, fresh(b));
+  EXPECT_FALSE(test::same(pa, pb));
+}
+
+}  // namespace
+}  // namespace dapple
