@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
 #include <filesystem>
+#include <thread>
+#include <utility>
 
 #include "commands.h"
 #include "dapple/base/log.h"
@@ -9,6 +12,7 @@
 #include "dapple/media/medium.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
+#include "dapple/render/watched_scene.h"
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
 #include "frame_denoising.h"
@@ -217,25 +221,25 @@ std::string summary_of(const std::vector<std::string>& paths, const scene::Film&
          " with loading)";
 }
 
-int render_scene(const RenderOptions& o, const std::string& command_line) {
-  const Timer wall;
-  check_render_options(o);
-  Interrupts interrupts("image", o.quiet);
-  OutputFiles outputs;
-  for (const std::string& path : o.outputs) outputs.add_image("--output", path);
-  outputs.add("--stats", o.stats);
-  outputs.check_inputs({o.scene, o.ocio});
-  if (o.quiet) set_log_level(1);
-  set_thread_count(o.threads);
-  Diagnostics diagnostics(o.strict);
-  build::BuiltScene built = build::load_scene(o.scene, build_options(o), diagnostics);
-  std::vector<std::string> paths = output_paths(o, built, diagnostics);
-  if (o.outputs.empty()) outputs.add_image_of_scene(paths[0], built.film.place);
-  outputs.check_inputs(built.named_files);
-  outputs.check_input(o.ocio);
+// What stays from picture to picture of a watched scene.
+struct Job {
+  const RenderOptions& o;
+  const std::string& command_line;
+  Interrupts& interrupts;
+  OutputFiles& outputs;
+  Diagnostics& diagnostics;
+  std::vector<std::string> paths;
+};
 
-  render::OutputSettings output = output_settings(o, built, command_line);
-  const build::IntegratorRequest request = settled_request(o, built, output.aovs, diagnostics);
+ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
+  const RenderOptions& o = job.o;
+  Interrupts& interrupts = job.interrupts;
+  std::vector<std::string> paths = job.paths;
+  job.outputs.check_inputs(built.named_files);
+  job.outputs.check_input(o.ocio);
+
+  render::OutputSettings output = output_settings(o, built, job.command_line);
+  const build::IntegratorRequest request = settled_request(o, built, output.aovs, job.diagnostics);
   warn_of_unused(o, request, paths);
   FrameDenoising denoising(o, request);
   render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
@@ -262,7 +266,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
   denoising.denoise(film, interrupts.flag(), &output);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
-  if (is_partial && result.samples == 0) keep_older_images(o, built, outputs, &paths);
+  if (is_partial && result.samples == 0) keep_older_images(o, built, job.outputs, &paths);
   std::vector<std::string> files = paths;
   if (!o.stats.empty()) files.push_back(o.stats);
   interrupts.begin_writing(files);
@@ -271,7 +275,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   warn_of_dropped(film);
   render::RunReport report;
   report.scene_path = o.scene;
-  report.command_line = command_line;
+  report.command_line = job.command_line;
   report.integrator = request.type;
   report.scene = built.scene.get();
   report.build_times = &built.times;
@@ -281,7 +285,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   report.dropped_samples = film.dropped_samples();
   report.feature_seconds = denoising.feature_seconds();
   report.denoise_seconds = denoising.seconds();
-  report.warnings = diagnostics.count();
+  report.warnings = job.diagnostics.count();
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
@@ -289,10 +293,56 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   if (is_partial || interrupts.flag()) {
     log_warning(summary +
                 (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));
-    return static_cast<int>(ExitCode::interrupted);
+    return ExitCode::interrupted;
   }
   log_info(summary);
-  return static_cast<int>(shaders_failed ? ExitCode::bad_input : ExitCode::done);
+  return shaders_failed ? ExitCode::bad_input : ExitCode::done;
+}
+
+// Ends by a signal alone, which ends the program where nothing is under way.
+ExitCode watch(Job& job, render::WatchedScene& scene) {
+  constexpr auto interval = std::chrono::milliseconds(100);
+  for (;;) {
+    job.interrupts.end_writing();
+    log_info("watching " + job.o.scene + "; save it, or a file that it names, to render again");
+    for (bool news = false;;) {  // a second look, since a file may be under way
+      const bool had_news = std::exchange(news, scene.has_news());
+      if (had_news && news) break;
+      std::this_thread::sleep_for(interval);
+    }
+    const Timer wall;
+    try {
+      if (!scene.reload().any()) continue;
+      if (render_picture(job, scene.built(), wall) == ExitCode::interrupted) return ExitCode::interrupted;
+    } catch (const Error& error) {
+      log_error(error.what());
+    }
+  }
+}
+
+int render_scene(const RenderOptions& o, const std::string& command_line) {
+  const Timer wall;
+  check_render_options(o);
+  Interrupts interrupts("image", o.quiet);
+  OutputFiles outputs;
+  for (const std::string& path : o.outputs) outputs.add_image("--output", path);
+  outputs.add("--stats", o.stats);
+  outputs.check_inputs({o.scene, o.ocio});
+  if (o.quiet) set_log_level(1);
+  set_thread_count(o.threads);
+  Diagnostics diagnostics(o.strict);
+  std::optional<render::WatchedScene> watched;
+  std::optional<build::BuiltScene> loaded;
+  if (o.watch)
+    watched.emplace(o.scene, build_options(o), diagnostics);
+  else
+    loaded.emplace(build::load_scene(o.scene, build_options(o), diagnostics));
+  build::BuiltScene& built = watched ? watched->built() : *loaded;
+  Job job{o, command_line, interrupts, outputs, diagnostics, output_paths(o, built, diagnostics)};
+  if (o.outputs.empty()) outputs.add_image_of_scene(job.paths[0], built.film.place);
+  const ExitCode code = render_picture(job, built, wall);
+  if (!watched || code == ExitCode::interrupted) return static_cast<int>(code);
+  return static_cast<int>(watch(job, *watched));
 }
 
 }  // namespace

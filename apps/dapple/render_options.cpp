@@ -402,6 +402,8 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_flag(
       "--keep-going", o.keep_going,
       "Missing images, meshes and plug-ins, and shaders that throw, become visible stand-ins instead of errors");
+  app.add_flag("--watch", o.watch,
+               "Render again whenever the scene, or a file that it names, is saved; until interrupted [no]");
   app.add_flag("-q,--quiet", o.quiet, "No progress, no information; warnings and errors only");
 }
 

@@ -26,7 +26,7 @@ struct RenderOptions {
   build::MaskRequest masks;
   build::ShaftRequest shafts;
   build::ImageRequest images;
-  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false;
+  bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false, watch = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
   std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;
   int canopy_slabs = 0;

@@ -19,6 +19,8 @@ parser.add_argument("--samples", type=int, default=16)
 options = parser.parse_args()
 
 scene = dapple.load(options.scene)
+for name in list(scene.lights):
+    scene.lights[name]["string group"] = name.replace(":", "_")
 session = dapple.Session(scene, preset="preview", pixel_samples=options.samples, light_groups=True,
                          resolution=tuple(int(n) for n in options.resolution.split("x")))
 whole = session.render()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A turntable: the camera goes round the middle of a scene. What is built and cached stays from frame to frame.
+"""A turntable: the camera goes round the middle of a scene. What is built stays from frame to frame.
 
     turntable.py scenes/bust/bust.pbrt --frames 24 --up 0,1,0 -o turn/
 """

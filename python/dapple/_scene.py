@@ -223,7 +223,7 @@ class Scene:
         self._core.add(directives)
 
     def keep_dicing_camera(self) -> None:
-        """Surfaces stay diced for the camera as it is now, so that moving it keeps what is built and cached."""
+        """Surfaces stay diced for the camera as it is now, so that moving it keeps what is built."""
         self._core.dicing_camera()
 
     def check(self) -> None:

@@ -196,7 +196,7 @@ class Scene {
   // "integrator", "sampler" with an empty one (docs/guide/scenes.md, Edits).
   void edit(const std::string& target, const std::string& name, const Params& params);
   void remove(const std::string& target, const std::string& name);
-  /// Surfaces stay diced for the camera as it is now, so that camera edits keep what is built and cached.
+  /// Surfaces stay diced for the camera as it is now, so that camera edits keep what is built.
   void dicing_camera();
 
   std::vector<std::string> names(const std::string& target) const;

@@ -55,7 +55,6 @@ TEST(LiveSession, FramesComeFinerAndFiner) {
   const Picture last = settled(session);
   EXPECT_EQ(reductions, (std::vector<int>{8, 4, 2, 1, 1, 0}));
   expect_same(last, fresh(session));
-  // The reduced pictures show the same as the whole: their means differ by sampling alone.
 }
 
 // Each kind of edit, one after the other in one session.
@@ -103,6 +102,20 @@ TEST(LiveSession, SettledFramesAreFresh) {
   }
 }
 
+// With as many rays as make the cache pay where cheap shaders run for each sample.
+TEST(LiveSession, SettledFramesOfManySamplesAreFresh) {
+  RenderOptions o;
+  o.width = 120, o.height = 90, o.pixel_samples = 12;
+  o.preset = "preview";
+  LiveSession session(Scene::parse(room), o);
+  EXPECT_GT(fills(settled(session)), 20u);
+  session.edit([](Scene& s) { move_camera(s, .5); });
+  expect_same(settled(session), fresh(session, o));
+  session.edit([](Scene& s) { s.edit("light", "key", {{"float scale", 3}}); });
+  session.edit([](Scene& s) { move_camera(s, .1); });
+  expect_same(settled(session), fresh(session, o));
+}
+
 TEST(LiveSession, PathTracingAndLayers) {
   RenderOptions o;
   o.integrator = "path";
@@ -145,7 +158,9 @@ TEST(LiveSession, EditsAtAnyTime) {
 TEST(LiveSession, CameraEditsKeepTheCache) {
   RenderOptions o;
   o.integrator = "distribution";
-  LiveSession session(Scene::parse(room), o);
+  Scene scene = Scene::parse(room);
+  scene.edit("integrator", "", {{"string visiblepoints", "grids"}});
+  LiveSession session(std::move(scene), o);
   const uint64_t first = fills(settled(session));
   session.edit([](Scene& s) { move_camera(s, .5); });
   settled(session);

@@ -201,6 +201,10 @@ bool EditableScene::make_materials_again(Parts* p) const {
   return true;
 }
 
+std::vector<std::string> EditableScene::built_files() const {
+  return scenefile::named_files(description_);
+}
+
 Changes EditableScene::update(Changes changes) {
   if (!changes.any()) return changes;
   Parts parts;

@@ -33,6 +33,8 @@ class EditableScene {
   ~EditableScene();
 
   BuiltScene& built() { return built_; }
+  /// BuiltScene::named_files of the description as it is.
+  std::vector<std::string> built_files() const;
   const BuildOptions& options() const { return options_; }
 
   /// Makes again what changed. InputError: built() is what it was. Nobody may use the scene meanwhile. Returns what was
