@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -295,12 +296,96 @@ void add_scene(py::module_& m) {
       });
 }
 
+/// A live session whose calls that may wait give up the GIL, which edits want on the session's thread.
+class PyLiveSession {
+ public:
+  PyLiveSession(Scene& scene, const py::dict& options) {
+    const RenderOptions o = options_of(options);
+    const py::gil_scoped_release release;
+    session_ = std::make_unique<LiveSession>(std::move(scene), o);
+  }
+  ~PyLiveSession() {
+    const py::gil_scoped_release release;
+    session_.reset();
+  }
+
+  std::shared_future<void> edit(const py::function& change) {
+    // Whoever lets go of it last does so under the GIL.
+    const std::shared_ptr<py::function> kept(new py::function(change), [](py::function* f) {
+      const py::gil_scoped_acquire acquire;
+      delete f;
+    });
+    const py::gil_scoped_release release;
+    return session_
+        ->edit([kept](Scene& scene) {
+          const py::gil_scoped_acquire acquire;
+          try {
+            (*kept)(py::cast(&scene, py::return_value_policy::reference));
+          } catch (const py::error_already_set& error) {
+            throw SceneError(SceneError::Kind::usage, error.what());
+          }
+        })
+        .share();
+  }
+
+  py::object frame() const {
+    std::optional<LiveFrame> f;
+    {
+      const py::gil_scoped_release release;
+      f = session_->frame();
+    }
+    return dict_of_frame(f);
+  }
+  py::object wait(double seconds) const {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    for (;;) {
+      std::optional<LiveFrame> f;
+      {
+        const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+        const py::gil_scoped_release release;
+        f = session_->wait(std::clamp(left, 0.0, .1));
+      }
+      if (f || std::chrono::steady_clock::now() >= end) return dict_of_frame(f);
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+  }
+  void write(const std::string& path) {
+    const py::gil_scoped_release release;
+    session_->write(path);
+  }
+
+ private:
+  static py::object dict_of_frame(const std::optional<LiveFrame>& f) {
+    if (!f) return py::none();
+    return py::dict("layers"_a = layers_of(*f->picture), "statistics"_a = dict_of(f->picture->statistics),
+                    "reduction"_a = f->reduction, "pixel_samples"_a = f->pixel_samples, "edits"_a = f->edits,
+                    "settled"_a = f->settled, "seconds"_a = f->seconds);
+  }
+
+  std::unique_ptr<LiveSession> session_;
+};
+
+void add_live_session(py::module_& m) {
+  using Future = std::shared_future<void>;
+  py::class_<Future>(m, "Edit")
+      .def("done", [](const Future& f) { return f.wait_for(std::chrono::seconds(0)) == std::future_status::ready; })
+      .def(
+          "result", [](const Future& f) { f.get(); }, py::call_guard<py::gil_scoped_release>());
+  py::class_<PyLiveSession>(m, "LiveSession")
+      .def(py::init<Scene&, const py::dict&>())
+      .def("edit", &PyLiveSession::edit)
+      .def("frame", &PyLiveSession::frame)
+      .def("wait", &PyLiveSession::wait)
+      .def("write", &PyLiveSession::write);
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Behind dapple: scenes, renderings and pictures.";
   add_errors(m);
   add_scene(m);
+  add_live_session(m);
   m.def("read", [](const std::string& path) { return layers_of(read(path)); });
   m.def("write", [](const std::string& path, const py::dict& layers) {
     Picture picture;

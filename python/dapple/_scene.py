@@ -285,6 +285,55 @@ class Session:
         return self._statistics
 
 
+class LiveFrame:
+    """A picture of a live session as far as it has come: `image` H x W x 3, float32, linear; `aovs` a dictionary of
+    layers; `reduction`: its pixels are so many pixels of the film wide; `pixel_samples`; `edits`: how many it shows;
+    `settled`: it is the whole picture; `seconds` since the last of these edits; `statistics`."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        layers = values["layers"]
+        self.image: Image = layers[""]
+        self.aovs: dict[str, Image] = {name: layer for name, layer in layers.items() if name}
+        self.statistics: dict[str, Any] = values["statistics"]
+        self.reduction: int = values["reduction"]
+        self.pixel_samples: int = values["pixel_samples"]
+        self.edits: int = values["edits"]
+        self.settled: bool = values["settled"]
+        self.seconds: float = values["seconds"]
+
+
+class LiveSession:
+    """Renders a scene in the background while it is edited. It takes the scene, which is to be used no more by itself.
+
+        live = dapple.LiveSession(scene, preset="draft")
+        live.edit(lambda scene: scene.camera.edit(fov=35))
+        image = live.wait().image"""
+
+    def __init__(self, scene: Scene, **options: Any) -> None:
+        """Options as of Session, but progress."""
+        session = Session(scene, **options)
+        self._core = _core.LiveSession(scene._core, session._options)
+
+    def edit(self, change: Callable[[Scene], object]) -> _core.Edit:
+        """A transaction: `change` is called soon, on the session's thread, with the scene; all of it counts or nothing.
+        `.result()` of what is returned waits until the scene is built, and raises its error."""
+        return self._core.edit(lambda core: change(Scene(core)))
+
+    def frame(self) -> Optional[LiveFrame]:
+        """The latest; None before the first."""
+        values = self._core.frame()
+        return None if values is None else LiveFrame(values)
+
+    def wait(self, seconds: float = 1e9) -> Optional[LiveFrame]:
+        """Waits for the settled picture of all edits so far; None after `seconds`."""
+        values = self._core.wait(seconds)
+        return None if values is None else LiveFrame(values)
+
+    def write(self, path: Union[str, os.PathLike[str]]) -> None:
+        """As Scene.write()."""
+        self._core.write(os.fspath(path))
+
+
 def load(path: Union[str, os.PathLike[str]], strict: bool = False, keep_going: bool = False) -> Scene:
     """Reads a scene file or a model. SceneError says what is wrong and where."""
     return Scene(_core.Scene.load(os.fspath(path), strict, keep_going))

@@ -143,6 +143,30 @@ class SceneTest(unittest.TestCase):
         with self.assertRaises(ZeroDivisionError):
             session.render()
 
+    def test_live_sessions(self):
+        with tempfile.TemporaryDirectory() as folder:
+            live = dapple.LiveSession(self.scene, pixel_samples=8)
+            first = live.wait(60)
+            self.assertTrue(first.settled)
+            self.assertEqual(first.image.shape, (16, 24, 3))
+
+            def change(scene):
+                scene.lights["key"].intensity *= 3
+                scene.camera.edit(fov=30)
+
+            live.edit(change).result()
+            second = live.wait(60)
+            self.assertEqual(second.edits, 1)
+            shot = os.path.join(folder, "shot.pbrt")
+            live.write(shot)
+            np.testing.assert_array_equal(dapple.load(shot).render(pixel_samples=8), second.image)
+            with self.assertRaisesRegex(dapple.SceneError, "no light"):
+                live.edit(lambda scene: scene._core.edit("light", "kay", {})).result()
+            with self.assertRaisesRegex(dapple.SceneError, "division"):
+                live.edit(lambda scene: 1 / 0).result()
+            np.testing.assert_array_equal(live.wait(60).image, second.image)
+            self.assertEqual(live.frame().reduction, 1)
+
     def test_interrupts_and_other_threads(self):
         counts = []
         done = threading.Event()
