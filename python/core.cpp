@@ -304,12 +304,14 @@ class PyLiveSession {
     const py::gil_scoped_release release;
     session_ = std::make_unique<LiveSession>(std::move(scene), o);
   }
-  ~PyLiveSession() {
+  ~PyLiveSession() { close(); }
+  void close() {
     const py::gil_scoped_release release;
     session_.reset();
   }
 
   std::shared_future<void> edit(const py::function& change) {
+    check_open();
     // Whoever lets go of it last does so under the GIL.
     const std::shared_ptr<py::function> kept(new py::function(change), [](py::function* f) {
       const py::gil_scoped_acquire acquire;
@@ -328,7 +330,12 @@ class PyLiveSession {
         .share();
   }
 
+  void check_open() const {
+    if (!session_) throw SceneError(SceneError::Kind::usage, "the session is closed");
+  }
+
   py::object frame() const {
+    check_open();
     std::optional<LiveFrame> f;
     {
       const py::gil_scoped_release release;
@@ -337,6 +344,7 @@ class PyLiveSession {
     return dict_of_frame(f);
   }
   py::object wait(double seconds) const {
+    check_open();
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     for (;;) {
       std::optional<LiveFrame> f;
@@ -350,6 +358,7 @@ class PyLiveSession {
     }
   }
   void write(const std::string& path) {
+    check_open();
     const py::gil_scoped_release release;
     session_->write(path);
   }
@@ -376,7 +385,8 @@ void add_live_session(py::module_& m) {
       .def("edit", &PyLiveSession::edit)
       .def("frame", &PyLiveSession::frame)
       .def("wait", &PyLiveSession::wait)
-      .def("write", &PyLiveSession::write);
+      .def("write", &PyLiveSession::write)
+      .def("close", &PyLiveSession::close);
 }
 
 }  // namespace

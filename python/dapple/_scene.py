@@ -2,8 +2,10 @@
 """Scenes, sessions and pictures: what `import dapple` shows of them."""
 from __future__ import annotations
 
+import atexit
 import math
 import os
+import weakref
 from collections.abc import Mapping
 from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
 
@@ -302,6 +304,15 @@ class LiveFrame:
         self.seconds: float = values["seconds"]
 
 
+_open_sessions: weakref.WeakSet[LiveSession] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_sessions() -> None:  # while their threads can still call Python
+    for session in list(_open_sessions):
+        session.close()
+
+
 class LiveSession:
     """Renders a scene in the background while it is edited. It takes the scene, which is to be used no more by itself.
 
@@ -313,6 +324,7 @@ class LiveSession:
         """Options as of Session, but progress."""
         session = Session(scene, **options)
         self._core = _core.LiveSession(scene._core, session._options)
+        _open_sessions.add(self)
 
     def edit(self, change: Callable[[Scene], object]) -> _core.Edit:
         """A transaction: `change` is called soon, on the session's thread, with the scene; all of it counts or nothing.
@@ -332,6 +344,10 @@ class LiveSession:
     def write(self, path: Union[str, os.PathLike[str]]) -> None:
         """As Scene.write()."""
         self._core.write(os.fspath(path))
+
+    def close(self) -> None:
+        """Ends the session, with what it renders."""
+        self._core.close()
 
 
 def load(path: Union[str, os.PathLike[str]], strict: bool = False, keep_going: bool = False) -> Scene:

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/scene_builder.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "dapple/base/timer.h"
 #include "dapple/build/editable_scene.h"
+#include "dapple/media/closed_form_medium.h"
 
 namespace dapple::build {
 
@@ -32,9 +34,21 @@ BuiltScene build_scene(const SceneDescription& description, const BuildOptions& 
   return std::move(EditableScene(description, options, diagnostics).built());
 }
 
+namespace {
+
+// What only absorbs has no shafts, whose tables are made for a camera.
+bool may_have_shafts(const scene::Scene& scene) {
+  return std::any_of(scene.media.begin(), scene.media.end(), [](const auto& medium) {
+    const auto* closed = dynamic_cast<const media::ClosedFormMedium*>(medium.get());
+    return !closed || !closed->sigma_s().is_black();
+  });
+}
+
+}  // namespace
+
 bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& r) {
   const auto moves = [](const scene::Camera& c) { return c.settings().camera_to_world.is_animated(); };
-  return !built.scene->has_media() && r.masks.sun_shadows.value_or("rays") == "rays" &&
+  return !may_have_shafts(*built.scene) && r.masks.sun_shadows.value_or("rays") == "rays" &&
          !(r.masks.far_ground.value_or(0) > 0) && r.type != "canopy" && r.type != "images" &&
          !moves(built.dicing_camera) && !moves(built.scene->camera);
 }

@@ -152,9 +152,11 @@ void LiveSession::apply(Transaction& t) {
     failure_ = nullptr;
   } catch (...) {
     needs_rendering_ = built_ != nullptr;
+    t.change = {};
     t.done.set_exception(outside(std::current_exception()));
     return;
   }
+  t.change = {};  // it may hold what is of its owner's world, and the owner goes on from here
   t.done.set_value();
 }
 
