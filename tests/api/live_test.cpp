@@ -116,6 +116,37 @@ TEST(LiveSession, SettledFramesOfManySamplesAreFresh) {
   expect_same(settled(session), fresh(session, o));
 }
 
+// Scenes in which something looks at the camera: media, masks, curves, surfaces that are diced.
+TEST(LiveSession, SettledFramesOfOddScenesAreFresh) {
+  const std::pair<const char*, const char*> scenes[] = {
+      {"absorbing",
+       R"(MakeNamedMedium "tea" "string type" "homogeneous" "rgb sigma_a" [.5 1 2] "rgb sigma_s" [0 0 0]
+          AttributeBegin MediumInterface "tea" "" Material "dielectric" Translate .3 .4 -1.5 Shape "sphere" "float radius" .4 AttributeEnd)"},
+      {"smoke",
+       R"(MakeNamedMedium "smoke" "string type" "homogeneous" "rgb sigma_a" [.1 .1 .1] "rgb sigma_s" [.4 .4 .4]
+          AttributeBegin MediumInterface "smoke" "" Material "interface" Translate 0 1 0 Shape "sphere" "float radius" 1.5 AttributeEnd)"},
+      {"masks", R"(Edit "integrator" "string sunshadows" "masks")"},
+      {"curves",
+       R"(Shape "curve" "point3 P" [-1 0 -1  -.5 1.5 -1  0 0 -1.2  .8 1.5 -1] "float width0" .1 "float width1" .05)"},
+      {"displaced",
+       R"(Texture "bumps" "float" "fbm" Shape "catmullclark" "point3 P" [-2 .2 -2  0 .2 -2  0 .2 0  -2 .2 0]
+          "integer indices" [0 1 2 3] "integer faceIndices" [4] "texture displacement" "bumps" "float displacementbound" .5)"},
+  };
+  for (const auto& [name, more] : scenes) {
+    SCOPED_TRACE(name);
+    Scene scene = Scene::parse(std::string(room) + (std::string(name) == "masks" ? "" : more));
+    if (std::string(name) == "masks") scene.add(more);
+    scene.edit("integrator", "", {{"string visiblepoints", "grids"}});
+    LiveSession session(std::move(scene));
+    for (int i = 0; i < 3; ++i) {
+      session.edit([i](Scene& s) { move_camera(s, .3 * i - .5); }).get();
+      expect_same(settled(session), fresh(session));
+    }
+    session.edit("light", "distant:1", {{"float scale", 2}}).get();
+    expect_same(settled(session), fresh(session));
+  }
+}
+
 TEST(LiveSession, PathTracingAndLayers) {
   RenderOptions o;
   o.integrator = "path";
