@@ -8,14 +8,14 @@
 #include "dapple/image/texture_system.h"
 #include "dapple/numeric/conductor_rgb.h"
 #include "dapple/numeric/named_spectra.h"
-#include "dapple/shading/hair.h"
-#include "dapple/shading/principled.h"
+#include "dapple/scattering/hair.h"
+#include "dapple/scattering/principled.h"
 
 namespace dapple::build {
 namespace {
 
-using shading::Bsdf;
-using shading::BsdfKind;
+using scattering::Bsdf;
+using scattering::BsdfKind;
 using shading::MaterialPtr;
 
 struct Built {
@@ -241,7 +241,7 @@ TEST(MaterialFactory, HairByAllItsColours) {
     points.v[0] = 0.75f;
     Bsdf bsdf;
     built.last().prelighting(points, &bsdf);
-    const shading::HairFibre hair(bsdf);
+    const scattering::HairFibre hair(bsdf);
     EXPECT_NEAR(hair.h, 0.5f, 1e-5f);
     EXPECT_EQ(hair.beta_m, 0.2f);
     EXPECT_EQ(hair.tilt, 3);
@@ -259,7 +259,7 @@ TEST(MaterialFactory, MeasuredFilesAreNamedWhereTheyFail) {
 
 TEST(MaterialFactory, OpenPbrByItsNames) {
   const auto layers = [](const std::string& parameters) {
-    return shading::PrincipledLayers(constant_of("Material \"openpbr\" " + parameters));
+    return scattering::PrincipledLayers(constant_of("Material \"openpbr\" " + parameters));
   };
   const auto plain = layers("");
   EXPECT_FLOAT_EQ(plain.diffuse.g, 0.8f);

@@ -356,8 +356,8 @@ class Holes final : public shading::Material {
     asked += points.count;
     for (int i = 0; i < points.count; ++i) Oi[i] = RGB(length(points.P[i] - V3f(0, 0, 1)) < 0.9f ? 1.0f : 0.0f);
   }
-  void prelighting(const pattern::ShadingPoints& points, shading::Bsdf* out) const override {
-    std::fill_n(out, points.count, shading::Bsdf::make_diffuse(RGB(0.5f)));
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override {
+    std::fill_n(out, points.count, scattering::Bsdf::make_diffuse(RGB(0.5f)));
   }
   bool needs_differentials() const override { return false; }
   mutable std::atomic<int> asked{0};

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "dapple/base/hash.h"
+#include "dapple/media/cloud_density.h"
 #include "dapple/media/exponential_medium.h"
 #include "dapple/media/grid_medium.h"
 #include "dapple/media/homogeneous_medium.h"
@@ -14,7 +15,6 @@
 #include "dapple/numeric/warp.h"
 #include "dapple/pattern/pattern_mapping.h"
 #include "dapple/pattern/pattern_program.h"
-#include "dapple/shading/cloud_density.h"
 #include "tests/support/chi_square.h"
 
 namespace dapple::media {

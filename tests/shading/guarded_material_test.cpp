@@ -11,9 +11,9 @@ namespace {
 // Doubles Ci up to the first point of odd u, and there it throws. Leaves every third Bsdf alone.
 class Spoiler final : public Material {
  public:
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override {
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override {
     for (int i = 0; i < points.count; ++i)
-      if (int(points.u[i]) % 3 != 0) out[i] = Bsdf::make_diffuse(RGB(0.25f));
+      if (int(points.u[i]) % 3 != 0) out[i] = scattering::Bsdf::make_diffuse(RGB(0.25f));
   }
   void postlighting(const PostLighting& in) const override {
     for (int i = 0; i < in.points.count; ++i) {
@@ -33,7 +33,7 @@ GuardedMaterial make_spoiler() {
 // Ci of points u = 0 .. count - 1, in batches of `size`.
 std::vector<RGB> light_in_batches(const GuardedMaterial& material, int size) {
   std::vector<RGB> Ci(count, RGB(0.5f));
-  const std::vector<Bsdf> bsdf(count);
+  const std::vector<scattering::Bsdf> bsdf(count);
   const std::vector<V3f> wo(count, V3f(0, 0, 1));
   for (int first = 0; first < count; first += size) {
     auto points = std::make_unique<pattern::ShadingPoints>();
@@ -70,7 +70,7 @@ TEST(GuardedMaterial, WhatIsLeftUnwrittenIsBlack) {
     points.dPdu.set(i, {1, 0, 0});
     points.u[i] = float(i);
   }
-  std::vector<Bsdf> out(6, Bsdf::make_diffuse(RGB(0.9f)));
+  std::vector<scattering::Bsdf> out(6, scattering::Bsdf::make_diffuse(RGB(0.9f)));
   material.prelighting(points, out.data());
   for (int i = 0; i < 6; ++i) EXPECT_EQ(out[size_t(i)].reflectance, RGB(i % 3 == 0 ? 0 : 0.25f));
 }

@@ -7,7 +7,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/pattern/pattern_program.h"
 #include "dapple/pattern/patterns.h"
-#include "dapple/shading/coat.h"
+#include "dapple/scattering/coat.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/conductor_material.h"
 #include "dapple/shading/dielectric_material.h"
@@ -61,8 +61,8 @@ std::unique_ptr<pattern::ShadingPoints> square(int n) {
   return p;
 }
 
-std::vector<Bsdf> shade(const Material& m, const pattern::ShadingPoints& p) {
-  std::vector<Bsdf> out(static_cast<size_t>(p.count));
+std::vector<scattering::Bsdf> shade(const Material& m, const pattern::ShadingPoints& p) {
+  std::vector<scattering::Bsdf> out(static_cast<size_t>(p.count));
   m.prelighting(p, out.data());
   return out;
 }
@@ -73,8 +73,8 @@ TEST(Materials, ConstantOnesNeedNoBatch) {
   EXPECT_FALSE(grey.needs_differentials());
   EXPECT_EQ(grey.constant()->reflectance, RGB(0.5f));
   const auto p = square(7);
-  for (const Bsdf& b : shade(grey, *p)) {
-    EXPECT_EQ(b.kind, BsdfKind::diffuse);
+  for (const scattering::Bsdf& b : shade(grey, *p)) {
+    EXPECT_EQ(b.kind, scattering::BsdfKind::diffuse);
     EXPECT_EQ(b.reflectance, RGB(0.5f));
     EXPECT_EQ(b.frame.n, V3f(0, 0, 1));
     EXPECT_EQ(b.frame.s, V3f(1, 0, 0));
@@ -115,7 +115,7 @@ TEST(Materials, ConductorByReflectance) {
   const RGB r(0.9f, 0.5f, 0.1f);
   const ConductorMaterial m(MetalInput(pattern::Input<RGB>(r)), {}, {});
   const V3f n(0, 0, 1);
-  BsdfSample s;
+  scattering::BsdfSample s;
   ASSERT_TRUE(m.constant()->sample(n, 0, {0, 0}, 0, &s));
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(s.weight[c], r[c], 1e-5f);
 }
@@ -131,9 +131,9 @@ TEST(Materials, CoatedOnesTakeTheirLayer) {
   const auto p = square(5);
   const auto bsdfs = shade(CoatedDiffuseMaterial(pattern::Input<RGB>(RGB(0.5f)), coat, {}), *p);
   for (int i = 0; i < 5; ++i) {
-    const Bsdf& b = bsdfs[static_cast<size_t>(i)];
+    const scattering::Bsdf& b = bsdfs[static_cast<size_t>(i)];
     EXPECT_EQ(b.thickness, p->u[i]);
-    EXPECT_EQ(b.coat_return, coat_return(1.4f, p->u[i]));
+    EXPECT_EQ(b.coat_return, scattering::coat_return(1.4f, p->u[i]));
     EXPECT_EQ(b.g, 0.99f);
     EXPECT_EQ(b.max_depth, 7);
     EXPECT_EQ(b.sample_count, 3);
@@ -158,7 +158,7 @@ TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
   auto p = square(50);
   for (int i = 25; i < 50; ++i) p->dudx[i] = p->dvdy[i] = 0.01f;  // with and without footprints
   const V3f expected = normalize(V3f(-0.2f, -0.3f, 1));
-  for (const Bsdf& b : shade(m, *p)) {
+  for (const scattering::Bsdf& b : shade(m, *p)) {
     EXPECT_LT(length(b.frame.n - expected), 1e-3f);
     EXPECT_LT(length(b.frame.s - normalize(V3f(1, 0, 0.2f))), 1e-3f);
     EXPECT_EQ(b.reflectance, RGB(0.5f));
@@ -169,7 +169,7 @@ TEST(SurfaceDetail, BumpOfAPlaneIsThatPlane) {
 TEST(SurfaceDetail, BumpBySolidTexture) {
   const auto d =
       std::make_shared<FunctionTexture<float>>([](const pattern::ShadingPoints& p, int i) { return 0.1f * p.P.x[i]; });
-  for (const Bsdf& b : shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *square(20)))
+  for (const scattering::Bsdf& b : shade(DiffuseMaterial(pattern::Input<RGB>(RGB(1)), {d, nullptr}), *square(20)))
     EXPECT_LT(length(b.frame.n - normalize(V3f(-0.1f, 0, 1))), 1e-3f);
 }
 
@@ -244,7 +244,7 @@ TEST(Materials, CountTheirWork) {
 class Undeclared final : public Material {
  public:
   explicit Undeclared(MaterialPtr material) : material_(std::move(material)) {}
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override {
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override {
     material_->prelighting(points, out);
   }
   bool needs_differentials() const override { return material_->needs_differentials(); }
@@ -262,8 +262,8 @@ TEST(Mix, BlendsDiffuseMaterials) {
   EXPECT_TRUE(mix.is_diffuse_to_rays());
   EXPECT_FALSE(mix.is_random());
   EXPECT_TRUE(MixMaterial(grey, std::make_shared<Undeclared>(leaf), pattern::Input<float>(0.25f), 1).is_random());
-  for (const Bsdf& b : shade(mix, *square(100))) {
-    EXPECT_EQ(b.kind, BsdfKind::diffuse_transmission);
+  for (const scattering::Bsdf& b : shade(mix, *square(100))) {
+    EXPECT_EQ(b.kind, scattering::BsdfKind::diffuse_transmission);
     EXPECT_FLOAT_EQ(b.reflectance.g, .3f);
     EXPECT_FLOAT_EQ(b.transmittance.g, .1f);
   }
@@ -311,7 +311,7 @@ TEST(Mix, DoesNotDependOnBatching) {
     pattern::ShadingPoints one;
     const int lane[] = {i};
     one.gather(*p, lane);
-    const Bsdf single = shade(mix, one)[0];
+    const scattering::Bsdf single = shade(mix, one)[0];
     EXPECT_EQ(single.kind, all[static_cast<size_t>(i)].kind);
     EXPECT_EQ(single.reflectance, all[static_cast<size_t>(i)].reflectance);
   }
@@ -330,7 +330,7 @@ TEST(Mix, NestsIndependently) {
   for (int batch = 0; batch < 40; ++batch) {
     auto p = square(pattern::ShadingPoints::capacity);
     for (int i = 0; i < p->count; ++i) p->key[i] = hash(batch, i);
-    for (const Bsdf& b : shade(mix, *p)) ++counts[static_cast<int>(b.reflectance.r * 4)];
+    for (const scattering::Bsdf& b : shade(mix, *p)) ++counts[static_cast<int>(b.reflectance.r * 4)];
   }
   for (const int c : counts) EXPECT_NEAR(c / (40.0 * pattern::ShadingPoints::capacity), 0.25, 0.02);
 }
@@ -338,8 +338,8 @@ TEST(Mix, NestsIndependently) {
 TEST(Interface, IsNotThere) {
   const InterfaceMaterial m;
   EXPECT_TRUE(m.is_interface());
-  EXPECT_EQ(m.constant()->kind, BsdfKind::passthrough);
-  EXPECT_EQ(shade(m, *square(3))[2].kind, BsdfKind::passthrough);
+  EXPECT_EQ(m.constant()->kind, scattering::BsdfKind::passthrough);
+  EXPECT_EQ(shade(m, *square(3))[2].kind, scattering::BsdfKind::passthrough);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "dapple/shading/measured_file.h"
+#include "dapple/scattering/measured_file.h"
 #include "dapple/shading/measured_material.h"
 
 namespace dapple::build {
@@ -35,7 +35,7 @@ shading::MaterialPtr make_measured(const MaterialParams& params) {
   const std::string path = params.resolve(e.params.get_string("filename", ""));
   const std::vector<std::byte> bytes = read_all(path, file->loc);
   try {
-    return std::make_shared<shading::MeasuredMaterial>(shading::read_measured(bytes), params.detail());
+    return std::make_shared<shading::MeasuredMaterial>(scattering::read_measured(bytes), params.detail());
   } catch (const std::runtime_error& error) {
     throw InputError(file->loc, "measured material \"" + path + "\": " + error.what());
   }

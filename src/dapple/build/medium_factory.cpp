@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include "dapple/build/spectrum_params.h"
+#include "dapple/media/cloud_density.h"
 #include "dapple/media/exponential_medium.h"
 #include "dapple/media/grid_medium.h"
 #include "dapple/media/homogeneous_medium.h"
 #include "dapple/media/measured_media.h"
 #include "dapple/media/pattern_medium.h"
-#include "dapple/shading/cloud_density.h"
 
 namespace dapple::build {
 namespace {
@@ -267,7 +267,7 @@ MediumPtr make_cloud(const MediumEntity& e, const BuildContext& context) {
   content.box = place.box;
   content.sigma_a = pattern::Input<RGB>(checked(e, coefficient(e, "sigma_a", RGB(1), context), "absorption"));
   content.sigma_s = pattern::Input<RGB>(checked(e, coefficient(e, "sigma_s", RGB(1), context), "scattering"));
-  content.density = pattern::Input<float>(std::make_shared<shading::CloudDensity>(
+  content.density = pattern::Input<float>(std::make_shared<media::CloudDensity>(
       place.medium_to_world.inverse(), number("density", 1), number("wispiness", 1), number("frequency", 5)));
   content.density_bound = 1;
   return std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e), name_of(e));

@@ -169,7 +169,7 @@ void CachedRadiosity::locate(const Place& place, const Place& below, float growt
       const uint32_t geometry = r.hits.geometry[i];
       c.leaving[c.count] = 1;
       if (mirror && shading_.materials.has_coat(geometry))
-        c.leaving[c.count] = shading::through_coat(
+        c.leaving[c.count] = scattering::through_coat(
             shading_.materials.coat(geometry),
             dot(shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i)));
       c.set[c.count] = uint8_t(set);

@@ -10,7 +10,7 @@ using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RayOrigin;
 using integrate::RaySet;
-using shading::Bsdf;
+using scattering::Bsdf;
 using trace::RayBatch;
 
 namespace {

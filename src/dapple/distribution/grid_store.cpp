@@ -14,7 +14,7 @@ constexpr size_t overhead = 3 * sizeof(GridStore::GridPtr) + 32;
 
 size_t ShadingGrid::bytes() const {
   return sizeof(ShadingGrid) + overhead +
-         size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(shading::Bsdf) : 0));
+         size_t(id.count()) * (sizeof(RGB) * size_t(1 + groups) + (bsdf ? sizeof(scattering::Bsdf) : 0));
 }
 
 void GridStore::Shard::insert(const GridPtr& grid) {

@@ -9,8 +9,8 @@
 
 #include "dapple/gi/tile_links.h"
 #include "dapple/integrate/integrator.h"
+#include "dapple/scattering/bsdf.h"
 #include "dapple/scene/patch_table.h"
-#include "dapple/shading/bsdf.h"
 
 namespace dapple::distribution {
 
@@ -22,7 +22,7 @@ struct ShadingGrid {
         hash(hash_of_id),
         groups(light_groups),
         diffuse(std::make_unique<RGB[]>(size_t(grid_id.count() * (1 + groups)))),
-        bsdf(with_bsdf ? std::make_unique<shading::Bsdf[]>(size_t(grid_id.count())) : nullptr) {}
+        bsdf(with_bsdf ? std::make_unique<scattering::Bsdf[]>(size_t(grid_id.count())) : nullptr) {}
 
   /// Sets of what there is in a grid: bits of its points, and of its links.
   using Parts = uint32_t;
@@ -30,10 +30,10 @@ struct ShadingGrid {
 
   const scene::GridId id;
   const uint64_t hash;
-  std::shared_ptr<ShadingGrid> next;      ///< in its bucket of the store; under the lock of its shard
-  int groups;                             ///< of lights
-  std::unique_ptr<RGB[]> diffuse;         ///< radiance by diffuse lobes: of all points, then its parts, point by point
-  std::unique_ptr<shading::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
+  std::shared_ptr<ShadingGrid> next;  ///< in its bucket of the store; under the lock of its shard
+  int groups;                         ///< of lights
+  std::unique_ptr<RGB[]> diffuse;     ///< radiance by diffuse lobes: of all points, then its parts, point by point
+  std::unique_ptr<scattering::Bsdf[]> bsdf;  ///< null where the material scatters the same everywhere
   gi::TileLinks links;
   std::atomic<Parts> claimed{0}, taken{0}, ready{0};
   bool recent = false;  ///< claimed again since the store last thought of dropping it; under the lock of its shard

@@ -70,7 +70,7 @@ void HitGatherer::add_coats(const Place& place, const Place& below, RayFilter wa
 // One of so many rays goes on by the coat that it met, where it sees it at this angle: about as many as a coat mirrors.
 float HitGatherer::coat_weight(const PointBatch& b, const RaySet& r, int i) const {
   const float cosine = dot(shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i).Ns, r.rays.direction(i));
-  const float chance = std::max(shading::CommonCoat::reflectance(cosine), CacheNumbers::least_coats);
+  const float chance = std::max(scattering::CommonCoat::reflectance(cosine), CacheNumbers::least_coats);
   return to_unit_float(random_of(b.key[r.point[i]], Purpose::coats, r.rays.key[i])) < chance ? 1 / chance : 0;
 }
 

@@ -17,9 +17,9 @@ using integrate::MaterialTable;
 using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RaySet;
-using shading::Bsdf;
-using shading::BsdfKind;
-using shading::Lobe;
+using scattering::Bsdf;
+using scattering::BsdfKind;
+using scattering::Lobe;
 using shading::Stage;
 
 namespace {
@@ -189,7 +189,7 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
   for (int j = 0; j < w.job_count; ++j) {
     const int k = w.job_point[j];
     const Bsdf& bsdf = b.bsdf[k];
-    shading::BsdfSample s;
+    scattering::BsdfSample s;
     if (bsdf.kind == BsdfKind::passthrough) {
       s = {-b.wo[k], RGB(1), 0, Lobe::passthrough, true, 1};
     } else if (!bsdf.sample(b.wo[k], w.u2[j], V2f(w.u0[j], w.u1[j]), random_of(b.key[k], Purpose::walks, w.index[j], 1),

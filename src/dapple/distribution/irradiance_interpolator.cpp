@@ -105,7 +105,7 @@ void IrradianceInterpolator::interpolate(const Place& place, Workspace& w, Shadi
   int waiting[PointBatch::capacity], waiting_count = 0, next_step[PointBatch::capacity];
   for (int k = 0; k < b.count; ++k) {
     b.indirect_known[k] = false;
-    const shading::Bsdf& bsdf = b.bsdf[k];
+    const scattering::Bsdf& bsdf = b.bsdf[k];
     if (bsdf.is_diffuse() && !bsdf.reflectance.is_black() && bsdf.transmittance.is_black() &&
         patches_.has_lattice(w.point[k].grid)) {
       waiting[waiting_count++] = k, next_step[k] = max_step;

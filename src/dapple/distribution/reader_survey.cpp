@@ -10,7 +10,7 @@ namespace dapple::distribution {
 
 using integrate::PointBatch;
 using integrate::RaySet;
-using shading::Lobe;
+using scattering::Lobe;
 using trace::no_id;
 
 namespace {
@@ -126,7 +126,7 @@ void ReaderSurvey::send_specular_rays(const Place& place, ShadingWorkspace& w) c
   PointBatch& b = w.level(place.level);
   w.job_count = 0;
   for (int k = 0; k < b.count; ++k) {
-    if (b.bsdf[k].is_diffuse() || b.bsdf[k].kind == shading::BsdfKind::subsurface) continue;
+    if (b.bsdf[k].is_diffuse() || b.bsdf[k].kind == scattering::BsdfKind::subsurface) continue;
     const int j = w.job_count++;
     w.seed[j] = seed_of(b.sequence[k], Purpose::specular_rays);
     w.index[j] = b.number[k];

@@ -9,8 +9,8 @@ using integrate::describe;
 using integrate::LightSums;
 using integrate::PointBatch;
 using integrate::RayList;
+using scattering::Bsdf;
 using scene::GridId;
-using shading::Bsdf;
 
 namespace {
 void add_diffuse(const CameraSample& s, int k, LightSums& sums) {

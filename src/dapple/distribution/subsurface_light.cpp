@@ -10,7 +10,7 @@ using integrate::offset_origin;
 using integrate::PointBatch;
 using integrate::RaySet;
 using integrate::RayTracer;
-using shading::BsdfKind;
+using scattering::BsdfKind;
 using trace::no_id;
 
 namespace {

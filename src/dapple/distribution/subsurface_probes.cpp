@@ -7,7 +7,7 @@
 
 namespace dapple::distribution {
 
-using shading::DiffusionProfile;
+using scattering::DiffusionProfile;
 
 namespace {
 
@@ -20,13 +20,13 @@ V3f axis_of(const Frame& f, int axis) {
 
 }  // namespace
 
-SubsurfaceProbe::SubsurfaceProbe(const shading::Bsdf& bsdf, int probes)
+SubsurfaceProbe::SubsurfaceProbe(const scattering::Bsdf& bsdf, int probes)
     : frame_(bsdf.frame), probes_(probes), smallest_(infinity) {
   float weights = 0, width[3];
   for (int c = 0; c < 3; ++c) {
-    const shading::ReducedMedium medium(bsdf.extinction[c], bsdf.medium_albedo[c], bsdf.g);
+    const scattering::ReducedMedium medium(bsdf.extinction[c], bsdf.medium_albedo[c], bsdf.g);
     if (!(bsdf.reflectance[c] > 0) || !(medium.extinction > 0)) continue;
-    width[c] = shading::diffusion_width(medium.albedo, bsdf.ior) / medium.extinction;
+    width[c] = scattering::diffusion_width(medium.albedo, bsdf.ior) / medium.extinction;
     if (!(width[c] < infinity)) continue;
     channel_[active_++] = c;
     weights += bsdf.reflectance[c];

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "dapple/shading/bsdf.h"
-#include "dapple/shading/diffusion_profile.h"
+#include "dapple/scattering/bsdf.h"
+#include "dapple/scattering/diffusion_profile.h"
 #include "dapple/trace/ray_batch.h"
 
 namespace dapple::distribution {
@@ -16,7 +16,7 @@ class SubsurfaceProbe {
  public:
   SubsurfaceProbe() = default;  ///< black
   /// Three quarters of the probes go along the normal; below eight, each draws its axis.
-  SubsurfaceProbe(const shading::Bsdf& bsdf, int probes);
+  SubsurfaceProbe(const scattering::Bsdf& bsdf, int probes);
 
   bool is_black() const { return active_ == 0; }
 
@@ -43,7 +43,7 @@ class SubsurfaceProbe {
   Frame frame_;
   int probes_ = 0;
   int active_ = 0, channel_[3];  ///< channels that are not black
-  shading::DiffusionProfile profile_[3];
+  scattering::DiffusionProfile profile_[3];
   float r_max_ = 0, smallest_ = 0, mean_ = 0;  ///< m; the mean counts channels by their reflectance
 };
 

@@ -248,11 +248,11 @@ void ObjectBaker::colour(const Facets& facets, Job* job) const {
   const size_t count = fragments.size();
   job->reflectance.resize(count), job->transmittance.resize(count);
   pattern::ShadingPoints points;
-  shading::Bsdf bsdf[pattern::ShadingPoints::capacity];
+  scattering::Bsdf bsdf[pattern::ShadingPoints::capacity];
   size_t waiting[pattern::ShadingPoints::capacity];
   int queued = 0;
   uint32_t geometry = no_id;
-  const auto keep = [&](size_t i, const shading::Bsdf& b) {
+  const auto keep = [&](size_t i, const scattering::Bsdf& b) {
     job->reflectance[i] = b.reflectance;
     if (b.has_transmission()) job->transmittance[i] = b.transmittance;
   };

@@ -8,13 +8,13 @@
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/feature_numbers.h"
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/shading/fresnel.h"
-#include "dapple/shading/sheet.h"
+#include "dapple/scattering/fresnel.h"
+#include "dapple/scattering/sheet.h"
 
 namespace dapple::integrate {
 
-using shading::Bsdf;
-using shading::BsdfKind;
+using scattering::Bsdf;
+using scattering::BsdfKind;
 using trace::no_id;
 
 namespace {
@@ -216,19 +216,21 @@ bool FeatureTracer::follow_specular(int k, Workspace& w) const {
   };
   const float cosine = dot(wo, n);
   // Bent normals can send a mirror image below the surface: then it shows itself.
-  const V3f mirrored = shading::reflect(wo, n);
+  const V3f mirrored = scattering::reflect(wo, n);
   const bool mirrors = dot(mirrored, w.surface[k].Ng) * dot(wo, w.surface[k].Ng) > 0;
   if (b.kind == BsdfKind::conductor && is_smooth(b) && mirrors) {
-    send(mirrored, shading::fresnel_conductor(std::abs(cosine), b.eta, b.k));
+    send(mirrored, scattering::fresnel_conductor(std::abs(cosine), b.eta, b.k));
     return true;
   }
   const bool pane = b.kind == BsdfKind::thin_dielectric;
   if (!pane && !(b.kind == BsdfKind::dielectric && is_smooth(b))) return false;
   V3f through = r.ray.d;
   float unused;
-  const bool passes = pane || shading::refract(wo, n, b.ior, &through, &unused);
+  const bool passes = pane || scattering::refract(wo, n, b.ior, &through, &unused);
   if (passes && dot(through, w.surface[k].Ng) * dot(wo, w.surface[k].Ng) > 0) return false;  // bent normals, again
-  const float F = !passes ? 1 : pane ? 1 - shading::straight_transmittance(b, wo) : fresnel_dielectric(cosine, b.ior);
+  const float F = !passes ? 1
+                  : pane  ? 1 - scattering::straight_transmittance(b, wo)
+                          : fresnel_dielectric(cosine, b.ior);
   if (!passes && !mirrors) return false;
   // Of a share that no longer counts, the stronger way stands for both.
   const bool both =

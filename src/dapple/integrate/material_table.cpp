@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/material_table.h"
 
-#include "dapple/shading/sheet.h"
+#include "dapple/scattering/sheet.h"
+#include "dapple/shading/sheet_material.h"
 
 namespace dapple::integrate {
 
@@ -17,8 +18,8 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
     if (c && flat_.back()) flat_constants_.back()->flatten();
     const bool mirrors = caustics && material->is_diffuse_to_rays() && !material->is_diffuse();
     work_.push_back(material->work());
-    coat_.push_back(!mirrors ? 0 : c ? flat_constants_.back()->mirrored : shading::CommonCoat::mean);
-    passes_.push_back(c && c->kind == shading::BsdfKind::passthrough);
+    coat_.push_back(!mirrors ? 0 : c ? flat_constants_.back()->mirrored : scattering::CommonCoat::mean);
+    passes_.push_back(c && c->kind == scattering::BsdfKind::passthrough);
   }
   rays_pass_ = scene.has_media();
   for (uint32_t g = 0; g < scene.bindings.size(); ++g) {
@@ -30,15 +31,15 @@ MaterialTable::MaterialTable(const scene::Scene& scene, bool caustics) : scene_(
 }
 
 // What chooses at random between glass and others shows the others as diffuse rays see them.
-void MaterialTable::flatten(int n, shading::Bsdf* bsdf) const {
+void MaterialTable::flatten(int n, scattering::Bsdf* bsdf) const {
   for (int i = 0; i < n; ++i) {
-    const bool mirrors = bsdf[i].is_metal() || bsdf[i].kind == shading::BsdfKind::measured;
+    const bool mirrors = bsdf[i].is_metal() || bsdf[i].kind == scattering::BsdfKind::measured;
     if (!mirrors || !caustics_) bsdf[i].flatten();
   }
 }
 
 void MaterialTable::prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
-                                      shading::Bsdf* out, For whom) const {
+                                      scattering::Bsdf* out, For whom) const {
   const auto& constants = whom == For::diffuse_rays ? flat_constants_ : constants_;
   for (int k = 0; k < n; ++k) {
     const size_t m = index(geometry[k]);

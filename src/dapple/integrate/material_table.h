@@ -26,7 +26,7 @@ class MaterialTable {
   /// Some surface of the scene is not there, or light is weakened on its way: rays of all kinds are traced from surface
   /// to surface.
   bool rays_pass() const { return rays_pass_; }
-  /// Light may go straight through it (shading/sheet.h), which lamps do not; how much is for prelighting to say.
+  /// Light may go straight through it (scattering/sheet.h), which lamps do not; how much is for prelighting to say.
   bool is_sheet(uint32_t geometry) const { return any_sheet_ && sheet_[geometry]; }
   bool any_sheet() const { return any_sheet_; }
   /// Of some sheets a part is none, drawn at random.
@@ -55,14 +55,14 @@ class MaterialTable {
   enum class For { viewers, diffuse_rays };
 
   /// Writes out[k] where prelighting does not vary, and leaves the others alone.
-  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, shading::Bsdf* out,
+  void prelight_constant(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, scattering::Bsdf* out,
                          For whom = For::viewers) const;
 
   /// What prelight() works with. About 0.1 MB.
   struct Scratch {
     static constexpr int most_points = 1024, capacity = pattern::ShadingPoints::capacity;
     pattern::ShadingPoints points;
-    shading::Bsdf bsdf[capacity];
+    scattering::Bsdf bsdf[capacity];
     struct Batched {
       uint32_t material;
       int point;
@@ -73,16 +73,16 @@ class MaterialTable {
   /// describes point k where a material does not scatter the same everywhere.
   template <class SetPoint>
   void prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface, const SetPoint& set_point,
-                shading::Bsdf* out, Scratch& scratch, StageCounts* counts, For whom = For::viewers) const;
+                scattering::Bsdf* out, Scratch& scratch, StageCounts* counts, For whom = For::viewers) const;
 
  private:
-  void flatten(int n, shading::Bsdf* bsdf) const;
+  void flatten(int n, scattering::Bsdf* bsdf) const;
   size_t index(uint32_t geometry) const { return size_t(scene_.bindings[geometry].material); }
 
   const scene::Scene& scene_;
   const bool caustics_;
   // By material.
-  std::vector<std::optional<shading::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
+  std::vector<std::optional<scattering::Bsdf>> constants_, flat_constants_;  ///< where it scatters the same everywhere
   std::vector<uint8_t> needs_tangents_, passes_, flat_, view_independent_;
   std::vector<float> coat_, work_;
   std::vector<uint8_t> sheet_;  // by geometry
@@ -91,7 +91,7 @@ class MaterialTable {
 
 template <class SetPoint>
 void MaterialTable::prelight(int n, const uint32_t* geometry, const geom::SurfacePoint* surface,
-                             const SetPoint& set_point, shading::Bsdf* out, Scratch& scratch, StageCounts* counts,
+                             const SetPoint& set_point, scattering::Bsdf* out, Scratch& scratch, StageCounts* counts,
                              For whom) const {
   const Timer timer;
   prelight_constant(n, geometry, surface, out, whom);

@@ -10,11 +10,11 @@
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/numeric/sobol.h"
-#include "dapple/shading/bsdf.h"
+#include "dapple/scattering/bsdf.h"
 
 namespace dapple::integrate {
 
-/// How many scatterings lie between the camera and a point, by the table of shading/lobes.h.
+/// How many scatterings lie between the camera and a point, by the table of scattering/lobes.h.
 struct Depth {
   int diffuse = 0, specular = 0;
 };
@@ -47,7 +47,7 @@ struct RaySet {
   uint8_t origin[capacity];    ///< PointBatch::origin from which it left, or `of_surface`
   float throughput[capacity];  ///< PointBatch::throughput of what it meets
   static constexpr uint8_t of_surface = 255;
-  shading::Lobe lobe[capacity];
+  scattering::Lobe lobe[capacity];
   std::unique_ptr<RayTracer::Flights> flights;  ///< null: there are no media
 
   /// Makes L what the rays bring to their points: weighted, and with the glow of media, which belongs to no light.
@@ -107,7 +107,7 @@ struct PointBatch {
   RayOrigin origin[capacity * most_origins];
   int parent[capacity];  ///< ray of the batch above that found the point
 
-  shading::Bsdf bsdf[capacity];
+  scattering::Bsdf bsdf[capacity];
   LightSums irradiance, irradiance_behind;
   /// Indirect irradiance that need not be found by rays.
   bool some_indirect_known = false, indirect_known[capacity];

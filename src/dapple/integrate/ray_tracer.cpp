@@ -3,7 +3,7 @@
 
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/media/closed_form_medium.h"
-#include "dapple/shading/sheet.h"
+#include "dapple/scattering/sheet.h"
 
 namespace dapple::integrate {
 
@@ -54,7 +54,7 @@ void RayTracer::meet_sheets(const trace::RayBatch& rays, int n, int segment, Scr
   };
   materials_.prelight(met.count, met.geometry, met.surface, describe, met.bsdf, met.prelighting, &s.stages);
   for (int k = 0; k < met.count; ++k)
-    s.through[met.lane[k]] = shading::straight_transmittance(met.bsdf[k], -s.rays.direction(met.lane[k]));
+    s.through[met.lane[k]] = scattering::straight_transmittance(met.bsdf[k], -s.rays.direction(met.lane[k]));
 }
 
 // s.flight of the same segments.

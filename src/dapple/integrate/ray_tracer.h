@@ -38,7 +38,7 @@ class RayTracer {
       int count = 0, lane[capacity];
       uint32_t geometry[capacity];
       geom::SurfacePoint surface[capacity];
-      shading::Bsdf bsdf[capacity];
+      scattering::Bsdf bsdf[capacity];
     };
     std::unique_ptr<Sheets> sheets;  ///< null until a ray may meet one
     float through[capacity];         ///< by lane: the share of the light that goes straight through what was hit

@@ -20,7 +20,7 @@ using integrate::RayOrigin;
 using integrate::RaySet;
 using integrate::RayTracer;
 using integrate::ShadowRay;
-using shading::Bsdf;
+using scattering::Bsdf;
 using trace::no_id;
 using trace::RayBatch;
 

@@ -30,7 +30,7 @@ struct AmbientOcclusion::OcclusionWorkspace final : Integrator::Workspace {
     V3f d[capacity];       ///< of the ray that arrived
     RGB passed[capacity];  ///< of the light on its way
     float width[capacity];
-    shading::Bsdf bsdf[capacity];
+    scattering::Bsdf bsdf[capacity];
   } seen, met;
 
   CameraBatch camera;

@@ -12,7 +12,7 @@
 #include "dapple/numeric/warp.h"
 #include "dapple/path/path_numbers.h"
 #include "dapple/path/path_workspace.h"
-#include "dapple/shading/sheet.h"
+#include "dapple/scattering/sheet.h"
 #include "dapple/shading/stages.h"
 #include "dapple/vegetation/mask_scene.h"
 
@@ -25,12 +25,12 @@ using integrate::Integrator;
 using integrate::offset_origin;
 using integrate::ShadowRay;
 using integrate::TileWork;
+using scattering::Bsdf;
+using scattering::BsdfKind;
+using scattering::BsdfSample;
+using scattering::Lobe;
 using scene::Features;
 using scene::Film;
-using shading::Bsdf;
-using shading::BsdfKind;
-using shading::BsdfSample;
-using shading::Lobe;
 using trace::no_id;
 using vegetation::CanopyTransport;
 using vegetation::mask_cache;
@@ -303,7 +303,7 @@ void PathIntegrator::pass_through(int k, PathWorkspace& w) const {
 // last scattering: shadow rays have gone the same way. False if it is scattered here.
 bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
   if (!materials_.is_sheet(w.point_geometry[k])) return false;
-  const float through = shading::straight_transmittance(w.bsdf[k], -w.wi[k]);
+  const float through = scattering::straight_transmittance(w.bsdf[k], -w.wi[k]);
   if (through == 0) return false;
   if (w.sample(dim_lobe, k) < 1 - through) {
     w.bsdf[k].reflects_only = true;

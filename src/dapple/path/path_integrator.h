@@ -20,8 +20,8 @@ struct PathWorkspace;
 class PathIntegrator final : public integrate::Integrator {
  public:
   struct Settings {
-    int diffuse_bounces = 4;        ///< diffuse scatterings of indirect light (shading/lobes.h); 0 = direct light only
-    int specular_depth = 16;        ///< glossy and delta scatterings
+    int diffuse_bounces = 4;  ///< diffuse scatterings of indirect light (scattering/lobes.h); 0 = direct light only
+    int specular_depth = 16;  ///< glossy and delta scatterings
     int max_scatterings = 1 << 20;  ///< of any kind: pbrt's maxdepth - 1 where the scene asks for it
     int roulette_depth = 3;         ///< scatterings before Russian roulette may end a path
     uint64_t seed = 0;
@@ -89,9 +89,9 @@ class PathIntegrator final : public integrate::Integrator {
   void add_canopy_light(int point, PathWorkspace& w) const;
   void gather_in_canopy(int point, PathWorkspace& w) const;
   void scatter_in_medium(int point, PathWorkspace& w) const;
-  bool end_or_go_on(int point, shading::Lobe lobe, PathWorkspace& w) const;
+  bool end_or_go_on(int point, scattering::Lobe lobe, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
-  void cross_boundary(int point, const shading::BsdfSample& sample, PathWorkspace& w) const;
+  void cross_boundary(int point, const scattering::BsdfSample& sample, PathWorkspace& w) const;
   void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
   void trace_shadows(PathWorkspace& w) const;
   /// `shared`: the path's next ray looks for lights, too.

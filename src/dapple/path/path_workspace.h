@@ -76,7 +76,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   uint32_t point_geometry[capacity];
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
   geom::SurfacePoint surface[capacity];
-  shading::Bsdf bsdf[capacity];
+  scattering::Bsdf bsdf[capacity];
   emitters::LightRegion region[capacity];
   /// Where paths note the points at which they want light, and do without it; null: they have it.
   LearningPoints::Batch* points_found = nullptr;

@@ -3,7 +3,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/media/homogeneous_medium.h"
-#include "dapple/shading/bsdf.h"
+#include "dapple/scattering/bsdf.h"
 
 namespace dapple::path {
 
@@ -24,7 +24,7 @@ class SubsurfaceWalk {
   bool is_clear() const { return sigma_a_.is_black() && sigma_s_.is_black(); }
 
   /// The path goes on along d from a boundary of normal Ng, on the outside: inwards, or out.
-  void cross(const shading::Bsdf& boundary, bool inwards) {
+  void cross(const scattering::Bsdf& boundary, bool inwards) {
     if (inwards && !inside_) {
       sigma_s_ = boundary.extinction * boundary.medium_albedo;
       sigma_a_ = boundary.extinction - sigma_s_;

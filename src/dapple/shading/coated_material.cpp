@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/coated_material.h"
 
-#include "dapple/shading/coat.h"
+#include "dapple/scattering/coat.h"
 
 namespace dapple::shading {
 namespace {
@@ -23,7 +23,7 @@ class CoatValues {
 
   float alpha_x(int i) const { return input_.roughness.alpha(u_[i]); }
   float alpha_y(int i) const { return input_.roughness.alpha(v_[i]); }
-  CoatLayer layer(int i) const {
+  scattering::CoatLayer layer(int i) const {
     return {clean_thickness(thickness_[i]), std::clamp(g_[i], -0.99f, 0.99f), clamp(albedo_[i], 0, 1), input_.max_depth,
             input_.sample_count};
   }
@@ -39,17 +39,18 @@ class CoatValues {
 CoatedDiffuseMaterial::CoatedDiffuseMaterial(pattern::Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
   if (const auto thickness = coat_.thickness.constant())
-    coat_return_ = coat_return(coat_.ior, clean_thickness(*thickness));
+    coat_return_ = scattering::coat_return(coat_.ior, clean_thickness(*thickness));
   settle(pattern::all_constant(reflectance_) && coat_.is_constant(), pattern::total_work(reflectance_) + coat_.work());
 }
 
-void CoatedDiffuseMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void CoatedDiffuseMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const pattern::InputValues<RGB> reflectance(reflectance_, points);
   const CoatValues coat(coat_, points);
   for (int i = 0; i < points.count; ++i) {
-    const CoatLayer layer = coat.layer(i);
-    out[i] = Bsdf::make_coated_diffuse(clamp(reflectance[i], 0, 1), coat_.ior, coat.alpha_x(i), coat.alpha_y(i), layer,
-                                       coat_return_ ? *coat_return_ : coat_return(coat_.ior, layer.thickness));
+    const scattering::CoatLayer layer = coat.layer(i);
+    out[i] = scattering::Bsdf::make_coated_diffuse(
+        clamp(reflectance[i], 0, 1), coat_.ior, coat.alpha_x(i), coat.alpha_y(i), layer,
+        coat_return_ ? *coat_return_ : scattering::coat_return(coat_.ior, layer.thickness));
   }
 }
 
@@ -63,15 +64,15 @@ CoatedConductorMaterial::CoatedConductorMaterial(MetalInput metal, RoughnessInpu
          metal_.work() + pattern::total_work(roughness_.u, roughness_.v) + coat_.work());
 }
 
-void CoatedConductorMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void CoatedConductorMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const MetalInput::Values metal(metal_, points);
   const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   const CoatValues coat(coat_, points);
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {
     metal.get(i, &eta, &k);
-    out[i] = Bsdf::make_coated_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]), coat_.ior,
-                                         coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
+    out[i] = scattering::Bsdf::make_coated_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]), coat_.ior,
+                                                     coat.alpha_x(i), coat.alpha_y(i), coat.layer(i));
   }
 }
 

@@ -26,7 +26,7 @@ class CoatedDiffuseMaterial final : public SurfaceMaterial {
   bool is_diffuse_to_rays() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   pattern::Input<RGB> reflectance_;
   CoatInput coat_;
   std::optional<float> coat_return_;  ///< where the thickness is constant
@@ -39,7 +39,7 @@ class CoatedConductorMaterial final : public SurfaceMaterial {
   bool is_opaque_reflector() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   MetalInput metal_;
   RoughnessInput roughness_;
   CoatInput coat_;

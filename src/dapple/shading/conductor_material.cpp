@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/conductor_material.h"
 
-#include "dapple/shading/fresnel.h"
+#include "dapple/scattering/fresnel.h"
 
 namespace dapple::shading {
 
@@ -25,13 +25,13 @@ ConductorMaterial::ConductorMaterial(MetalInput metal, RoughnessInput roughness,
          metal_.work() + pattern::total_work(roughness_.u, roughness_.v));
 }
 
-void ConductorMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void ConductorMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const MetalInput::Values metal(metal_, points);
   const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   RGB eta, k;
   for (int i = 0; i < points.count; ++i) {
     metal.get(i, &eta, &k);
-    out[i] = Bsdf::make_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]));
+    out[i] = scattering::Bsdf::make_conductor(eta, k, roughness_.alpha(u[i]), roughness_.alpha(v[i]));
   }
 }
 

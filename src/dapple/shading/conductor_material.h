@@ -47,7 +47,7 @@ class ConductorMaterial final : public SurfaceMaterial {
   bool is_opaque_reflector() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   MetalInput metal_;
   RoughnessInput roughness_;
 };

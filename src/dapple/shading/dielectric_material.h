@@ -12,7 +12,7 @@ class DielectricMaterial final : public SurfaceMaterial {
   float ior() const { return ior_; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   float ior_;
   RoughnessInput roughness_;
 };
@@ -23,7 +23,7 @@ class ThinDielectricMaterial final : public SurfaceMaterial {
   ThinDielectricMaterial(float ior, SurfaceDetail detail);
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   float ior_;
 };
 

@@ -8,9 +8,9 @@ DiffuseMaterial::DiffuseMaterial(pattern::Input<RGB> reflectance, SurfaceDetail 
   settle(pattern::all_constant(reflectance_), pattern::total_work(reflectance_));
 }
 
-void DiffuseMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void DiffuseMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const pattern::InputValues<RGB> reflectance(reflectance_, points);
-  for (int i = 0; i < points.count; ++i) out[i] = Bsdf::make_diffuse(clamp(reflectance[i], 0, 1));
+  for (int i = 0; i < points.count; ++i) out[i] = scattering::Bsdf::make_diffuse(clamp(reflectance[i], 0, 1));
 }
 
 DiffuseTransmissionMaterial::DiffuseTransmissionMaterial(pattern::Input<RGB> reflectance,
@@ -23,11 +23,11 @@ DiffuseTransmissionMaterial::DiffuseTransmissionMaterial(pattern::Input<RGB> ref
   settle(pattern::all_constant(reflectance_, transmittance_), pattern::total_work(reflectance_, transmittance_));
 }
 
-void DiffuseTransmissionMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void DiffuseTransmissionMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const pattern::InputValues<RGB> reflectance(reflectance_, points), transmittance(transmittance_, points);
   for (int i = 0; i < points.count; ++i)
-    out[i] =
-        Bsdf::make_diffuse_transmission(clamp(scale_ * reflectance[i], 0, 1), clamp(scale_ * transmittance[i], 0, 1));
+    out[i] = scattering::Bsdf::make_diffuse_transmission(clamp(scale_ * reflectance[i], 0, 1),
+                                                         clamp(scale_ * transmittance[i], 0, 1));
 }
 
 }  // namespace dapple::shading

@@ -12,7 +12,7 @@ class DiffuseMaterial final : public SurfaceMaterial {
   bool is_diffuse() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   pattern::Input<RGB> reflectance_;
 };
 
@@ -26,7 +26,7 @@ class DiffuseTransmissionMaterial final : public SurfaceMaterial {
   bool is_translucent() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   pattern::Input<RGB> reflectance_, transmittance_;
   float scale_;
 };

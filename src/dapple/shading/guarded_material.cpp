@@ -29,13 +29,13 @@ bool is_orthonormal(const Frame& f) {
          near(dot(f.n, f.t), 0) && near(dot(f.s, f.t), 0);
 }
 
-bool scatters_diffusely(const Bsdf& b) {
-  return b.is_diffuse() || b.kind == BsdfKind::subsurface ||
-         (b.kind == BsdfKind::coated && b.base == BsdfKind::diffuse);
+bool scatters_diffusely(const scattering::Bsdf& b) {
+  return b.is_diffuse() || b.kind == scattering::BsdfKind::subsurface ||
+         (b.kind == scattering::BsdfKind::coated && b.base == scattering::BsdfKind::diffuse);
 }
 
 // True if something had to be changed.
-bool repair(Bsdf* b, const pattern::ShadingPoints& points, int i) {
+bool repair(scattering::Bsdf* b, const pattern::ShadingPoints& points, int i) {
   bool bad = false;
   for (RGB* c : {&b->reflectance, &b->transmittance, &b->eta, &b->k, &b->medium_albedo, &b->extinction})
     bad |= repair(c);
@@ -48,9 +48,10 @@ bool repair(Bsdf* b, const pattern::ShadingPoints& points, int i) {
     check(v, is_usable(*v), 0);
   check(&b->ior, b->ior > 0 && b->ior < infinity, 1);
   check(&b->g, std::abs(b->g) <= 0.99f, 0);
-  const bool known = b->kind <= BsdfKind::passthrough && b->sample_count > 0 &&
-                     (b->kind != BsdfKind::coated || b->base == BsdfKind::diffuse || b->base == BsdfKind::conductor);
-  if (!known) *b = Bsdf();
+  const bool known = b->kind <= scattering::BsdfKind::passthrough && b->sample_count > 0 &&
+                     (b->kind != scattering::BsdfKind::coated || b->base == scattering::BsdfKind::diffuse ||
+                      b->base == scattering::BsdfKind::conductor);
+  if (!known) *b = scattering::Bsdf();
   const bool framed = is_orthonormal(b->frame);
   if (!framed || !known) b->frame = Frame(points.Ns[i], points.dPdu[i]);
   return bad || !known || !framed;
@@ -148,13 +149,13 @@ void GuardedMaterial::opacity(const pattern::ShadingPoints& points, RGB* Oi) con
   repair_colours(Stage::opacity, points.count, Oi);
 }
 
-void GuardedMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
-  std::fill_n(out, points.count, Bsdf());
+void GuardedMaterial::prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
+  std::fill_n(out, points.count, scattering::Bsdf());
   run(
       Stage::prelighting, points, [&](const pattern::ShadingPoints& p, int i) { shader_->prelighting(p, out + i); },
       [](int) {},
       [&](int i) {
-        out[i] = Bsdf::make_diffuse(magenta);
+        out[i] = scattering::Bsdf::make_diffuse(magenta);
         out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
       });
   int bad = 0;
@@ -162,7 +163,7 @@ void GuardedMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* ou
     bool wrong = repair(&out[i], points, i);
     if (diffuse_to_rays_ && !scatters_diffusely(out[i])) {
       const Frame frame = out[i].frame;
-      out[i] = Bsdf::make_diffuse(clamp(out[i].albedo(), 0, 1));
+      out[i] = scattering::Bsdf::make_diffuse(clamp(out[i].albedo(), 0, 1));
       out[i].frame = frame;
       wrong = true;
     }

@@ -26,7 +26,7 @@ class GuardedMaterial final : public Material {
   StageSet stages() const override { return stages_; }
   void displacement(const pattern::ShadingPoints& points, V3f* P) const override;
   void opacity(const pattern::ShadingPoints& points, RGB* Oi) const override;
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   void diffuselighting(const DiffuseLighting& in) const override;
   void specularlighting(const SpecularLighting& in) const override;
   void postlighting(const PostLighting& in) const override;

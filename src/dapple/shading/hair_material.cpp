@@ -27,10 +27,10 @@ HairMaterial::HairMaterial(HairInputs inputs) : SurfaceMaterial(SurfaceDetail{})
   settle(false, in_.work());
 }
 
-void HairMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void HairMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const pattern::InputValues<float> eta(in_.eta, points), beta_m(in_.beta_m, points), beta_n(in_.beta_n, points),
       tilt(in_.alpha, points);
-  HairFibre f[pattern::ShadingPoints::capacity];
+  scattering::HairFibre f[pattern::ShadingPoints::capacity];
   for (int i = 0; i < points.count; ++i) {
     const float sign = dot(cross(points.Ns[i], points.dPdu[i]), points.dPdv[i]) < 0 ? -1.0f : 1.0f;
     f[i].h = sign * std::clamp(2 * points.v[i] - 1, -0.9999f, 0.9999f);
@@ -44,10 +44,10 @@ void HairMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) cons
     for (int i = 0; i < points.count; ++i) f[i].sigma_a = not_negative(sigma_a[i]);
   } else if (in_.color) {
     const pattern::InputValues<RGB> color(*in_.color, points);
-    for (int i = 0; i < points.count; ++i) f[i].sigma_a = hair_absorption(color[i], f[i].beta_n);
+    for (int i = 0; i < points.count; ++i) f[i].sigma_a = scattering::hair_absorption(color[i], f[i].beta_n);
   } else {
     const pattern::InputValues<float> eumelanin(in_.eumelanin, points), pheomelanin(in_.pheomelanin, points);
-    for (int i = 0; i < points.count; ++i) f[i].sigma_a = not_negative(hair_absorption(eumelanin[i], pheomelanin[i]));
+    for (int i = 0; i < points.count; ++i) f[i].sigma_a = not_negative(scattering::hair_absorption(eumelanin[i], pheomelanin[i]));
   }
   for (int i = 0; i < points.count; ++i) out[i] = f[i].bsdf();
 }

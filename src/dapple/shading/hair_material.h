@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "dapple/shading/hair.h"
+#include "dapple/scattering/hair.h"
 #include "dapple/shading/surface_material.h"
 
 namespace dapple::shading {
@@ -23,7 +23,7 @@ class HairMaterial final : public SurfaceMaterial {
   explicit HairMaterial(HairInputs inputs);
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   HairInputs in_;
 };
 

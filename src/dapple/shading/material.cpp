@@ -11,7 +11,7 @@ void Material::opacity(const pattern::ShadingPoints& points, RGB* Oi) const {
   std::fill_n(Oi, points.count, RGB(1));
 }
 
-void Material::flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
+void Material::flat_prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   prelighting(points, out);
   for (int i = 0; i < points.count; ++i) out[i].flatten();
 }

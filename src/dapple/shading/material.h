@@ -23,9 +23,9 @@ class Material {
   /// Writes Oi[0, points.count): 1 = opaque, 0 = not there.
   virtual void opacity(const pattern::ShadingPoints& points, RGB* Oi) const;
   /// Evaluates textures, bump and normal maps, and writes the scattering at each point: out[0, points.count).
-  virtual void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const = 0;
+  virtual void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const = 0;
   /// Prelighting of a surface that stands for a diffuse one (Bsdf::flatten).
-  virtual void flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const;
+  virtual void flat_prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
   virtual void diffuselighting(const DiffuseLighting& in) const;
   virtual void specularlighting(const SpecularLighting& in) const;
   virtual void postlighting(const PostLighting& in) const;
@@ -35,7 +35,7 @@ class Material {
   /// About how many instructions prelighting takes a point, in full batches; 0 where it is constant().
   virtual float work() const { return pattern::unknown_work; }
   /// The Bsdf, its frame apart, where it is the same at every point (lets integrators skip the batch).
-  virtual std::optional<Bsdf> constant() const { return std::nullopt; }
+  virtual std::optional<scattering::Bsdf> constant() const { return std::nullopt; }
   /// True if every Bsdf of prelighting is diffuse.
   virtual bool is_diffuse() const { return false; }
   /// True for what is thin and translucent, as leaves are: some Bsdf of prelighting transmits diffusely.

@@ -15,10 +15,10 @@ constexpr float like_normals = 0.99999f;  // cosine: bump maps that differ are n
 // A batch of Bsdfs that are not worth initialising for few points.
 class BsdfStorage {
  public:
-  Bsdf* bsdf() { return reinterpret_cast<Bsdf*>(bytes_); }
+  scattering::Bsdf* bsdf() { return reinterpret_cast<scattering::Bsdf*>(bytes_); }
 
  private:
-  alignas(Bsdf) std::byte bytes_[sizeof(Bsdf) * pattern::ShadingPoints::capacity];
+  alignas(scattering::Bsdf) std::byte bytes_[sizeof(scattering::Bsdf) * pattern::ShadingPoints::capacity];
 };
 }  // namespace
 
@@ -29,7 +29,7 @@ bool MixMaterial::needs_differentials() const {
   return !amount_.constant() || first_->needs_differentials() || second_->needs_differentials();
 }
 
-void MixMaterial::flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
+void MixMaterial::flat_prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   if (!is_opaque_reflector()) return Material::flat_prelighting(points, out);
   BsdfStorage second;
   first_->flat_prelighting(points, out);
@@ -37,9 +37,9 @@ void MixMaterial::flat_prelighting(const pattern::ShadingPoints& points, Bsdf* o
   blend(points, out, second.bsdf());
 }
 
-void MixMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
+void MixMaterial::prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   BsdfStorage storage;
-  Bsdf* const shaded = storage.bsdf();
+  scattering::Bsdf* const shaded = storage.bsdf();
   if (is_diffuse()) {
     first_->prelighting(points, out);
     second_->prelighting(points, shaded);
@@ -69,7 +69,8 @@ void MixMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) c
 }
 
 // Of diffuse Bsdfs. The result takes the place of the first.
-void MixMaterial::blend(const pattern::ShadingPoints& points, Bsdf* out, const Bsdf* second) const {
+void MixMaterial::blend(const pattern::ShadingPoints& points, scattering::Bsdf* out,
+                        const scattering::Bsdf* second) const {
   const pattern::InputValues<float> amount(amount_, points);
   for (int i = 0; i < points.count; ++i) {
     const float t = amount[i] > 0 ? std::min(amount[i], 1.0f) : 0.0f;
@@ -81,16 +82,16 @@ void MixMaterial::blend(const pattern::ShadingPoints& points, Bsdf* out, const B
     const RGB transmittance = lerp(t, out[i].transmittance, second[i].transmittance);
     const RGB reflectance = lerp(t, out[i].reflectance, second[i].reflectance);
     const float mirrored = lerp(t, out[i].mirrored, second[i].mirrored);
-    out[i] = transmittance.is_black() ? Bsdf::make_diffuse(reflectance)
-                                      : Bsdf::make_diffuse_transmission(reflectance, transmittance);
+    out[i] = transmittance.is_black() ? scattering::Bsdf::make_diffuse(reflectance)
+                                      : scattering::Bsdf::make_diffuse_transmission(reflectance, transmittance);
     out[i].frame = frame;
     out[i].mirrored = mirrored;
   }
 }
 
-void InterfaceMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
+void InterfaceMaterial::prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   for (int i = 0; i < points.count; ++i) {
-    out[i] = Bsdf::make_passthrough();
+    out[i] = scattering::Bsdf::make_passthrough();
     out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
   }
 }

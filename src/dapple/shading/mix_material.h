@@ -13,8 +13,8 @@ class MixMaterial final : public Material {
  public:
   MixMaterial(MaterialPtr first, MaterialPtr second, pattern::Input<float> amount, uint64_t salt);
 
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
-  void flat_prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
+  void flat_prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   bool needs_differentials() const override;
   float work() const override { return first_->work() + second_->work() + pattern::total_work(amount_); }
   bool is_diffuse_to_rays() const override { return first_->is_diffuse_to_rays() && second_->is_diffuse_to_rays(); }
@@ -28,7 +28,7 @@ class MixMaterial final : public Material {
   const Material& second() const { return *second_; }
 
  private:
-  void blend(const pattern::ShadingPoints& points, Bsdf* first, const Bsdf* second) const;
+  void blend(const pattern::ShadingPoints& points, scattering::Bsdf* first, const scattering::Bsdf* second) const;
 
   MaterialPtr first_, second_;
   pattern::Input<float> amount_;
@@ -38,10 +38,10 @@ class MixMaterial final : public Material {
 /// A surface that is not there: it only separates media.
 class InterfaceMaterial final : public Material {
  public:
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   bool needs_differentials() const override { return false; }
   float work() const override { return 0; }
-  std::optional<Bsdf> constant() const override { return Bsdf::make_passthrough(); }
+  std::optional<scattering::Bsdf> constant() const override { return scattering::Bsdf::make_passthrough(); }
   bool is_interface() const override { return true; }
 };
 

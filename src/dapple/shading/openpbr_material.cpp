@@ -69,11 +69,11 @@ struct Values {
       fuzz, fuzz_roughness;
   pattern::InputValues<RGB> base_color, specular_color, transmission_color, subsurface_color, coat_color, fuzz_color;
 
-  PrincipledLayers layers(int i, bool thin_walled) const;
+  scattering::PrincipledLayers layers(int i, bool thin_walled) const;
 };
 
-PrincipledLayers Values::layers(int i, bool thin_walled) const {
-  PrincipledLayers p;
+scattering::PrincipledLayers Values::layers(int i, bool thin_walled) const {
+  scattering::PrincipledLayers p;
   const RGB base = unit(base_color[i]) * unit(base_weight[i]), inside = unit(subsurface_color[i]);
   const float within = unit(subsurface[i]);
   if (thin_walled) {
@@ -107,7 +107,7 @@ PrincipledLayers Values::layers(int i, bool thin_walled) const {
   p.ior = std::min(weighed(above_one(ior[i] / outer), unit(specular_weight[i])), 3.0f);
   set_alpha(rough, anisotropy[i], &p.alpha_x, &p.alpha_y);
   p.fuzz = unit(fuzz[i]);
-  p.fuzz_alpha = std::max(sqr(unit(fuzz_roughness[i])), fuzz_least_alpha);
+  p.fuzz_alpha = std::max(sqr(unit(fuzz_roughness[i])), scattering::fuzz_least_alpha);
   p.fuzz_color = unit(fuzz_color[i]);
   return p;
 }
@@ -137,7 +137,7 @@ OpenPbrMaterial::OpenPbrMaterial(OpenPbrInputs inputs, SurfaceDetail detail)
   transmits_ = translucent_ || !is_zero(in_.transmission_weight);
   diffuse_ = !metal_ && is_zero(in_.transmission_weight) && is_zero(in_.specular_weight) && is_zero(in_.coat_weight) &&
              is_zero(in_.fuzz_weight) && is_zero(in_.base_diffuse_roughness);
-  FacetAlbedo::get();
+  scattering::FacetAlbedo::get();
   settle(in_.is_constant(), in_.work());
 }
 
@@ -152,7 +152,7 @@ void OpenPbrMaterial::opacity(const pattern::ShadingPoints& points, RGB* Oi) con
   for (int i = 0; i < points.count; ++i) Oi[i] = RGB(unit(values[i]));
 }
 
-void OpenPbrMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void OpenPbrMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const Values values(in_, points);
   for (int i = 0; i < points.count; ++i) out[i] = values.layers(i, in_.thin_walled).bsdf();
 }

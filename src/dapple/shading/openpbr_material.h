@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "dapple/shading/principled.h"
+#include "dapple/scattering/principled.h"
 #include "dapple/shading/surface_material.h"
 
 namespace dapple::shading {
@@ -44,7 +44,7 @@ class OpenPbrMaterial final : public SurfaceMaterial {
   bool is_translucent() const override { return translucent_; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
 
   OpenPbrInputs in_;
   bool diffuse_, metal_, transmits_, translucent_;  ///< of some point

@@ -47,6 +47,7 @@ using pattern::InputValues;
 using pattern::RgbTexture;
 using pattern::RgbTexturePtr;
 using pattern::ShadingPoints;
+using namespace scattering;
 
 /// To be raised whenever the meaning of what crosses the border changes; plugin_layout() sees other changes by itself.
 inline constexpr uint32_t plugin_abi_version = 3;

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "dapple/pattern/shading_points.h"
-#include "dapple/shading/bsdf.h"
+#include "dapple/scattering/bsdf.h"
 
 namespace dapple::shading {
 
@@ -49,7 +49,7 @@ class StageSet {
 /// What diffuselighting is given: nothing that depends on the view. Arrays have points.count elements.
 struct DiffuseLighting {
   const pattern::ShadingPoints& points;
-  const Bsdf* bsdf;
+  const scattering::Bsdf* bsdf;
   const RGB* irradiance;         ///< W m^-2, direct and indirect, on the side that is shaded
   const RGB* irradiance_behind;  ///< on the other side; gathered only where the Bsdf transmits diffusely
   RGB* diffuse;                  ///< out: diffuse radiance leaving on the side that is shaded, W m^-2 sr^-1
@@ -57,7 +57,7 @@ struct DiffuseLighting {
 
 struct SpecularLighting {
   const pattern::ShadingPoints& points;
-  const Bsdf* bsdf;
+  const scattering::Bsdf* bsdf;
   const V3f* wo;        ///< unit, towards the viewer
   const RGB* diffuse;   ///< of diffuselighting
   const RGB* specular;  ///< radiance along wo by the Bsdf's specular lobes, direct and indirect
@@ -66,13 +66,13 @@ struct SpecularLighting {
 
 struct PostLighting {
   const pattern::ShadingPoints& points;
-  const Bsdf* bsdf;
+  const scattering::Bsdf* bsdf;
   const V3f* wo;
   RGB* Ci;  ///< in and out: radiance along wo
 };
 
 /// diffuselighting of a Lambertian surface that may transmit: (reflectance E + transmittance E_behind) / pi.
-inline RGB lambertian_radiance(const Bsdf& bsdf, const RGB& irradiance, const RGB& irradiance_behind) {
+inline RGB lambertian_radiance(const scattering::Bsdf& bsdf, const RGB& irradiance, const RGB& irradiance_behind) {
   return (bsdf.reflectance * irradiance + bsdf.transmittance * irradiance_behind) * inv_pi;
 }
 

@@ -24,7 +24,7 @@ SubsurfaceMaterial::SubsurfaceMaterial(float ior, RoughnessInput roughness, Inte
          pattern::total_work(roughness_.u, roughness_.v) + interior_.work());
 }
 
-void SubsurfaceMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out) const {
+void SubsurfaceMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const pattern::InputValues<float> u(roughness_.u, points), v(roughness_.v, points);
   const auto write = [&](const pattern::Input<RGB>& first, const pattern::Input<RGB>& second, const auto& make) {
     const pattern::InputValues<RGB> a(first, points), b(second, points);
@@ -36,7 +36,7 @@ void SubsurfaceMaterial::scatter(const pattern::ShadingPoints& points, Bsdf* out
     write(interior_.sigma_a, interior_.sigma_s, [this](auto... x) { return from_coefficients(x...); });
 }
 
-Bsdf SubsurfaceMaterial::from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const {
+scattering::Bsdf SubsurfaceMaterial::from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const {
   RGB sigma_t, albedo;
   std::array<HalfSpaceTable::Entry, 3> inside;
   for (int c = 0; c < 3; ++c) {
@@ -45,10 +45,11 @@ Bsdf SubsurfaceMaterial::from_coefficients(RGB sigma_a, RGB sigma_s, float alpha
     albedo[c] = sigma_t[c] > 0 ? s / sigma_t[c] : 0;
     inside[size_t(c)] = table_.at(albedo[c]);
   }
-  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
+  return scattering::Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
 }
 
-Bsdf SubsurfaceMaterial::from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const {
+scattering::Bsdf SubsurfaceMaterial::from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x,
+                                                      float alpha_y) const {
   RGB sigma_t, albedo;
   std::array<HalfSpaceTable::Entry, 3> inside;
   for (int c = 0; c < 3; ++c) {
@@ -58,7 +59,7 @@ Bsdf SubsurfaceMaterial::from_reflectance(RGB reflectance, RGB mean_free_path, f
     inside[size_t(c)] = table_.at(albedo[c]);
     inside[size_t(c)].reflectance = share;
   }
-  return Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
+  return scattering::Bsdf::make_subsurface(ior_, alpha_x, alpha_y, sigma_t, albedo, interior_.g, inside);
 }
 
 }  // namespace dapple::shading

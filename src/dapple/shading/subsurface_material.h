@@ -36,9 +36,9 @@ class SubsurfaceMaterial final : public SurfaceMaterial {
   bool has_subsurface() const override { return true; }
 
  private:
-  void scatter(const pattern::ShadingPoints& points, Bsdf* out) const override;
-  Bsdf from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const;
-  Bsdf from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const;
+  void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
+  scattering::Bsdf from_coefficients(RGB sigma_a, RGB sigma_s, float alpha_x, float alpha_y) const;
+  scattering::Bsdf from_reflectance(RGB reflectance, RGB mean_free_path, float alpha_x, float alpha_y) const;
 
   float ior_;
   RoughnessInput roughness_;

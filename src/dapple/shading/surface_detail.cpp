@@ -22,13 +22,13 @@ Frame frame_of(const pattern::ShadingPoints& p, int i, const V3f& n, const V3f& 
 
 }  // namespace
 
-void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, Bsdf* out) const {
+void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   if (normal_map) return write_mapped(points, out);
   if (displacement) return write_bumped(points, out);
   for (int i = 0; i < points.count; ++i) out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
 }
 
-void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, Bsdf* out) const {
+void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, scattering::Bsdf* out) const {
   float d[capacity], d_u[capacity], d_v[capacity], du[capacity], dv[capacity];
   displacement->evaluate(p, d);
 
@@ -56,7 +56,7 @@ void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, Bsdf* out) con
   }
 }
 
-void SurfaceDetail::write_mapped(const pattern::ShadingPoints& p, Bsdf* out) const {
+void SurfaceDetail::write_mapped(const pattern::ShadingPoints& p, scattering::Bsdf* out) const {
   RGB c[capacity];
   normal_map->evaluate(p, c);
   for (int i = 0; i < p.count; ++i) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dapple/pattern/texture.h"
-#include "dapple/shading/bsdf.h"
+#include "dapple/scattering/bsdf.h"
 
 namespace dapple::shading {
 
@@ -24,11 +24,11 @@ struct SurfaceDetail {
   }
 
   /// Writes out[i].frame: the perturbed normal, s along the perturbed dPdu.
-  void write_frames(const pattern::ShadingPoints& points, Bsdf* out) const;
+  void write_frames(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
 
  private:
-  void write_bumped(const pattern::ShadingPoints& points, Bsdf* out) const;
-  void write_mapped(const pattern::ShadingPoints& points, Bsdf* out) const;
+  void write_bumped(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
+  void write_mapped(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
 };
 
 }  // namespace dapple::shading

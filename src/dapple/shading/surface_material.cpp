@@ -9,12 +9,12 @@ void SurfaceMaterial::settle(bool inputs_constant, float work) {
   if (varies_) return;
   pattern::ShadingPoints nowhere;  // constant inputs read no lane of it
   nowhere.count = 1;
-  Bsdf bsdf;
+  scattering::Bsdf bsdf;
   scatter(nowhere, &bsdf);
   constant_ = bsdf;
 }
 
-void SurfaceMaterial::prelighting(const pattern::ShadingPoints& points, Bsdf* out) const {
+void SurfaceMaterial::prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   if (constant_)
     std::fill_n(out, points.count, *constant_);
   else

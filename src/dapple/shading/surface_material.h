@@ -23,9 +23,9 @@ struct RoughnessInput {
 /// detail.
 class SurfaceMaterial : public Material {
  public:
-  void prelighting(const pattern::ShadingPoints& points, Bsdf* out) const final;
+  void prelighting(const pattern::ShadingPoints& points, scattering::Bsdf* out) const final;
   bool needs_differentials() const final { return varies_ || !detail_.is_flat(); }
-  std::optional<Bsdf> constant() const final { return detail_.is_flat() ? constant_ : std::nullopt; }
+  std::optional<scattering::Bsdf> constant() const final { return detail_.is_flat() ? constant_ : std::nullopt; }
   float work() const final { return input_work_ + detail_.work(); }
 
  protected:
@@ -36,12 +36,12 @@ class SurfaceMaterial : public Material {
 
  private:
   /// Writes out[0, points.count), the frame apart.
-  virtual void scatter(const pattern::ShadingPoints& points, Bsdf* out) const = 0;
+  virtual void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const = 0;
 
   SurfaceDetail detail_;
   bool varies_ = true;
   float input_work_ = pattern::unknown_work;
-  std::optional<Bsdf> constant_;
+  std::optional<scattering::Bsdf> constant_;
 };
 
 }  // namespace dapple::shading

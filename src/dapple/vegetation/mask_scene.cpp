@@ -5,8 +5,8 @@
 #include "dapple/base/parallel.h"
 #include "dapple/forest/tile_raster.h"
 #include "dapple/integrate/material_table.h"
+#include "dapple/scattering/sheet.h"
 #include "dapple/scene/patch_table.h"
-#include "dapple/shading/sheet.h"
 #include "dapple/vegetation/surface_facets.h"
 
 namespace dapple::vegetation {
@@ -76,7 +76,7 @@ std::vector<FacetStrip> strips_of(const geom::CurveSet& curves) {
 // Of panes and the like, at right angles; 0 for others, and where it differs from place to place.
 float straight_through(const MaterialTable& materials, uint32_t geometry) {
   const auto bsdf = materials.material(geometry).constant();
-  return bsdf && materials.is_sheet(geometry) ? shading::straight_transmittance(*bsdf, bsdf->frame.n) : 0;
+  return bsdf && materials.is_sheet(geometry) ? scattering::straight_transmittance(*bsdf, bsdf->frame.n) : 0;
 }
 
 std::shared_ptr<const FacetClusters> clusters_of(const scene::Scene& scene, uint32_t geometry, float through) {

@@ -9,7 +9,7 @@
 
 namespace dapple::vegetation {
 
-using shading::Bsdf;
+using scattering::Bsdf;
 using trace::no_id;
 
 namespace {
@@ -123,8 +123,8 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
   SurfaceOptics out;
   double weight = 0;
   const auto add = [&](const Bsdf& b, double share) {
-    const bool leaf = b.kind == shading::BsdfKind::diffuse_transmission;
-    const RGB reflected = leaf || b.kind == shading::BsdfKind::diffuse ? b.reflectance : b.albedo();
+    const bool leaf = b.kind == scattering::BsdfKind::diffuse_transmission;
+    const RGB reflected = leaf || b.kind == scattering::BsdfKind::diffuse ? b.reflectance : b.albedo();
     for (int c = 0; c < 3; ++c) {
       out.reflectance[size_t(c)] += share * reflected[c];
       if (leaf) out.transmittance[size_t(c)] += share * b.transmittance[c];

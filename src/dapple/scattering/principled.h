@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "dapple/scattering/bsdf.h"
+#include "dapple/scattering/facet_albedo.h"
+#include "dapple/scattering/interfaces.h"
+
+namespace dapple::scattering {
+
+/// A surface of layers as OpenPBR 1.1 defines it (Academy Software Foundation 2024): from above fuzz, a coat, and a mix
+/// of metal, of a glossy dielectric over diffuse light, and of a rough dielectric that transmits. At one point; all
+/// weights in [0, 1].
+struct PrincipledLayers {
+  RGB diffuse;               ///< albedo below the dielectric
+  RGB diffuse_transmission;  ///< thin walls: the same, of what goes through
+  float diffuse_roughness = 0;
+  float metalness = 0, metal_weight = 1;  ///< metal_weight: scales all that metal mirrors
+  RGB metal_color{1};                     ///< at normal incidence
+  RGB specular_color{1};  ///< of metal at 82 degrees, relative to Schlick's; of what a dielectric mirrors
+  float ior = 1.5f;       ///< inside over what is above, coat or air; at least 1
+  float alpha_x = 0.09f, alpha_y = 0.09f;
+  float transmission = 0;  ///< share of the dielectric that is clear below
+  RGB transmission_color{1};
+  bool thin_walled = false;
+  float coat = 0, coat_ior = 1.6f, coat_alpha_x = 0, coat_alpha_y = 0, coat_darkening = 1;
+  RGB coat_color{1};  ///< what light keeps that crosses the coat twice, along the normal
+  float fuzz = 0, fuzz_alpha = 0.25f;
+  RGB fuzz_color{1};
+
+  PrincipledLayers() = default;
+  /// Of a Bsdf of kind principled.
+  explicit PrincipledLayers(const Bsdf& bsdf);
+  /// The simplest kind that is the same: diffuse and black where nothing else is left.
+  Bsdf bsdf() const;
+  bool is_clear() const { return transmission > 0 && metalness < 1; }
+  bool transmits() const { return is_clear() || !diffuse_transmission.is_black(); }
+  bool has_diffuse() const;
+  bool is_delta() const;
+  /// Cosine-weighted mean; *by_coat is what as_coat() mirrors of it.
+  RGB albedo(float* by_coat) const;
+  /// What a coat and a dielectric together mirror, as one dielectric: by reflectance at normal incidence and roughness.
+  Bsdf as_coat() const;
+};
+
+/// Scattering by PrincipledLayers, in the local frame, seen from wo.
+///
+/// f = fuzz + (1 - w_f E_f(o)) [coat + T_coat x (m metal + (1 - m) (specular + (1 - t) diffuse + t transmission))].
+/// Diffuse light passes each layer above it by (1 - E(o)) (1 - E(i)) / (1 - mean E), which keeps it reciprocal and
+/// gives 1 - E(o) on the whole; gloss under a coat by 1 - E_coat(o). The coat darkens what is below by (1 - K) / (1 - A
+/// K), A its albedo and K what the coat sends back. Metal gets back what single scattering loses by Kulla and Conty's
+/// lobe, clear dielectrics by one over what they keep. Diffuse light is EON's (Portsmouth, Kutz and Hill 2025), metal's
+/// Fresnel term that of Hoffman 2023 (F82). From inside a clear body there is neither coat nor fuzz.
+///
+/// Reciprocal but for fuzz, for gloss under a coat, for diffuse_roughness, and for rough transmission (where two of
+/// them are above diffuse light, for the lower). Nothing scatters more than it receives, and white layers all of it,
+/// but for the tables' errors (facet_albedo.h).
+class Principled {
+ public:
+  Principled(const PrincipledLayers& layers, const V3f& wo);
+
+  /// f and density. `below`: what to multiply diffuse light by.
+  RGB eval(const V3f& wi, float below, float* pdf) const;
+  bool sample(float u1, const V2f& u2, BsdfSample* out) const;
+  /// Of light from wo, what is scattered. Within .03 for rough tinted metal.
+  RGB albedo() const;
+
+ private:
+  enum LobeIndex : uint8_t { fuzz, coat, gloss, transmitted, diffuse, diffuse_behind, lobe_count };
+
+  void find_layers();
+  void find_chances();
+  RGB tint(float mu_below) const;
+  RGB coat_over_gloss(float mu_below) const;
+  RGB coat_over_diffuse(const V3f& wi) const;
+  RGB gloss_reflectance(float cos_om) const;
+  RGB metal_fresnel(float cosine) const;
+  RGB eval_gloss(const V3f& wi, float* pdf) const;
+  RGB eval_transmission(const V3f& wi, float* pdf) const;
+  RGB eval_diffuse(const V3f& wi) const;
+  float slab(float F) const { return p_.thin_walled ? 2 * F / (1 + F) : F; }
+  bool sample_delta(LobeIndex lobe, BsdfSample* out) const;
+  bool sample_direction(LobeIndex lobe, const V2f& u, V3f* wi) const;
+  V3f mirrored() const { return V3f(-wo_.x, -wo_.y, wo_.z); }
+
+  const PrincipledLayers& p_;
+  const FacetAlbedo& table_;
+  V3f wo_;
+  bool flipped_, inside_;  ///< seen from behind: as from the front, or from inside a clear body
+  float mu_;
+  DielectricInterface coat_, base_;
+  float alpha_, coat_alpha_;
+  // Of wo: shares that pass the layers, and albedos.
+  float through_fuzz_ = 1, fuzz_albedo_ = 0, fuzz_scale_ = 1, coat_albedo_ = 0, coat_mean_ = 0, coat_return_ = 0;
+  float mu_below_coat_ = 1;
+  float specular_albedo_ = 0, specular_mean_ = 0, metal_albedo_ = 1, metal_mean_ = 1, compensation_ = 1;
+  RGB metal_many_;  ///< metal's Fresnel factor of multiple scattering
+  bool coat_tints_ = false;
+  std::array<float, lobe_count> chance_{};
+};
+
+}  // namespace dapple::scattering
