@@ -122,7 +122,9 @@ void SplatTile::put(int column, int row, uint64_t key) {
 }
 
 void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
-  const auto* const from = reinterpret_cast<const char*>(&draw.object->levels[size_t(draw.level)].lanes[chunk]);
+  const SplatLevel& level = draw.object->levels[size_t(draw.level)];
+  __builtin_prefetch(&level.chunks[chunk].count);
+  const auto* const from = reinterpret_cast<const char*>(&level.lanes[chunk]);
   for (size_t line = 0; line < 3 * sizeof(SplatLevel::Lanes::x); line += 64) __builtin_prefetch(from + line);
 }
 
