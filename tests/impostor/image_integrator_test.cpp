@@ -61,6 +61,7 @@ LightSource "infinite" "rgb L" [ .3 .4 .5 ]
 path::PathIntegrator::Settings canopy_of(const scene::Scene& scene) {
   path::PathIntegrator::Settings s;
   s.diffuse_bounces = 0;
+  s.canopy_gather = false;
   vegetation::CanopyTransport::Settings canopy;
   canopy.gap_rays = 256;
   s.canopy = std::make_shared<vegetation::CanopyTransport>(scene, canopy);
@@ -68,10 +69,10 @@ path::PathIntegrator::Settings canopy_of(const scene::Scene& scene) {
 }
 
 impostor::ImageIntegrator images_of(const scene::Scene& scene, int resolution, float texel_pixels = 1,
-                                    int pixel_points = 16) {
-  return {scene,
-          impostor::make_tree_images(scene, {.resolution = resolution}, {}),
-          {canopy_of(scene), texel_pixels, pixel_points}};
+                                    int pixel_points = 16, bool gather = false) {
+  path::PathIntegrator::Settings rays = canopy_of(scene);
+  rays.canopy_gather = gather;
+  return {scene, impostor::make_tree_images(scene, {.resolution = resolution}, {}), {rays, texel_pixels, pixel_points}};
 }
 
 void expect_alike(const RGB& value, const RGB& reference, float relative, const std::string& what) {
@@ -82,9 +83,7 @@ void expect_alike(const RGB& value, const RGB& reference, float relative, const 
 // canopy's integrator without images, to 2 %, whether all bushes are images, some, or none.
 TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
   const build::BuiltScene built = build_text(field());
-  path::PathIntegrator::Settings rays = canopy_of(*built.scene);
-  rays.canopy_gather = false;
-  const RGB reference = render_built(built, 64, rays).mean();
+  const RGB reference = render_built(built, 64, canopy_of(*built.scene)).mean();
   for (const int resolution : {64, 16, 8}) {
     const auto integrator = images_of(*built.scene, resolution);
     const auto& view = integrator.view();
@@ -92,6 +91,8 @@ TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
     EXPECT_TRUE(resolution != 8 || view.by_rays == 25u);
     expect_alike(render_built(built, 16, integrator).mean(), reference, 0.02f, std::to_string(resolution));
   }
+  // By path tracing what rays see.
+  expect_alike(render_built(built, 64, images_of(*built.scene, 64, 1, 16, true)).mean(), reference, 0.05f, "gathered");
 }
 
 // Fewer points a pixel are drawn at random, and change no mean.

@@ -392,7 +392,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     if (asked.type != "path") {
       s.diffuse_bounces = asked.bounces.value_or(0);
       s.canopy = make_canopy(scene, asked);
-      s.canopy_gather = asked.canopy_gather.value_or(true);
+      s.canopy_gather = asked.canopy_gather.value_or(asked.type == "canopy");
     } else if (asked.bounces) {
       s.diffuse_bounces = *asked.bounces;
     } else {

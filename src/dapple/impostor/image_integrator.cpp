@@ -46,7 +46,13 @@ struct ImageIntegrator::ImageWorkspace final : Workspace {
   Features features[capacity];
   bool wants_features = false;
 
-  // Points on fragments, to be lit.
+  // Diffuse surfaces that rays met.
+  int hit_lane[capacity];
+  uint32_t hit_geometry[capacity];
+  geom::SurfacePoint hit_surface[capacity];
+  scattering::Bsdf hit_bsdf[capacity];
+
+  // Points on fragments and surfaces, to be lit.
   int point_count = 0;
   int point_lane[capacity];
   float weight[capacity];
@@ -126,6 +132,7 @@ void ImageIntegrator::render_block(const Box2i& block, uint32_t sample, ImageWor
     w.features[p] = {};
     resolve_pixel(p, w);
   }
+  add_hits(w);
   light_points(w);
   light_hits(w);
   for (int p = 0; p < count; ++p) film.add(pixel[p].x, pixel[p].y, film_weight[p], w.L[p], w.features[p]);
@@ -308,7 +315,52 @@ void ImageIntegrator::trace_shadows(ImageWorkspace& w) const {
   w.shadow_count = 0;
 }
 
-// What rays met, in pixels that images do not fill.
+// Its light is a matter of lights and normals alone.
+bool ImageIntegrator::is_lit_alike(uint32_t geometry) const {
+  return geometry != no_id && !settings_.rays.canopy_gather && settings_.rays.diffuse_bounces == 0 &&
+         scene_.bindings[geometry].first_light == no_id && materials_.material(geometry).is_diffuse() &&
+         !materials_.lets_through(geometry) && !scene_.traced.has_colored_opacity();
+}
+
+// Points on diffuse surfaces that rays met, in pixels that images do not fill.
+void ImageIntegrator::add_hits(ImageWorkspace& w) const {
+  const CameraBatch& c = w.path->camera;
+  int n = 0;
+  for (int lane = 0; lane < c.count; ++lane) {
+    if (!(w.open[lane] > 0) || !is_lit_alike(w.hits.geometry[lane])) continue;
+    w.hit_lane[n] = lane;
+    w.hit_geometry[n] = w.hits.geometry[lane];
+    w.hit_surface[n] = scene_.traced.surface(w.hits, lane, c.ray[lane].ray.time);
+    if (w.wants_features && !(w.features[lane].alpha > 0))
+      w.features[lane] = integrate::describe(scene_, w.hit_surface[n]);
+    ++n;
+  }
+  materials_.prelight(
+      n, w.hit_geometry, w.hit_surface,
+      [&](int k, pattern::ShadingPoints* points, int to) {
+        const scene::CameraRay& r = c.ray[w.hit_lane[k]];
+        const float width = r.cone_width + r.cone_spread * w.hits.t[w.hit_lane[k]];
+        scene::Scene::set_point(w.hit_surface[k], r.ray.d, width, r.ray.time, c.seed[w.hit_lane[k]], points, to);
+      },
+      w.hit_bsdf, w.path->prelighting, &w.stages);
+  for (int i = 0; i < n; ++i) {
+    if (w.point_count == ImageWorkspace::capacity) light_points(w);
+    const int k = w.point_count++, lane = w.hit_lane[i];
+    const V3f to_viewer = -c.ray[lane].ray.d;
+    const scattering::Bsdf& bsdf = w.hit_bsdf[i];
+    w.surface[k] = {w.hit_surface[i].P, face_forward(w.hit_surface[i].Ng, to_viewer), bsdf.normal_towards(to_viewer),
+                    bsdf.reflectance, bsdf.has_transmission() ? bsdf.transmittance : RGB()};
+    w.error[k] = w.hit_surface[i].error;
+    w.weight[k] = w.open[lane];
+    w.point_lane[k] = lane;
+    w.geometry[k] = w.hit_geometry[i];
+    w.seed[k] = c.seed[lane];
+    w.index[k] = c.index[lane] * uint32_t(sub_samples) + sub_samples - 1;
+    w.open[lane] = 0;
+  }
+}
+
+// What else rays met.
 void ImageIntegrator::light_hits(ImageWorkspace& w) const {
   PathWorkspace& p = *w.path;
   CameraBatch& c = p.camera;

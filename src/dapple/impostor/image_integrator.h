@@ -9,7 +9,7 @@ namespace dapple::impostor {
 
 /// Trees from multilayer images (Max and Ohsaki 1995; Max 1996; illumination under trees, 1): far instances are
 /// projected from the images of their objects into sub-samples of each pixel, and lit after that; near ones, and all
-/// that is no image, are seen by one ray a pixel and sample, and lit by path tracing, each hiding the other. Light of
+/// that is no image, are seen by one ray a pixel and sample, each hiding the other. Light of
 /// sun and sky comes by shadow rays, or masks, that meet all leaves; light that leaves scattered by the canopy's
 /// solution.
 ///
@@ -18,7 +18,9 @@ namespace dapple::impostor {
 class ImageIntegrator final : public integrate::Integrator {
  public:
   struct Settings {
-    path::PathIntegrator::Settings rays;  ///< of what is seen by rays; `canopy` is needed, masks are for all
+    /// Of what is seen by rays; `canopy` is needed, masks are for all. Where neither gathering nor bounces are asked
+    /// for, diffuse surfaces that rays meet are lit as those of images are, and only the rest by path tracing.
+    path::PathIntegrator::Settings rays;
     float texel_pixels = depthimage::ImageNumbers::texel_pixels;
     int pixel_points = 2;  ///< of what images show in a pixel, to be lit for a camera sample
   };
@@ -42,6 +44,8 @@ class ImageIntegrator final : public integrate::Integrator {
   void light_points(ImageWorkspace& w) const;
   void queue_shadows(int point, ImageWorkspace& w) const;
   void trace_shadows(ImageWorkspace& w) const;
+  bool is_lit_alike(uint32_t geometry) const;
+  void add_hits(ImageWorkspace& w) const;
   void light_hits(ImageWorkspace& w) const;
   float depth_of_plane(const V3f& P, const V3f& n, const V2f& film) const;
 
