@@ -304,7 +304,7 @@ void add_own_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--max-distance", o.max_distance, "ao: reach of its rays, scene units [infinite]")->check(positive());
   app.add_flag("--color-bleeding", o.color_bleeding, "ao: surfaces tint what is near");
   app.add_option("--canopy-gather", o.canopy_gather,
-                 "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on]")
+                 "canopy: its light is read where diffuse rays end: on; at visible surfaces: off [on; images: off]")
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option("--canopy-plot", o.canopy_plot,
                  "canopy: X0,X1,Y0,Y1 where leaves are counted, m [the middle of the vegetation]");
