@@ -103,8 +103,9 @@ void ImageView::place_instances(const scene::Scene& scene, const TreeImages& ima
 }
 
 // The pixels that a chunk may touch, [min, max], within the film; empty if there are none.
-Box2i ImageView::pixels_of(const SplatTile::Draw& draw, const SplatLevel& level, const SplatLevel::Chunk& chunk,
+Box2i ImageView::pixels_of(size_t draw_index, const SplatLevel& level, const SplatLevel::Chunk& chunk,
                            float* nearest) const {
+  const SplatTile::Draw& draw = draws_[draw_index];
   Box2f film;
   *nearest = infinity;
   float border = 0;
@@ -119,7 +120,7 @@ Box2i ImageView::pixels_of(const SplatTile::Draw& draw, const SplatLevel& level,
   }
   // What a texel's parallelogram reaches from its middle.
   const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
-  *nearest -= 0.6f * level.texel * (1 + steep) * placements_[size_t(&draw - draws_.data())].scale();
+  *nearest -= 0.6f * level.texel * (1 + steep) * placements_[draw_index].scale();
   border += 0.5f;
   const auto pixel = [](float x, int most) { return int(std::clamp(std::floor(x), -1.0f, float(most))); };
   const Box2i all(V2i(pixel(film.min.x - border, resolution_.x), pixel(film.min.y - border, resolution_.y)),
@@ -145,7 +146,7 @@ void ImageView::sort_chunks() {
       if (draw.object->one_sided && !(draw.map.apply_vector(ScreenMap::Z, draw.object->frames[chunk.view].w) < 0))
         continue;
       Work work{uint32_t(d), c, 0, 0, 0, 0, 0};
-      const Box2i pixels = pixels_of(draw, level, chunk, &work.nearest);
+      const Box2i pixels = pixels_of(d, level, chunk, &work.nearest);
       for (int y = pixels.min.y / side; y * side <= pixels.max.y; ++y)
         for (int x = pixels.min.x / side; x * side <= pixels.max.x; ++x) {
           work.x0 = uint8_t(std::max(pixels.min.x - x * side, 0)) & 15u;

@@ -41,8 +41,8 @@ class ImageView {
  private:
   void place_instances(const scene::Scene& scene, const TreeImages& images, float texel_pixels);
   void sort_chunks();
-  Box2i pixels_of(const depthimage::SplatTile::Draw& draw, const depthimage::SplatLevel& level,
-                  const depthimage::SplatLevel::Chunk& chunk, float* nearest) const;
+  Box2i pixels_of(size_t draw_index, const depthimage::SplatLevel& level, const depthimage::SplatLevel::Chunk& chunk,
+                  float* nearest) const;
 
   depthimage::ScreenMap camera_;
   V2i resolution_, tiles_;
