@@ -327,7 +327,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   OutputFiles outputs;
   for (const std::string& path : o.outputs) outputs.add_image("--output", path);
   outputs.add("--stats", o.stats);
-  outputs.check_inputs({o.scene, o.ocio});
+  outputs.check_inputs({o.scene, o.ocio, o.images.file.value_or("")});
   if (o.quiet) set_log_level(1);
   set_thread_count(o.threads);
   Diagnostics diagnostics(o.strict);

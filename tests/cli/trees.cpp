@@ -103,6 +103,10 @@ TEST_F(TreesCommand, BadScenesAndOptionsAreNamed) {
   EXPECT_EQ(lens.exit_code, 3);
   EXPECT_NE(lens.output.find("depth of field"), std::string::npos) << lens.output;
   EXPECT_EQ(run({"render", scene(), "--integrator", "images", "-o", file("x.exr"), "--image-texel", "0"}).exit_code, 3);
+  EXPECT_EQ(run({"render", scene(), "--integrator", "images", "-o", file("x.exr"), "--tree-images", file("trees.dti"),
+                 "--stats", file("trees.dti")})
+                .exit_code,
+            2);
 }
 
 }  // namespace
