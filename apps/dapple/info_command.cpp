@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include "commands.h"
 #include "dapple/base/log.h"
@@ -13,6 +14,13 @@
 namespace dapple::app {
 
 namespace {
+
+// Lights of Light directives stand in no geometry's table.
+size_t emitting_primitives(const scene::Scene& scene) {
+  std::set<uint32_t> lights(scene.light_table.begin(), scene.light_table.end());
+  lights.erase(trace::no_id);
+  return lights.size();
+}
 
 struct InfoOptions {
   std::string scene;
@@ -118,8 +126,8 @@ int show(const InfoOptions& o) {
   if (is_far) line("origin", bounds);
   line("materials", count_types(description.materials));
   line("textures", count_types(description.textures));
-  line("lights", count_types(description.lights) + "; " +
-                     std::to_string(scene.lights.size() - description.lights.size()) + " emitting primitives");
+  line("lights",
+       count_types(description.lights) + "; " + std::to_string(emitting_primitives(scene)) + " emitting primitives");
   line("media", count_types(description.media));
   show_names(&description, o.names);
   line("memory", megabytes(built.times.shape_bytes) + " shapes, " + megabytes(scene.traced.acceleration_bytes()) +

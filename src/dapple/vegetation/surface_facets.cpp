@@ -123,8 +123,11 @@ SurfaceOptics mean_optics(const scene::Scene& scene, uint32_t geometry) {
   SurfaceOptics out;
   double weight = 0;
   const auto add = [&](const Bsdf& b, double share) {
-    const bool leaf = b.kind == scattering::BsdfKind::diffuse_transmission;
-    const RGB reflected = leaf || b.kind == scattering::BsdfKind::diffuse ? b.reflectance : b.albedo();
+    const bool layered_leaf = b.kind == scattering::BsdfKind::principled && !b.transmittance.is_black();
+    const bool leaf = b.kind == scattering::BsdfKind::diffuse_transmission || layered_leaf;
+    const RGB reflected = layered_leaf     ? clamp(b.albedo() - b.transmittance, 0, 1)
+                          : b.is_diffuse() ? b.reflectance
+                                           : b.albedo();
     for (int c = 0; c < 3; ++c) {
       out.reflectance[size_t(c)] += share * reflected[c];
       if (leaf) out.transmittance[size_t(c)] += share * b.transmittance[c];
