@@ -14,7 +14,6 @@
 namespace dapple::scattering {
 
 class MeasuredTable;
-
 /// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
 /// transport: a refraction scales by 1 / eta^2.
@@ -25,11 +24,10 @@ class MeasuredTable;
 ///     either normal;
 ///   - of other kinds what would leave on the wrong side is mirrored at the surface, and a viewer below the shading
 ///     normal sees the surface with a normal that is bent less.
-/// All kinds but dielectric are the same from both sides.
+/// All kinds but dielectric and clear layers are the same from both sides.
 ///
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
-/// Kinds principled and hair keep their own quantities in fields that they have no other use for: PrincipledLayers and
-/// HairFibre write and read them.
+/// Kinds principled and hair keep theirs in fields that they have no other use for, by PrincipledLayers and HairFibre.
 struct Bsdf {
   BsdfKind kind = BsdfKind::black;
   BsdfKind base = BsdfKind::black;            ///< coated: what is under the coat
@@ -44,8 +42,7 @@ struct Bsdf {
   float thickness = 0, g = 0;                ///< coated: CoatLayer's
   RGB medium_albedo;                         ///< coated: CoatLayer's
   float coat_return = 0;  ///< coated over diffuse: share of the base's light a smooth coat sends back to it
-  /// subsurface: sigma_t inside, 1/m. There, medium_albedo and g are those of the inside, and reflectance is the share
-  /// of the light that entered which leaves again.
+  /// subsurface: sigma_t inside, 1/m; medium_albedo and g are the inside's, reflectance what leaves of what entered.
   RGB extinction;
   std::array<RGB, 3> escape_terms{};  ///< subsurface: of crossing(), HalfSpaceTable's
   bool reflects_only = false;         ///< dielectric, subsurface: transmission is somebody else's
@@ -69,8 +66,7 @@ struct Bsdf {
   /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
   static Bsdf make_coated_conductor(RGB eta, RGB k, float base_alpha_x, float base_alpha_y, float ior, float alpha_x,
                                     float alpha_y, const CoatLayer& layer);
-  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; g: of the phase function; inside: what leaves of the light that enters,
-  /// by channel.
+  /// sigma_t: 1/m; albedo: sigma_s / sigma_t; inside: what leaves of the light that enters, by channel.
   static Bsdf make_subsurface(float ior, float alpha_x, float alpha_y, RGB sigma_t, RGB albedo, float g,
                               const std::array<HalfSpaceTable::Entry, 3>& inside);
   /// Diffuse, white, and lit through the boundary of a subsurface Bsdf: radiance by it is the light that enters / pi,
@@ -95,7 +91,7 @@ struct Bsdf {
   /// What an even sky keeps of the terminator: the mean of S over the directions above both normals, weighted by the
   /// cosine with the shading normal.
   float mean_terminator() const;
-  /// The same as terminator() where both normals have turned, as on a surface that moves.
+  /// The same where both normals have turned, as on a surface that moves.
   float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
 
   /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by
@@ -126,23 +122,21 @@ struct Bsdf {
   bool has_transmission() const;
   /// Chance with which diffuse_transmission reflects.
   float reflect_chance() const;
-  /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
   /// Chance that a ray by a diffuse kind leaves on the side of the viewer.
   float reflected_share() const {
     const float reflected = reflectance.luminance(), both = reflected + transmittance.luminance();
     return both > 0 ? reflected / both : reflectance.is_black() ? 0.0f : 1.0f;
   }
+  /// True if what is scattered does not depend on wo but for its side: diffuse kinds and black.
   bool is_diffuse() const { return kind <= BsdfKind::diffuse_transmission; }
-  /// True if a diffuse lobe lies under others: those kinds are lit by as many rays as diffuse ones.
-  bool has_diffuse_base() const;
-  /// True if metal mirrors some of the light.
-  bool is_metal() const;
+  bool has_diffuse_base() const;  ///< a diffuse lobe lies under others: lit by as many rays as diffuse kinds
+  bool is_metal() const;          ///< metal mirrors some of the light
   /// Hemispherical albedo estimate for the albedo AOV and for what diffuse rays meet (view-averaged): reflected plus
   /// transmitted. Exact for diffuse kinds and for a smooth coat over a diffuse base without a scattering medium, within
-  /// 0.01 for rough ones of indices around 1.5; within 0.03 for conductors. Rough dielectrics: as if smooth; metal
-  /// under a coat: between a mirror and a diffuse base by the roughness of both, within 0.06; an absorbing layer under
-  /// a rough coat: as long as under a smooth one; a scattering one: as if it absorbed 1 - albedo of what it absorbs at
-  /// albedo 0. Those are within 0.25.
+  /// 0.01 for rough ones of indices around 1.5; within 0.03 for conductors and principled. Rough dielectrics: as if
+  /// smooth; metal under a coat: between a mirror and a diffuse base by the roughness of both, within 0.06; under a
+  /// rough coat an absorbing layer as under a smooth one, a scattering one as if it absorbed 1 - albedo of what it does
+  /// at albedo 0: within 0.25.
   RGB albedo() const;
   /// Becomes diffuse, of its mean albedo: what stands for a layered or metal surface where the view does not matter.
   /// Glass and what is not there stay as they are.
