@@ -120,7 +120,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"camera_far.pbrt", "camera_far.pbrt:3"}, Refused{"window_huge.pbrt", "window_huge.pbrt:3"},
         Refused{"filter_huge.pbrt", "filter_huge.pbrt:5"}, Refused{"wrong_type.pbrt", "wrong_type.pbrt:7"},
         Refused{"lens_missing.pbrt", "lens_missing.pbrt:3"}, Refused{"lens_garbage.pbrt", "lens_garbage.dat:2"},
-        Refused{"lens_spreads.pbrt", "lens_spreads.pbrt:3"}, Refused{"measured_garbage.pbrt", "measured_garbage.pbrt:7"}),
+        Refused{"lens_spreads.pbrt", "lens_spreads.pbrt:3"},
+        Refused{"measured_garbage.pbrt", "measured_garbage.pbrt:7"}),
     [](const auto& test) { return std::to_string(test.index); });
 
 // The scenes of several megabytes: deep nesting, many names, one long name.

@@ -108,8 +108,7 @@ void PathIntegrator::start_paths(PathWorkspace& w) const {
     w.time[p] = r.ray.time;
     w.medium[p] = scene_.camera_medium;
     w.receiver[p] = {r.ray.o, V3f(0, 0, 0), r.ray.time};
-    w.beta[p] *= r.weight;
-    if (r.weight > 0) w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
+    if ((w.beta[p] *= r.weight).max() > 0) w.push_ray(p, r.ray.o, r.ray.d, w.next_key(p));
   }
   w.swap_rays();
   w.rays.camera += uint64_t(w.path_count);

@@ -27,7 +27,7 @@ class MeasuredTable;
 /// All kinds but dielectric and clear layers are the same from both sides.
 ///
 /// Fill it by the make_ functions, which derive the fields that depend on others; the frame is left to the caller.
-/// Kinds principled and hair keep theirs in fields that they have no other use for, by PrincipledLayers and HairFibre.
+/// PrincipledLayers and HairFibre fill it for their kinds, in fields that these have no other use for.
 struct Bsdf {
   BsdfKind kind = BsdfKind::black;
   BsdfKind base = BsdfKind::black;            ///< coated: what is under the coat
