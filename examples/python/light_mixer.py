@@ -23,7 +23,7 @@ lights = list(scene.lights.values())
 if len(scene.lights) > 1 and not any(hasattr(light, "group") for light in lights):
     for k, light in enumerate(lights):  # the scene has no groups: its lights in up to four
         light["string group"] = f"part{k * min(len(lights), 4) // len(lights) + 1}"
-session = dapple.Session(scene, preset="preview", pixel_samples=options.samples, light_groups=True,
+session = dapple.Session(scene, preset="preview", pixel_samples=options.samples, light_groups=True, denoise=True,
                          resolution=tuple(int(n) for n in options.resolution.split("x")))
 whole = session.render()
 groups = {name: layer for name, layer in session.aovs.items() if name.startswith("light.") and layer.any()}
