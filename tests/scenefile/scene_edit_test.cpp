@@ -169,6 +169,11 @@ TEST_F(Edits, ManyItemsAndManyEdits) {
   for (int i = 1; i <= 20000; ++i) many += "Edit \"shape\" \"cylinder:" + std::to_string(i) + "\" \"float radius\" 2\n";
   add(many);
   EXPECT_EQ(d().shapes.back().params.get_float("radius", 0), 2);
+  // But many edits of many things of one name are bounded.
+  many.clear();
+  for (int i = 0; i < 20000; ++i) many += "Shape \"cylinder\" \"string name\" \"all\"\n";
+  for (int i = 1; i <= 5000; ++i) many += "Edit \"shape\" \"all\" \"float radius\" 2\n";
+  expect_error(many, "implausibly many edits");
 }
 
 }  // namespace

@@ -315,7 +315,8 @@ void DescriptionBuilder::edit(SceneEdit edit) {
     if (const auto it = description_.named_materials.find(edit.name);
         it != description_.named_materials.end() && !material_defined_[size_t(it->second)])
       throw InputError(edit.loc, "material " + in_quotes(edit.name) + " is edited before it is defined");
-  edits_.push_back(editor_.apply(std::move(edit)));
+  SceneEditor::Undo undo = editor_.apply(std::move(edit));
+  if (has_checkpoint_) edits_.push_back(std::move(undo));
 }
 
 void DescriptionBuilder::dicing_camera(const FileLoc& loc) {
@@ -349,6 +350,8 @@ struct DescriptionBuilder::Checkpoint {
 
 std::shared_ptr<const DescriptionBuilder::Checkpoint> DescriptionBuilder::checkpoint() {
   const SceneDescription& d = description_;
+  has_checkpoint_ = true;
+  editor_.reset_bound();
   return std::make_shared<const Checkpoint>(
       Checkpoint{edits_.size(), state_, coordinate_systems_, mentioned_media_, d.options, d.base_directory,
                  d.dicing_camera, stack_.size(), stack_floor_, d.materials.size(), d.textures.size(), d.media.size(),

@@ -140,6 +140,7 @@ class DescriptionBuilder {
   bool in_world_ = false;
   SceneEditor editor_;
   std::vector<SceneEditor::Undo> edits_;  // since forget_checkpoints()
+  bool has_checkpoint_ = false;
 };
 
 }  // namespace dapple::scenefile

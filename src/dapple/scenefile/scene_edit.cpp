@@ -42,6 +42,8 @@ bool is_affine(const Transform& t) {
   return m[3][0] == 0 && m[3][1] == 0 && m[3][2] == 0 && m[3][3] == 1;
 }
 
+constexpr size_t most_work = size_t(1) << 21;
+
 }  // namespace
 
 // Parameters that are not the item's own.
@@ -299,6 +301,12 @@ SceneEditor::Undo SceneEditor::apply(SceneEdit edit) {
     special.material_index = it->second.front().item;
   }
   if (edit.remove) special.presence = Presence::removed;
+  size_t values = 0;
+  for (const Param& p : edit.params.all()) values += p.numbers.size() + p.integers.size() + p.strings.size();
+  work_ += places.size() * (1 + values / 16);
+  if (work_ > most_work)
+    throw InputError(edit.loc, "there are implausibly many edits: things were edited more than " +
+                                   std::to_string(most_work) + " times; expected fewer, or names of fewer things");
   std::vector<Undo> undo;
   for (const Place& place : places) {
     if (has_name(edit.target) && presence_at(edit.target, place) == Presence::removed) continue;

@@ -52,6 +52,9 @@ class SceneEditor {
   bool names_area_light(const std::string& light);
   /// The parameter that the first item of this name was given, or null.
   const Param* parameter(EditTarget target, const std::string& name, std::string_view param);
+  /// A small file may set large parameters of many things many times: what it may set in all is bounded, from here on
+  /// anew.
+  void reset_bound() { work_ = 0; }
   /// After the description lost items other than by edits.
   void forget() { index_ = {}; }
 
@@ -87,6 +90,7 @@ class SceneEditor {
 
   SceneDescription& d_;
   Index index_;
+  size_t work_ = 0;  ///< things edited, large parameters counting more
 };
 
 }  // namespace dapple::scenefile
