@@ -77,7 +77,7 @@ std::shared_ptr<const LiveFrame> LiveSession::frame() const {
 std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
   std::unique_lock lock(mutex_);
   const auto ready = [&] {
-    return failure_ || (frame_ && frame_->settled && frame_->edits == edits_ && queue_.empty());
+    return (failure_ && queue_.empty()) || (frame_ && frame_->settled && frame_->edits == edits_ && queue_.empty());
   };
   if (seconds < 1e9) {
     if (!changed_.wait_for(lock, std::chrono::duration<double>(seconds), ready)) return nullptr;
@@ -92,6 +92,9 @@ std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_; });
   if (!ends_) cancel_ = false;
+  // Who waits for edits is not told of what was wrong before them.
+  if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.is_edit; }))
+    failure_before_ = std::exchange(failure_, nullptr);
   return std::exchange(queue_, {});
 }
 
@@ -152,6 +155,11 @@ void LiveSession::apply(Transaction& t) {
     failure_ = nullptr;
   } catch (...) {
     needs_rendering_ = built_ != nullptr;
+    if (!built_) {
+      const std::lock_guard lock(mutex_);
+      failure_ = failure_before_;
+      changed_.notify_all();
+    }
     t.change = {};
     t.done.set_exception(outside(std::current_exception()));
     return;
