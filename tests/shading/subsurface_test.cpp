@@ -21,7 +21,7 @@ scattering::Bsdf bsdf_of(float ior, float alpha, float albedo, float g = 0) {
 }
 
 // 2 pi int R r dr = A, up to where the profile is cut, which is made up for.
-TEST(scattering::DiffusionProfile, IntegratesToTheReflectance) {
+TEST(DiffusionProfile, IntegratesToTheReflectance) {
   for (const float reflectance : {0.1f, 0.6f, 1.0f}) {
     const float r_max = scattering::DiffusionProfile::extent * 0.37f;
     const scattering::DiffusionProfile p(reflectance, 0.37f, r_max);
@@ -30,7 +30,7 @@ TEST(scattering::DiffusionProfile, IntegratesToTheReflectance) {
   }
 }
 
-TEST(scattering::DiffusionProfile, SamplesHaveItsShares) {
+TEST(DiffusionProfile, SamplesHaveItsShares) {
   const float r_max = 30;
   const scattering::DiffusionProfile p(1, 2, r_max);
   for (const float u : {0.0f, 0.01f, 0.3f, 0.5f, 0.9f, 0.999f}) {
@@ -43,7 +43,7 @@ TEST(scattering::DiffusionProfile, SamplesHaveItsShares) {
   EXPECT_LE(p.sample(0.9999999f), r_max);
 }
 
-TEST(scattering::DiffusionProfile, WidthsAreOrdered) {
+TEST(DiffusionProfile, WidthsAreOrdered) {
   for (const float ior : {0.5f, 1.0f, 1.2f, 1.4f, 3.0f}) {
     float before = 0;
     for (const float albedo : {0.0f, 0.1f, 0.4f, 0.85f, 0.97f, 0.9995f, 1.0f}) {

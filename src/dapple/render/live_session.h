@@ -92,7 +92,7 @@ class LiveSession {
   uint64_t edits_ = 0;  ///< that came in
   std::chrono::steady_clock::time_point last_edit_ = std::chrono::steady_clock::now();
   std::shared_ptr<const LiveFrame> frame_;
-  std::exception_ptr failure_;
+  std::exception_ptr failure_, failure_before_;  ///< of the scene as it is; before the edits under way
   bool ends_ = false;
   std::atomic<bool> cancel_{false};
   std::thread thread_;  ///< last: it uses all of the above
