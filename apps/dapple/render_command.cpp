@@ -10,6 +10,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/media/medium.h"
+#include "dapple/path/path_integrator.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
 #include "dapple/render/watched_scene.h"
@@ -248,6 +249,10 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator =
       build::make_integrator(built, request, samples, request.seed.value_or(0));
+  if (request.type == "distribution" && dynamic_cast<const path::PathIntegrator*>(integrator.get()))
+    log_info(
+        "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
+        "keeps the cache)");
   denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples),
                            std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();

@@ -102,12 +102,14 @@ TEST(LiveSession, SettledFramesAreFresh) {
   }
 }
 
-// With as many rays as make the cache pay where cheap shaders run for each sample.
+// The cache where cheap shaders run for each sample.
 TEST(LiveSession, SettledFramesOfManySamplesAreFresh) {
   RenderOptions o;
   o.width = 120, o.height = 90, o.pixel_samples = 12;
   o.preset = "preview";
-  LiveSession session(Scene::parse(room), o);
+  Scene scene = Scene::parse(room);
+  scene.edit("integrator", "", {{"bool radiositycache", true}});
+  LiveSession session(std::move(scene), o);
   EXPECT_GT(fills(settled(session)), 20u);
   session.edit([](Scene& s) { move_camera(s, .5); });
   expect_same(settled(session), fresh(session, o));

@@ -333,6 +333,7 @@ TEST(OpacityCache, IsPartOfTheCap) {
   const auto leaves = build_text(head + cards("ragged")), nothing = build_text(head);
   build::IntegratorRequest request;
   request.type = "distribution";
+  request.radiosity_cache = true;
   request.cache_mb = 3.0f;
   EXPECT_FALSE(build::make_opacity_cache(*nothing.scene, request));
   for (const bool on : {true, false}) {

@@ -458,8 +458,6 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   }
   auto made = std::make_unique<distribution::DistributionIntegrator>(scene, s);
   if (asked.radiosity_cache || made->cache_pays()) return made;
-  log_info("cached radiosity would answer " + std::to_string(std::lround(100 * made->answered())) +
-           " % of diffuse rays: samples are traced as paths (--radiosity-cache on keeps the cache)");
   return std::make_unique<path::PathIntegrator>(scene, path_settings(s));
 }
 

@@ -35,7 +35,6 @@ class DistributionIntegrator final : public integrate::Integrator {
   /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would
   /// answer few of the diffuse rays (ReaderSurvey, CacheNumbers::least_answered).
   bool cache_pays() const;
-  float answered() const { return readers_.answered; }
 
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
