@@ -72,9 +72,9 @@ class FittedNumbers(unittest.TestCase):
             self.assertTrue(low < value < high or low > value > high, f"{struct}::{number}")
 
     def test_changes(self):
-        now = {"seconds": 2.0, "pixels": 0.1, "blocks": 0.05, "images": "a"}
+        now = {"rays": 100, "seconds": 2.0, "pixels": 0.1, "blocks": 0.05, "images": "a"}
         self.assertEqual(constants.change(now, now), "same images")
-        self.assertEqual(constants.change(now, {"seconds": 3.0, "pixels": 0.05, "blocks": 0.05, "images": "b"}), "+50 -50 +0")
+        self.assertEqual(constants.change(now, {"rays": 120, "seconds": 3.0, "pixels": 0.05, "blocks": 0.05, "images": "b"}), "+20 +50 -50 +0")
 
 
 class PovRay(unittest.TestCase):
