@@ -6,8 +6,8 @@ import sys
 
 import common
 
-sys.path.insert(0, str(common.ROOT / "python"))
-from dapple import plot  # noqa: E402
+sys.path.insert(0, str(common.ROOT / "python/dapple"))  # the package itself needs what is compiled
+import plot  # noqa: E402
 
 GROWTH = {"nodes": "nodes a hemisphere (8 slabs, 4 modes)", "slabs": "different slabs (8 nodes, 4 modes)", "modes": "modes (8 nodes, 8 slabs)"}
 CDISORT_MS = {"one_wavelength_fluxes": {8: 0.022, 16: 0.070, 32: 0.28}, "one_wavelength_radiances": {8: 0.23, 16: 0.67, 32: 6.0}}

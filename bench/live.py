@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live sessions: how soon pictures come after edits, beside a fresh rendering of the edited scene.
 
+    bench/run.py live
     PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen] [--resolution 320x180] [--rounds 5]
 
 For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel) and to the
@@ -11,9 +12,10 @@ radiosity cache the edit took, of those of the fresh session. `cancel`: from an 
 import argparse
 import os
 import statistics
+import subprocess
+import sys
 import time
-
-import dapple
+from pathlib import Path
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SHARED = os.path.join(HERE, "../../shared/scenes")
@@ -24,6 +26,7 @@ SCENES = {"cornell": os.path.join(HERE, "../scenes/cornell-box/cornell.pbrt"),
 
 def edits(scene):
     """Kinds of edits, as functions of scene and round."""
+    import dapple
     light, material, shape = list(scene.lights)[0], list(scene.materials)[0], list(scene.shapes)[-1]
     return {
         "camera": lambda s, k: s.camera.move(dapple.translate(*(0.002 * (-1) ** k * x for x in EXTENT))),
@@ -49,7 +52,16 @@ def first_picture(live, edits_so_far):
         time.sleep(0.001)
 
 
+def bench(context):
+    """In a process of its own: the package is the build's."""
+    package = Path(context.program("dapple")).parent / "python"
+    text = subprocess.run([sys.executable, __file__, "--rounds", str(context.repeats), "--threads", str(context.threads)], env=os.environ | {"PYTHONPATH": str(package)},
+                          stdout=subprocess.PIPE, check=True, text=True).stdout
+    return {"table": text}, text
+
+
 def main():
+    import dapple
     global EXTENT
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", default=",".join(SCENES))

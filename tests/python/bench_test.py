@@ -10,8 +10,16 @@ import against_povray
 import common
 import constants
 import numpy as np
+import run
 import time_to_error
 from reprojection import Camera, found_again, temporal_variation
+
+
+class Names(unittest.TestCase):
+    def test_all_are_benchmarks(self):
+        """Importing them needs nothing that is compiled."""
+        for name, module in run.BENCHMARKS.items():
+            self.assertTrue(callable(module.bench), name)
 
 
 class Curves(unittest.TestCase):
