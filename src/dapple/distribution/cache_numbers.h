@@ -4,7 +4,7 @@
 namespace dapple::distribution {
 
 /// Fitted numbers of rays that end in the radiosity cache: how coarse what they read may be, and how its cells are
-/// shaded (docs/design/006, 016). At half and double: docs/design/measurements/constants.md.
+/// shaded (docs/design/006, 016, 032). At half and double: docs/design/measurements/constants.md.
 struct CacheNumbers {
   /// Cells are wider than those that ask for them by so many times the cache's width: else a chain of short rays, in a
   /// corner or between the legs of chairs, asks for ever more fine cells, bounce by bounce. What is seen is fine, and
