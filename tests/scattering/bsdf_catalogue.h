@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dapple/scattering/bsdf.h"
+#include "tests/support/chi_square.h"
 
 namespace dapple::scattering::test {
 
@@ -73,6 +74,23 @@ inline RGB directional_albedo(const Bsdf& bsdf, const V3f& wo, int n, uint64_t s
     for (int c = 0; c < 3; ++c) sum[c] += s.weight[c] * sqr(s.eta);
   }
   return {static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)};
+}
+
+/// Whether samples have their density: drawn in world space, tested in the frame, where the cells are finest about the
+/// horizon.
+inline auto chi_square(const Bsdf& bsdf, const V3f& wo, uint64_t seed, double mass_tolerance) {
+  dapple::test::ChiSquareOptions options;
+  options.samples = 100000;
+  options.seed = seed;
+  options.mass_tolerance = mass_tolerance;
+  return dapple::test::chi_square_sphere(
+      [&](KeyedRng& rng) -> std::optional<V3f> {
+        BsdfSample s;
+        const float u1 = rng.next(), u2 = rng.next(), u3 = rng.next();
+        if (!bsdf.sample(wo, u1, {u2, u3}, rng.next_bits(), &s) || s.pdf == 0) return std::nullopt;
+        return bsdf.frame.to_local(s.wi);
+      },
+      [&](const V3f& local) { return bsdf.pdf(wo, bsdf.frame.to_world(local)); }, options);
 }
 
 }  // namespace dapple::scattering::test

@@ -32,20 +32,8 @@ TEST(Bsdf, SamplesHaveTheirDensity) {
   for (const auto& [name, bsdf] : bsdf_catalogue()) {
     if (bsdf.is_delta()) continue;
     for (const float theta : {5.0f, 50.0f, 85.0f, 130.0f}) {
-      // Sampled in world space, tested in the frame, where the cells are finest about the horizon.
       const V3f wo = direction(bsdf, theta, 35);
-      dapple::test::ChiSquareOptions options;
-      options.samples = 100000;
-      options.seed = hash(theta);
-      options.mass_tolerance = 3e-3;
-      const auto result = dapple::test::chi_square_sphere(
-          [&](KeyedRng& rng) -> std::optional<V3f> {
-            BsdfSample s;
-            const float u1 = rng.next(), u2 = rng.next(), u3 = rng.next();
-            if (!bsdf.sample(wo, u1, {u2, u3}, rng.next_bits(), &s) || s.pdf == 0) return std::nullopt;
-            return bsdf.frame.to_local(s.wi);
-          },
-          [&](const V3f& local) { return bsdf.pdf(wo, bsdf.frame.to_world(local)); }, options);
+      const auto result = test::chi_square(bsdf, wo, hash(theta), 3e-3);
       EXPECT_GT(result.p_value, dapple::test::sidak(0.01, tests))
           << name << ", theta " << theta << ": " << result.message;
     }

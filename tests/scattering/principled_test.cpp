@@ -87,18 +87,7 @@ TEST(Principled, SamplesHaveTheirDensity) {
     const Bsdf bsdf = at(layers);
     for (const float theta : {5.0f, 50.0f, 80.0f, 130.0f}) {
       const V3f wo = direction(bsdf, theta, 35);
-      dapple::test::ChiSquareOptions options;
-      options.samples = 100000;
-      options.seed = hash(theta);
-      options.mass_tolerance = 5e-3;
-      const auto result = dapple::test::chi_square_sphere(
-          [&](KeyedRng& rng) -> std::optional<V3f> {
-            BsdfSample s;
-            const float u1 = rng.next(), u2 = rng.next(), u3 = rng.next();
-            if (!bsdf.sample(wo, u1, {u2, u3}, rng.next_bits(), &s) || s.pdf == 0) return std::nullopt;
-            return bsdf.frame.to_local(s.wi);
-          },
-          [&](const V3f& local) { return bsdf.pdf(wo, bsdf.frame.to_world(local)); }, options);
+      const auto result = test::chi_square(bsdf, wo, hash(theta), 5e-3);
       EXPECT_GT(result.p_value, dapple::test::sidak(0.01, tests)) << name << ", " << theta << ": " << result.message;
     }
   }
