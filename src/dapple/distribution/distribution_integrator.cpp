@@ -69,14 +69,16 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_)
     readers_ = ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+  if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
 }
 
-bool DistributionIntegrator::cache_pays() const {
+bool DistributionIntegrator::samples_are_paths() const {
   const auto needs_grids = [](const auto& m) { return m->work() > GridNumbers::cheap_work || m->has_subsurface(); };
-  return settings_.visible_points == VisiblePoints::grids || !radiosity_ || logs_ ||
-         readers_.answered >= CacheNumbers::least_answered ||
-         (readers_.view_dependent && !settings_.shading.caustics) ||
-         std::any_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
+  return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
+         scene_.camera_medium == scene::vacuum &&
+         // Paths follow metal and coats; these count as diffuse here.
+         (settings_.shading.caustics || !readers_.view_dependent) &&
+         std::none_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
 }
 
 std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {

@@ -3,6 +3,7 @@
 
 #include "dapple/distribution/grid_finder.h"
 #include "dapple/distribution/grid_shader.h"
+#include "dapple/distribution/path_answers.h"
 #include "dapple/distribution/reader_survey.h"
 #include "dapple/distribution/sample_finisher.h"
 
@@ -32,14 +33,17 @@ class DistributionIntegrator final : public integrate::Integrator {
   void begin_again() const override { grids_.clear(); }
   std::vector<integrate::CacheState> caches() const override;
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
-  /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would
-  /// answer few of the diffuse rays (ReaderSurvey, CacheNumbers::least_answered).
-  bool cache_pays() const;
+  /// Where nothing is shaded on grids or in media, camera samples may be traced as paths, sooner: those end their
+  /// diffuse rays in these answers. Null where they may not.
+  const integrate::RadiosityAnswers* answers() const { return samples_are_paths() ? &*answers_ : nullptr; }
+  /// Share of the diffuse rays that cells of the cache will answer (ReaderSurvey), as far as that is known.
+  float answered() const { return readers_.answered; }
 
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
   void add_media(DistributionWorkspace& w) const;
+  bool samples_are_paths() const;
   void shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
   void finish_all(DistributionWorkspace& w, scene::Film& film) const;
@@ -72,6 +76,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const GridShader grid_shader_;
   const SampleFinisher finisher_;
   const std::unique_ptr<gi::CacheLogs> logs_;
+  std::optional<PathAnswers> answers_;
   ReaderSurvey::Found readers_;
 };
 
