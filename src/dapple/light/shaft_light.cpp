@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/light/shaft_light.h"
 
-#include "dapple/light/shaft_builder.h"
+#include <algorithm>
+
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::light {
@@ -10,13 +11,8 @@ namespace {
 constexpr uint32_t shaft_dimension = 1u << 20;  // of the sampler; nobody else's
 }
 
-std::shared_ptr<const ShaftLight> ShaftLight::make(const scene::Scene& scene, const ShaftSettings& settings,
-                                                   std::string* why, std::vector<std::string>* left) {
-  return Builder(scene, settings, left).build(why);
-}
-
 bool ShaftLight::owns(uint32_t light, const V3f& wi) const {
-  for (const Source& s : sources_)
+  for (const Source& s : parts_.sources)
     if (s.light == light) return dot(wi, s.to_light) >= s.cosine;
   return false;
 }
@@ -31,21 +27,21 @@ RGB ShaftLight::in_scattering(const Source& source, const Ray& ray) const {
 
 int ShaftLight::planes() const {
   int all = 0;
-  for (const Source& s : sources_)
+  for (const Source& s : parts_.sources)
     for (const Set& set : s.sets) all += set.planes->planes();
   return all;
 }
 
 int ShaftLight::bins() const {
   int most = 0;
-  for (const Source& s : sources_)
+  for (const Source& s : parts_.sources)
     for (const Set& set : s.sets) most = std::max(most, set.planes->bins());
   return most;
 }
 
 size_t ShaftLight::bytes() const {
   size_t all = 0;
-  for (const Source& s : sources_)
+  for (const Source& s : parts_.sources)
     for (const Set& set : s.sets) all += set.planes->bytes();
   return all;
 }

@@ -21,8 +21,8 @@ struct ShaftSettings {
 };
 
 /// Light that a medium scatters from suns and lamps straight into camera rays, by scan planes (shafts/scan_planes.h)
-/// whose tables are filled here by one traced ray of light a bin: so all that can be traced throws shadows, outside the
-/// picture and behind the viewer too.
+/// whose tables are filled (shaft_fill.h) by one traced ray of light a bin: so all that can be traced throws shadows,
+/// outside the picture and behind the viewer too.
 ///
 /// The rule that keeps light from being counted twice: at the first scattering of a path from the camera, reached by a
 /// straight segment in medium(), light from owns() directions is the planes' business and nobody else's.
@@ -32,15 +32,32 @@ class ShaftLight {
  public:
   static constexpr int disc_points = 16, most_lights = 8, least_planes = 16;
 
-  /// Null where planes do not apply; then `why` says what stands against them. `left`: what is left to rays although
-  /// planes apply, and how many planes memory does not hold. The scene must outlive it.
-  static std::shared_ptr<const ShaftLight> make(const scene::Scene& scene, const ShaftSettings& settings,
-                                                std::string* why, std::vector<std::string>* left);
+  /// Planes to one direction of parallel light, or to a lamp, and the light that they have been filled with.
+  struct Set {
+    std::unique_ptr<shafts::ScanPlanes> planes;
+    std::unique_ptr<shafts::AirLight> air;
+    RGB strength;  ///< irradiance across the beam, or a lamp's intensity
+  };
+  struct Source {
+    uint32_t light;
+    V3f to_light;
+    float cosine;  ///< of the disc's radius; below -1 for lights without size
+    std::vector<Set> sets;
+  };
+  /// What make_shaft_light() (shaft_builder.h) has made of a scene, which must outlive it.
+  struct Parts {
+    ShaftSettings settings;
+    int32_t medium = scene::vacuum;
+    const media::ClosedFormMedium* air = nullptr;  ///< scene's, number `medium`
+    std::vector<Source> sources;
+    double fill_seconds = 0;
+  };
+  explicit ShaftLight(Parts parts) : parts_(std::move(parts)) {}
 
-  bool single() const { return settings_.single; }
+  bool single() const { return parts_.settings.single; }
   /// In which camera rays are answered.
-  int32_t medium() const { return medium_; }
-  const media::ClosedFormMedium& air() const { return *air_; }
+  int32_t medium() const { return parts_.medium; }
+  const media::ClosedFormMedium& air() const { return *parts_.air; }
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
@@ -53,7 +70,7 @@ class ShaftLight {
   /// Calls add(light, radiance at `begin`) for each light that the planes have.
   template <class Add>
   void in_scattering(const Ray& ray, const Add& add) const {
-    for (const Source& source : sources_) {
+    for (const Source& source : parts_.sources) {
       const RGB L = in_scattering(source, ray);
       if (!L.is_black()) add(source.light, L);
     }
@@ -61,31 +78,14 @@ class ShaftLight {
 
   int planes() const;
   int bins() const;
-  int light_count() const { return int(sources_.size()); }
+  int light_count() const { return int(parts_.sources.size()); }
   size_t bytes() const;
-  double fill_seconds() const { return fill_seconds_; }
+  double fill_seconds() const { return parts_.fill_seconds; }
 
  private:
-  struct Set {
-    std::unique_ptr<shafts::ScanPlanes> planes;
-    std::unique_ptr<shafts::AirLight> air;
-    RGB strength;  ///< irradiance across the beam, or a lamp's intensity
-  };
-  struct Source {
-    uint32_t light;
-    V3f to_light;
-    float cosine;  ///< of the disc's radius; below -1 for lights without size
-    std::vector<Set> sets;
-  };
-  class Builder;
-
   RGB in_scattering(const Source& source, const Ray& ray) const;
 
-  ShaftSettings settings_;
-  int32_t medium_ = scene::vacuum;
-  const media::ClosedFormMedium* air_ = nullptr;
-  std::vector<Source> sources_;
-  double fill_seconds_ = 0;
+  const Parts parts_;
 };
 
 }  // namespace dapple::light
