@@ -54,8 +54,8 @@ class DistributionIntegrator final : public integrate::Integrator {
   int first_cached_depth() const { return scene_.has_media() ? 0 : 1; }
 
   /// Which caches there are, and how they share the memory; those that are not take none.
-  struct CacheUse {
-    CacheUse(const scene::Scene& scene, const Settings& settings);
+  struct MemoryShares {
+    MemoryShares(const scene::Scene& scene, const Settings& settings);
     const bool subsurface, hemispheres;
     const size_t subsurface_bytes, hemisphere_bytes, radiosity_bytes;
   };
@@ -64,7 +64,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const Settings settings_;
   const int groups_;  // of lights, whose parts are kept apart
   const scene::PatchTable patches_;
-  const CacheUse use_;
+  const MemoryShares shares_;
   const std::unique_ptr<gi::RadiosityCache> irradiance_, radiosity_;
   ShadingScene shading_;
   const PointPlacer placer_;
