@@ -10,8 +10,8 @@ struct ImageNumbers {
   static constexpr float merge_cosine = 0.95f, merge_depth = 0.5f;
   /// Of a texel, by which it is drawn beyond its border, so that no crack shows between neighbours on bent surfaces.
   static constexpr float overlap = 0.03f;
-  /// Pixels that a texel may be wide: coarser images are not taken.
-  static constexpr float texel_pixels = 1;
+  /// Pixels that a texel may be wide: coarser images are not taken. Samples of a mask are then half a pixel apart.
+  static constexpr float texel_pixels = 2;
   /// Where between two levels, by the logarithm of their sizes, the change begins.
   static constexpr float dissolve_begin = 0.75f;
 };

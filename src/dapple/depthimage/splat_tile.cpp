@@ -9,116 +9,191 @@ namespace {
 
 constexpr int grid = SampleMask::side;
 constexpr int lanes = SplatLevel::chunk_size;
+constexpr int chunks_between = 32;  // of looks at what is full
+
+using Float8 __attribute__((vector_size(32))) = float;
+using Int8 __attribute__((vector_size(32))) = int32_t;
+
+Float8 load(const float* from) {
+  Float8 v;
+  __builtin_memcpy(&v, from, sizeof(v));
+  return v;
+}
+
+Float8 load(const int8_t* from) {
+  using Byte8 __attribute__((vector_size(8))) = int8_t;
+  Byte8 v;
+  __builtin_memcpy(&v, from, sizeof(v));
+  return __builtin_convertvector(__builtin_convertvector(v, Int8), Float8);
+}
+
+template <typename Vector, typename Number>
+void store(Number* to, const Vector& v) {
+  static_assert(sizeof(v) == 8 * sizeof(Number));
+  __builtin_memcpy(to, &v, sizeof(v));
+}
+
+Float8 larger(const Float8& p, const Float8& q) {
+  return p > q ? p : q;
+}
+
+Float8 smaller(const Float8& p, const Float8& q) {
+  return p < q ? p : q;
+}
+
+// Of values that fit an int: the least whole number not below.
+Float8 ceiling(const Float8& v) {
+  const Float8 whole = __builtin_convertvector(__builtin_convertvector(v, Int8), Float8);
+  return whole + __builtin_convertvector(-(v > whole), Float8);
+}
+
+bool any(const Int8& v) {
+  uint64_t parts[4];
+  __builtin_memcpy(parts, &v, sizeof(v));
+  return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
+}
+
+float larger(float p, float q) {
+  return p > q ? p : q;
+}
 
 }  // namespace
 
-/// Those fragments of a chunk that may show in the tile, structure of arrays: where, in sub-samples, each lies, and how
-/// to get from there to its texel.
+/// The fragments of a chunk in the tile, structure of arrays: where, in sub-samples, each lies, and how to get from
+/// there to its texel.
 struct SplatTile::Projection {
-  int count = 0;
-  uint8_t lane[lanes];
-  uint16_t mask[lanes];
+  const SplatLevel::Lanes* from = nullptr;
   alignas(32) float film_x[lanes], film_y[lanes], inverse_w[lanes], depth[lanes];
-  alignas(32) float slope_u[lanes], slope_v[lanes], left[lanes], right[lanes], bottom[lanes], top[lanes];
-  alignas(32) float x[lanes], y[lanes], reach[lanes];
-  alignas(32) int32_t is_near[lanes];
+  alignas(32) float x[lanes], y[lanes];
+  alignas(32) int32_t pixel[lanes], may_show[lanes];
   alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
   alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
   alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
   float u[4], v[4], n[4];  // rows of the map, of the frame's axes, a texel long
 
-  void place(const ScreenMap& map, float texel, const SplatLevel::Lanes& from, const ViewFrame& frame) {
+  void place(const ScreenMap& map, float texel, const ViewFrame& frame) {
     for (int r = 0; r < 4; ++r) {
       u[r] = map.apply_vector(ScreenMap::Row(r), frame.u) * texel;
       v[r] = map.apply_vector(ScreenMap::Row(r), frame.v) * texel;
       n[r] = map.apply_vector(ScreenMap::Row(r), frame.w) * texel;
     }
     const auto& m = map.m;
-    const float *px = from.x, *py = from.y, *pz = from.z;
-#pragma GCC ivdep
-    for (int i = 0; i < lanes; ++i) {
-      inverse_w[i] = 1 / (m[2][0] * px[i] + m[2][1] * py[i] + m[2][2] * pz[i] + m[2][3]);
-      film_x[i] = (m[0][0] * px[i] + m[0][1] * py[i] + m[0][2] * pz[i] + m[0][3]) * inverse_w[i];
-      film_y[i] = (m[1][0] * px[i] + m[1][1] * py[i] + m[1][2] * pz[i] + m[1][3]) * inverse_w[i];
-      depth[i] = m[3][0] * px[i] + m[3][1] * py[i] + m[3][2] * pz[i] + m[3][3];
+    for (int i = 0; i < lanes; i += width) {
+      const Float8 px = load(from->x + i), py = load(from->y + i), pz = load(from->z + i);
+      const auto row = [&](int r) { return m[r][0] * px + m[r][1] * py + m[r][2] * pz + m[r][3]; };
+      const Float8 inverse = 1 / row(ScreenMap::W);
+      store(inverse_w + i, inverse);
+      store(film_x + i, row(ScreenMap::X) * inverse);
+      store(film_y + i, row(ScreenMap::Y) * inverse);
+      store(depth + i, row(ScreenMap::Z));
     }
   }
 
-  /// Which may show in the tile.
+  /// Which lie in the tile or reach into it.
   void find_near(float dx, float dy, float reach_scale) {
-    constexpr float end = float(samples - 1);
-#pragma GCC ivdep
-    for (int i = 0; i < lanes; ++i) {
-      x[i] = film_x[i] * float(grid) + dx, y[i] = film_y[i] * float(grid) + dy;
-      const float r = reach_scale * inverse_w[i];
-      reach[i] = r;
-      is_near[i] =
-          int(inverse_w[i] > 0) & int(x[i] >= -r) & int(y[i] >= -r) & int(x[i] <= end + r) & int(y[i] <= end + r);
+    const Float8 zero{}, end = zero + float(samples - 1);
+    for (int i = 0; i < lanes; i += width) {
+      const Float8 inverse = load(inverse_w + i);
+      const Float8 X = load(film_x + i) * float(grid) + dx, Y = load(film_y + i) * float(grid) + dy,
+                   r = reach_scale * inverse, most = end + r;
+      store(x + i, X), store(y + i, Y);
+      store(may_show + i, (inverse > 0) & (X >= -r) & (Y >= -r) & (X <= most) & (Y <= most));
+      const Int8 column = __builtin_convertvector(smaller(larger(X, zero), end), Int8),
+                 row = __builtin_convertvector(smaller(larger(Y, zero), end), Int8);
+      store(pixel + i, row / grid * side + column / grid);
     }
   }
 
-  void keep(int i, const SplatLevel::Lanes& from) {
-    const int k = count++;
-    lane[k] = uint8_t(i), mask[k] = from.mask[i];
-    film_x[k] = film_x[i], film_y[k] = film_y[i], inverse_w[k] = inverse_w[i], depth[k] = depth[i];
-    slope_u[k] = from.slope_u[i], slope_v[k] = from.slope_v[i];
-    left[k] = from.left[i], right[k] = from.right[i], bottom[k] = from.bottom[i], top[k] = from.top[i];
+  float most_inverse_w() const {
+    Float8 most{};
+    for (int i = 0; i < lanes; i += width) {
+      const Float8 here = load(inverse_w + i);
+      most = here > most ? here : most;
+    }
+    float out = 0;
+    for (int l = 0; l < width; ++l) out = larger(out, most[l]);
+    return out;
   }
 
-  void find_sides(float dx, float dy) {
-    const auto least = [](float p, float q) { return p < q ? p : q; };
-    const auto most = [](float p, float q) { return p > q ? p : q; };
-    const int padded = (count + 7) / 8 * 8;
-#pragma GCC ivdep
-    for (int i = 0; i < padded; ++i) {
-      const float scale = float(grid) * inverse_w[i];
-      // Sides of the texel's parallelogram: how the film moves where the plane does.
-      const float wu = u[2] + slope_u[i] * n[2], wv = v[2] + slope_v[i] * n[2];
-      const float xu = (u[0] + slope_u[i] * n[0] - film_x[i] * wu) * scale,
-                  yu = (u[1] + slope_u[i] * n[1] - film_y[i] * wu) * scale,
-                  xv = (v[0] + slope_v[i] * n[0] - film_x[i] * wv) * scale,
-                  yv = (v[1] + slope_v[i] * n[1] - film_y[i] * wv) * scale;
-      const float inverse_area = float(grid) / (xu * yv - xv * yu);
-      x[i] = film_x[i] * float(grid) + dx;
-      y[i] = film_y[i] * float(grid) + dy;
-      a_x[i] = yv * inverse_area, a_y[i] = -xv * inverse_area;
-      b_x[i] = -yu * inverse_area, b_y[i] = xu * inverse_area;
-      z_a[i] = (u[3] + slope_u[i] * n[3]) / float(grid), z_b[i] = (v[3] + slope_v[i] * n[3]) / float(grid);
-      const float p = 0.01f * left[i], q = 0.01f * right[i], r = 0.01f * bottom[i], s = 0.01f * top[i];
-      x0[i] = most(std::ceil(x[i] + least(xu * p, xu * q) + least(xv * r, xv * s)), 0.0f);
-      x1[i] = least(std::floor(x[i] + most(xu * p, xu * q) + most(xv * r, xv * s)), float(samples - 1));
-      y0[i] = most(std::ceil(y[i] + least(yu * p, yu * q) + least(yv * r, yv * s)), 0.0f);
-      y1[i] = least(std::floor(y[i] + most(yu * p, yu * q) + most(yv * r, yv * s)), float(samples - 1));
-    }
+  /// Leaves out what lies behind `farthest`, by pixel.
+  void hide_behind(const float* farthest, float depth_reach) {
+    for (int i = 0; i < lanes; ++i)
+      if (farthest[pixel[i]] < depth[i] - depth_reach) may_show[i] = 0;
+  }
+
+  void find_sides(int i) {
+    const Float8 zero{}, end = zero + float(samples - 1);
+    const Float8 inverse = load(inverse_w + i), fx = load(film_x + i), fy = load(film_y + i), X = load(x + i),
+                 Y = load(y + i), scale = float(grid) * inverse;
+    const Float8 slope_u = load(from->slope_u + i), slope_v = load(from->slope_v + i);
+    // Sides of the texel's parallelogram: how the film moves where the plane does.
+    const Float8 wu = u[2] + slope_u * n[2], wv = v[2] + slope_v * n[2];
+    const Float8 xu = (u[0] + slope_u * n[0] - fx * wu) * scale, yu = (u[1] + slope_u * n[1] - fy * wu) * scale,
+                 xv = (v[0] + slope_v * n[0] - fx * wv) * scale, yv = (v[1] + slope_v * n[1] - fy * wv) * scale;
+    const Float8 inverse_area = float(grid) / (xu * yv - xv * yu);
+    store(a_x + i, yv * inverse_area), store(a_y + i, -xv * inverse_area);
+    store(b_x + i, -yu * inverse_area), store(b_y + i, xu * inverse_area);
+    store(z_a + i, (u[3] + slope_u * n[3]) / float(grid)), store(z_b + i, (v[3] + slope_v * n[3]) / float(grid));
+    const Float8 p = 0.01f * load(from->left + i), q = 0.01f * load(from->right + i),
+                 r = 0.01f * load(from->bottom + i), s = 0.01f * load(from->top + i);
+    const auto first = [&](const Float8& at, const Float8& along_u, const Float8& along_v) {
+      const Float8 least = at + smaller(along_u * p, along_u * q) + smaller(along_v * r, along_v * s);
+      return ceiling(smaller(larger(least, zero), end + 1));
+    };
+    const auto last = [&](const Float8& at, const Float8& along_u, const Float8& along_v) {
+      const Float8 most = at + larger(along_u * p, along_u * q) + larger(along_v * r, along_v * s);
+      return smaller(larger(most, zero - 1), end);
+    };
+    store(x0 + i, first(X, xu, xv)), store(y0 + i, first(Y, yu, yv));
+    store(x1 + i, last(X, xu, xv)), store(y1 + i, last(Y, yu, yv));
   }
 };
 
 void SplatTile::start(const V2i& corner, const V2f& jitter, uint32_t round) {
   corner_ = corner, jitter_ = jitter, round_ = round;
-  std::fill(std::begin(keys_), std::end(keys_), empty);
-  std::fill(std::begin(filled_), std::end(filled_), uint8_t(0));
-  std::fill(std::begin(farthest_), std::end(farthest_), infinity);
+  std::fill(std::begin(depth_), std::end(depth_), infinity);
+  std::fill(std::begin(drawn_), std::end(drawn_), none);
+  for (auto& of_pixels : farthest_) std::fill(std::begin(of_pixels), std::end(of_pixels), infinity);
+  farthest_in_tile_ = infinity;
+  since_found_ = 0;
   records_.clear();
 }
 
 bool SplatTile::hides(const V2i& min, const V2i& max, float depth) const {
   for (int y = min.y; y <= max.y; ++y)
     for (int x = min.x; x <= max.x; ++x)
-      if (!(farthest_[y * side + x] < depth)) return false;
+      if (!(farthest_[0][y * side + x] < depth)) return false;
   return true;
 }
 
-void SplatTile::put(int column, int row, uint64_t key) {
-  uint64_t& place = keys_[row * samples + column];
-  const int pixel = row / grid * side + column / grid;
-  const bool full = filled_[pixel] == SampleMask::count || (place == empty && ++filled_[pixel] == SampleMask::count);
-  place = key;
-  if (!full) return;
-  uint64_t most = 0;
-  const uint64_t* const first = keys_ + row / grid * grid * samples + column / grid * grid;
-  for (int y = 0; y < grid; ++y)
-    for (int x = 0; x < grid; ++x) most = std::max(most, first[y * samples + x]);
-  farthest_[pixel] = std::bit_cast<float>(uint32_t(most >> 32));
+void SplatTile::find_farthest() {
+  for (int y = 0; y < side; ++y) {
+    float column[samples];
+    const float* const from = depth_ + y * grid * samples;
+#pragma GCC ivdep
+    for (int x = 0; x < samples; ++x)
+      column[x] = larger(larger(from[x], from[x + samples]), larger(from[x + 2 * samples], from[x + 3 * samples]));
+    for (int x = 0; x < side; ++x)
+      farthest_[0][y * side + x] =
+          larger(larger(column[x * grid], column[x * grid + 1]), larger(column[x * grid + 2], column[x * grid + 3]));
+  }
+  for (int d = 1; d < dilations; ++d) {
+    const float* const from = farthest_[d - 1];
+    float along[side * side];
+    for (int y = 0; y < side; ++y) {
+      const float* const row = from + y * side;
+      along[y * side] = larger(row[0], row[1]), along[y * side + side - 1] = larger(row[side - 2], row[side - 1]);
+#pragma GCC ivdep
+      for (int x = 1; x < side - 1; ++x) along[y * side + x] = larger(larger(row[x - 1], row[x]), row[x + 1]);
+    }
+    for (int y = 0; y < side; ++y) {
+      const float *const row = along + y * side, *const above = y > 0 ? row - side : row,
+                         *const below = y + 1 < side ? row + side : row;
+#pragma GCC ivdep
+      for (int x = 0; x < side; ++x) farthest_[d][y * side + x] = larger(larger(above[x], row[x]), below[x]);
+    }
+  }
+  farthest_in_tile_ = *std::max_element(std::begin(farthest_[0]), std::end(farthest_[0]));
 }
 
 void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
@@ -129,64 +204,81 @@ void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
 }
 
 void SplatTile::splat(const Draw& draw, uint32_t draw_index, uint32_t chunk_index) {
+  if (++since_found_ > chunks_between) find_farthest(), since_found_ = 0;
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];
   const SplatLevel::Chunk& chunk = level.chunks[chunk_index];
-  const SplatLevel::Lanes& from = level.lanes[chunk_index];
   Projection p;
+  p.from = &level.lanes[chunk_index];
   const float dx = -float(corner_.x * grid) - jitter_.x, dy = -float(corner_.y * grid) - jitter_.y;
-  p.place(draw.map, level.texel, from, draw.object->frames[chunk.view]);
-  p.find_near(dx, dy, draw.reach * float(grid) * level.texel);
+  p.place(draw.map, level.texel, draw.object->frames[chunk.view]);
+  const float reach_scale = draw.reach * float(grid) * level.texel;
+  p.find_near(dx, dy, reach_scale);
   const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
   const auto deep = [&](const float* axis) { return std::abs(axis[3]) + steep * std::abs(p.n[3]); };
-  const float depth_reach = 0.55f * (deep(p.u) + deep(p.v));
-  for (uint32_t i = 0; i < chunk.count; ++i) {
-    if (!p.is_near[i]) continue;
-    const auto pixel = [](float at) { return int(std::clamp(at, 0.0f, float(samples - 1))) / grid; };
-    const float x = p.x[i], y = p.y[i], reach = p.reach[i];
-    if (hides(V2i(pixel(x - reach), pixel(y - reach)), V2i(pixel(x + reach), pixel(y + reach)),
-              p.depth[i] - depth_reach))
-      continue;
-    p.keep(int(i), from);
-  }
-  if (p.count == 0) return;
-  p.find_sides(dx, dy);
+  const float pixels = std::ceil(reach_scale * p.most_inverse_w() / float(grid));
+  if (pixels < float(dilations)) p.hide_behind(farthest_[int(pixels)], 0.55f * (deep(p.u) + deep(p.v)));
   const bool whole = draw.samples == LevelChoice::all_samples && draw.ray_share == 0;
-  for (int k = 0; k < p.count; ++k) {
-    if (!(p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])) continue;
-    const Record shown{draw_index, chunk.view, chunk_index * uint32_t(lanes) + p.lane[k]};
-    whole ? splat_fragment<true>(draw, p, k, shown) : splat_fragment<false>(draw, p, k, shown);
+  for (int begin = 0; begin < int(chunk.count); begin += width) {
+    Int8 shows;
+    __builtin_memcpy(&shows, p.may_show + begin, sizeof(shows));
+    if (!any(shows)) continue;
+    p.find_sides(begin);
+    for (int k = begin; k < std::min(begin + width, int(chunk.count)); ++k) {
+      if (!p.may_show[k] || !(p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])) continue;
+      const Record shown{draw_index, chunk.view, chunk_index * uint32_t(lanes) + uint32_t(k)};
+      whole ? splat_fragment<true>(draw, p, k, shown) : splat_fragment<false>(draw, p, k, shown);
+    }
   }
 }
 
 template <bool whole>
 void SplatTile::splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown) {
-  const unsigned mask = p.mask[lane];
+  const SplatLevel::Lanes& from = *p.from;
   constexpr float unit = 0.01f * grid, middle = 0.5f * grid;
-  const float a0 = unit * p.left[lane], a1 = unit * p.right[lane], b0 = unit * p.bottom[lane], b1 = unit * p.top[lane];
-  const float x = p.x[lane], y = p.y[lane], depth_here = p.depth[lane];
+  const Float8 zero{}, step{0, 1, 2, 3, 4, 5, 6, 7};
+  const Int8 number{0, 1, 2, 3, 4, 5, 6, 7}, nought{}, last = nought + (grid - 1);
+  const Int8 mask = nought + int(from.mask[lane]);
+  const float a0 = unit * float(from.left[lane]), a1 = unit * float(from.right[lane]),
+              b0 = unit * float(from.bottom[lane]), b1 = unit * float(from.top[lane]);
   const float a_x = p.a_x[lane], a_y = p.a_y[lane], b_x = p.b_x[lane], b_y = p.b_y[lane];
-  const float z_a = p.z_a[lane], z_b = p.z_b[lane];
   const int first_column = int(p.x0[lane]), last_column = int(p.x1[lane]), last_row = int(p.y1[lane]);
-  uint32_t record = none;
-  for (int row = int(p.y0[lane]); row <= last_row; ++row)
-    for (int column = first_column; column <= last_column; ++column) {
-      if (!whole && !(draw.samples >> (row % grid * grid + column % grid) & 1)) continue;
-      const float dx = float(column) - x, dy = float(row) - y;
-      const float a = a_x * dx + a_y * dy, b = b_x * dx + b_y * dy;
-      if (!(a >= a0 && a < a1 && b >= b0 && b < b1)) continue;
-      const int i = std::clamp(int(a + middle), 0, grid - 1), j = std::clamp(int(b + middle), 0, grid - 1);
-      if (!(mask >> (j * grid + i) & 1)) continue;
-      if (!whole && draw.ray_share > 0 && ray_group(corner_ + V2i(column / grid, row / grid), round_) < draw.ray_share)
-        continue;
-      const float z = std::max(depth_here + a * z_a + b * z_b, 1e-30f);
-      const uint64_t depth = uint64_t(std::bit_cast<uint32_t>(z)) << 32;
-      if (depth >= (keys_[row * samples + column] & ~uint64_t(0xffffffff))) continue;
-      if (record == none) {
-        record = uint32_t(records_.size());
-        records_.push_back(shown);
+  const auto record = int32_t(records_.size());
+  Int8 drawn{};
+  const auto pixel_groups = [&](const Int8& x, int y) {  // ray_group()
+    const int of_row = ray_group(corner_ + V2i(0, y), round_);
+    return (x + of_row) & (LevelChoice::ray_steps - 1);
+  };
+  for (int row = int(p.y0[lane]); row <= last_row; ++row) {
+    const float dy = float(row) - p.y[lane];
+    for (int column = first_column; column <= last_column; column += width) {
+      const Float8 dx = step + (float(column) - p.x[lane]);
+      const Float8 a = a_x * dx + a_y * dy, b = b_x * dx + b_y * dy;
+      const Float8 z_there = p.depth[lane] + a * p.z_a[lane] + b * p.z_b[lane];
+      const Float8 z = z_there > 1e-30f ? z_there : zero + 1e-30f;
+      float* const depths = depth_ + row * samples + column;
+      const Float8 before = load(depths);
+      Int8 i = __builtin_convertvector(a + middle, Int8), j = __builtin_convertvector(b + middle, Int8);
+      i = i > last ? last : i < nought ? nought : i;
+      j = j > last ? last : j < nought ? nought : j;
+      const Int8 covered = -(mask >> (j * grid + i) & 1);
+      Int8 takes =
+          (a >= a0) & (a < a1) & (b >= b0) & (b < b1) & covered & (z < before) & (number <= last_column - column);
+      if (!whole) {
+        const Int8 at = number + column;
+        takes &= -((nought + (draw.samples >> (row % grid * grid) & 15)) >> (at % grid) & 1);
+        takes &= pixel_groups(at / grid, row / grid) >= draw.ray_share;
       }
-      put(column, row, depth | record);
+      const Float8 after = takes ? z : before;
+      __builtin_memcpy(depths, &after, sizeof(after));
+      uint32_t* const records = drawn_ + row * samples + column;
+      Int8 there;
+      __builtin_memcpy(&there, records, sizeof(there));
+      there = takes ? nought + record : there;
+      __builtin_memcpy(records, &there, sizeof(there));
+      drawn |= takes;
     }
+  }
+  if (any(drawn)) records_.push_back(shown);
 }
 
 }  // namespace dapple::depthimage

@@ -44,14 +44,13 @@ class SplatTile {
   /// Whether all pixels [min, max] of the tile are full of what is nearer than this.
   bool hides(const V2i& min, const V2i& max, float depth) const;
 
+  /// Whether all of the tile is full of what is nearer than this.
+  bool hides(float depth) const { return farthest_in_tile_ < depth; }
+
   /// By sub-sample, `SampleMask::side * side` a pixel: its record, or none.
-  uint32_t record_at(int column, int row) const {
-    const uint64_t key = keys_[size_t(row * samples + column)];
-    return key == empty ? none : uint32_t(key);
-  }
-  float depth_at(int column, int row) const {
-    return std::bit_cast<float>(uint32_t(keys_[size_t(row * samples + column)] >> 32));
-  }
+  uint32_t record_at(int column, int row) const { return drawn_[size_t(row * samples + column)]; }
+  /// Infinite where there is none.
+  float depth_at(int column, int row) const { return depth_[size_t(row * samples + column)]; }
   const Record& record(uint32_t index) const { return records_[index]; }
   size_t record_count() const { return records_.size(); }
   /// Of a sub-sample on the film.
@@ -61,19 +60,22 @@ class SplatTile {
   }
 
  private:
-  static constexpr uint64_t empty = ~uint64_t(0);
+  static constexpr int dilations = 4, width = 8;  // lanes side by side
   struct Projection;
   template <bool whole>
   void splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown);
+  void find_farthest();
 
   V2i corner_{0, 0};
   V2f jitter_{0.5f, 0.5f};
   uint32_t round_ = 0;
-  void put(int column, int row, uint64_t key);
-
-  alignas(64) uint64_t keys_[samples * samples];  // depth above record
-  uint8_t filled_[side * side];                   // sub-samples, by pixel
-  float farthest_[side * side];                   // depth of a full pixel's; else infinite
+  alignas(64) float depth_[samples * samples + width];  // a vector may begin at the last
+  alignas(64) uint32_t drawn_[samples * samples + width];
+  /// Of what all that is drawn later may be behind: the greatest depth of a pixel's sub-samples, infinite unless it is
+  /// full; and of all pixels up to so many away. Brought up to date now and then: depths only shrink.
+  alignas(64) float farthest_[dilations][side * side];
+  float farthest_in_tile_ = infinity;
+  int since_found_ = 0;  // chunks
   std::vector<Record> records_;
 };
 

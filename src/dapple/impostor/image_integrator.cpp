@@ -25,7 +25,7 @@ namespace {
 constexpr int sub_samples = SampleMask::count;
 constexpr size_t ahead = 4;      // chunks that are fetched before their turn
 constexpr size_t most_each = 4;  // lights of which every point asks each
-constexpr uint32_t dim_points = CameraBatch::dimensions, dim_lights = dim_points + 1;
+constexpr uint32_t dim_points = CameraBatch::dimensions, dim_sky = dim_points + 1, dim_lights = dim_sky + 1;
 constexpr int chosen_lights = 2;                               // a point, where there are more
 constexpr float origin_texels = 0.05f, origin_radius = 2e-4f;  // how far off fragments shadow rays begin
 
@@ -56,6 +56,7 @@ struct ImageIntegrator::ImageWorkspace final : Workspace {
   int point_count = 0;
   int point_lane[capacity];
   float weight[capacity];
+  float sky_weight[capacity];              ///< of lights that are asked at one of a pixel's points
   SplatObject::Surface surface[capacity];  ///< world; normals towards the viewer
   float error[capacity];
   uint32_t geometry[capacity];
@@ -83,6 +84,10 @@ ImageIntegrator::ImageIntegrator(const scene::Scene& scene, TreeImages images, c
       std::all_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return l->is_infinite(); });
   if (all_infinite && scene.lights.size() <= most_each)
     for (uint32_t l = 0; l < scene.lights.size(); ++l) each_light_.push_back(l);
+  // Beside a sun, skies make little noise.
+  const auto is_sun = [&](uint32_t l) { return scene.lights[l]->narrow_beam().has_value(); };
+  const bool has_sun = std::any_of(each_light_.begin(), each_light_.end(), is_sun);
+  for (const uint32_t l : each_light_) at_one_point_.push_back(has_sun && !is_sun(l));
   const auto ray_at = [&](float x, float y, V3f* o) {
     const Ray r = scene.camera.generate(V2f(x, y), V2f(0.5f, 0.5f), 0).ray;
     *o = r.o;
@@ -166,6 +171,7 @@ void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace&
   for (size_t i = 0; i < all.size(); ++i) {
     const ImageView::Work& work = all[i];
     if (i + ahead < all.size()) SplatTile::prefetch(view_.draws()[all[i + ahead].draw], all[i + ahead].chunk);
+    if (w.tile.hides(work.nearest)) break;
     if (w.tile.hides(V2i(work.x0, work.y0), V2i(work.x1, work.y1), work.nearest)) continue;
     w.tile.splat(view_.draws()[work.draw], work.draw, work.chunk);
   }
@@ -229,6 +235,8 @@ void ImageIntegrator::add_points(int lane, const uint32_t* records, int count, I
     std::copy_n(drawn, picked, sorted);
   }
   uint32_t number = 0;
+  const float u_sky = sample_1d(camera.seed[lane], camera.index[lane], dim_sky);
+  const int asks_sky = std::min(int(u_sky * float(picked)), picked - 1);
   for (int begin = 0, end = 0; begin < picked; begin = end, ++number) {
     while (end < picked && sorted[end] == sorted[begin]) ++end;
     if (w.point_count == ImageWorkspace::capacity) light_points(w);
@@ -244,6 +252,7 @@ void ImageIntegrator::add_points(int lane, const uint32_t* records, int count, I
     w.surface[k] = s;
     w.error[k] = world.scale() * (origin_texels * level.texel + origin_radius * draw.object->radius);
     w.weight[k] = float(end - begin) * unit;
+    w.sky_weight[k] = begin <= asks_sky && asks_sky < end ? float(picked) * unit : 0;
     w.point_lane[k] = lane;
     w.geometry[k] = scene_.traced.geometries_in(scene_.traced.object_of(draw.instance)).front();
     w.seed[k] = camera.seed[lane];
@@ -273,6 +282,8 @@ void ImageIntegrator::queue_shadows(int k, ImageWorkspace& w) const {
   const emitters::LightReceiver receiver{.p = s.P, .n = s.normal, .time = 0.5f, .transmits = transmits};
   const int samples = each_light_.empty() ? (scene_.light_sampler ? chosen_lights : 0) : int(each_light_.size());
   for (int i = 0; i < samples; ++i) {
+    const float weight = !each_light_.empty() && at_one_point_[size_t(i)] ? w.sky_weight[k] : w.weight[k];
+    if (!(weight > 0)) continue;
     const uint32_t dimension = dim_lights + 2 * uint32_t(i);
     emitters::LightSampler::Selection chosen{0, 1};
     if (each_light_.empty()) {
@@ -291,7 +302,7 @@ void ImageIntegrator::queue_shadows(int k, ImageWorkspace& w) const {
     // A shading normal sees light that the surface does not.
     if (!transmits && dot(light.wi, s.plane_normal) <= 0) continue;
     const RGB f = (reflected ? s.reflectance : s.transmittance) * inv_pi;
-    const RGB L = f * light.radiance * (std::abs(cosine) * w.weight[k] / (light.pdf * chosen.probability));
+    const RGB L = f * light.radiance * (std::abs(cosine) * weight / (light.pdf * chosen.probability));
     if (L.is_black() || !L.is_finite()) continue;
     const V3f origin = s.P + s.plane_normal * (dot(light.wi, s.plane_normal) < 0 ? -w.error[k] : w.error[k]);
     const ShadowRay ray(s.P, light, origin);
@@ -351,7 +362,7 @@ void ImageIntegrator::add_hits(ImageWorkspace& w) const {
     w.surface[k] = {w.hit_surface[i].P, face_forward(w.hit_surface[i].Ng, to_viewer), bsdf.normal_towards(to_viewer),
                     bsdf.reflectance, bsdf.has_transmission() ? bsdf.transmittance : RGB()};
     w.error[k] = w.hit_surface[i].error;
-    w.weight[k] = w.open[lane];
+    w.weight[k] = w.sky_weight[k] = w.open[lane];
     w.point_lane[k] = lane;
     w.geometry[k] = w.hit_geometry[i];
     w.seed[k] = c.seed[lane];

@@ -56,7 +56,8 @@ class ImageIntegrator final : public integrate::Integrator {
   const path::PathIntegrator rays_;
   const integrate::MaterialTable materials_;
   const integrate::RayTracer tracer_;
-  std::vector<uint32_t> each_light_;  // where all of a few are sampled; else one is chosen
+  std::vector<uint32_t> each_light_;   // where all of a few are sampled; else one is chosen
+  std::vector<uint8_t> at_one_point_;  // by each_light_: of a pixel
   V3f origin_, origin_x_, origin_y_, direction_, direction_x_, direction_y_;  // of camera rays by film, depth 1 a unit
 };
 
