@@ -154,6 +154,7 @@ void ImageIntegrator::see_by_rays(uint32_t sample, ImageWorkspace& w) const {
       const scene::CameraRay& r = camera.ray[p];
       w.batch.set(n, r.ray.o, r.ray.d, infinity, r.ray.time, trace::ray_key(camera.seed[p], camera.index[p]),
                   r.cone_width, r.cone_spread);
+      w.batch.joined[n] = n % trace::RayBatch::packet != 0;
       w.lane_of[n++] = p;
     }
     scene_.traced.intersect(view_.rays_of(group), w.batch, n, &w.found);
@@ -170,10 +171,19 @@ void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace&
   const std::span<const ImageView::Work> all = view_.work_of(tile);
   for (size_t i = 0; i < all.size(); ++i) {
     const ImageView::Work& work = all[i];
-    if (i + ahead < all.size()) SplatTile::prefetch(view_.draws()[all[i + ahead].draw], all[i + ahead].chunk);
+    if (i + ahead < all.size()) {
+      const ImageView::Work& next = all[i + ahead];
+      SplatTile::prefetch(view_.draws()[next.draw], next.chunk == ImageView::Work::all_chunks ? 0 : next.chunk);
+    }
     if (w.tile.hides(work.nearest)) break;
     if (w.tile.hides(V2i(work.x0, work.y0), V2i(work.x1, work.y1), work.nearest)) continue;
-    w.tile.splat(view_.draws()[work.draw], work.draw, work.chunk);
+    const SplatTile::Draw& draw = view_.draws()[work.draw];
+    if (work.chunk != ImageView::Work::all_chunks) {
+      w.tile.splat(draw, work.draw, work.chunk);
+      continue;
+    }
+    const auto chunks = uint32_t(draw.object->levels[size_t(draw.level)].chunks.size());
+    for (uint32_t c = 0; c < chunks; ++c) w.tile.splat(draw, work.draw, c);
   }
 }
 
@@ -270,51 +280,53 @@ void ImageIntegrator::light_points(ImageWorkspace& w) const {
     const SplatObject::Surface& s = w.surface[k];
     const auto E = settings_.rays.canopy->scattered(w.geometry[k], s.P, s.normal);
     w.L[w.point_lane[k]] += (s.reflectance * E.front + s.transmittance * E.behind) * (w.weight[k] * inv_pi);
-    queue_shadows(k, w);
   }
+  // By light, so that rays that are traced together go the same way.
+  const int samples = each_light_.empty() ? (scene_.light_sampler ? chosen_lights : 0) : int(each_light_.size());
+  for (int i = 0; i < samples; ++i)
+    for (int k = 0; k < w.point_count; ++k) queue_shadow(k, i, w);
   trace_shadows(w);
   w.point_count = 0;
 }
 
-void ImageIntegrator::queue_shadows(int k, ImageWorkspace& w) const {
+void ImageIntegrator::queue_shadow(int k, int i, ImageWorkspace& w) const {
   const SplatObject::Surface& s = w.surface[k];
   const bool transmits = !s.transmittance.is_black();
   const emitters::LightReceiver receiver{.p = s.P, .n = s.normal, .time = 0.5f, .transmits = transmits};
-  const int samples = each_light_.empty() ? (scene_.light_sampler ? chosen_lights : 0) : int(each_light_.size());
-  for (int i = 0; i < samples; ++i) {
-    const float weight = !each_light_.empty() && at_one_point_[size_t(i)] ? w.sky_weight[k] : w.weight[k];
-    if (!(weight > 0)) continue;
-    const uint32_t dimension = dim_lights + 2 * uint32_t(i);
-    emitters::LightSampler::Selection chosen{0, 1};
-    if (each_light_.empty()) {
-      const float u = sample_1d(w.seed[k], w.index[k], dimension + 1);
-      chosen = scene_.light_sampler->select(receiver, (float(i) + u) / chosen_lights);
-      chosen.probability *= chosen_lights;
-    } else {
-      chosen.light = int(each_light_[size_t(i)]);
-    }
-    emitters::LightSample light;
-    if (chosen.light < 0 ||
-        !scene_.lights[size_t(chosen.light)]->sample(receiver, sample_2d(w.seed[k], w.index[k], dimension), &light))
-      continue;
-    const float cosine = dot(light.wi, s.normal);
-    const bool reflected = cosine > 0;
-    // A shading normal sees light that the surface does not.
-    if (!transmits && dot(light.wi, s.plane_normal) <= 0) continue;
-    const RGB f = (reflected ? s.reflectance : s.transmittance) * inv_pi;
-    const RGB L = f * light.radiance * (std::abs(cosine) * weight / (light.pdf * chosen.probability));
-    if (L.is_black() || !L.is_finite()) continue;
-    const V3f origin = s.P + s.plane_normal * (dot(light.wi, s.plane_normal) < 0 ? -w.error[k] : w.error[k]);
-    const ShadowRay ray(s.P, light, origin);
-    if (!(ray.distance > 0)) continue;
-    if (w.shadow_count == ImageWorkspace::capacity) trace_shadows(w);
-    const int n = w.shadow_count++;
-    w.shadow.set(n, origin, ray.d, ray.distance, 0.5f, uint32_t(hash(w.seed[k], w.index[k], i)), w.error[k], 0);
-    w.shadow_normal[n] = s.plane_normal;
-    w.shadow_medium[n] = scene::vacuum;
-    w.shadow_point[n] = w.point_lane[k];
-    w.shadow_L[n] = L;
+  const float weight = !each_light_.empty() && at_one_point_[size_t(i)] ? w.sky_weight[k] : w.weight[k];
+  if (!(weight > 0)) return;
+  const bool parallel = !each_light_.empty() && scene_.lights[each_light_[size_t(i)]]->narrow_beam().has_value();
+  const uint32_t dimension = dim_lights + 2 * uint32_t(i);
+  emitters::LightSampler::Selection chosen{0, 1};
+  if (each_light_.empty()) {
+    const float u = sample_1d(w.seed[k], w.index[k], dimension + 1);
+    chosen = scene_.light_sampler->select(receiver, (float(i) + u) / chosen_lights);
+    chosen.probability *= chosen_lights;
+  } else {
+    chosen.light = int(each_light_[size_t(i)]);
   }
+  emitters::LightSample light;
+  if (chosen.light < 0 ||
+      !scene_.lights[size_t(chosen.light)]->sample(receiver, sample_2d(w.seed[k], w.index[k], dimension), &light))
+    return;
+  const float cosine = dot(light.wi, s.normal);
+  const bool reflected = cosine > 0;
+  // A shading normal sees light that the surface does not.
+  if (!transmits && dot(light.wi, s.plane_normal) <= 0) return;
+  const RGB f = (reflected ? s.reflectance : s.transmittance) * inv_pi;
+  const RGB L = f * light.radiance * (std::abs(cosine) * weight / (light.pdf * chosen.probability));
+  if (L.is_black() || !L.is_finite()) return;
+  const V3f origin = s.P + s.plane_normal * (dot(light.wi, s.plane_normal) < 0 ? -w.error[k] : w.error[k]);
+  const ShadowRay ray(s.P, light, origin);
+  if (!(ray.distance > 0)) return;
+  if (w.shadow_count == ImageWorkspace::capacity) trace_shadows(w);
+  const int n = w.shadow_count++;
+  w.shadow.set(n, origin, ray.d, ray.distance, 0.5f, uint32_t(hash(w.seed[k], w.index[k], i)), w.error[k], 0);
+  w.shadow.joined[n] = parallel && n % trace::RayBatch::packet != 0;
+  w.shadow_normal[n] = s.plane_normal;
+  w.shadow_medium[n] = scene::vacuum;
+  w.shadow_point[n] = w.point_lane[k];
+  w.shadow_L[n] = L;
 }
 
 void ImageIntegrator::trace_shadows(ImageWorkspace& w) const {

@@ -42,7 +42,7 @@ class ImageIntegrator final : public integrate::Integrator {
   void resolve_pixel(int lane, ImageWorkspace& w) const;
   void add_points(int lane, const uint32_t* records, int count, ImageWorkspace& w) const;
   void light_points(ImageWorkspace& w) const;
-  void queue_shadows(int point, ImageWorkspace& w) const;
+  void queue_shadow(int point, int light, ImageWorkspace& w) const;
   void trace_shadows(ImageWorkspace& w) const;
   bool is_lit_alike(uint32_t geometry) const;
   void add_hits(ImageWorkspace& w) const;

@@ -17,6 +17,15 @@ using depthimage::SplatLevel;
 using depthimage::SplatObject;
 using depthimage::SplatTile;
 
+namespace {
+
+// Pixels a side of draws that tiles take or leave as a whole: to look at all chunks of such in each tile costs less
+// than to sort them into tiles, and what stands behind full tiles costs nothing.
+constexpr int small_draw = 48;
+constexpr size_t few_chunks = 256;
+
+}  // namespace
+
 ScreenMap screen_map(const scene::Camera& camera) {
   const scene::Camera::Settings& s = camera.settings();
   const bool perspective = s.projection == scene::Projection::perspective;
@@ -140,13 +149,7 @@ void ImageView::sort_chunks() {
   parallel_for(draws_.size(), [&](size_t d) {
     const SplatTile::Draw& draw = draws_[d];
     const SplatLevel& level = draw.object->levels[size_t(draw.level)];
-    for (uint32_t c = 0; c < level.chunks.size(); ++c) {
-      const auto& chunk = level.chunks[c];
-      // By the axis of the camera: all that it sees of a far object it sees along nearly one direction.
-      if (draw.object->one_sided && !(draw.map.apply_vector(ScreenMap::Z, draw.object->frames[chunk.view].w) < 0))
-        continue;
-      Work work{uint32_t(d), c, 0, 0, 0, 0, 0};
-      const Box2i pixels = pixels_of(d, level, chunk, &work.nearest);
+    const auto add = [&](const Box2i& pixels, Work work) {
       for (int y = pixels.min.y / side; y * side <= pixels.max.y; ++y)
         for (int x = pixels.min.x / side; x * side <= pixels.max.x; ++x) {
           work.x0 = uint8_t(std::max(pixels.min.x - x * side, 0)) & 15u;
@@ -155,6 +158,23 @@ void ImageView::sort_chunks() {
           work.y1 = uint8_t(std::min(pixels.max.y - y * side, side - 1)) & 15u;
           found[d].push_back({uint32_t(y * tiles_.x + x), work});
         }
+    };
+    if (!draw.object->one_sided && level.chunks.size() <= few_chunks) {
+      SplatLevel::Chunk whole{draw.object->box, 0, 0};
+      whole.box.min -= V3f(level.texel), whole.box.max += V3f(level.texel);
+      Work work{uint32_t(d), Work::all_chunks, 0, 0, 0, 0, 0};
+      const Box2i pixels = pixels_of(d, level, whole, &work.nearest);
+      if (pixels.max.x - pixels.min.x < small_draw && pixels.max.y - pixels.min.y < small_draw)
+        return add(pixels, work);
+    }
+    for (uint32_t c = 0; c < level.chunks.size(); ++c) {
+      const auto& chunk = level.chunks[c];
+      // By the axis of the camera: all that it sees of a far object it sees along nearly one direction.
+      if (draw.object->one_sided && !(draw.map.apply_vector(ScreenMap::Z, draw.object->frames[chunk.view].w) < 0))
+        continue;
+      Work work{uint32_t(d), c, 0, 0, 0, 0, 0};
+      const Box2i pixels = pixels_of(d, level, chunk, &work.nearest);
+      add(pixels, work);
     }
   });
   first_.assign(size_t(tiles_.x) * size_t(tiles_.y) + 1, 0);

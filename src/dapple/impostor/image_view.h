@@ -19,6 +19,7 @@ depthimage::ScreenMap screen_map(const scene::Camera& camera);
 class ImageView {
  public:
   struct Work {
+    static constexpr uint32_t all_chunks = ~0u;
     uint32_t draw, chunk;
     float nearest;                           ///< depth
     uint8_t x0 : 4, x1 : 4, y0 : 4, y1 : 4;  ///< pixels of the tile that it may touch
