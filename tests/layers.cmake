@@ -7,7 +7,7 @@
 # - a source does not begin with the SPDX line.
 cmake_policy(VERSION 3.25)
 
-set(libraries base numeric image depthimage denoise scenefile modelfile geom trace pattern media emitters scattering shading forest shafts canopyfile scene integrate gi light vegetation path impostor distribution build render api)
+set(libraries base numeric image depthimage denoise scenefile modelfile geom trace pattern media emitters scattering shading forest shafts canopyfile scene integrate gi light vegetation path impostor glimpostor distribution build render api)
 set(strangers gi forest)  # neither may include the other, whatever their order
 set(spdx "SPDX-License-Identifier: Apache-2.0")
 

@@ -73,7 +73,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
   r.shafts.check({"command line", 0, 0},
                  {"--light-shafts", "--shaft-scattering", "--shaft-planes", "--shaft-bins", "--shaft-mb"});
   r.images = o.images;
-  r.images.check({"command line", 0, 0}, {"--tree-images", "--image-texel"});
+  r.images.check({"command line", 0, 0}, {"--tree-images", "--image-texel", "--device", "--gl-path"});
   return r;
 }
 
@@ -122,6 +122,8 @@ void warn_of_unused(const RenderOptions& o, const build::IntegratorRequest& requ
   warn(o.canopy_slabs > 0, "--canopy-slabs", {"canopy", "images"});
   warn(o.images.file.has_value(), "--tree-images", {"images"});
   warn(o.images.texel.has_value(), "--image-texel", {"images"});
+  warn(o.images.device.has_value(), "--device", {"images"});
+  warn(o.images.gl_path.has_value(), "--gl-path", {"images"});
   warn(o.bounces >= 0, "--bounces", {"path", "distribution", "canopy", "images"});
   warn(o.specular_depth >= 0, "--specular-depth", {"path", "distribution", "canopy", "images"});
   if (o.specular_depth >= 0 && integrator == "path" && !request.bounces)
@@ -314,7 +316,12 @@ void add_own_options(CLI::App& app, RenderOptions& o) {
                  "images: file of `dapple trees bake` [none: images are made when rendering begins]");
   app.add_option("--image-texel", o.images.texel,
                  "images: pixels that a texel may be wide; what is nearer than the finest image allows is seen by rays "
-                 "[1]");
+                 "[2]");
+  app.add_option("--device", o.images.device, "images: what projects them: cpu, gl (OpenGL 3.3 without a window) [cpu]")
+      ->check(CLI::IsMember({"cpu", "gl"}));
+  app.add_option("--gl-path", o.images.gl_path,
+                 "--device gl: fragments as points, or slices of textures as in 1999: points, slices [points]")
+      ->check(CLI::IsMember({"points", "slices"}));
 }
 
 void add_sampling_options(CLI::App& app, RenderOptions& o) {

@@ -13,14 +13,19 @@
 
 namespace dapple::build {
 
+/// What projects images.
+inline constexpr std::string_view device_names[] = {"cpu", "gl"};
+
 /// What is said about trees as images; what is not said is empty.
 struct ImageRequest {
-  std::optional<std::string> file;  ///< of `dapple trees bake`
-  std::optional<float> texel;       ///< pixels that a texel may be wide
+  std::optional<std::string> file;     ///< of `dapple trees bake`
+  std::optional<float> texel;          ///< pixels that a texel may be wide
+  std::optional<std::string> device;   ///< one of device_names
+  std::optional<std::string> gl_path;  ///< one of glimpostor::gl_path_names
 
   ImageRequest over(const ImageRequest& other) const;
-  /// InputError at `loc` for what is out of range. The names are what the user calls the two.
-  void check(const FileLoc& loc, const std::array<std::string_view, 2>& names) const;
+  /// InputError at `loc` for what is out of range. The names are what the user calls the four.
+  void check(const FileLoc& loc, const std::array<std::string_view, 4>& names) const;
 };
 
 /// The integrator of trees as images (impostor/image_integrator.h); objects without images in the file get theirs now.

@@ -102,8 +102,10 @@ ImageRequest read_images(const BuildContext& context) {
   const Entity& e = context.description.integrator;
   ImageRequest i;
   if (e.params.find("treeimages")) i.file = context.description.resolve(e.params.get_string("treeimages", ""));
-  if (e.params.find("imagetexel")) i.texel = e.params.get_float("imagetexel", 1);
-  i.check(e.loc, {"\"treeimages\"", "\"imagetexel\""});
+  if (e.params.find("imagetexel")) i.texel = e.params.get_float("imagetexel", 2);
+  if (e.params.find("device")) i.device = e.params.get_string("device", "");
+  if (e.params.find("glpath")) i.gl_path = e.params.get_string("glpath", "");
+  i.check(e.loc, {"\"treeimages\"", "\"imagetexel\"", "\"device\"", "\"glpath\""});
   return i;
 }
 

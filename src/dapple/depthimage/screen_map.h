@@ -41,6 +41,7 @@ struct ScreenMap {
 
   float apply(Row r, const V3f& p) const { return m[r][0] * p.x + m[r][1] * p.y + m[r][2] * p.z + m[r][3]; }
   float apply_vector(Row r, const V3f& v) const { return m[r][0] * v.x + m[r][1] * v.y + m[r][2] * v.z; }
+  bool is_perspective() const { return m[W][0] != 0 || m[W][1] != 0 || m[W][2] != 0; }
   V2f film(const V3f& p) const { return V2f(apply(X, p), apply(Y, p)) / apply(W, p); }
   ScreenMap after(const Placement& first) const {
     ScreenMap out;

@@ -196,6 +196,16 @@ void SplatTile::find_farthest() {
   farthest_in_tile_ = *std::max_element(std::begin(farthest_[0]), std::end(farthest_[0]));
 }
 
+// A fragment has one record in a pixel.
+void SplatTile::put(const V2i& at, const Record& shown, float depth) {
+  const size_t recent = std::min<size_t>(records_.size(), SampleMask::count);
+  const auto known = std::find(records_.end() - std::ptrdiff_t(recent), records_.end(), shown);
+  const auto place = size_t(at.y * samples + at.x);
+  depth_[place] = depth;
+  drawn_[place] = uint32_t(known - records_.begin());
+  if (known == records_.end()) records_.push_back(shown);
+}
+
 void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];
   __builtin_prefetch(&level.chunks[chunk].count);

@@ -33,12 +33,15 @@ class SplatTile {
   };
   struct Record {
     uint32_t draw, view, fragment;
+    bool operator==(const Record&) const = default;
   };
 
   /// Empties it. corner: its first pixel. jitter: where in their squares sub-samples are, [0, 1)^2. round: of
   /// ray_group().
   void start(const V2i& corner, const V2f& jitter, uint32_t round);
   void splat(const Draw& draw, uint32_t draw_index, uint32_t chunk);
+  /// What something else projected to a sub-sample (column, row); those of a pixel one after the other.
+  void put(const V2i& at, const Record& shown, float depth);
   /// Has what splat() reads first of a chunk fetched from memory.
   static void prefetch(const Draw& draw, uint32_t chunk);
   /// Whether all pixels [min, max] of the tile are full of what is nearer than this.

@@ -36,6 +36,7 @@ struct ImageIntegrator::ImageWorkspace final : Workspace {
 
   std::unique_ptr<PathWorkspace> path = std::make_unique<PathWorkspace>();  // its camera is that of the block
   SplatTile tile;
+  SubSamples projected;  ///< by a device
   trace::RayBatch batch;
   trace::HitBatch hits, found;
   int lane_of[capacity];
@@ -107,18 +108,33 @@ std::unique_ptr<integrate::Integrator::Workspace> ImageIntegrator::make_workspac
   return w;
 }
 
+std::vector<integrate::CacheState> ImageIntegrator::caches() const {
+  std::vector<integrate::CacheState> out = rays_.caches();
+  if (!settings_.device) return out;
+  const ProjectionDevice::Counts c = settings_.device->counts();
+  integrate::CacheState& textures = out.emplace_back();
+  textures.name = "gl.textures";
+  textures.counts.lookups = c.draw_calls, textures.counts.fills = c.binds;
+  textures.counts.hits = c.draw_calls > c.binds ? c.draw_calls - c.binds : 0;
+  textures.counts.fill_seconds = c.seconds;
+  textures.bytes = textures.peak_bytes = textures.capacity_bytes = c.bytes;
+  return out;
+}
+
 void ImageIntegrator::render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const {
   auto& w = static_cast<ImageWorkspace&>(workspace);
   w.path->shadow_scratch.stop = work.stop;
   w.wants_features = w.path->wants_features = film.settings().features;
   w.path->keep_groups(scene_.light_groups, 0);
   const PixelSets sets(work.pixel_samples, settings_.rays.seed);
-  for (uint32_t i = 0; i < work.sample_count; ++i)
+  for (uint32_t i = 0; i < work.sample_count; ++i) {
+    if (settings_.device) project(work.pixels, work.first_sample + i, w);
     CameraBatch::for_each_block(work.pixels, [&](const Box2i& block) {
       work.stop.check();
       w.path->camera.generate(scene_, block, work.first_sample + i, sets);
       render_block(block, work.first_sample + i, w, film);
     });
+  }
   w.rays += std::exchange(w.path->rays, {});
   w.stages += std::exchange(w.path->stages, {});
 }
@@ -163,11 +179,22 @@ void ImageIntegrator::see_by_rays(uint32_t sample, ImageWorkspace& w) const {
   w.rays.camera += uint64_t(camera.count);
 }
 
+// All of a picture's sub-samples are moved alike.
+V2f ImageIntegrator::jitter(uint32_t sample) const {
+  return sample_2d(uint32_t(hash(settings_.rays.seed)), sample, 0);
+}
+
+void ImageIntegrator::project(const Box2i& pixels, uint32_t sample, ImageWorkspace& w) const {
+  settings_.device->project(view_, pixels, jitter(sample), sample, &w.projected);
+}
+
 void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace& w) const {
   const V2i tile(block.min.x / SplatTile::side, block.min.y / SplatTile::side);
-  // All of a picture's sub-samples are moved alike.
-  const V2f jitter = sample_2d(uint32_t(hash(settings_.rays.seed)), sample, 0);
-  w.tile.start(tile * SplatTile::side, jitter, sample);
+  w.tile.start(tile * SplatTile::side, jitter(sample), sample);
+  if (settings_.device) {
+    w.projected.put_into(view_, block, &w.tile);
+    return;
+  }
   const std::span<const ImageView::Work> all = view_.work_of(tile);
   for (size_t i = 0; i < all.size(); ++i) {
     const ImageView::Work& work = all[i];

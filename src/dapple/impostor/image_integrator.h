@@ -3,6 +3,7 @@
 
 #include "dapple/depthimage/image_numbers.h"
 #include "dapple/impostor/image_view.h"
+#include "dapple/impostor/projection_device.h"
 #include "dapple/path/path_integrator.h"
 
 namespace dapple::impostor {
@@ -22,7 +23,8 @@ class ImageIntegrator final : public integrate::Integrator {
     /// for, diffuse surfaces that rays meet are lit as those of images are, and only the rest by path tracing.
     path::PathIntegrator::Settings rays;
     float texel_pixels = depthimage::ImageNumbers::texel_pixels;
-    int pixel_points = 2;  ///< of what images show in a pixel, to be lit for a camera sample
+    std::shared_ptr<ProjectionDevice> device;  ///< null: projection by the CPU
+    int pixel_points = 2;                      ///< of what images show in a pixel, to be lit for a camera sample
   };
 
   /// std::invalid_argument for cameras (screen_map()) and media. The scene must outlive it.
@@ -30,13 +32,16 @@ class ImageIntegrator final : public integrate::Integrator {
 
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
-  std::vector<integrate::CacheState> caches() const override { return rays_.caches(); }
+  /// And, with a device, "gl.textures": draw calls as look-ups, bindings of textures as fills.
+  std::vector<integrate::CacheState> caches() const override;
 
   const ImageView& view() const { return view_; }
 
  private:
   struct ImageWorkspace;
   void render_block(const Box2i& block, uint32_t sample, ImageWorkspace& w, scene::Film& film) const;
+  void project(const Box2i& pixels, uint32_t sample, ImageWorkspace& w) const;
+  V2f jitter(uint32_t sample) const;
   void see_by_rays(uint32_t sample, ImageWorkspace& w) const;
   void splat(const Box2i& block, uint32_t sample, ImageWorkspace& w) const;
   void resolve_pixel(int lane, ImageWorkspace& w) const;

@@ -30,6 +30,7 @@ class ImageView {
 
   const std::vector<depthimage::SplatTile::Draw>& draws() const { return draws_; }
   const depthimage::Placement& placement(uint32_t draw) const { return placements_[draw]; }
+  bool is_perspective() const { return camera_.is_perspective(); }
   /// What may touch the tile of SplatTile::side pixels at this place in the grid of tiles, nearest first.
   std::span<const Work> work_of(const V2i& tile) const;
   /// What is left to rays in pixels of a group (depthimage::ray_group).
