@@ -10,6 +10,7 @@
 #include "dapple/glimpostor/egl_context.h"
 #include "dapple/glimpostor/frame_target.h"
 #include "dapple/glimpostor/point_drawer.h"
+#include "dapple/glimpostor/slice_drawer.h"
 
 namespace dapple::glimpostor {
 
@@ -21,6 +22,7 @@ using impostor::SubSamples;
 
 namespace {
 
+constexpr int slice_resolution = 128;             // 8 bits of depth are too few for more
 constexpr int region_side = 8 * SplatTile::side;  // pixels drawn at once
 
 // What an object's level is drawn of: lists of matrices, so that its textures are bound once.
@@ -94,7 +96,10 @@ class Device final : public impostor::ProjectionDevice {
   }
 
  private:
-  static std::unique_ptr<Drawer> make_drawer(GlPath /*path*/) { return std::make_unique<PointDrawer>(); }
+  static std::unique_ptr<Drawer> make_drawer(GlPath path) {
+    if (path == GlPath::slices) return std::make_unique<SliceDrawer>();
+    return std::make_unique<PointDrawer>();
+  }
 
   void draw_region(const ImageView& view, const Box2i& pixels, const V2f& jitter, uint32_t round, SubSamples* out) {
     Region region;
@@ -124,7 +129,7 @@ class Device final : public impostor::ProjectionDevice {
 
 impostor::BakeSettings bake_settings(GlPath path) {
   impostor::BakeSettings s;
-  if (path == GlPath::slices) s.layers = depthimage::ObjectImages::most_layers;
+  if (path == GlPath::slices) s.resolution = slice_resolution, s.layers = SliceTextures::most_layers;
   return s;
 }
 
