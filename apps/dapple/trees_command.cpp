@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 
@@ -12,6 +13,7 @@
 #include "dapple/build/scene_builder.h"
 #include "dapple/depthimage/image_file.h"
 #include "dapple/depthimage/object_picture.h"
+#include "dapple/glimpostor/gl_picture.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/impostor/tree_images.h"
 #include "dapple/render/report.h"
@@ -99,7 +101,7 @@ int show_info(const std::string& path) {
 }
 
 struct ShowOptions {
-  std::string file, output, object, direction, shown = "color";
+  std::string file, output, object, direction, shown = "color", device = "cpu", gl_path, sun;
   int level = 0, view = 0, layer = -1, pixels = 0;
 };
 
@@ -120,11 +122,38 @@ void check_index(const char* option, int value, size_t count) {
                      std::to_string(count - 1));
 }
 
+V3f direction_of(const char* option, const std::string& text) {
+  const std::vector<double> angles = numbers_of(option, text, 2, "AZIMUTH,ELEVATION in degrees");
+  const std::string name = option;
+  check_range((name + ": the azimuth").c_str(), angles[0], -360, 360, "degrees");
+  check_range((name + ": the elevation").c_str(), angles[1], -90, 90, "degrees");
+  const float azimuth = radians(float(angles[0])), elevation = radians(float(angles[1]));
+  return {std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation), std::sin(elevation)};
+}
+
+// Of the options that go with --device gl; nothing where the CPU projects.
+std::optional<glimpostor::GlPictureSettings> gl_settings(const ShowOptions& o, bool has_layers) {
+  if (o.device == "cpu") {
+    if (!o.gl_path.empty() || !o.sun.empty()) throw UsageError("--gl-path and --sun go with --device gl");
+    return std::nullopt;
+  }
+  if (o.direction.empty()) throw UsageError("--device gl goes with --direction");
+  if (o.shown != "color") throw UsageError("--device gl shows colours; --show is for the CPU");
+  glimpostor::GlPictureSettings s;
+  if (o.gl_path == "slices") s.path = glimpostor::GlPath::slices;
+  if (s.path == glimpostor::GlPath::slices && !has_layers)
+    throw UsageError(
+        "--gl-path slices needs images that hold all they see: `dapple trees bake --layers 32 --texels 128`");
+  if (!o.sun.empty()) s.to_light = direction_of("--sun", o.sun);
+  return s;
+}
+
 depthimage::ObjectPicture picture_of(const ObjectImages& images, const ShowOptions& o) {
   const auto shown =
       depthimage::Shown(std::find(std::begin(depthimage::shown_names), std::end(depthimage::shown_names), o.shown) -
                         std::begin(depthimage::shown_names));
   check_index("--level", o.level, images.levels.size());
+  const auto by_gl = gl_settings(o, images.layers > 0);
   if (o.direction.empty()) {
     check_index("--view", o.view, images.directions.size());
     if (o.pixels > 0) throw UsageError("--pixels goes with --direction");
@@ -132,19 +161,19 @@ depthimage::ObjectPicture picture_of(const ObjectImages& images, const ShowOptio
   }
   if (o.layer >= 0 || shown == depthimage::Shown::layers)
     throw UsageError("--layer and --show layers are for the images themselves, not with --direction");
-  const std::vector<double> angles = numbers_of("--direction", o.direction, 2, "AZIMUTH,ELEVATION in degrees");
-  check_range("--direction: the azimuth", angles[0], -360, 360, "degrees");
-  check_range("--direction: the elevation", angles[1], -90, 90, "degrees");
-  const float azimuth = radians(float(angles[0])), elevation = radians(float(angles[1]));
-  const V3f to_viewer(std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
-                      std::sin(elevation));
+  const V3f to_viewer = direction_of("--direction", o.direction);
   const depthimage::SplatObject object(images);
   // As large as its texels.
   const float diagonal = length(object.box.max - object.box.min) / (2 * object.radius);
   const int pixels =
       o.pixels > 0 ? o.pixels : int(std::ceil(float(images.levels[size_t(o.level)].resolution) * diagonal));
-  return depthimage::project(object, o.level, depthimage::orthographic_map(object, to_viewer, pixels),
-                             V2i(pixels, pixels), shown);
+  const depthimage::ScreenMap camera = depthimage::orthographic_map(object, to_viewer, pixels);
+  if (by_gl) {
+    std::string why;
+    if (auto picture = glimpostor::gl_picture(object, o.level, camera, {pixels, pixels}, *by_gl, &why)) return *picture;
+    log_warning("no OpenGL: " + why + "; the CPU projects, and nothing is lit");
+  }
+  return depthimage::project(object, o.level, camera, {pixels, pixels}, shown);
 }
 
 int show(const ShowOptions& o) {
@@ -205,6 +234,12 @@ Command add_show(CLI::App& parent) {
                   "image itself]");
   app->add_option("--pixels", o->pixels, "With --direction: pixels a side; 0: those of the level's texels")
       ->check(CLI::Range(0, 8192));
+  app->add_option("--device", o->device, "With --direction: what projects, cpu or gl (OpenGL 3.3 without a window)")
+      ->check(CLI::IsMember({"cpu", "gl"}));
+  app->add_option("--gl-path", o->gl_path,
+                  "--device gl: points, or slices of textures as in 1999, of images with --layers [points]")
+      ->check(CLI::IsMember({"points", "slices"}));
+  app->add_option("--sun", o->sun, "--device gl: AZIMUTH,ELEVATION of a light, degrees, that shades what is shown");
   app->add_option("--show", o->shown, "color, normal, depth, layers, material")
       ->check(CLI::IsMember(
           std::vector<std::string>(std::begin(depthimage::shown_names), std::end(depthimage::shown_names))));

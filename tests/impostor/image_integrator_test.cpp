@@ -7,70 +7,21 @@
 #include "dapple/base/parallel.h"
 #include "dapple/depthimage/image_file.h"
 #include "tests/support/render_text.h"
+#include "tests/support/test_trees.h"
 
 namespace dapple {
 namespace {
 
 using test::build_text;
+using test::bush;
+using test::bush_field;
+using test::canopy_settings;
 using test::render_built;
 using test::RenderedText;
 
-/// A bush of square leaves about the origin of its object, 1 m in radius, with a stem.
-std::string bush() {
-  std::string text =
-      "ObjectBegin \"bush\"\nMaterial \"diffusetransmission\" \"rgb reflectance\" [ .1 .3 .1 ] "
-      "\"rgb transmittance\" [ .1 .2 .05 ]\n";
-  KeyedRng rng(1);
-  std::string points, indices;
-  for (int i = 0; i < 400; ++i) {
-    V3f c;
-    do c = V3f(2 * rng.next() - 1, 2 * rng.next() - 1, 2 * rng.next() - 1);
-    while (length(c) > 0.9f);
-    const V3f n = normalize(V3f(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f));
-    V3f a, b;
-    coordinate_system(n, &a, &b);
-    for (const V3f& p : {c - a * 0.06f, c + b * 0.06f, c + a * 0.06f, c - b * 0.06f})
-      points += std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z + 1.2f) + " ";
-    for (const int k : {0, 1, 2, 0, 2, 3}) indices += std::to_string(4 * i + k) + " ";
-  }
-  text += "Shape \"trianglemesh\" \"point3 P\" [ " + points + "] \"integer indices\" [ " + indices + "]\n";
-  text +=
-      "Material \"diffuse\" \"rgb reflectance\" [ .3 .2 .1 ]\n"
-      "Shape \"cylinder\" \"float radius\" .06 \"float zmin\" 0 \"float zmax\" 1.2\nObjectEnd\n";
-  return text;
-}
-
-/// A field of bushes on ground under sun and sky, from a distance; `camera` in place of the usual.
-std::string field(const std::string& camera = "", int columns = 5) {
-  std::string text =
-      camera.empty() ? "LookAt 0 -30 8  0 0 0.5  0 0 1 Camera \"perspective\" \"float fov\" 20\n" : camera;
-  text += R"(Film "rgb" "integer xresolution" 96 "integer yresolution" 64 PixelFilter "box"
-WorldBegin
-LightSource "distant" "rgb L" [ 3 2.8 2.5 ] "point3 from" [ -.5 -.4 .8 ] "point3 to" [ 0 0 0 ]
-LightSource "infinite" "rgb L" [ .3 .4 .5 ]
-)" + bush();
-  for (int i = 0; i < columns * columns; ++i)
-    text += "AttributeBegin Translate " + std::to_string(2.2 * (i % columns) - 4.4) + " " +
-            std::to_string(2.2 * (i / columns) - 4.4) + " 0 Rotate " + std::to_string(i * 40) +
-            " 0 0 1 ObjectInstance \"bush\" AttributeEnd\n";
-  return text +
-         "Material \"diffuse\" \"rgb reflectance\" [ .2 .2 .2 ] Shape \"bilinearmesh\" \"point3 P\" [ -50 -50 0  50 "
-         "-50 0  -50 50 0  50 50 0 ]\n";
-}
-
-path::PathIntegrator::Settings canopy_of(const scene::Scene& scene) {
-  path::PathIntegrator::Settings s;
-  s.diffuse_bounces = 0;
-  s.canopy_gather = false;
-  vegetation::CanopyTransport::Settings canopy;
-  canopy.gap_rays = 256;
-  s.canopy = std::make_shared<vegetation::CanopyTransport>(scene, canopy);
-  return s;
-}
-
 impostor::ImageIntegrator images_of(const scene::Scene& scene, int resolution, float texel_pixels = 1,
                                     int pixel_points = 16, bool gather = false) {
-  path::PathIntegrator::Settings rays = canopy_of(scene);
+  path::PathIntegrator::Settings rays = canopy_settings(scene);
   rays.canopy_gather = gather;
   return {scene, impostor::make_tree_images(scene, {.resolution = resolution}, {}), {rays, texel_pixels, pixel_points}};
 }
@@ -82,8 +33,8 @@ void expect_alike(const RGB& value, const RGB& reference, float relative, const 
 // Rationale: images and rays show the same things, under the same light. Expectation: the picture's mean is that of the
 // canopy's integrator without images, to 2 %, whether all bushes are images, some, or none.
 TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
-  const build::BuiltScene built = build_text(field());
-  const RGB reference = render_built(built, 64, canopy_of(*built.scene)).mean();
+  const build::BuiltScene built = build_text(bush_field());
+  const RGB reference = render_built(built, 64, canopy_settings(*built.scene)).mean();
   for (const int resolution : {64, 16, 8}) {
     const auto integrator = images_of(*built.scene, resolution);
     const auto& view = integrator.view();
@@ -97,13 +48,13 @@ TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
 
 // Fewer points a pixel are drawn at random, and change no mean.
 TEST(ImageIntegrator, FewerPointsHaveTheSameMean) {
-  const build::BuiltScene built = build_text(field());
+  const build::BuiltScene built = build_text(bush_field());
   const RGB all = render_built(built, 16, images_of(*built.scene, 64)).mean();
   expect_alike(render_built(built, 16, images_of(*built.scene, 64, 1, 1)).mean(), all, 0.005f, "one point");
 }
 
 TEST(ImageIntegrator, SamePictureForAnyNumberOfThreads) {
-  const build::BuiltScene built = build_text(field());
+  const build::BuiltScene built = build_text(bush_field());
   const int before = thread_count();
   std::optional<RenderedText> first;
   for (const int threads : {1, 2, 4}) {
@@ -158,9 +109,10 @@ TEST(ImageIntegrator, RefusesWhatItCannotShow) {
       EXPECT_NE(std::string(e.what()).find(what), std::string::npos) << e.what();
     }
   };
-  refuses(field("Camera \"spherical\"\n"), "all around");
-  refuses(field("Camera \"perspective\" \"float lensradius\" .1\n"), "depth of field");
-  refuses(field("ActiveTransform StartTime Translate 0 0 1 ActiveTransform All Camera \"perspective\"\n"), "moves");
+  refuses(bush_field("Camera \"spherical\"\n"), "all around");
+  refuses(bush_field("Camera \"perspective\" \"float lensradius\" .1\n"), "depth of field");
+  refuses(bush_field("ActiveTransform StartTime Translate 0 0 1 ActiveTransform All Camera \"perspective\"\n"),
+          "moves");
 }
 
 TEST(ObjectBaker, RefusesWhatImagesDoNotHold) {
@@ -181,13 +133,13 @@ TEST(ObjectBaker, RefusesWhatImagesDoNotHold) {
 
 // A key tells whether images are still those of the object.
 TEST(ObjectBaker, ImagesFromFilesAreTheSameWhileTheKeyIs) {
-  const build::BuiltScene built = build_text(field());
+  const build::BuiltScene built = build_text(bush_field());
   const impostor::ObjectBaker baker(*built.scene, {.resolution = 16});
   const auto baked = depthimage::decode_images(depthimage::encode_images({baker.bake(0, "bush")}), "test");
   const auto again = impostor::make_tree_images(*built.scene, {.resolution = 16}, baked);
   EXPECT_EQ(again.from_file, 1u);
   EXPECT_EQ(again.baked, 0u);
-  std::string other = field();
+  std::string other = bush_field();
   other.replace(other.find("[ .1 .3 .1 ]"), 12, "[ .1 .4 .1 ]");
   const build::BuiltScene changed = build_text(other);
   EXPECT_EQ(impostor::make_tree_images(*changed.scene, {.resolution = 16}, baked).from_file, 0u);

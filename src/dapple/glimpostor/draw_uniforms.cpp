@@ -9,11 +9,11 @@ using depthimage::SampleMask;
 using depthimage::ScreenMap;
 using depthimage::SplatTile;
 
-void set_draws(const impostor::ImageView& view, const DrawList& list, BufferTexture* to) {
+void set_draws(Draws draws, const DrawList& list, BufferTexture* to) {
   std::vector<float> rows;
   rows.reserve(list.draws.size() * 20);
   for (const uint32_t number : list.draws) {
-    const SplatTile::Draw& draw = view.draws()[number];
+    const SplatTile::Draw& draw = draws[number];
     for (const auto& row : draw.map.m) rows.insert(rows.end(), row, row + 4);
     const uint32_t limits = uint32_t(draw.samples) | uint32_t(draw.ray_share) << 16;
     rows.insert(rows.end(), {std::bit_cast<float>(number), std::bit_cast<float>(limits), 0, 0});

@@ -7,7 +7,7 @@
 namespace dapple::glimpostor {
 
 /// Matrices of a list, on the device (draw_list_glsl).
-void set_draws(const impostor::ImageView& view, const DrawList& list, BufferTexture* to);
+void set_draws(Draws draws, const DrawList& list, BufferTexture* to);
 
 /// The uniforms that say where a region is.
 void set_region(const Program& program, const Region& region);

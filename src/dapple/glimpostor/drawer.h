@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "dapple/impostor/image_view.h"
+#include "dapple/depthimage/splat_tile.h"
 
 namespace dapple::glimpostor {
 
@@ -16,6 +17,8 @@ struct Region {
   bool perspective = true;
 };
 
+using Draws = std::span<const depthimage::SplatTile::Draw>;
+
 /// What is drawn of a level of an object, by its textures bound once.
 struct DrawList {
   struct Chunk {
@@ -23,7 +26,7 @@ struct DrawList {
   };
   const depthimage::SplatObject* object = nullptr;
   int level = 0;
-  std::vector<uint32_t> draws;  ///< of ImageView::draws()
+  std::vector<uint32_t> draws;  ///< by number
   std::vector<Chunk> chunks;
 };
 
@@ -31,7 +34,7 @@ struct DrawList {
 class Drawer {
  public:
   virtual ~Drawer() = default;
-  virtual void draw(const impostor::ImageView& view, const DrawList& list, const Region& region) = 0;
+  virtual void draw(Draws draws, const DrawList& list, const Region& region) = 0;
   virtual uint64_t binds() const = 0;  ///< of textures, so far
   virtual size_t bytes() const = 0;    ///< on the device
 };

@@ -109,7 +109,7 @@ class Device final : public impostor::ProjectionDevice {
     region.perspective = view.is_perspective();
     target_->begin(pixels);
     for (const DrawList& list : lists) {
-      drawer_->draw(view, list, region);
+      drawer_->draw(view.draws(), list, region);
       ++counts_.draw_calls;
     }
     counts_.binds = drawer_->binds(), counts_.bytes = drawer_->bytes();

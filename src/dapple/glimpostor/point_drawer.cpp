@@ -10,14 +10,14 @@ PointDrawer::PointDrawer()
     : program_(std::string(draw_list_glsl) + point_vertex_glsl, std::string(limits_glsl) + point_fragment_glsl,
                {"shown", "distance_along"}) {}
 
-void PointDrawer::draw(const impostor::ImageView& view, const DrawList& list, const Region& region) {
+void PointDrawer::draw(Draws draws, const DrawList& list, const Region& region) {
   const depthimage::SplatLevel& level = list.object->levels[size_t(list.level)];
   std::unique_ptr<LevelBuffers>& buffers = levels_[&level];
   if (!buffers) {
     buffers = std::make_unique<LevelBuffers>(level);
     bytes_ += buffers->bytes();
   }
-  set_draws(view, list, &draws_);
+  set_draws(draws, list, &draws_);
   instances_.set(GL_RG32UI, list.chunks.data(), list.chunks.size() * sizeof(DrawList::Chunk), sizeof(DrawList::Chunk));
   program_.use();
   set_region(program_, region);

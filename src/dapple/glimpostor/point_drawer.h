@@ -14,7 +14,7 @@ class PointDrawer final : public Drawer {
  public:
   PointDrawer();
 
-  void draw(const impostor::ImageView& view, const DrawList& list, const Region& region) override;
+  void draw(Draws draws, const DrawList& list, const Region& region) override;
   uint64_t binds() const override { return binds_; }
   size_t bytes() const override { return bytes_; }
 

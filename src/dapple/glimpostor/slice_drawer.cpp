@@ -69,8 +69,8 @@ void set_slices(const Program& program, const SplatObject& object, const SplatLe
               0.5f / float(slabs) + 0.5f / 254 + SliceNumbers::overlap * 0.5f * level.texel / (2 * object.radius));
 }
 
-void SliceDrawer::draw(const impostor::ImageView& view, const DrawList& list, const Region& region) {
-  set_draws(view, list, &draws_);
+void SliceDrawer::draw(Draws draws, const DrawList& list, const Region& region) {
+  set_draws(draws, list, &draws_);
   program_.use();
   set_region(program_, region);
   glUniform1i(program_.at("draws"), 0);
@@ -81,7 +81,7 @@ void SliceDrawer::draw(const impostor::ImageView& view, const DrawList& list, co
   std::vector<std::vector<uint32_t>> slots(list.object->frames.size());
   std::vector<int> slabs(slots.size(), 1);
   for (uint32_t slot = 0; slot < list.draws.size(); ++slot) {
-    const ViewOfObject seen(view.draws()[list.draws[slot]].map, list.object->centre);
+    const ViewOfObject seen(draws[list.draws[slot]].map, list.object->centre);
     const uint32_t best = seen.best_view(*list.object);
     slots[best].push_back(slot);
     slabs[best] = std::max(slabs[best], seen.slabs(*list.object, best));

@@ -37,7 +37,7 @@ class SliceDrawer final : public Drawer {
  public:
   SliceDrawer();
 
-  void draw(const impostor::ImageView& view, const DrawList& list, const Region& region) override;
+  void draw(Draws draws, const DrawList& list, const Region& region) override;
   uint64_t binds() const override { return binds_; }
   size_t bytes() const override { return bytes_; }
 

@@ -66,4 +66,24 @@ void main() {
 }
 )";
 
+/// Of a picture in two passes, whose product is lit: RGB as the image has it; RGB through a colour matrix.
+inline constexpr char unshaded_fragment_glsl[] = R"(
+out vec4 color;
+void main() {
+  uint fragment = 0u;
+  color = vec4(texel_in_slab(fragment).rgb, 1);
+}
+)";
+
+inline constexpr char shaded_fragment_glsl[] = R"(
+uniform mat4 color_matrix;
+uniform vec4 bias;
+out vec4 color;
+void main() {
+  uint fragment = 0u;
+  vec4 shaded = color_matrix * texel_in_slab(fragment) + bias;
+  color = vec4(clamp(shaded.rgb, 0.0, 1.0), 1);
+}
+)";
+
 }  // namespace dapple::glimpostor

@@ -67,11 +67,12 @@ SliceTextures::SliceTextures(const SplatObject& object, const SplatLevel& level,
     for (size_t l = 0; l < std::min(texels[t].size(), size_t(layers_)); ++l) {
       const Layered& from = texels[t][l];
       const SplatObject::Surface s = object.surface(level, view, from.fragment);
+      const V3f n = face_forward(s.normal, object.frames[view].w);
       const size_t to = l * per_layer + t;
       const auto alpha = uint8_t(1 + std::lround(254 * (1 - from.depth)));
       for (int c = 0; c < 3; ++c) {
         unshaded[to][size_t(c)] = byte((s.reflectance[c] + s.transmittance[c]) / std::max(largest_, 1e-6f));
-        normals[to][size_t(c)] = byte(0.5f * (s.normal[c] + 1));
+        normals[to][size_t(c)] = byte(0.5f * (n[c] + 1));
       }
       unshaded[to][3] = normals[to][3] = alpha;
       numbers[to] = {from.fragment, level.fragments[from.fragment].mask};

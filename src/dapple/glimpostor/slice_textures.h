@@ -8,14 +8,14 @@ namespace dapple::glimpostor {
 
 /// An image of a level as textures, a layer of the array for each fragment of a texel, front to back.
 /// unshaded: reflectance and transmittance together in RGB, as shares of the level's largest; depth in alpha, 255 near,
-/// 1 far, 0: nothing. normals: (n + 1) / 2 in object space in RGB, the same alpha. numbers: the fragment, and its mask.
+/// 1 far, 0: nothing. normals: (n + 1) / 2 in object space, towards the
+/// image's viewer, in RGB, the same alpha. numbers: the fragment, and its mask.
 class SliceTextures {
  public:
   static constexpr int most_layers = 32;
 
   SliceTextures(const depthimage::SplatObject& object, const depthimage::SplatLevel& level, uint32_t view);
 
-  /// unit: of `unshaded` or `normals`; that of `numbers` is the next.
   void bind_unshaded(int unit) const { bind(unshaded_, unit); }
   void bind_normals(int unit) const { bind(normals_, unit); }
   void bind_numbers(int unit) const { bind(numbers_, unit); }

@@ -23,8 +23,8 @@ class ImageIntegrator final : public integrate::Integrator {
     /// for, diffuse surfaces that rays meet are lit as those of images are, and only the rest by path tracing.
     path::PathIntegrator::Settings rays;
     float texel_pixels = depthimage::ImageNumbers::texel_pixels;
-    std::shared_ptr<ProjectionDevice> device;  ///< null: projection by the CPU
-    int pixel_points = 2;                      ///< of what images show in a pixel, to be lit for a camera sample
+    int pixel_points = 2;  ///< of what images show in a pixel, to be lit for a camera sample
+    std::shared_ptr<ProjectionDevice> device = nullptr;  ///< null: projection by the CPU
   };
 
   /// std::invalid_argument for cameras (screen_map()) and media. The scene must outlive it.
