@@ -88,10 +88,11 @@ TEST(Points, ShowWhatTheCpuShows) {
 
 // Rationale: slices of the image that faces the viewer most show what is there; from aside leaves are as wide as the
 // image has them, which evens out over leaves. Expectation, against the CPU's picture of images that hold all: seen as
-// the image was made, cover to .015 and colours to .02 of theirs; from elsewhere cover to .05.
+// the image was made, cover to .015 and colours to .03 of theirs; from elsewhere cover to .1 (leaves of three texels;
+// on trees, where leaves hide each other, it is .04).
 TEST(Slices, ShowWhatTheirImagesShow) {
   const build::BuiltScene built = build_text(test::bush_scene());
-  const SplatObject object = bush_of(*built.scene, {.resolution = 64, .layers = 32});
+  const SplatObject object = bush_of(*built.scene, {.resolution = 64, .views = 14, .layers = 32});
   const SplatObject all = bush_of(*built.scene, {.resolution = 64});
   std::string why;
   for (const V3f& to_viewer : directions) {
@@ -101,8 +102,8 @@ TEST(Slices, ShowWhatTheirImagesShow) {
     const bool along = std::abs(to_viewer.x) > 0.999f;
     std::printf("slices from %g %g %g: cover %.4f, CPU %.4f\n", double(to_viewer.x), double(to_viewer.y),
                 double(to_viewer.z), a.cover, b.cover);
-    EXPECT_NEAR(a.cover, b.cover, (along ? 0.015 : 0.05) * b.cover) << to_viewer;
-    for (int c = 0; along && c < 3; ++c) EXPECT_NEAR(a.color[c], b.color[c], 0.02f * b.color[c]);
+    EXPECT_NEAR(a.cover, b.cover, (along ? 0.015 : 0.1) * b.cover) << to_viewer;
+    for (int c = 0; along && c < 3; ++c) EXPECT_NEAR(a.color[c], b.color[c], 0.03f * b.color[c]);
   }
 }
 

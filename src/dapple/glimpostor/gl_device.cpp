@@ -23,6 +23,7 @@ using impostor::SubSamples;
 namespace {
 
 constexpr int slice_resolution = 128;             // 8 bits of depth are too few for more
+constexpr int slice_views = 14;                   // from 6, leaves seen from aside are a tenth too narrow
 constexpr int region_side = 8 * SplatTile::side;  // pixels drawn at once
 
 // What an object's level is drawn of: lists of matrices, so that its textures are bound once.
@@ -129,7 +130,8 @@ class Device final : public impostor::ProjectionDevice {
 
 impostor::BakeSettings bake_settings(GlPath path) {
   impostor::BakeSettings s;
-  if (path == GlPath::slices) s.resolution = slice_resolution, s.layers = SliceTextures::most_layers;
+  if (path == GlPath::slices)
+    s.resolution = slice_resolution, s.views = slice_views, s.layers = SliceTextures::most_layers;
   return s;
 }
 

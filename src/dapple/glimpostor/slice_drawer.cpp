@@ -64,9 +64,7 @@ void set_slices(const Program& program, const SplatObject& object, const SplatLe
   set("axis_w", object.frames[view].w * object.radius);
   glUniform1i(program.at("slabs"), slabs);
   glUniform1i(program.at("layers"), textures.layers());
-  // Half a level of alpha more, so that what is rounded is in a slab.
-  glUniform1f(program.at("half_slab"),
-              0.5f / float(slabs) + 0.5f / 254 + SliceNumbers::overlap * 0.5f * level.texel / (2 * object.radius));
+  glUniform1f(program.at("half_slab"), 0.5f / float(slabs) + SliceNumbers::overlap * level.texel / (2 * object.radius));
 }
 
 void SliceDrawer::draw(Draws draws, const DrawList& list, const Region& region) {

@@ -15,8 +15,9 @@ struct SliceNumbers {
   /// step.
   static constexpr float parallax = 0.5f;
   static constexpr int most_slabs = 127;  ///< so that two levels of 8 bits lie in each
-  /// Of a texel, by which slabs reach into each other: it closes cracks of surfaces as steep.
-  static constexpr float overlap = 0.5f;
+  /// Of a texel, by which slabs reach further: it closes cracks. Twice as much covers trees 3 % too much, half 3 % too
+  /// little.
+  static constexpr float overlap = 0.3f;
 };
 
 /// From which side, and from how far, a camera sees an object.
