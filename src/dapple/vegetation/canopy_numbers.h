@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 namespace dapple::vegetation {
 
 /// Fitted numbers of surveys of canopies (docs/design/008, 011).
@@ -13,6 +15,9 @@ struct CanopyNumbers {
   static constexpr double least_clumping = 0.02;
   /// Of the plot's sides: a flat thing that reaches over so much is its ground.
   static constexpr float ground_share = 0.9f;
+  /// Facets whose areas are counted one by one: of objects that are placed so often that there are more, instances
+  /// drawn at random stand for all. Half of it doubles the variance of what many trees of different sizes add up to.
+  static constexpr size_t most_facets = size_t(1) << 25;
 };
 
 }  // namespace dapple::vegetation

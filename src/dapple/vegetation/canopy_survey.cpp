@@ -7,11 +7,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/forest/leaf_angles.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/scene/patch_table.h"
 #include "dapple/vegetation/canopy_numbers.h"
+#include "dapple/vegetation/canopy_sample.h"
 
 namespace dapple::vegetation {
 
@@ -136,22 +138,68 @@ Kinds sort_into_kinds(const Inventory& all, const std::vector<uint8_t>& is_groun
   return sorted;
 }
 
+size_t facet_count(const trace::Shape& shape) {
+  if (const auto* disks = std::get_if<trace::DisksPtr>(&shape)) return (*disks)->disks.size();
+  size_t count = 0;
+  for_each_facet(shape, [&](const V3f*, const V2f*, int, uint32_t) { ++count; });
+  return count;
+}
+
+/// For how many of its like a placed geometry counts; 0: others count for it.
+std::vector<float> draw_placed(const Inventory& all, const std::vector<int>& kind_of_geometry, const Box2f& plot,
+                               double most_facets) {
+  std::vector<float> weights(all.placed.size(), 0);
+  parallel_for(all.placed.size(), [&](size_t i) {
+    const Placed& p = all.placed[i];
+    if (kind_of_geometry[p.geometry] >= 0 && touches(all.world_box(p), plot)) weights[i] = 1;
+  });
+  std::vector<size_t> facets(all.boxes.size(), 0), there(facets.size(), 0), drawn(facets.size(), 0);
+  parallel_for(facets.size(), [&](size_t g) {
+    if (kind_of_geometry[g] >= 0) facets[g] = facet_count(all.traced.shape(uint32_t(g)));
+  });
+  double total = 0;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    if (weights[i] == 0) continue;
+    ++there[all.placed[i].geometry];
+    total += double(facets[all.placed[i].geometry]);
+  }
+  const double share = most_facets / total;
+  if (!(share < 1)) return weights;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const Placed& p = all.placed[i];
+    if (weights[i] == 0 || p.instance == no_id) continue;
+    // All geometries of an instance, or none. The first always, so that no object is lost.
+    if (drawn[p.geometry] == 0 || KeyedRng(hash(p.instance)).next() < share)
+      ++drawn[p.geometry];
+    else
+      weights[i] = 0;
+  }
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const Placed& p = all.placed[i];
+    if (p.instance != no_id && weights[i] > 0) weights[i] = float(there[p.geometry]) / float(drawn[p.geometry]);
+  }
+  return weights;
+}
+
 /// Adds the areas of all kinds. Returns their optics times area, by kind.
-std::vector<SurfaceOptics> add_areas(const Inventory& all, const std::vector<int>& kind_of_geometry,
+std::vector<SurfaceOptics> add_areas(const Inventory& all, const std::vector<int>& kind_of_geometry, double most_facets,
                                      CanopySurvey* survey) {
   const forest::LeafSurvey::Frame& frame = survey->areas.frame();
   std::vector<SurfaceOptics> sums(survey->kinds.size(), {.opaque = 0});
+  const std::vector<float> weights = draw_placed(all, kind_of_geometry, frame.plot, most_facets);
   for (size_t first = 0; first < all.placed.size(); first += instances_at_once) {
     const size_t n = std::min(instances_at_once, all.placed.size() - first);
     std::vector<forest::LeafSurvey> parts(n, forest::LeafSurvey(frame));
     parallel_for(n, [&](size_t i) {
       const Placed& p = all.placed[first + i];
       const int kind = kind_of_geometry[p.geometry];
-      if (kind < 0 || !touches(all.world_box(p), frame.plot)) return;
-      const double share = all.optics[p.geometry].opaque * (survey->kinds[size_t(kind)].flat ? 1 : 0.5);
+      if (weights[first + i] == 0) return;
+      const double share =
+          double(weights[first + i]) * all.optics[p.geometry].opaque * (survey->kinds[size_t(kind)].flat ? 1 : 0.5);
       add_facets(all.traced, p.geometry, p.instance, kind, share, &parts[i]);
     });
     for (size_t i = 0; i < n; ++i) {
+      if (weights[first + i] == 0) continue;
       survey->areas.add(parts[i]);
       const uint32_t geometry = all.placed[first + i].geometry;
       const int kind = kind_of_geometry[geometry];
@@ -202,8 +250,10 @@ Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOpti
   return extent;
 }
 
-CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
-                           const CanopySurveyOptions& options) {
+namespace {
+
+CanopySurvey survey_facets(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                           const CanopySurveyOptions& options, double most_facets) {
   const Inventory all(scene, optics);
   std::vector<uint8_t> is_ground = find_ground(all, options);
   const Ground ground = mean_ground(all, is_ground);
@@ -219,8 +269,20 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceO
   for (int s = 0; s <= options.slabs; ++s) frame.edges_m.push_back(ground_z + height * s / options.slabs);
   CanopySurvey survey{std::move(sorted.kinds), forest::LeafSurvey(frame), has_ground,      ground_z,
                       ground_z + height,       ground.reflectance,        sorted.left_out, std::move(is_ground)};
-  set_means(add_areas(all, sorted.of_geometry, &survey), &survey.kinds);
+  set_means(add_areas(all, sorted.of_geometry, most_facets, &survey), &survey.kinds);
   return survey;
+}
+
+}  // namespace
+
+CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                           const CanopySurveyOptions& options) {
+  return survey_facets(scene, optics, options, infinity);
+}
+
+CanopySurvey sample_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                           const CanopySurveyOptions& options) {
+  return survey_facets(scene, optics, options, double(CanopyNumbers::most_facets));
 }
 
 namespace {

@@ -11,6 +11,7 @@
 #include "dapple/forest/sky_dome.h"
 #include "dapple/forest/sky_table.h"
 #include "dapple/integrate/scene_light.h"
+#include "dapple/vegetation/canopy_sample.h"
 
 namespace dapple::vegetation {
 
@@ -193,7 +194,7 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
   const CanopySurvey survey =
-      survey_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
+      sample_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
   is_ground_ = survey.is_ground;
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);
   const Canopy canopy = canopy_of(survey, clumping_);
