@@ -95,6 +95,18 @@ void add_view(const std::vector<Placed>& placed, uint32_t view, const ViewFrame&
   }
 }
 
+void add_spheres(SplatLevel* level) {
+  constexpr size_t count = SplatLevel::Spheres::count;
+  for (size_t begin = 0; begin < level->chunks.size(); begin += count) {
+    SplatLevel::Spheres& to = level->spheres.emplace_back();
+    for (size_t i = 0; i < count; ++i) {
+      const Box3f& box = level->chunks[std::min(begin + i, level->chunks.size() - 1)].box;
+      const V3f middle = (box.min + box.max) * 0.5f;
+      to.x[i] = middle.x, to.y[i] = middle.y, to.z[i] = middle.z, to.radius[i] = 0.5f * length(box.max - box.min);
+    }
+  }
+}
+
 }  // namespace
 
 SplatObject::SplatObject(const ObjectImages& images)
@@ -109,6 +121,7 @@ SplatObject::SplatObject(const ObjectImages& images)
     to.texel = images.texel(level);
     for (uint32_t view = 0; view < frames.size(); ++view)
       add_view(place(images, level, frames[view], level.views[view]), view, frames[view], most_slope(images), &to);
+    add_spheres(&to);
     levels.push_back(std::move(to));
   }
 }
@@ -149,7 +162,8 @@ float SplatObject::reach(const ScreenMap& map, const V2i& film) const {
 }
 
 size_t SplatLevel::bytes() const {
-  return lanes.size() * sizeof(Lanes) + fragments.size() * sizeof(Fragment) + chunks.size() * sizeof(Chunk);
+  return spheres.size() * sizeof(Spheres) + lanes.size() * sizeof(Lanes) + fragments.size() * sizeof(Fragment) +
+         chunks.size() * sizeof(Chunk);
 }
 
 size_t SplatObject::bytes() const {

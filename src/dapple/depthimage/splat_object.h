@@ -26,8 +26,14 @@ struct SplatLevel {
     /// where all samples at a border are covered, so that no crack shows between neighbours on bent surfaces.
     int8_t left[chunk_size], right[chunk_size], bottom[chunk_size], top[chunk_size];
   };
+  /// Spheres about boxes of eight chunks; those beyond the last are copies of it.
+  struct Spheres {
+    static constexpr int count = 8;
+    alignas(32) float x[count], y[count], z[count], radius[count];
+  };
   float texel = 0;  ///< m, object space
   std::vector<Chunk> chunks;
+  std::vector<Spheres> spheres;
   std::vector<Lanes> lanes;         ///< by chunk
   std::vector<Fragment> fragments;  ///< chunk_size to a chunk
 

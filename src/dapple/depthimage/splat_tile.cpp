@@ -213,6 +213,46 @@ void SplatTile::prefetch(const Draw& draw, uint32_t chunk) {
   for (size_t line = 0; line < 3 * sizeof(SplatLevel::Lanes::x); line += 64) __builtin_prefetch(from + line);
 }
 
+// Which of eight chunks reach into the tile and are not behind what it is full of, by their spheres.
+uint32_t SplatTile::may_show(const Draw& draw, const SplatLevel::Spheres& spheres) const {
+  const auto& m = draw.map.m;
+  const float texel = draw.object->levels[size_t(draw.level)].texel;
+  const auto length_of = [&](int r) { return std::sqrt(sqr(m[r][0]) + sqr(m[r][1]) + sqr(m[r][2])); };
+  const Float8 px = load(spheres.x), py = load(spheres.y), pz = load(spheres.z);
+  const float steep = draw.object->one_sided ? SplatObject::steepest : SplatObject::steepest_owned;
+  // With what fragments reach beyond their texels' middles.
+  const Float8 across = load(spheres.radius) + texel, along = load(spheres.radius) + 1.2f * texel * (1 + steep);
+  const auto row = [&](int r) { return m[r][0] * px + m[r][1] * py + m[r][2] * pz + m[r][3]; };
+  const Float8 W = row(ScreenMap::W), nearest_W = W - across * length_of(ScreenMap::W), zero{};
+  const Float8 x = (row(ScreenMap::X) / W - float(corner_.x)) - jitter_.x / float(grid),
+               y = (row(ScreenMap::Y) / W - float(corner_.y)) - jitter_.y / float(grid);
+  const Float8 reach = draw.reach * across / nearest_W, end = zero + float(side);
+  const Float8 depth = row(ScreenMap::Z) - along * length_of(ScreenMap::Z);
+  const Int8 reaches =
+      (nearest_W <= 0) | ((x + reach >= 0) & (y + reach >= 0) & (x - reach <= end) & (y - reach <= end));
+  uint32_t out = 0;
+  for (int i = 0; i < width; ++i) {
+    if (!reaches[i]) continue;
+    float farthest = farthest_in_tile_;
+    if (nearest_W[i] > 0 && reach[i] < float(dilations - 1)) {
+      const auto pixel = [](float at) { return int(std::clamp(at, 0.0f, float(side - 1))); };
+      farthest = farthest_[int(std::ceil(reach[i]))][pixel(y[i]) * side + pixel(x[i])];
+    }
+    if (!(farthest < depth[i])) out |= 1u << i;
+  }
+  return out;
+}
+
+void SplatTile::splat_all(const Draw& draw, uint32_t draw_index) {
+  const SplatLevel& level = draw.object->levels[size_t(draw.level)];
+  constexpr uint32_t group = SplatLevel::Spheres::count;
+  for (uint32_t g = 0; g < level.spheres.size(); ++g) {
+    const uint32_t shown = may_show(draw, level.spheres[g]);
+    for (uint32_t i = 0; i < group && g * group + i < level.chunks.size(); ++i)
+      if (shown >> i & 1) splat(draw, draw_index, g * group + i);
+  }
+}
+
 void SplatTile::splat(const Draw& draw, uint32_t draw_index, uint32_t chunk_index) {
   if (++since_found_ > chunks_between) find_farthest(), since_found_ = 0;
   const SplatLevel& level = draw.object->levels[size_t(draw.level)];

@@ -40,6 +40,8 @@ class SplatTile {
   /// ray_group().
   void start(const V2i& corner, const V2f& jitter, uint32_t round);
   void splat(const Draw& draw, uint32_t draw_index, uint32_t chunk);
+  /// All chunks that may show.
+  void splat_all(const Draw& draw, uint32_t draw_index);
   /// What something else projected to a sub-sample (column, row); those of a pixel one after the other.
   void put(const V2i& at, const Record& shown, float depth);
   /// Has what splat() reads first of a chunk fetched from memory.
@@ -63,11 +65,12 @@ class SplatTile {
   }
 
  private:
-  static constexpr int dilations = 4, width = 8;  // lanes side by side
+  static constexpr int dilations = 6, width = 8;  // lanes side by side
   struct Projection;
   template <bool whole>
   void splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown);
   void find_farthest();
+  uint32_t may_show(const Draw& draw, const SplatLevel::Spheres& spheres) const;
 
   V2i corner_{0, 0};
   V2f jitter_{0.5f, 0.5f};

@@ -209,8 +209,7 @@ void ImageIntegrator::splat(const Box2i& block, uint32_t sample, ImageWorkspace&
       w.tile.splat(draw, work.draw, work.chunk);
       continue;
     }
-    const auto chunks = uint32_t(draw.object->levels[size_t(draw.level)].chunks.size());
-    for (uint32_t c = 0; c < chunks; ++c) w.tile.splat(draw, work.draw, c);
+    w.tile.splat_all(draw, work.draw);
   }
 }
 
