@@ -80,7 +80,7 @@ build::IntegratorRequest integrator_request(const RenderOptions& o) {
 namespace {
 // Options of scan planes where there are none.
 void warn_of_shafts(const RenderOptions& o, const build::IntegratorRequest& request) {
-  const bool none = request.type == "ao" || request.type == "images",
+  const bool none = request.type == "ao",
              rays = request.shafts.shafts.value_or(request.type == "path" ? "rays" : "scan-planes") == "rays";
   const auto warn = [&](bool given, const char* option, bool needs_planes) {
     if (given && none) log_warning(std::string(option) + " has no effect with --integrator " + request.type);

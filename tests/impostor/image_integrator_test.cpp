@@ -46,6 +46,33 @@ TEST(ImageIntegrator, ShowsWhatTheCanopyIntegratorShows) {
   expect_alike(render_built(built, 64, images_of(*built.scene, 64, 1, 16, true)).mean(), reference, 0.05f, "gathered");
 }
 
+// Rationale: haze before images is what it is before rays. Expectation: a field in air that thins out with height, sun
+// and sky scattered once by scan planes: the mean to 3 %, and it is not that of clear air.
+TEST(ImageIntegrator, HazeByScanPlanes) {
+  const std::string air =
+      "MakeNamedMedium \"air\" \"string type\" \"exponential\" \"rgb sigma_s\" [ .02 .02 .02 ] \"rgb sigma_a\" [ "
+      ".001 .001 .001 ] \"float scaleheight\" 20\nMediumInterface \"\" \"air\"\n"
+      "LookAt 0 -30 8  0 0 0.5  0 0 1 Camera \"perspective\" \"float fov\" 20\n";
+  std::string text = bush_field(air);
+  text.insert(text.find("WorldBegin") + 10, "\nMediumInterface \"\" \"\"");  // of the camera alone
+  const build::BuiltScene built = build_text(text);
+  path::PathIntegrator::Settings rays = canopy_settings(*built.scene);
+  std::string why;
+  std::vector<std::string> left;
+  light::ShaftSettings single;
+  single.single = true;
+  rays.shafts = light::ShaftLight::make(*built.scene, single, &why, &left);
+  ASSERT_TRUE(rays.shafts) << why;
+  const RGB reference = render_built(built, 64, rays).mean();
+  const impostor::ImageIntegrator images(*built.scene, impostor::make_tree_images(*built.scene, {.resolution = 64}, {}),
+                                         {rays, 1, 16});
+  EXPECT_EQ(images.view().by_images, 25u);
+  expect_alike(render_built(built, 16, images).mean(), reference, 0.03f, "haze");
+  const RGB clear = render_built(build_text(bush_field()), 16, canopy_settings(*built.scene)).mean();
+  EXPECT_GT(std::abs(clear.b - reference.b), 0.05f * clear.b);
+  EXPECT_THROW(images_of(*built.scene, 8), std::invalid_argument) << "without scan planes";
+}
+
 // Fewer points a pixel are drawn at random, and change no mean.
 TEST(ImageIntegrator, FewerPointsHaveTheSameMean) {
   const build::BuiltScene built = build_text(bush_field());

@@ -405,7 +405,10 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.texture_footprint = footprint_scale(samples);
     s.masks = make_masks(scene, asked.masks);
     s.far_ground = make_far_ground(scene, asked.masks, s.masks);
-    s.shafts = make_shafts(scene, asked.shafts, asked.type == "canopy", seed);
+    ShaftRequest shafts = asked.shafts;
+    if (asked.type == "images" && scene.has_media()) shafts.scattering = "single";  // they follow no flights
+    s.shafts =
+        make_shafts(scene, shafts, asked.type == "canopy" || (asked.type == "images" && scene.has_media()), seed);
     if (asked.type == "images") return make_image_integrator(scene, s, asked.images, asked.place);
     if (asked.light_learning.value_or(true)) s.learning_paths = learning_paths(scene, samples);
     return std::make_unique<path::PathIntegrator>(scene, s);

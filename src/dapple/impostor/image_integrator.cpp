@@ -57,6 +57,7 @@ struct ImageIntegrator::ImageWorkspace final : Workspace {
   int point_count = 0;
   int point_lane[capacity];
   float weight[capacity];
+  RGB through[capacity];                   ///< what air lets through to the viewer
   float sky_weight[capacity];              ///< of lights that are asked at one of a pixel's points
   SplatObject::Surface surface[capacity];  ///< world; normals towards the viewer
   float error[capacity];
@@ -79,8 +80,8 @@ ImageIntegrator::ImageIntegrator(const scene::Scene& scene, TreeImages images, c
       view_(scene, images_, settings.texel_pixels),
       rays_(scene, settings.rays),
       materials_(scene),
-      tracer_(scene, materials_, false, settings.rays.visibility()) {
-  if (scene.has_media()) throw std::invalid_argument("media");
+      tracer_(scene, materials_, scene.has_media(), settings.rays.visibility()) {
+  if (scene.has_media() && !answers_for_air()) throw std::invalid_argument("media that scan planes do not answer for");
   const bool all_infinite =
       std::all_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return l->is_infinite(); });
   if (all_infinite && scene.lights.size() <= most_each)
@@ -100,6 +101,24 @@ ImageIntegrator::ImageIntegrator(const scene::Scene& scene, TreeImages images, c
   origin_x_ = o - origin_;
   direction_y_ = ray_at(0, 1, &o) - direction_;
   origin_y_ = o - origin_;
+}
+
+bool ImageIntegrator::answers_for_air() const {
+  const light::ShaftLight* shafts = settings_.rays.shafts.get();
+  return shafts && shafts->single() && scene_.media.size() == 1 && scene_.camera_medium == shafts->medium();
+}
+
+// Air as far as what a camera ray meets: adds what it scatters and emits, and returns what it lets through.
+RGB ImageIntegrator::look_through_air(int lane, const scene::CameraRay& seen, float length, float weight,
+                                      ImageWorkspace& w) const {
+  if (!scene_.has_media()) return RGB(1);
+  const light::ShaftLight& shafts = *settings_.rays.shafts;
+  const CameraBatch& c = w.path->camera;
+  const float begin = dot(seen.ray.o - scene_.camera.position(), seen.ray.d);
+  shafts.in_scattering({seen.ray.d, begin, begin + length, c.seed[lane], c.index[lane]},
+                       [&](uint32_t, const RGB& L) { w.L[lane] += L * weight; });
+  w.L[lane] += shafts.air().emitted(seen.ray, length) * weight;
+  return shafts.air().transmittance(seen.ray, length, 0);
 }
 
 std::unique_ptr<integrate::Integrator::Workspace> ImageIntegrator::make_workspace() const {
@@ -290,6 +309,8 @@ void ImageIntegrator::add_points(int lane, const uint32_t* records, int count, I
     w.weight[k] = float(end - begin) * unit;
     w.sky_weight[k] = begin <= asks_sky && asks_sky < end ? float(picked) * unit : 0;
     w.point_lane[k] = lane;
+    w.through[k] =
+        look_through_air(lane, camera.ray[lane], dot(s.P - camera.ray[lane].ray.o, -to_viewer), w.weight[k], w);
     w.geometry[k] = scene_.traced.geometries_in(scene_.traced.object_of(draw.instance)).front();
     w.seed[k] = camera.seed[lane];
     w.index[k] = camera.index[lane] * uint32_t(sub_samples) + number;
@@ -305,7 +326,8 @@ void ImageIntegrator::light_points(ImageWorkspace& w) const {
   for (int k = 0; k < w.point_count; ++k) {
     const SplatObject::Surface& s = w.surface[k];
     const auto E = settings_.rays.canopy->scattered(w.geometry[k], s.P, s.normal);
-    w.L[w.point_lane[k]] += (s.reflectance * E.front + s.transmittance * E.behind) * (w.weight[k] * inv_pi);
+    w.L[w.point_lane[k]] +=
+        w.through[k] * (s.reflectance * E.front + s.transmittance * E.behind) * (w.weight[k] * inv_pi);
   }
   // By light, so that rays that are traced together go the same way.
   const int samples = each_light_.empty() ? (scene_.light_sampler ? chosen_lights : 0) : int(each_light_.size());
@@ -340,7 +362,7 @@ void ImageIntegrator::queue_shadow(int k, int i, ImageWorkspace& w) const {
   // A shading normal sees light that the surface does not.
   if (!transmits && dot(light.wi, s.plane_normal) <= 0) return;
   const RGB f = (reflected ? s.reflectance : s.transmittance) * inv_pi;
-  const RGB L = f * light.radiance * (std::abs(cosine) * weight / (light.pdf * chosen.probability));
+  const RGB L = w.through[k] * f * light.radiance * (std::abs(cosine) * weight / (light.pdf * chosen.probability));
   if (L.is_black() || !L.is_finite()) return;
   const V3f origin = s.P + s.plane_normal * (dot(light.wi, s.plane_normal) < 0 ? -w.error[k] : w.error[k]);
   const ShadowRay ray(s.P, light, origin);
@@ -350,7 +372,7 @@ void ImageIntegrator::queue_shadow(int k, int i, ImageWorkspace& w) const {
   w.shadow.set(n, origin, ray.d, ray.distance, 0.5f, uint32_t(hash(w.seed[k], w.index[k], i)), w.error[k], 0);
   w.shadow.joined[n] = parallel && n % trace::RayBatch::packet != 0;
   w.shadow_normal[n] = s.plane_normal;
-  w.shadow_medium[n] = scene::vacuum;
+  w.shadow_medium[n] = scene_.camera_medium;
   w.shadow_point[n] = w.point_lane[k];
   w.shadow_L[n] = L;
 }
@@ -402,6 +424,7 @@ void ImageIntegrator::add_hits(ImageWorkspace& w) const {
     w.error[k] = w.hit_surface[i].error;
     w.weight[k] = w.sky_weight[k] = w.open[lane];
     w.point_lane[k] = lane;
+    w.through[k] = look_through_air(lane, c.ray[lane], w.hits.t[lane], w.weight[k], w);
     w.geometry[k] = w.hit_geometry[i];
     w.seed[k] = c.seed[lane];
     w.index[k] = c.index[lane] * uint32_t(sub_samples) + sub_samples - 1;
@@ -409,7 +432,7 @@ void ImageIntegrator::add_hits(ImageWorkspace& w) const {
   }
 }
 
-// What else rays met.
+// What else rays met; paths look through air themselves.
 void ImageIntegrator::light_hits(ImageWorkspace& w) const {
   PathWorkspace& p = *w.path;
   CameraBatch& c = p.camera;

@@ -27,7 +27,8 @@ class ImageIntegrator final : public integrate::Integrator {
     std::shared_ptr<ProjectionDevice> device = nullptr;  ///< null: projection by the CPU
   };
 
-  /// std::invalid_argument for cameras (screen_map()) and media. The scene must outlive it.
+  /// std::invalid_argument for cameras (screen_map()) and media, but for air about the camera for whose light
+  /// `rays.shafts` alone answer (ShaftLight::single). The scene must outlive it.
   ImageIntegrator(const scene::Scene& scene, TreeImages images, const Settings& settings);
 
   std::unique_ptr<Workspace> make_workspace() const override;
@@ -50,6 +51,8 @@ class ImageIntegrator final : public integrate::Integrator {
   void queue_shadow(int point, int light, ImageWorkspace& w) const;
   void trace_shadows(ImageWorkspace& w) const;
   bool is_lit_alike(uint32_t geometry) const;
+  bool answers_for_air() const;
+  RGB look_through_air(int lane, const scene::CameraRay& seen, float length, float weight, ImageWorkspace& w) const;
   void add_hits(ImageWorkspace& w) const;
   void light_hits(ImageWorkspace& w) const;
   float depth_of_plane(const V3f& P, const V3f& n, const V2f& film) const;
