@@ -71,6 +71,11 @@ TEST(ImageIntegrator, HazeByScanPlanes) {
   const RGB clear = render_built(build_text(bush_field()), 16, canopy_settings(*built.scene)).mean();
   EXPECT_GT(std::abs(clear.b - reference.b), 0.05f * clear.b);
   EXPECT_THROW(images_of(*built.scene, 8), std::invalid_argument) << "without scan planes";
+  const build::BuiltScene bounded = build_text(bush_field(air));
+  EXPECT_THROW(impostor::ImageIntegrator(
+                   *bounded.scene, impostor::make_tree_images(*bounded.scene, {.resolution = 8}, {}), {rays, 1, 1}),
+               std::invalid_argument)
+      << "surfaces between media";
 }
 
 // Fewer points a pixel are drawn at random, and change no mean.

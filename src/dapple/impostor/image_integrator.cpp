@@ -105,7 +105,9 @@ ImageIntegrator::ImageIntegrator(const scene::Scene& scene, TreeImages images, c
 
 bool ImageIntegrator::answers_for_air() const {
   const light::ShaftLight* shafts = settings_.rays.shafts.get();
-  return shafts && shafts->single() && scene_.media.size() == 1 && scene_.camera_medium == shafts->medium();
+  const bool bounded =
+      std::any_of(scene_.bindings.begin(), scene_.bindings.end(), [](const auto& b) { return b.changes_medium; });
+  return shafts && !bounded && shafts->single() && scene_.media.size() == 1 && scene_.camera_medium == shafts->medium();
 }
 
 // Air as far as what a camera ray meets: adds what it scatters and emits, and returns what it lets through.

@@ -27,7 +27,7 @@ class ImageIntegrator final : public integrate::Integrator {
     std::shared_ptr<ProjectionDevice> device = nullptr;  ///< null: projection by the CPU
   };
 
-  /// std::invalid_argument for cameras (screen_map()) and media, but for air about the camera for whose light
+  /// std::invalid_argument for cameras (screen_map()) and media, but for air without bounds for whose light
   /// `rays.shafts` alone answer (ShaftLight::single). The scene must outlive it.
   ImageIntegrator(const scene::Scene& scene, TreeImages images, const Settings& settings);
 

@@ -61,7 +61,7 @@ class PathIntegrator final : public integrate::Integrator {
     trace_paths(0, w);
     if (flights_) trace_straight_flights(w);
   }
-  /// The same where it is known what the rays of w.camera meet first. There are no media.
+  /// The same where it is known what the rays of w.camera meet first. Media scatter none of them but by shafts.
   void trace_from_hits(const trace::HitBatch& hits, PathWorkspace& w) const;
 
  private:
