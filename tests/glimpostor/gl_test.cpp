@@ -2,6 +2,7 @@
 // Projection by OpenGL against that of the CPU. Without a device all but the colour matrix is skipped.
 #include <gtest/gtest.h>
 
+#include "dapple/base/parallel.h"
 #include "dapple/glimpostor/color_matrix.h"
 #include "dapple/glimpostor/gl_picture.h"
 #include "dapple/impostor/image_integrator.h"
@@ -145,19 +146,26 @@ TEST(ColorMatrix, ShadesNormals) {
 // them between two levels and some by rays: means to .01, by points.
 TEST(ImageIntegrator, SamePictureByADevice) {
   std::string renderer, why;
-  const auto device = glimpostor::open_device(GlPath::points, &renderer, &why);
+  const auto open = [&] { return glimpostor::open_device(GlPath::points, &renderer, &why); };
+  const auto device = open();
   if (!device) GTEST_SKIP() << "no OpenGL: " << why;
   const build::BuiltScene built = build_text(test::bush_field());
-  const auto mean = [&](const std::shared_ptr<impostor::ProjectionDevice>& by) {
+  const auto rendered = [&](const std::shared_ptr<impostor::ProjectionDevice>& by) {
     impostor::ImageIntegrator::Settings s;
     s.rays = test::canopy_settings(*built.scene);
     s.pixel_points = 16, s.texel_pixels = 1, s.device = by;
-    return render_built(built, 8,
-                        impostor::ImageIntegrator(*built.scene,
-                                                  impostor::make_tree_images(*built.scene, {.resolution = 32}, {}), s))
-        .mean();
+    return render_built(
+        built, 8,
+        impostor::ImageIntegrator(*built.scene, impostor::make_tree_images(*built.scene, {.resolution = 32}, {}), s));
   };
-  test::expect_near(mean(device), mean(nullptr), 0.01f, "by a device");
+  const int before = thread_count();
+  set_thread_count(1);
+  const test::RenderedText one = rendered(device);
+  set_thread_count(4);
+  const test::RenderedText four = rendered(open());
+  set_thread_count(before);
+  EXPECT_TRUE(test::same_bits(one.film, four.film)) << "on one driver the threads change nothing";
+  test::expect_near(one.mean(), rendered(nullptr).mean(), 0.01f, "by a device");
   const auto counts = device->counts();
   EXPECT_GT(counts.draw_calls, 0u);
   EXPECT_LE(counts.binds, counts.draw_calls);
