@@ -61,7 +61,9 @@ TEST(PathAnswers, BringTheLightOfPaths) {
       const auto cached = Cached{.samples = 256, .bounces = bounces}.render(built);
       expect_near(cached.mean(), expected, 0.015f, "bounces " + std::to_string(bounces) + " " + material);
       EXPECT_GT(lookups(cached, "radiosity.depth1"), 0u);
-      if (bounces > 1) EXPECT_GT(lookups(cached, "radiosity.depth2"), 0u);
+      if (bounces > 1) {
+        EXPECT_GT(lookups(cached, "radiosity.depth2"), 0u);
+      }
     }
   }
 }
