@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dapple/media/closed_form_medium.h"
-#include "dapple/shafts/scan_planes.h"
+#include "dapple/shafts/block_light.h"
 
 namespace dapple::shafts {
 
@@ -32,7 +32,8 @@ struct Segment {
 /// of elevation of view and sun. So a run [a, b] of l brings
 ///   sigma_s p e^-(sigma_t (k a + c)) (b - a) m(sigma_t k (b - a)),  m(y) = (1 - e^-y) / y,
 /// without special cases: thin haze, level rays, rays to the sun and beside it are limits of m. To a lamp at distance
-/// D, ds / r^2 = dpsi / (D sin phi): the midpoint rule over bins of psi.
+/// D, ds / r^2 = dpsi / (D sin phi), whose integrand is smooth. Blocks of bins that are not lit as a whole, and all of
+/// lamps: block_light.h.
 class AirLight {
  public:
   /// The planes must outlive this object. Parallel light of an unbounded medium: its density must fall towards the
@@ -42,8 +43,7 @@ class AirLight {
   /// Of a beam of irradiance 1 across it, or a lamp of intensity 1 (1/sr; 1/(m2 sr)).
   RGB in_scattering(const Segment& segment) const;
 
-  /// What entry() of the planes holds for a ray of parallel light that enters the medium at point P, and of a lamp at a
-  /// distance r.
+  /// What entry() of the planes holds for a ray of light that enters the medium at point P.
   float entry_of(const V3f& P) const;
 
   const ScanPlanes& planes() const { return planes_; }
@@ -54,15 +54,22 @@ class AirLight {
   View view_of(const Segment& segment) const;
   RGB parallel(const Segment& segment) const;
   RGB from_lamp(const Segment& segment) const;
-  void add_run(const View& view, float begin, float end, Sums* sums) const;
-  void add_bins(const View& view, int block, Sums* sums) const;
-  void add_lamp_bins(const View& view, int block, float first, float last, Sums* sums) const;
+  void find_blocks(const View& view, float first, float last, int* first_block, int* last_block) const;
+  void add_run(const View& view, float begin, float end, const RGB& tint, Sums* sums) const;
+  void find_nodes(const View& view, int first, BlockNodes* nodes) const;
+  void find_lamp_nodes(const View& view, int first, BlockNodes* nodes) const;
+  bool add_block(const View& view, const BlockNodes& nodes, int block, const LitBins* lit, Sums* sums) const;
+  void add_steep_bins(const View& view, int block, Sums* sums) const;
+  void add_steep_lamp_bins(const View& view, int block, Sums* sums) const;
+  int sums_wanted() const { return planes_.tinted() ? 3 : channels_; }
 
   const ScanPlanes& planes_;
   const Haze haze_;
   float rise_ = 0;         // slope . axis, kept away from 0
   int channels_ = 3;       // 1: all alike
   bool unbounded_ = true;  // all rays of light come from infinity through the medium
+  // Of lamps.
+  float at_lamp_ = 1, to_lamp_ = 0;  // density there, and slope . way from the eye
 };
 
 }  // namespace dapple::shafts

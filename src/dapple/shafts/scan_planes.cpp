@@ -32,6 +32,7 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
   blocked_.assign(rays, -infinity);
   least_.assign(all_blocks, -infinity);
   most_.assign(all_blocks, -infinity);
+  even_.assign(all_blocks, !bounded());
   if (bounded()) entry_.assign(rays, infinity);
   if (tinted()) tint_.assign(rays, RGB(1));
 }
@@ -39,7 +40,7 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
 size_t ScanPlanes::bytes_of(const Settings& s) {
   const size_t a_bin = sizeof(float) * (s.bounded ? 2 : 1) + (s.tinted ? sizeof(RGB) : 0);
   return size_t(s.fan.planes) * size_t(s.bins) * a_bin +
-         size_t(s.fan.planes) * size_t(s.bins / block) * 2 * sizeof(float);
+         size_t(s.fan.planes) * size_t(s.bins / block) * (2 * sizeof(float) + 1);
 }
 
 size_t ScanPlanes::bytes() const {
@@ -61,8 +62,14 @@ void ScanPlanes::close(int plane) {
   const float* const heights = blocked(plane);
   for (int b = 0; b < blocks(); ++b) {
     const auto [low, high] = std::minmax_element(heights + b * block, heights + (b + 1) * block);
-    least_[size_t(plane) * size_t(blocks()) + size_t(b)] = *low;
-    most_[size_t(plane) * size_t(blocks()) + size_t(b)] = *high;
+    const size_t at = size_t(plane) * size_t(blocks()) + size_t(b);
+    least_[at] = *low;
+    most_[at] = *high;
+    const float* const e = entry(plane);
+    const RGB* const t = tint(plane);
+    even_[at] =
+        (!e || std::all_of(e + b * block, e + (b + 1) * block, [](float x) { return x == 0; })) &&
+        (!t || std::all_of(t + b * block, t + (b + 1) * block, [&](const RGB& x) { return x == t[b * block]; }));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "dapple/base/rgb.h"
@@ -64,7 +65,7 @@ class ScanPlanes {
 
   // Writing, a plane at a time, by one thread.
   float* blocked(int plane) { return blocked_.data() + row(plane); }  ///< heights: -infinity, nothing; infinity, dark
-  float* entry(int plane) { return bounded() ? entry_.data() + row(plane) : nullptr; }
+  float* entry(int plane) { return bounded() ? entry_.data() + row(plane) : nullptr; }  ///< infinity: no light enters
   RGB* tint(int plane) { return tinted() ? tint_.data() + row(plane) : nullptr; }
   /// After these are written.
   void close(int plane);
@@ -73,11 +74,13 @@ class ScanPlanes {
   bool bounded() const { return settings_.bounded; }
   bool tinted() const { return settings_.tinted; }
   const float* blocked(int plane) const { return blocked_.data() + row(plane); }
-  /// Where light enters the medium: what AirLight subtracts of the way to the light; infinite where it does not.
+  /// Where light enters the medium: what AirLight subtracts of the column to the light; infinite where it does not.
   const float* entry(int plane) const { return bounded() ? entry_.data() + row(plane) : nullptr; }
   const RGB* tint(int plane) const { return tinted() ? tint_.data() + row(plane) : nullptr; }
   const float* least(int plane) const { return least_.data() + size_t(plane) * size_t(blocks()); }
   const float* most(int plane) const { return most_.data() + size_t(plane) * size_t(blocks()); }
+  /// Of each block: its rays of light have the same tint, and set out in the medium.
+  const uint8_t* even(int plane) const { return even_.data() + size_t(plane) * size_t(blocks()); }
 
   /// The plane for a ray along d: that before or after it, by xi in [0, 1), so that the mean is linear between planes.
   int plane_of(const V3f& d, float xi) const;
@@ -89,6 +92,7 @@ class ScanPlanes {
   Frame frame_;
   float growth_ = 1;
   std::vector<float> edges_, sines_, cosines_, blocked_, entry_, least_, most_;
+  std::vector<uint8_t> even_;
   std::vector<RGB> tint_;
 };
 

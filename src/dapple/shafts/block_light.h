@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "dapple/pattern/lane_math.h"
+#include "dapple/shafts/scan_planes.h"
+
+/// Light of blocks of bins along one view ray, for AirLight. What a point of the ray would send were it lit is smooth
+/// along it. So it is computed at the ends and in the middle of each block of bins, and the parabola through these
+/// three numbers is integrated over what is lit of each bin: exponentials a block, not a bin.
+namespace dapple::shafts {
+
+/// m(y) = (1 - e^-y) / y for y >= 0.
+DAPPLE_LANE float mean_decay_of(float y) {
+  namespace lane = pattern::lane;
+  const float series = 1 - y * (1 / 2.0f - y * (1 / 6.0f - y * (1 / 24.0f - y * (1 / 120.0f - y * (1 / 720.0f)))));
+  const float direct = (1 - lane::exp(-y)) / (y > 0.3f ? y : 1.0f);
+  return lane::choose(y > 0.3f, direct, series);
+}
+
+/// Column over a length t, of a density at its begin that falls at a rate.
+DAPPLE_LANE float column_of(float density, float rate, float t) {
+  namespace lane = pattern::lane;
+  const float y = rate * t, size = lane::abs(y);
+  return density * t * mean_decay_of(size) * (y < 0 ? lane::exp(size) : 1.0f);
+}
+
+/// What so many blocks from `first` on would send were they lit. Node 2 i is the begin of block first + i, node 2 i + 1
+/// its middle; of the first and last block along a ray that part counts through which the ray goes.
+struct BlockNodes {
+  static constexpr int blocks = 15, count = 32;
+  int first = -1;                        ///< -1: nothing
+  alignas(64) float u[count];            ///< coordinate of rays of light
+  alignas(64) float weight[count];       ///< light = weight e^-exponent, a unit of u
+  alignas(64) float way[count];          ///< column to the light, without what entry() of the planes subtracts
+  alignas(64) float exponent[3][count];  ///< by channel, without that too
+  alignas(64) float light[3][count];
+
+  bool holds(int block) const { return first >= 0 && block >= first && block < first + blocks; }
+  /// A parabola is not enough for the light of block n, or for its logarithm and weight.
+  bool is_steep(int n, int channels, bool by_logarithm) const {
+    const auto bent = [&](const float* f) {
+      const float a = f[2 * n], m = f[2 * n + 1], b = f[2 * n + 2];
+      return !(std::abs(a - 2 * m + b) <= most_bend * std::max(std::max(a, m), b));
+    };
+    const auto long_way = [&](const float* e) { return !(std::abs(e[2 * n + 2] - e[2 * n]) <= most_depth); };
+    for (int c = 0; c < channels; ++c)
+      if (by_logarithm ? long_way(exponent[c]) : bent(light[c])) return true;
+    return by_logarithm && bent(weight);
+  }
+  static constexpr float most_bend = 0.02f;  // light of depths .3 apart: the parabola is off by 2e-4 at most
+  static constexpr float most_depth = 0.4f;
+};
+
+/// The parabola through three numbers at 0, 1/2 and 1.
+struct Parabola {
+  float a, b, c;
+  Parabola(float at_0, float middle, float at_1)
+      : a(at_0), b(4 * middle - 3 * at_0 - at_1), c(2 * (at_0 + at_1) - 4 * middle) {}
+  Parabola(const float* nodes, int n) : Parabola(nodes[2 * n], nodes[2 * n + 1], nodes[2 * n + 2]) {}
+};
+
+/// What is lit of each bin of a block: u from `begin` to `end`.
+struct LitBins {
+  alignas(64) float begin[ScanPlanes::block], end[ScanPlanes::block];
+};
+
+/// Sums by channel, in lanes, that are added up at the end: always in the same order.
+struct LaneSums {
+  static constexpr int lanes = 8;
+  alignas(32) float of[3][lanes] = {};
+  float sum(int c) const {
+    const float* const s = of[c];
+    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+  }
+};
+
+/// Adds what is lit of block n of the nodes, whose rays of light are alike: times `tint`. `from`, `to`: the channel of
+/// the nodes, and the first and last of the sums that it is for.
+inline void add_smooth(const BlockNodes& nodes, int n, const LitBins& lit, int from, int to, int last, const RGB* tint,
+                       bool even, LaneSums* sums) {
+  constexpr int size = ScanPlanes::block;
+  const float u0 = nodes.u[2 * n], width = nodes.u[2 * n + 2] - u0, per_u = width > 0 ? 1 / width : 0.0f;
+  const Parabola p(nodes.light[from], n);
+  alignas(64) float light[size];
+  for (int i = 0; i < size; ++i) {
+    const float length = lit.end[i] - lit.begin[i];
+    const float x = (0.5f * (lit.begin[i] + lit.end[i]) - u0) * per_u, half = 0.5f * length * per_u;
+    const float mean = p.a + x * (p.b + x * p.c) + p.c * (1 / 3.0f) * half * half;
+    light[i] = length > 0 ? length * mean : 0.0f;
+  }
+  for (int c = to; c <= last; ++c) {
+    float* const out = sums->of[c];
+    if (even) {
+      const float t = tint ? (*tint)[c] : 1.0f;
+      for (int i = 0; i < LaneSums::lanes; ++i) out[i] += (light[i] + light[i + LaneSums::lanes]) * t;
+    } else {
+      for (int i = 0; i < LaneSums::lanes; ++i)
+        out[i] += light[i] * tint[i][c] + light[i + LaneSums::lanes] * tint[i + LaneSums::lanes][c];
+    }
+  }
+}
+
+/// The same where light enters the medium somewhere, each ray of light by itself. sigma: extinction of channel `from`.
+inline void add_entering(const BlockNodes& nodes, int n, const LitBins& lit, int from, int to, int last, float sigma,
+                         const float* entry, const RGB* tint, bool checks_way, LaneSums* sums) {
+  namespace lane = pattern::lane;
+  constexpr int size = ScanPlanes::block;
+  const float u0 = nodes.u[2 * n], width = nodes.u[2 * n + 2] - u0, per_u = width > 0 ? 1 / width : 0.0f;
+  const Parabola depth(nodes.exponent[from], n), weight(nodes.weight, n), way(nodes.way, n);
+  alignas(64) float light[size];
+  for (int i = 0; i < size; ++i) {
+    const float length = lit.end[i] - lit.begin[i];
+    const float x = (0.5f * (lit.begin[i] + lit.end[i]) - u0) * per_u;
+    const float z = 0.5f * length * per_u * (depth.b + 2 * x * depth.c), mean = 1 + z * z * (1 / 6.0f);
+    const float known = lane::min(entry[i], 1e30f);
+    const float exponent = depth.a + x * (depth.b + x * depth.c) - sigma * known;
+    const bool beyond = way.a + x * (way.b + x * way.c) < known;
+    const float value = length * mean * (weight.a + x * (weight.b + x * weight.c)) * lane::exp(-exponent);
+    light[i] = lane::choose((length > 0) & (entry[i] < 1e30f) & !(checks_way & beyond), value, 0);
+  }
+  for (int c = to; c <= last; ++c)
+    for (int i = 0; i < LaneSums::lanes; ++i)
+      sums->of[c][i] += light[i] * (tint ? tint[i][c] : 1.0f) +
+                        light[i + LaneSums::lanes] * (tint ? tint[i + LaneSums::lanes][c] : 1.0f);
+}
+
+}  // namespace dapple::shafts

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// The light of lamps along view rays.
+#include "dapple/shafts/air_light.h"
+#include "dapple/shafts/view_ray.h"
+
+namespace dapple::shafts {
+
+namespace lane = pattern::lane;
+
+namespace {
+constexpr int block = ScanPlanes::block;
+constexpr float most_column = 1e30f;
+// Sine of the angle to a lamp: nearer, what is seen hardly changes.
+constexpr float least_lamp_sine = 1e-6f;
+constexpr float least_sine_of_sum = 1e-9f;
+constexpr float spent_depth = 25;
+
+// Of a block: rays of light are lit up to a distance of -blocked from the lamp. At angle psi the view ray is
+// D sin phi / sin(phi + psi) from it.
+void cut_lamp_bins(const float* edges, const float* sines, const float* cosines, const float* blocked, float sine,
+                   float cosine, float D, float first, float last, LitBins* lit) {
+  const float nearest = D * sine;
+  for (int i = 0; i < block; ++i) {
+    const float R = lane::clamp(-blocked[i], 0, 1e30f);
+    const float e0 = (sine * cosines[i] + cosine * sines[i]) * R - nearest,
+                e1 = (sine * cosines[i + 1] + cosine * sines[i + 1]) * R - nearest, growth = e1 - e0;
+    const float t = lane::clamp(-e0 / (growth != 0 ? growth : 1.0f), 0, 1);
+    const float cut = edges[i] + t * (edges[i + 1] - edges[i]);
+    const float begin = growth > 0 ? cut : edges[i];
+    const float end = growth > 0 ? edges[i + 1] : growth < 0 ? cut : e0 >= 0 ? edges[i + 1] : edges[i];
+    lit->begin[i] = lane::clamp(begin, first, last), lit->end[i] = lane::clamp(end, first, last);
+  }
+}
+
+}  // namespace
+
+// Light is that a radian of psi, over sigma_s.
+void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) const {
+  constexpr int n = BlockNodes::count;
+  BlockNodes& o = *nodes;
+  o.first = first;
+  alignas(64) float sines[n], cosines[n], r[n], column[n], thinner[n];
+  for (int i = 0; i < n; i += 2) {
+    const int j = std::min(first + i / 2, planes_.blocks()) * block;
+    const float u = planes_.edge(j);
+    const bool before = u <= v.first, after = u >= v.last;
+    o.u[i] = before ? v.first : after ? v.last : u;
+    sines[i] = before ? v.first_turn.x : after ? v.last_turn.x : planes_.sines()[j];
+    cosines[i] = before ? v.first_turn.y : after ? v.last_turn.y : planes_.cosines()[j];
+  }
+  for (int i = 1; i < n; i += 2) {
+    const int next = i + 1 < n ? i + 1 : i - 1;
+    const float s = sines[i - 1] + sines[next], c = cosines[i - 1] + cosines[next];
+    const float scale = 1 / lane::sqrt(s * s + c * c);
+    o.u[i] = 0.5f * (o.u[i - 1] + o.u[next]), sines[i] = s * scale, cosines[i] = c * scale;
+  }
+  const float D = planes_.settings().lamp, nearest = D * v.sine, g = haze_.phase.g;
+  const float scale = at_lamp_ * (1 - g * g) / (4 * pi * nearest);
+  for (int i = 0; i < n; ++i) {
+    const float per_sum = 1 / lane::max(v.sine * cosines[i] + v.cosine * sines[i], least_sine_of_sum);
+    const float base = 1 + g * g - 2 * g * (v.cosine * cosines[i] - v.sine * sines[i]);
+    const float s = D * sines[i] * per_sum;
+    r[i] = nearest * per_sum;
+    column[i] = lane::max(s - v.begin, 0);
+    thinner[i] = v.rate * s - to_lamp_;  // slope . (X - lamp), X = s d
+    o.weight[i] = scale / (base * lane::sqrt(base));
+  }
+  if (haze_.density.is_constant()) {
+    for (int i = 0; i < n; ++i) thinner[i] = 0, o.way[i] = r[i];
+  } else {
+    for (int i = 0; i < n; ++i) {
+      column[i] = column_of(v.density, v.rate, column[i]);
+      o.way[i] = column_of(at_lamp_, thinner[i] / lane::max(r[i], 1e-20f), r[i]);
+    }
+  }
+  for (int c = 0; c < channels_; ++c) {
+    const float sigma = haze_.sigma_t[c];
+    for (int i = 0; i < n; ++i) {
+      o.exponent[c][i] = sigma * lane::min(column[i] + o.way[i], most_column) + thinner[i];
+      o.light[c][i] = o.weight[i] * lane::exp(-o.exponent[c][i]);
+    }
+  }
+}
+
+// As add_steep_bins(), to a lamp, by the midpoint rule. Places in bins are told as parts of them, [0, 1]; sines and
+// cosines there are those of the parabola through the bin's edges and middle.
+void AirLight::add_steep_lamp_bins(const View& v, int number, Sums* sums) const {
+  const int at = number * block;
+  const float* const edges = planes_.edges() + at;
+  const float* const blocked = planes_.blocked(v.plane) + at;
+  const float* const entry = planes_.bounded() ? planes_.entry(v.plane) + at : nullptr;
+  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + at : nullptr;
+  const float* const sines = planes_.sines() + at;
+  const float* const cosines = planes_.cosines() + at;
+  const float* const middle_sines = sines + planes_.bins() + 1;
+  const float* const middle_cosines = cosines + planes_.bins() + 1;
+  const float D = planes_.settings().lamp, g = haze_.phase.g;
+  const auto between = [](float a, float middle, float b, float f) {
+    return a + f * (b - a) + 4 * f * (1 - f) * (middle - 0.5f * (a + b));
+  };
+  alignas(64) float l[block], way[block], weight[block], thinner[block], s[block], r[block];
+  for (int i = 0; i < block; ++i) {
+    const auto sine = [&](float f) { return between(sines[i], middle_sines[i], sines[i + 1], f); };
+    const auto cosine = [&](float f) { return between(cosines[i], middle_cosines[i], cosines[i + 1], f); };
+    const auto sine_of_sum = [&](float f) { return lane::max(v.sine * cosine(f) + v.cosine * sine(f), 1e-9f); };
+    const float width = edges[i + 1] - edges[i];
+    const float f0 = lane::clamp((v.first - edges[i]) / width, 0, 1),
+                f1 = lane::clamp((v.last - edges[i]) / width, 0, 1);
+    const float h0 = -D * v.sine / sine_of_sum(f0), h1 = -D * v.sine / sine_of_sum(f1), growth = h1 - h0;
+    const float t = lane::clamp((blocked[i] - h0) / (growth != 0 ? growth : 1.0f), 0, 1), cut = f0 + t * (f1 - f0);
+    const bool lit = blocked[i] <= h0;
+    const float begin = growth > 0 ? cut : f0, end = growth > 0 ? f1 : growth < 0 ? cut : lit ? f1 : f0;
+    const float f = 0.5f * (begin + end), sum = sine_of_sum(f);
+    s[i] = D * sine(f) / sum, r[i] = D * v.sine / sum;
+    const float base = 1 + g * g - 2 * g * (v.cosine * cosine(f) - v.sine * sine(f));
+    weight[i] = (end - begin) * width * (1 - g * g) / (4 * pi * base * lane::sqrt(base) * D * v.sine);
+  }
+  if (haze_.density.is_constant()) {
+    for (int i = 0; i < block; ++i) l[i] = lane::max(s[i] - v.begin, 0), thinner[i] = 0;
+    for (int i = 0; i < block; ++i) way[i] = r[i] - (entry ? entry[i] : 0.0f);
+  } else {
+    for (int i = 0; i < block; ++i) {
+      l[i] = column_of(v.density, v.rate, lane::max(s[i] - v.begin, 0));
+      thinner[i] = v.rate * s[i] - to_lamp_;  // slope . (X - lamp), X = s d
+      way[i] = column_of(at_lamp_, thinner[i] / lane::max(r[i], 1e-20f), r[i]) - (entry ? entry[i] : 0.0f);
+      weight[i] *= at_lamp_;
+    }
+  }
+  if (entry)
+    for (int i = 0; i < block; ++i) weight[i] = way[i] < 0 ? 0.0f : weight[i];
+  const int channels = sums_wanted();
+  for (int c = 0; c < channels; ++c) {
+    // One exponential for the density and for what it absorbs: either alone may leave the range of floats.
+    alignas(64) float light[block];
+    for (int i = 0; i < block; ++i) {
+      const float depth = haze_.sigma_t[c] * lane::min(l[i] + way[i], most_column) + thinner[i];
+      light[i] = lane::choose(weight[i] > 0, weight[i] * lane::exp(-depth), 0);
+    }
+    float sum = 0;
+    for (int i = 0; i < block; ++i) sum += light[i] * (tint ? tint[i][c] : 1.0f);
+    sums->add(c, channels, double(sum));
+  }
+}
+
+RGB AirLight::from_lamp(const Segment& segment) const {
+  View v = view_of(segment);
+  v.sine = std::max(v.sine, least_lamp_sine);
+  const float D = planes_.settings().lamp, nearest = D * v.sine;
+  // Sine and cosine of the angle at the lamp at which a place of the ray is seen.
+  const auto turn = [&](float s) {
+    if (!(s < infinity)) return V2f(v.sine, -v.cosine);
+    const V2f t(s * v.sine, D - s * v.cosine);
+    return t * (1 / std::max(std::hypot(t.x, t.y), 1e-30f));
+  };
+  v.first_turn = turn(v.begin), v.last_turn = turn(v.end);
+  v.first = std::atan2(v.first_turn.x, v.first_turn.y), v.last = std::atan2(v.last_turn.x, v.last_turn.y);
+  int first, last;
+  find_blocks(v, v.first, v.last, &first, &last);
+  Sums sums;
+  BlockNodes nodes;
+  const float* const least = planes_.least(v.plane);
+  const float* const most = planes_.most(v.plane);
+  const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
+  const float peak = std::atan2(v.cosine, v.sine);  // the angle at which the ray is nearest to the lamp
+  const auto sine_of_sum = [&](int b) {
+    return v.sine * planes_.cosines()[b * block] + v.cosine * planes_.sines()[b * block];
+  };
+  float here = sine_of_sum(first);
+  for (int b = first; b <= last; ++b) {
+    const float next = sine_of_sum(b + 1), before = planes_.edge(b * block), after = planes_.edge((b + 1) * block);
+    const float high = before < peak && peak < after ? 1 : std::max(here, next), low = std::min(here, next);
+    here = next;
+    if (high * std::clamp(-least[b], 0.0f, 1e30f) < nearest) continue;
+    if (!nodes.holds(b)) {
+      find_lamp_nodes(v, b, &nodes);
+      if (absorbs * nodes.way[0] > spent_depth && before > peak) break;
+    }
+    const bool lit = low > 0 && low * std::clamp(-most[b], 0.0f, 1e30f) >= nearest;
+    LitBins bins;
+    if (!lit) {
+      const int at = b * block;
+      cut_lamp_bins(planes_.edges() + at, planes_.sines() + at, planes_.cosines() + at, planes_.blocked(v.plane) + at,
+                    v.sine, v.cosine, D, v.first, v.last, &bins);
+    }
+    if (!add_block(v, nodes, b, lit ? nullptr : &bins, &sums)) add_steep_lamp_bins(v, b, &sums);
+  }
+  RGB out;
+  for (int c = 0; c < 3; ++c)
+    out[c] = haze_.sigma_s[c] * (float(sums.of[c]) + sums.bins.sum(sums_wanted() == 1 ? 0 : c));
+  return out;
+}
+
+}  // namespace dapple::shafts

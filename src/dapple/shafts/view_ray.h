@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dapple/shafts/air_light.h"
+
+namespace dapple::shafts {
+
+/// A view ray in its plane.
+struct AirLight::View {
+  int plane = 0;
+  float cosine = 1, sine = 0;  ///< of the angle between the ray and the axis
+  float begin = 0, end = 0;
+  float density = 1, rate = 0;            ///< where it begins, and along it
+  float k = 0, ahead = 0;                 ///< depths: sigma_t (k l + ahead - entry)
+  float first = 0, last = 0;              ///< coordinates of rays of light
+  V2f first_turn{0, 1}, last_turn{0, 1};  ///< of lamps: their sines and cosines
+};
+
+/// By channel, over sigma_s: of runs and steep blocks, as they are; of other blocks, a unit of u.
+struct AirLight::Sums {
+  double of[3] = {0, 0, 0};
+  LaneSums bins;
+
+  /// What channel c gets, or, of one, all.
+  void add(int c, int channels, double light) {
+    for (int i = c; i < (channels == 1 ? 3 : c + 1); ++i) of[i] += light;
+  }
+};
+
+}  // namespace dapple::shafts
