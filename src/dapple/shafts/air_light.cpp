@@ -100,9 +100,7 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
   BlockNodes& o = *nodes;
   o.first = first;
   const float per_u = 1 / v.sine;
-  for (int i = 0; i < n; i += 2)
-    o.u[i] = lane::clamp(planes_.edge(std::min(first + i / 2, planes_.blocks()) * block), v.first, v.last);
-  for (int i = 1; i < n; i += 2) o.u[i] = i + 1 < n ? 0.5f * (o.u[i - 1] + o.u[i + 1]) : o.u[i - 1];
+  o.set_places(planes_.block_edges() + first, v.first, v.last);
   alignas(64) float thinner[n], column[n];
   if (haze_.density.is_constant()) {
     for (int i = 0; i < n; ++i) thinner[i] = 0, column[i] = o.u[i] * per_u - v.begin;
@@ -110,32 +108,30 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
     for (int i = 0; i < n; ++i) {
       const float t = lane::max(o.u[i] * per_u - v.begin, 0), y = lane::clamp(v.rate * t, -80, 80);
       const float series = 1 - y * (1 / 2.0f - y * (1 / 6.0f - y * (1 / 24.0f - y * (1 / 120.0f - y * (1 / 720.0f)))));
-      const bool large = lane::abs(y) > 0.3f;
-      const float mean = lane::choose(large, (1 - lane::exp(-y)) / (large ? y : 1.0f), series);
+      const float direct = (1 - lane::exp(-y)) / (lane::abs(y) > 0.3f ? y : 1.0f);
+      const float mean = lane::choose(lane::abs(y) > 0.3f, direct, series);
       thinner[i] = y, column[i] = v.density * t * mean;
     }
   }
-  for (int i = 0; i < n; ++i) o.weight[i] = v.density, o.way[i] = 0;
+  if (!unbounded_)
+    for (int i = 0; i < n; ++i) o.weight[i] = v.density, o.way[i] = 0;
   for (int c = 0; c < channels_; ++c) {
     const float sigma = haze_.sigma_t[c];
     for (int i = 0; i < n; ++i) o.exponent[c][i] = thinner[i] + sigma * (v.k * column[i] + v.ahead);
     for (int i = 0; i < n; ++i) o.light[c][i] = v.density * lane::exp(-o.exponent[c][i]);
   }
+  o.finish(channels_);
 }
 
 // False, and nothing, where the light is too steep for this. `lit`: null, all.
 bool AirLight::add_block(const View& v, const BlockNodes& nodes, int number, const LitBins* lit, Sums* sums) const {
   const int n = number - nodes.first, channels = sums_wanted();
   const bool even = planes_.even(v.plane)[number], enters = !even && planes_.bounded();
-  if (nodes.is_steep(n, channels_, enters)) return false;
+  if (enters ? nodes.is_steep(n, channels_) : !(nodes.bend[n] <= 0)) return false;
   const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
   if (even && !lit) {
-    const float width = (nodes.u[2 * n + 2] - nodes.u[2 * n]) * (1 / 6.0f);
-    for (int c = 0; c < channels; ++c) {
-      const float* const light = nodes.light[channels_ == 1 ? 0 : c] + 2 * n;
-      sums->bins.of[c][n % LaneSums::lanes] +=
-          width * (light[0] + 4 * light[1] + light[2]) * (tint ? (*tint)[c] : 1.0f);
-    }
+    for (int c = 0; c < channels; ++c)
+      sums->bins.of[c][n % LaneSums::lanes] += nodes.whole[channels_ == 1 ? 0 : c][n] * (tint ? (*tint)[c] : 1.0f);
     return true;
   }
   LitBins all;
@@ -244,7 +240,7 @@ RGB AirLight::parallel(const Segment& segment) const {
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   float run = -1;  // where the run of light that goes on began
   RGB run_tint(1);
-  const auto at_edge = [&](int b) { return lane::clamp(planes_.edge(b * block) * per_u, v.begin, v.end); };
+  const auto at_edge = [&](int b) { return lane::clamp(planes_.block_edges()[b] * per_u, v.begin, v.end); };
   if (v.first < last_edge) {
     int first, last;
     find_blocks(v, v.first, v.last, &first, &last);

@@ -26,28 +26,48 @@ DAPPLE_LANE float column_of(float density, float rate, float t) {
   return density * t * mean_decay_of(size) * (y < 0 ? lane::exp(size) : 1.0f);
 }
 
-/// What so many blocks from `first` on would send were they lit. Node 2 i is the begin of block first + i, node 2 i + 1
-/// its middle; of the first and last block along a ray that part counts through which the ray goes.
+/// What so many blocks from `first` on would send were they lit. Of block first + n node n is the begin, n + 1 the end
+/// and half + n the middle; of the first and last block along a ray that part counts through which the ray goes.
 struct BlockNodes {
-  static constexpr int blocks = 15, count = 32;
+  static constexpr int blocks = 15, half = 16, count = 2 * half;
   int first = -1;                        ///< -1: nothing
   alignas(64) float u[count];            ///< coordinate of rays of light
   alignas(64) float weight[count];       ///< light = weight e^-exponent, a unit of u
   alignas(64) float way[count];          ///< column to the light, without what entry() of the planes subtracts
   alignas(64) float exponent[3][count];  ///< by channel, without that too
   alignas(64) float light[3][count];
+  alignas(64) float whole[3][half];  ///< Simpson's rule for blocks
+  alignas(64) float bend[half];      ///< above 0: a parabola is not enough for the light
 
   bool holds(int block) const { return first >= 0 && block >= first && block < first + blocks; }
-  /// A parabola is not enough for the light of block n, or for its logarithm and weight.
-  bool is_steep(int n, int channels, bool by_logarithm) const {
-    const auto bent = [&](const float* f) {
-      const float a = f[2 * n], m = f[2 * n + 1], b = f[2 * n + 2];
-      return !(std::abs(a - 2 * m + b) <= most_bend * std::max(std::max(a, m), b));
-    };
-    const auto long_way = [&](const float* e) { return !(std::abs(e[2 * n + 2] - e[2 * n]) <= most_depth); };
+  /// u, from the edges of blocks.
+  void set_places(const float* edges, float begin, float end) {
+    for (int n = 0; n < half; ++n) u[n] = pattern::lane::clamp(edges[n], begin, end);
+    for (int n = 0; n < blocks; ++n) u[half + n] = 0.5f * (u[n] + u[n + 1]);
+    u[half + blocks] = u[blocks];
+  }
+  /// After the rest.
+  void finish(int channels) {
+    for (int n = 0; n < half; ++n) bend[n] = 0;
+    for (int c = 0; c < channels; ++c) {
+      const float* const f = light[c];
+      alignas(64) float after[half], end[half];
+      for (int n = 0; n < blocks; ++n) after[n] = f[n + 1], end[n] = u[n + 1];
+      after[blocks] = f[blocks], end[blocks] = u[blocks];
+      for (int n = 0; n < half; ++n) {
+        const float m = f[half + n], ends = f[n] + after[n];
+        whole[c][n] = (end[n] - u[n]) * (1 / 6.0f) * (ends + 4 * m);
+        const float size = pattern::lane::max(pattern::lane::max(f[n], after[n]), m);
+        bend[n] = pattern::lane::max(bend[n], pattern::lane::abs(ends - 2 * m) - most_bend * size);
+      }
+    }
+  }
+  /// A parabola is not enough for the logarithm of the light of block n.
+  bool is_steep(int n, int channels) const {
     for (int c = 0; c < channels; ++c)
-      if (by_logarithm ? long_way(exponent[c]) : bent(light[c])) return true;
-    return by_logarithm && bent(weight);
+      if (!(std::abs(exponent[c][n + 1] - exponent[c][n]) <= most_depth)) return true;
+    const float a = weight[n], m = weight[half + n], b = weight[n + 1];
+    return !(std::abs(a - 2 * m + b) <= most_bend * std::max(std::max(a, m), b));
   }
   static constexpr float most_bend = 0.02f;  // light of depths .3 apart: the parabola is off by 2e-4 at most
   static constexpr float most_depth = 0.4f;
@@ -58,7 +78,7 @@ struct Parabola {
   float a, b, c;
   Parabola(float at_0, float middle, float at_1)
       : a(at_0), b(4 * middle - 3 * at_0 - at_1), c(2 * (at_0 + at_1) - 4 * middle) {}
-  Parabola(const float* nodes, int n) : Parabola(nodes[2 * n], nodes[2 * n + 1], nodes[2 * n + 2]) {}
+  Parabola(const float* nodes, int n) : Parabola(nodes[n], nodes[BlockNodes::half + n], nodes[n + 1]) {}
 };
 
 /// What is lit of each bin of a block: u from `begin` to `end`.
@@ -68,11 +88,12 @@ struct LitBins {
 
 /// Sums by channel, in lanes, that are added up at the end: always in the same order.
 struct LaneSums {
-  static constexpr int lanes = 8;
-  alignas(32) float of[3][lanes] = {};
+  static constexpr int lanes = ScanPlanes::block;
+  alignas(64) float of[3][lanes] = {};
   float sum(int c) const {
-    const float* const s = of[c];
-    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+    float all = 0;
+    for (int i = 0; i < lanes / 2; ++i) all += of[c][i] + of[c][i + lanes / 2];
+    return all;
   }
 };
 
@@ -81,7 +102,7 @@ struct LaneSums {
 inline void add_smooth(const BlockNodes& nodes, int n, const LitBins& lit, int from, int to, int last, const RGB* tint,
                        bool even, LaneSums* sums) {
   constexpr int size = ScanPlanes::block;
-  const float u0 = nodes.u[2 * n], width = nodes.u[2 * n + 2] - u0, per_u = width > 0 ? 1 / width : 0.0f;
+  const float u0 = nodes.u[n], width = nodes.u[n + 1] - u0, per_u = width > 0 ? 1 / width : 0.0f;
   const Parabola p(nodes.light[from], n);
   alignas(64) float light[size];
   for (int i = 0; i < size; ++i) {
@@ -94,10 +115,9 @@ inline void add_smooth(const BlockNodes& nodes, int n, const LitBins& lit, int f
     float* const out = sums->of[c];
     if (even) {
       const float t = tint ? (*tint)[c] : 1.0f;
-      for (int i = 0; i < LaneSums::lanes; ++i) out[i] += (light[i] + light[i + LaneSums::lanes]) * t;
+      for (int i = 0; i < size; ++i) out[i] += light[i] * t;
     } else {
-      for (int i = 0; i < LaneSums::lanes; ++i)
-        out[i] += light[i] * tint[i][c] + light[i + LaneSums::lanes] * tint[i + LaneSums::lanes][c];
+      for (int i = 0; i < size; ++i) out[i] += light[i] * tint[i][c];
     }
   }
 }
@@ -107,7 +127,7 @@ inline void add_entering(const BlockNodes& nodes, int n, const LitBins& lit, int
                          const float* entry, const RGB* tint, bool checks_way, LaneSums* sums) {
   namespace lane = pattern::lane;
   constexpr int size = ScanPlanes::block;
-  const float u0 = nodes.u[2 * n], width = nodes.u[2 * n + 2] - u0, per_u = width > 0 ? 1 / width : 0.0f;
+  const float u0 = nodes.u[n], width = nodes.u[n + 1] - u0, per_u = width > 0 ? 1 / width : 0.0f;
   const Parabola depth(nodes.exponent[from], n), weight(nodes.weight, n), way(nodes.way, n);
   alignas(64) float light[size];
   for (int i = 0; i < size; ++i) {
@@ -120,10 +140,13 @@ inline void add_entering(const BlockNodes& nodes, int n, const LitBins& lit, int
     const float value = length * mean * (weight.a + x * (weight.b + x * weight.c)) * lane::exp(-exponent);
     light[i] = lane::choose((length > 0) & (entry[i] < 1e30f) & !(checks_way & beyond), value, 0);
   }
-  for (int c = to; c <= last; ++c)
-    for (int i = 0; i < LaneSums::lanes; ++i)
-      sums->of[c][i] += light[i] * (tint ? tint[i][c] : 1.0f) +
-                        light[i + LaneSums::lanes] * (tint ? tint[i + LaneSums::lanes][c] : 1.0f);
+  for (int c = to; c <= last; ++c) {
+    float* const out = sums->of[c];
+    if (tint)
+      for (int i = 0; i < size; ++i) out[i] += light[i] * tint[i][c];
+    else
+      for (int i = 0; i < size; ++i) out[i] += light[i];
+  }
 }
 
 }  // namespace dapple::shafts

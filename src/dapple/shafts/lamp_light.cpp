@@ -20,10 +20,11 @@ constexpr float spent_depth = 25;
 void cut_lamp_bins(const float* edges, const float* sines, const float* cosines, const float* blocked, float sine,
                    float cosine, float D, float first, float last, LitBins* lit) {
   const float nearest = D * sine;
+  alignas(64) float of_sum[block + 1];
+  for (int i = 0; i <= block; ++i) of_sum[i] = sine * cosines[i] + cosine * sines[i];
   for (int i = 0; i < block; ++i) {
     const float R = lane::clamp(-blocked[i], 0, 1e30f);
-    const float e0 = (sine * cosines[i] + cosine * sines[i]) * R - nearest,
-                e1 = (sine * cosines[i + 1] + cosine * sines[i + 1]) * R - nearest, growth = e1 - e0;
+    const float e0 = of_sum[i] * R - nearest, e1 = of_sum[i + 1] * R - nearest, growth = e1 - e0;
     const float t = lane::clamp(-e0 / (growth != 0 ? growth : 1.0f), 0, 1);
     const float cut = edges[i] + t * (edges[i + 1] - edges[i]);
     const float begin = growth > 0 ? cut : edges[i];
@@ -40,19 +41,21 @@ void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) cons
   BlockNodes& o = *nodes;
   o.first = first;
   alignas(64) float sines[n], cosines[n], r[n], column[n], thinner[n];
-  for (int i = 0; i < n; i += 2) {
-    const int j = std::min(first + i / 2, planes_.blocks()) * block;
-    const float u = planes_.edge(j);
-    const bool before = u <= v.first, after = u >= v.last;
-    o.u[i] = before ? v.first : after ? v.last : u;
-    sines[i] = before ? v.first_turn.x : after ? v.last_turn.x : planes_.sines()[j];
-    cosines[i] = before ? v.first_turn.y : after ? v.last_turn.y : planes_.cosines()[j];
+  constexpr int half = BlockNodes::half;
+  const float* const edges = planes_.block_edges() + first;
+  o.set_places(edges, v.first, v.last);
+  for (int i = 0; i < half; ++i) {
+    const float s = planes_.block_sines()[first + i], c = planes_.block_cosines()[first + i];
+    const bool before = edges[i] <= v.first, after = edges[i] >= v.last;
+    sines[i] = lane::choose(before, v.first_turn.x, lane::choose(after, v.last_turn.x, s));
+    cosines[i] = lane::choose(before, v.first_turn.y, lane::choose(after, v.last_turn.y, c));
   }
-  for (int i = 1; i < n; i += 2) {
-    const int next = i + 1 < n ? i + 1 : i - 1;
-    const float s = sines[i - 1] + sines[next], c = cosines[i - 1] + cosines[next];
-    const float scale = 1 / lane::sqrt(s * s + c * c);
-    o.u[i] = 0.5f * (o.u[i - 1] + o.u[next]), sines[i] = s * scale, cosines[i] = c * scale;
+  sines[half] = sines[half - 1], cosines[half] = cosines[half - 1];
+  alignas(64) float sum[half], other_sum[half];
+  for (int i = 0; i < half; ++i) sum[i] = sines[i] + sines[i + 1], other_sum[i] = cosines[i] + cosines[i + 1];
+  for (int i = 0; i < half; ++i) {
+    const float scale = 1 / lane::sqrt(sum[i] * sum[i] + other_sum[i] * other_sum[i]);
+    sines[half + i] = sum[i] * scale, cosines[half + i] = other_sum[i] * scale;
   }
   const float D = planes_.settings().lamp, nearest = D * v.sine, g = haze_.phase.g;
   const float scale = at_lamp_ * (1 - g * g) / (4 * pi * nearest);
@@ -80,6 +83,7 @@ void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) cons
       o.light[c][i] = o.weight[i] * lane::exp(-o.exponent[c][i]);
     }
   }
+  o.finish(channels_);
 }
 
 // As add_steep_bins(), to a lamp, by the midpoint rule. Places in bins are told as parts of them, [0, 1]; sines and
@@ -163,11 +167,11 @@ RGB AirLight::from_lamp(const Segment& segment) const {
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   const float peak = std::atan2(v.cosine, v.sine);  // the angle at which the ray is nearest to the lamp
   const auto sine_of_sum = [&](int b) {
-    return v.sine * planes_.cosines()[b * block] + v.cosine * planes_.sines()[b * block];
+    return v.sine * planes_.block_cosines()[b] + v.cosine * planes_.block_sines()[b];
   };
   float here = sine_of_sum(first);
   for (int b = first; b <= last; ++b) {
-    const float next = sine_of_sum(b + 1), before = planes_.edge(b * block), after = planes_.edge((b + 1) * block);
+    const float next = sine_of_sum(b + 1), before = planes_.block_edges()[b], after = planes_.block_edges()[b + 1];
     const float high = before < peak && peak < after ? 1 : std::max(here, next), low = std::min(here, next);
     here = next;
     if (high * std::clamp(-least[b], 0.0f, 1e30f) < nearest) continue;

@@ -29,6 +29,11 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
     for (int j = 0; j <= bins(); ++j) add(double(edge(j)));
     for (int j = 0; j < bins(); ++j) add(0.5 * (double(edge(j)) + double(edge(j + 1))));
   }
+  for (int b = 0; b <= blocks() + block; ++b) {
+    const size_t j = size_t(std::min(b, blocks()) * block);
+    block_edges_.push_back(edges_[j]);
+    if (is_lamp()) block_sines_.push_back(sines_[j]), block_cosines_.push_back(cosines_[j]);
+  }
   blocked_.assign(rays, -infinity);
   least_.assign(all_blocks, -infinity);
   most_.assign(all_blocks, -infinity);

@@ -55,6 +55,10 @@ class ScanPlanes {
   /// Of lamps: sine and cosine of edge and middle of each bin; those of middle j at bins() + 1 + j.
   const float* sines() const { return sines_.data(); }
   const float* cosines() const { return cosines_.data(); }
+  /// Edges of blocks, and of lamps their sines and cosines; the last repeated, `block` times.
+  const float* block_edges() const { return block_edges_.data(); }
+  const float* block_sines() const { return block_sines_.data(); }
+  const float* block_cosines() const { return block_cosines_.data(); }
   /// The bin of u, within one.
   int bin_of(float u) const;
   /// Unit vector across the axis, in plane k.
@@ -91,7 +95,8 @@ class ScanPlanes {
   Settings settings_;
   Frame frame_;
   float growth_ = 1;
-  std::vector<float> edges_, sines_, cosines_, blocked_, entry_, least_, most_;
+  std::vector<float> edges_, sines_, cosines_, block_edges_, block_sines_, block_cosines_, blocked_, entry_, least_,
+      most_;
   std::vector<uint8_t> even_;
   std::vector<RGB> tint_;
 };
