@@ -33,6 +33,7 @@ struct Fixture {
     s.lamp = lamp == sun ? infinity : 9;
     s.bounded = lamp == sun && medium == even;
     s.tinted = lamp == spot;
+    s.entry_error = 1;
     planes = std::make_unique<ScanPlanes>(s);
     shafts::Haze haze;
     haze.sigma_s = RGB(0.02f), haze.sigma_t = RGB(0.025f), haze.phase.g = 0.5f;

@@ -31,6 +31,7 @@ constexpr float lamp_even_part = 2e-3f;  // radians
 constexpr int film_samples = 16;         // along each side of the film
 constexpr float film_margin = 4;         // pixels that filters reach beyond it
 constexpr int least_bins = 64;
+constexpr float entry_error = 0.02f;  // optical depth; rays of light are at random places in bins
 
 constexpr int survey_rays = 64;
 
@@ -249,6 +250,7 @@ shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) c
   s.bins = bins_;
   s.bounded = bounded_;
   s.tinted = w.patterned || colored_;
+  s.entry_error = entry_error / std::max(out_->air_->sigma_t().max(), 1e-30f);
   if (w.is_lamp) {
     s.lamp = length(w.lamp - eye_);
     s.nearest = lamp_even_part;

@@ -77,6 +77,7 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
       planes.blocked(plane)[first + i] = free ? -infinity : wanted.is_lamp ? -s.distance[i] : start - s.distance[i];
       if (free) s.distance[i] = infinity;
       if (planes.tinted()) planes.tint(plane)[first + i] *= s.passed[i];
+      if (planes.tinted() && planes.tint(plane)[first + i].is_black()) planes.blocked(plane)[first + i] = infinity;
     }
     if (planes.bounded()) find_entries(wanted, set, plane, first, n, s);
   }

@@ -113,12 +113,12 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
       thinner[i] = y, column[i] = v.density * t * mean;
     }
   }
-  if (!unbounded_)
-    for (int i = 0; i < n; ++i) o.weight[i] = v.density, o.way[i] = 0;
+  for (int i = 0; i < n; ++i) o.weight[i] = v.density, o.way[i] = 0;
+  const EntryLine* const lines = planes_.bounded() ? planes_.entry_line(v.plane) + first : nullptr;
   for (int c = 0; c < channels_; ++c) {
     const float sigma = haze_.sigma_t[c];
     for (int i = 0; i < n; ++i) o.exponent[c][i] = thinner[i] + sigma * (v.k * column[i] + v.ahead);
-    for (int i = 0; i < n; ++i) o.light[c][i] = v.density * lane::exp(-o.exponent[c][i]);
+    o.find_light(c, sigma, lines, planes_.block_edges() + first);
   }
   o.finish(channels_);
 }
@@ -126,10 +126,11 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
 // False, and nothing, where the light is too steep for this. `lit`: null, all.
 bool AirLight::add_block(const View& v, const BlockNodes& nodes, int number, const LitBins* lit, Sums* sums) const {
   const int n = number - nodes.first, channels = sums_wanted();
-  const bool even = planes_.even(v.plane)[number], enters = !even && planes_.bounded();
+  const uint8_t mark = planes_.marks(v.plane)[number];
+  const bool even = mark & ScanPlanes::even_tint, enters = !(mark & ScanPlanes::even_entry);
   if (enters ? nodes.is_steep(n, channels_) : !(nodes.bend[n] <= 0)) return false;
   const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
-  if (even && !lit) {
+  if (even && !enters && !lit) {
     for (int c = 0; c < channels; ++c)
       sums->bins.of[c][n % LaneSums::lanes] += nodes.whole[channels_ == 1 ? 0 : c][n] * (tint ? (*tint)[c] : 1.0f);
     return true;
@@ -235,7 +236,8 @@ RGB AirLight::parallel(const Segment& segment) const {
   const float slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
   const float* const least = planes_.least(v.plane);
   const float* const most = planes_.most(v.plane);
-  const uint8_t* const even = planes_.even(v.plane);
+  constexpr uint8_t even = ScanPlanes::even_tint | ScanPlanes::no_entry;
+  const uint8_t* const marks = planes_.marks(v.plane);
   const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) : nullptr;
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   float run = -1;  // where the run of light that goes on began
@@ -248,7 +250,7 @@ RGB AirLight::parallel(const Segment& segment) const {
     for (int b = first; b <= last && absorbs * (here - v.begin) < spent_depth; ++b) {
       const float next = at_edge(b + 1), h0 = here * v.cosine, h1 = next * v.cosine;
       const bool dark = lane::max(h0, h1) < least[b], lit = lane::min(h0, h1) >= most[b];
-      const bool joins = lit && even[b];
+      const bool joins = lit && (marks[b] & even) == even;
       if (run >= 0 && (!joins || (tint && tint[b * block] != run_tint))) {
         add_run(v, run, here, run_tint, &sums);
         run = -1;

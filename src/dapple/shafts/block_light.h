@@ -35,9 +35,9 @@ struct BlockNodes {
   alignas(64) float weight[count];       ///< light = weight e^-exponent, a unit of u
   alignas(64) float way[count];          ///< column to the light, without what entry() of the planes subtracts
   alignas(64) float exponent[3][count];  ///< by channel, without that too
-  alignas(64) float light[3][count];
-  alignas(64) float whole[3][half];  ///< Simpson's rule for blocks
-  alignas(64) float bend[half];      ///< above 0: a parabola is not enough for the light
+  alignas(64) float light[3][3 * half];  ///< begins, middles, ends: where light enters, each block has its own
+  alignas(64) float whole[3][half];      ///< Simpson's rule for blocks
+  alignas(64) float bend[half];          ///< above 0: a parabola is not enough for the light
 
   bool holds(int block) const { return first >= 0 && block >= first && block < first + blocks; }
   /// u, from the edges of blocks.
@@ -46,21 +46,43 @@ struct BlockNodes {
     for (int n = 0; n < blocks; ++n) u[half + n] = 0.5f * (u[n] + u[n + 1]);
     u[half + blocks] = u[blocks];
   }
+  /// The light of channel c, from what else there is. `entry`: of each block, at its begin and end (EntryLine); null:
+  /// nothing is subtracted.
+  void find_light(int c, float sigma, const EntryLine* entry, const float* edges) {
+    namespace lane = pattern::lane;
+    float* const to = light[c];
+    if (!entry) {
+      for (int n = 0; n < count; ++n) to[n] = weight[n] * lane::exp(-exponent[c][n]);
+      for (int n = 0; n < blocks; ++n) to[count + n] = to[n + 1];
+      to[count + blocks] = to[blocks];
+      return;
+    }
+    alignas(64) float depth[3 * half], factor[3 * half];
+    for (int n = 0; n < half; ++n) {
+      const float at = entry[n].begin, width = edges[n + 1] - edges[n];
+      const float per_u = sigma * (entry[n].end - at) / (width > 0 ? width : 1.0f),
+                  known = sigma * at - per_u * edges[n];
+      const int next = n < blocks ? n + 1 : n;
+      depth[n] = exponent[c][n] - (known + per_u * u[n]);
+      depth[half + n] = exponent[c][half + n] - (known + per_u * u[half + n]);
+      depth[count + n] = exponent[c][next] - (known + per_u * u[next]);
+      factor[n] = weight[n], factor[half + n] = weight[half + n], factor[count + n] = weight[next];
+    }
+    for (int n = 0; n < 3 * half; ++n) to[n] = factor[n] * lane::exp(-depth[n]);
+  }
   /// After the rest.
   void finish(int channels) {
+    alignas(64) float width[half];
+    for (int n = 0; n < blocks; ++n) width[n] = (u[n + 1] - u[n]) * (1 / 6.0f);
+    width[blocks] = 0;
     for (int n = 0; n < half; ++n) bend[n] = 0;
-    for (int c = 0; c < channels; ++c) {
-      const float* const f = light[c];
-      alignas(64) float after[half], end[half];
-      for (int n = 0; n < blocks; ++n) after[n] = f[n + 1], end[n] = u[n + 1];
-      after[blocks] = f[blocks], end[blocks] = u[blocks];
+    for (int c = 0; c < channels; ++c)
       for (int n = 0; n < half; ++n) {
-        const float m = f[half + n], ends = f[n] + after[n];
-        whole[c][n] = (end[n] - u[n]) * (1 / 6.0f) * (ends + 4 * m);
-        const float size = pattern::lane::max(pattern::lane::max(f[n], after[n]), m);
-        bend[n] = pattern::lane::max(bend[n], pattern::lane::abs(ends - 2 * m) - most_bend * size);
+        const float a = light[c][n], m = light[c][half + n], b = light[c][count + n];
+        whole[c][n] = width[n] * (a + b + 4 * m);
+        const float size = pattern::lane::max(pattern::lane::max(a, b), m);
+        bend[n] = pattern::lane::max(bend[n], pattern::lane::abs(a + b - 2 * m) - most_bend * size);
       }
-    }
   }
   /// A parabola is not enough for the logarithm of the light of block n.
   bool is_steep(int n, int channels) const {
@@ -78,7 +100,6 @@ struct Parabola {
   float a, b, c;
   Parabola(float at_0, float middle, float at_1)
       : a(at_0), b(4 * middle - 3 * at_0 - at_1), c(2 * (at_0 + at_1) - 4 * middle) {}
-  Parabola(const float* nodes, int n) : Parabola(nodes[n], nodes[BlockNodes::half + n], nodes[n + 1]) {}
 };
 
 /// What is lit of each bin of a block: u from `begin` to `end`.
@@ -103,7 +124,8 @@ inline void add_smooth(const BlockNodes& nodes, int n, const LitBins& lit, int f
                        bool even, LaneSums* sums) {
   constexpr int size = ScanPlanes::block;
   const float u0 = nodes.u[n], width = nodes.u[n + 1] - u0, per_u = width > 0 ? 1 / width : 0.0f;
-  const Parabola p(nodes.light[from], n);
+  const float* const at = nodes.light[from] + n;
+  const Parabola p(at[0], at[BlockNodes::half], at[BlockNodes::count]);
   alignas(64) float light[size];
   for (int i = 0; i < size; ++i) {
     const float length = lit.end[i] - lit.begin[i];
@@ -128,7 +150,8 @@ inline void add_entering(const BlockNodes& nodes, int n, const LitBins& lit, int
   namespace lane = pattern::lane;
   constexpr int size = ScanPlanes::block;
   const float u0 = nodes.u[n], width = nodes.u[n + 1] - u0, per_u = width > 0 ? 1 / width : 0.0f;
-  const Parabola depth(nodes.exponent[from], n), weight(nodes.weight, n), way(nodes.way, n);
+  const auto along = [&](const float* f) { return Parabola(f[n], f[BlockNodes::half + n], f[n + 1]); };
+  const Parabola depth = along(nodes.exponent[from]), weight = along(nodes.weight), way = along(nodes.way);
   alignas(64) float light[size];
   for (int i = 0; i < size; ++i) {
     const float length = lit.end[i] - lit.begin[i];

@@ -76,12 +76,11 @@ void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) cons
       o.way[i] = column_of(at_lamp_, thinner[i] / lane::max(r[i], 1e-20f), r[i]);
     }
   }
+  const EntryLine* const lines = planes_.bounded() ? planes_.entry_line(v.plane) + first : nullptr;
   for (int c = 0; c < channels_; ++c) {
     const float sigma = haze_.sigma_t[c];
-    for (int i = 0; i < n; ++i) {
-      o.exponent[c][i] = sigma * lane::min(column[i] + o.way[i], most_column) + thinner[i];
-      o.light[c][i] = o.weight[i] * lane::exp(-o.exponent[c][i]);
-    }
+    for (int i = 0; i < n; ++i) o.exponent[c][i] = sigma * lane::min(column[i] + o.way[i], most_column) + thinner[i];
+    o.find_light(c, sigma, lines, edges);
   }
   o.finish(channels_);
 }

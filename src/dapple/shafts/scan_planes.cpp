@@ -37,7 +37,9 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
   blocked_.assign(rays, -infinity);
   least_.assign(all_blocks, -infinity);
   most_.assign(all_blocks, -infinity);
-  even_.assign(all_blocks, !bounded());
+  marks_.assign(all_blocks, even_tint | (bounded() ? 0 : no_entry | even_entry));
+  // Blocks are read by sixteens.
+  if (bounded()) lines_.assign(all_blocks + block, {});
   if (bounded()) entry_.assign(rays, infinity);
   if (tinted()) tint_.assign(rays, RGB(1));
 }
@@ -45,7 +47,7 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
 size_t ScanPlanes::bytes_of(const Settings& s) {
   const size_t a_bin = sizeof(float) * (s.bounded ? 2 : 1) + (s.tinted ? sizeof(RGB) : 0);
   return size_t(s.fan.planes) * size_t(s.bins) * a_bin +
-         size_t(s.fan.planes) * size_t(s.bins / block) * (2 * sizeof(float) + 1);
+         size_t(s.fan.planes) * size_t(s.bins / block) * (2 * sizeof(float) + 1 + (s.bounded ? sizeof(EntryLine) : 0));
 }
 
 size_t ScanPlanes::bytes() const {
@@ -64,18 +66,41 @@ V3f ScanPlanes::across(int plane) const {
 }
 
 void ScanPlanes::close(int plane) {
-  const float* const heights = blocked(plane);
+  float* const heights = blocked(plane);
+  const float* const e = entry(plane);
+  for (int j = 0; e && j < bins(); ++j)
+    if (e[j] == infinity) heights[j] = infinity;
   for (int b = 0; b < blocks(); ++b) {
     const auto [low, high] = std::minmax_element(heights + b * block, heights + (b + 1) * block);
     const size_t at = size_t(plane) * size_t(blocks()) + size_t(b);
     least_[at] = *low;
     most_[at] = *high;
-    const float* const e = entry(plane);
-    const RGB* const t = tint(plane);
-    even_[at] =
-        (!e || std::all_of(e + b * block, e + (b + 1) * block, [](float x) { return x == 0; })) &&
-        (!t || std::all_of(t + b * block, t + (b + 1) * block, [&](const RGB& x) { return x == t[b * block]; }));
+    marks_[at] = mark(plane, b, bounded() ? &lines_[at] : nullptr);
   }
+}
+
+uint8_t ScanPlanes::mark(int plane, int b, EntryLine* line) const {
+  uint8_t m = 0;
+  const RGB* const t = tint(plane);
+  if (!t || std::all_of(t + b * block, t + (b + 1) * block, [&](const RGB& x) { return x == t[b * block]; }))
+    m |= even_tint;
+  if (!line) return m | no_entry | even_entry;
+  const float* const e = entry(plane) + b * block;
+  if (std::all_of(e, e + block, [](float x) { return x == 0; })) return m | no_entry | even_entry;
+  // Through the means of its halves.
+  const float* const u = edges() + b * block;
+  double x[2] = {0, 0}, y[2] = {0, 0};
+  for (int i = 0; i < block; ++i) {
+    x[2 * i / block] += 0.5 * (double(u[i]) + double(u[i + 1])) * 2 / block;
+    y[2 * i / block] += double(e[i]) * 2 / block;
+  }
+  const double slope = (y[1] - y[0]) / (x[1] - x[0]), origin = y[0] - slope * x[0];
+  double worst = 0;
+  for (int i = 0; i < block; ++i)
+    worst = std::max(worst, std::abs(origin + slope * 0.5 * (double(u[i]) + double(u[i + 1])) - double(e[i])));
+  if (!(worst <= double(settings_.entry_error))) return m;
+  *line = {float(origin + slope * double(u[0])), float(origin + slope * double(u[block]))};
+  return m | even_entry;
 }
 
 int ScanPlanes::plane_of(const V3f& d, float xi) const {

@@ -10,6 +10,11 @@
 
 namespace dapple::shafts {
 
+/// Where the rays of light of a block enter the medium, at its begin and end.
+struct EntryLine {
+  float begin = 0, end = 0;
+};
+
 /// Scan planes through an eye and a light (Max 1986, "Atmospheric illumination and shadows"), as arrays.
 ///
 /// A half-plane ends in the axis from the eye to the light. Rays of light lie in it side by side, numbered by a
@@ -37,6 +42,7 @@ class ScanPlanes {
     bool open = true;       ///< of parallel light: the medium goes on beyond the last bin
     bool bounded = false;   ///< rays of light enter the medium somewhere: entry() is kept
     bool tinted = false;    ///< they differ in colour or strength: tint() is kept
+    float entry_error = 0;  ///< by which a line along a block may miss entry()
   };
   explicit ScanPlanes(const Settings& settings);
 
@@ -83,13 +89,22 @@ class ScanPlanes {
   const RGB* tint(int plane) const { return tinted() ? tint_.data() + row(plane) : nullptr; }
   const float* least(int plane) const { return least_.data() + size_t(plane) * size_t(blocks()); }
   const float* most(int plane) const { return most_.data() + size_t(plane) * size_t(blocks()); }
-  /// Of each block: its rays of light have the same tint, and set out in the medium.
-  const uint8_t* even(int plane) const { return even_.data() + size_t(plane) * size_t(blocks()); }
+  /// Of each block: its rays of light have the same tint.
+  static constexpr uint8_t even_tint = 1;
+  /// They set out in the medium.
+  static constexpr uint8_t no_entry = 2;
+  /// entry_line() stands for entry().
+  static constexpr uint8_t even_entry = 4;
+  const uint8_t* marks(int plane) const { return marks_.data() + size_t(plane) * size_t(blocks()); }
+  const EntryLine* entry_line(int plane) const {
+    return bounded() ? lines_.data() + size_t(plane) * size_t(blocks()) : nullptr;
+  }
 
   /// The plane for a ray along d: that before or after it, by xi in [0, 1), so that the mean is linear between planes.
   int plane_of(const V3f& d, float xi) const;
 
  private:
+  uint8_t mark(int plane, int block_number, EntryLine* line) const;
   size_t row(int plane) const { return size_t(plane) * size_t(bins()); }
 
   Settings settings_;
@@ -97,7 +112,8 @@ class ScanPlanes {
   float growth_ = 1;
   std::vector<float> edges_, sines_, cosines_, block_edges_, block_sines_, block_cosines_, blocked_, entry_, least_,
       most_;
-  std::vector<uint8_t> even_;
+  std::vector<uint8_t> marks_;
+  std::vector<EntryLine> lines_;
   std::vector<RGB> tint_;
 };
 
