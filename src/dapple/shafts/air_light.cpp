@@ -68,30 +68,84 @@ RGB AirLight::in_scattering(const Segment& s) const {
   return planes_.is_lamp() ? from_lamp(s) : parallel(s);
 }
 
-// Those that hold rays of light from u = first to last.
-void AirLight::find_blocks(const View& v, float first, float last, int* first_block, int* last_block) const {
+// Of all blocks through which the ray goes.
+void AirLight::scan(const View& v, Sums* sums) const {
   const int all = planes_.blocks();
-  int a = std::min(planes_.bin_of(first) / block, all - 1), b = std::min(planes_.bin_of(last) / block, all - 1);
-  while (a > 0 && planes_.edge(a * block) > first) --a;
-  while (b + 1 < all && planes_.edge((b + 1) * block) < last) ++b;
-  *first_block = a, *last_block = b;
+  int first = std::min(planes_.bin_of(v.first) / block, all - 1),
+      last = std::min(planes_.bin_of(v.last) / block, all - 1);
+  while (first > 0 && planes_.block_edges()[first] > v.first) --first;
+  while (last + 1 < all && planes_.block_edges()[last + 1] < v.last) ++last;
+  BlockNodes nodes;
+  BlockStates states;
+  const bool lamp = planes_.is_lamp();
+  for (int begin = first; begin <= last; begin += BlockNodes::blocks) {
+    const int n = std::min(BlockNodes::blocks, last + 1 - begin);
+    lamp ? find_lamp_states(v, begin, n, &states) : find_states(v, begin, n, &states);
+    if (!states.any()) continue;
+    lamp ? find_lamp_nodes(v, begin, &nodes) : find_nodes(v, begin, &nodes);
+    add_whole(v, nodes, &states, sums);
+    for (int i = 0; i < n; ++i)
+      if (states.open[i]) add_block(v, nodes, begin + i, sums);
+  }
+}
+
+// Blocks that are lit as a whole and smooth; these are closed in `states`.
+void AirLight::add_whole(const View& v, const BlockNodes& nodes, BlockStates* states, Sums* sums) const {
+  constexpr int n = BlockNodes::half;
+  constexpr uint8_t even = ScanPlanes::even_tint | ScanPlanes::even_entry;
+  const uint8_t* const marks = planes_.marks(v.plane) + nodes.first;
+  alignas(64) int32_t whole[n];
+  for (int i = 0; i < n; ++i)
+    whole[i] = states->lit[i] & -int32_t(nodes.bend[i] <= 0) & -int32_t((marks[i] & even) == even);
+  const int channels = sums_wanted();
+  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) : nullptr;
+  for (int c = 0; c < channels; ++c) {
+    const float* const light = nodes.whole[channels_ == 1 ? 0 : c];
+    float* const out = sums->bins.of[c];
+    if (tint) {
+      for (int i = 0; i < BlockNodes::blocks; ++i)
+        if (whole[i]) out[i] += light[i] * tint[(nodes.first + i) * block][c];
+    } else {
+      for (int i = 0; i < n; ++i) out[i] += lane::choose(whole[i], light[i], 0);
+    }
+  }
+  for (int i = 0; i < n; ++i) states->open[i] &= ~whole[i];
+}
+
+// What is lit of a block.
+void AirLight::add_block(const View& v, const BlockNodes& nodes, int number, Sums* sums) const {
+  const int n = number - nodes.first, channels = sums_wanted();
+  const uint8_t mark = planes_.marks(v.plane)[number];
+  const bool enters = !(mark & ScanPlanes::even_entry);
+  if (enters ? nodes.is_steep(n, channels_) : !(nodes.bend[n] <= 0))
+    return planes_.is_lamp() ? add_steep_lamp_bins(v, number, sums) : add_steep_bins(v, number, sums);
+  LitBins lit;
+  planes_.is_lamp() ? cut_lamp_bins(v, number, &lit) : cut_bins(v, number, &lit);
+  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
+  for (int c = 0; c < channels_; ++c) {
+    const int last = channels_ == 1 ? channels - 1 : c;
+    if (enters)
+      add_entering(nodes, n, lit, c, c, last, haze_.sigma_t[c], planes_.entry(v.plane) + number * block, tint,
+                   planes_.is_lamp(), &sums->bins);
+    else
+      add_smooth(nodes, n, lit, c, c, last, tint, mark & ScanPlanes::even_tint, &sums->bins);
+  }
 }
 
 // All of [begin, end], which is lit.
-void AirLight::add_run(const View& v, float begin, float end, const RGB& tint, Sums* sums) const {
+void AirLight::add_run(const View& v, float begin, float end, Sums* sums) const {
   const auto column = [&](float s) {
     return haze_.density.is_constant() ? s - v.begin : ExponentialDensity::column(v.density, v.rate, s - v.begin);
   };
   const float a = column(begin), b = column(end);
   if (!(b > a)) return;
-  const int channels = sums_wanted();
-  for (int c = 0; c < channels; ++c) {
+  for (int c = 0; c < channels_; ++c) {
     const float sigma = haze_.sigma_t[c], rate = sigma * v.k;
     // From the end where more is left.
     const float depth = sigma * v.ahead + rate * (v.k >= 0 ? a : b), y = std::abs(rate) * (b - a);
     if (!(depth < 200)) continue;
     const float part = y < 1e30f ? (b - a) * media::mean_decay(y) : 1 / std::abs(rate);
-    sums->add(c, channels, double(std::exp(-depth)) * double(part * tint[c]));
+    sums->add(c, channels_, double(std::exp(-depth)) * double(part));
   }
 }
 
@@ -123,36 +177,35 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
   o.finish(channels_);
 }
 
-// False, and nothing, where the light is too steep for this. `lit`: null, all.
-bool AirLight::add_block(const View& v, const BlockNodes& nodes, int number, const LitBins* lit, Sums* sums) const {
-  const int n = number - nodes.first, channels = sums_wanted();
-  const uint8_t mark = planes_.marks(v.plane)[number];
-  const bool even = mark & ScanPlanes::even_tint, enters = !(mark & ScanPlanes::even_entry);
-  if (enters ? nodes.is_steep(n, channels_) : !(nodes.bend[n] <= 0)) return false;
-  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
-  if (even && !enters && !lit) {
-    for (int c = 0; c < channels; ++c)
-      sums->bins.of[c][n % LaneSums::lanes] += nodes.whole[channels_ == 1 ? 0 : c][n] * (tint ? (*tint)[c] : 1.0f);
-    return true;
+void AirLight::find_states(const View& v, int first, int n, BlockStates* states) const {
+  const float* const edges = planes_.block_edges() + first;
+  const float* const least = planes_.least(v.plane) + first;
+  const float* const most = planes_.most(v.plane) + first;
+  const float per_u = 1 / v.sine;
+  alignas(64) float height[BlockNodes::half + 1];
+  for (int i = 0; i <= BlockNodes::half; ++i) height[i] = lane::clamp(edges[i] * per_u, v.begin, v.end) * v.cosine;
+  for (int i = 0; i < BlockNodes::half; ++i) {
+    const int32_t some = -int32_t(i < n) & -int32_t(lane::max(height[i], height[i + 1]) >= least[i]);
+    states->open[i] = some;
+    states->lit[i] = some & -int32_t(lane::min(height[i], height[i + 1]) >= most[i]);
   }
-  LitBins all;
-  if (!lit) {
-    const float* const edges = planes_.edges() + number * block;
+}
+
+// What is lit of the bins of a block: above the cut, or, with the light from behind, below it.
+void AirLight::cut_bins(const View& v, int number, LitBins* lit) const {
+  const float* const edges = planes_.edges() + number * block;
+  const float* const blocked = planes_.blocked(v.plane) + number * block;
+  if (v.slant > 0) {
     for (int i = 0; i < block; ++i) {
-      all.begin[i] = lane::clamp(edges[i], v.first, v.last);
-      all.end[i] = lane::clamp(edges[i + 1], v.first, v.last);
+      const float begin = lane::clamp(edges[i], v.first, v.last), end = lane::clamp(edges[i + 1], v.first, v.last);
+      lit->begin[i] = lane::clamp(blocked[i] * v.slant, begin, end), lit->end[i] = end;
     }
-    lit = &all;
+  } else {
+    for (int i = 0; i < block; ++i) {
+      const float begin = lane::clamp(edges[i], v.first, v.last), end = lane::clamp(edges[i + 1], v.first, v.last);
+      lit->begin[i] = begin, lit->end[i] = lane::clamp(blocked[i] * v.slant, begin, end);
+    }
   }
-  for (int c = 0; c < channels_; ++c) {
-    const int last = channels_ == 1 ? channels - 1 : c;
-    if (enters)
-      add_entering(nodes, n, *lit, c, c, last, haze_.sigma_t[c], planes_.entry(v.plane) + number * block, tint,
-                   planes_.is_lamp(), &sums->bins);
-    else
-      add_smooth(nodes, n, *lit, c, c, last, tint, even, &sums->bins);
-  }
-  return true;
 }
 
 // The bins of a block, each cut where its shadow begins, and each in closed form.
@@ -208,73 +261,19 @@ void AirLight::add_steep_bins(const View& v, int number, Sums* sums) const {
   }
 }
 
-// What is lit of the bins of a block: above the cut, or, with the light from behind, below it.
-namespace {
-void cut_bins(const float* edges, const float* blocked, float slant, float first, float last, LitBins* lit) {
-  if (slant > 0) {
-    for (int i = 0; i < block; ++i) {
-      const float begin = lane::clamp(edges[i], first, last), end = lane::clamp(edges[i + 1], first, last);
-      lit->begin[i] = lane::clamp(blocked[i] * slant, begin, end), lit->end[i] = end;
-    }
-  } else {
-    for (int i = 0; i < block; ++i) {
-      const float begin = lane::clamp(edges[i], first, last), end = lane::clamp(edges[i + 1], first, last);
-      lit->begin[i] = begin, lit->end[i] = lane::clamp(blocked[i] * slant, begin, end);
-    }
-  }
-}
-}  // namespace
-
 RGB AirLight::parallel(const Segment& segment) const {
   if (unbounded_ && (haze_.density.is_constant() ? haze_.sigma_t.max() > 0 : rise_ < 0)) return {};
   View v = view_of(segment);
-  v.first = v.begin * v.sine, v.last = v.end * v.sine;
-  Sums sums;
-  BlockNodes nodes;
-  const float last_edge = planes_.edge(planes_.bins()), per_u = 1 / v.sine;
-  // Over the tangent: u at a height. The ray is at right angles to the light where this is large.
-  const float slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
-  const float* const least = planes_.least(v.plane);
-  const float* const most = planes_.most(v.plane);
-  constexpr uint8_t even = ScanPlanes::even_tint | ScanPlanes::no_entry;
-  const uint8_t* const marks = planes_.marks(v.plane);
-  const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) : nullptr;
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
-  float run = -1;  // where the run of light that goes on began
-  RGB run_tint(1);
-  const auto at_edge = [&](int b) { return lane::clamp(planes_.block_edges()[b] * per_u, v.begin, v.end); };
-  if (v.first < last_edge) {
-    int first, last;
-    find_blocks(v, v.first, v.last, &first, &last);
-    float here = at_edge(first);
-    for (int b = first; b <= last && absorbs * (here - v.begin) < spent_depth; ++b) {
-      const float next = at_edge(b + 1), h0 = here * v.cosine, h1 = next * v.cosine;
-      const bool dark = lane::max(h0, h1) < least[b], lit = lane::min(h0, h1) >= most[b];
-      const bool joins = lit && (marks[b] & even) == even;
-      if (run >= 0 && (!joins || (tint && tint[b * block] != run_tint))) {
-        add_run(v, run, here, run_tint, &sums);
-        run = -1;
-      }
-      if (joins) {
-        if (run < 0) run = here, run_tint = tint ? tint[b * block] : RGB(1);
-      } else if (!dark) {
-        LitBins bins;
-        if (!lit)
-          cut_bins(planes_.edges() + b * block, planes_.blocked(v.plane) + b * block, slant, v.first, v.last, &bins);
-        if (!nodes.holds(b)) find_nodes(v, b, &nodes);
-        if (!add_block(v, nodes, b, lit ? nullptr : &bins, &sums)) add_steep_bins(v, b, &sums);
-      }
-      here = next;
-    }
-  }
+  if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
+  v.first = v.begin * v.sine, v.last = v.end * v.sine;
+  v.slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
+  Sums sums;
+  const float last_edge = planes_.edge(planes_.bins()), per_u = 1 / v.sine;
+  if (v.first < last_edge) scan(v, &sums);
   // Beyond the bins nothing stands in the way.
-  const bool goes_on = planes_.settings().open && v.last > last_edge;
-  if (run >= 0 && (!goes_on || tint)) {
-    const float end = std::clamp(last_edge * per_u, v.begin, v.end);
-    add_run(v, run, end, run_tint, &sums);
-    run = -1;
-  }
-  if (goes_on) add_run(v, run >= 0 ? run : std::clamp(last_edge * per_u, v.begin, v.end), v.end, RGB(1), &sums);
+  if (planes_.settings().open && v.last > last_edge)
+    add_run(v, std::clamp(last_edge * per_u, v.begin, v.end), v.end, &sums);
   const float phase = haze_.phase.eval(-segment.d, planes_.frame().n);
   RGB out;
   for (int c = 0; c < 3; ++c) {

@@ -54,11 +54,17 @@ class AirLight {
   View view_of(const Segment& segment) const;
   RGB parallel(const Segment& segment) const;
   RGB from_lamp(const Segment& segment) const;
-  void find_blocks(const View& view, float first, float last, int* first_block, int* last_block) const;
-  void add_run(const View& view, float begin, float end, const RGB& tint, Sums* sums) const;
+  void scan(const View& view, Sums* sums) const;
+  void add_whole(const View& view, const BlockNodes& nodes, BlockStates* states, Sums* sums) const;
+  void add_block(const View& view, const BlockNodes& nodes, int block, Sums* sums) const;
+  void add_run(const View& view, float begin, float end, Sums* sums) const;
+  // Of parallel light, and of lamps.
+  void find_states(const View& view, int first, int n, BlockStates* states) const;
+  void find_lamp_states(const View& view, int first, int n, BlockStates* states) const;
   void find_nodes(const View& view, int first, BlockNodes* nodes) const;
   void find_lamp_nodes(const View& view, int first, BlockNodes* nodes) const;
-  bool add_block(const View& view, const BlockNodes& nodes, int block, const LitBins* lit, Sums* sums) const;
+  void cut_bins(const View& view, int block, LitBins* lit) const;
+  void cut_lamp_bins(const View& view, int block, LitBins* lit) const;
   void add_steep_bins(const View& view, int block, Sums* sums) const;
   void add_steep_lamp_bins(const View& view, int block, Sums* sums) const;
   int sums_wanted() const { return planes_.tinted() ? 3 : channels_; }

@@ -31,6 +31,7 @@ DAPPLE_LANE float column_of(float density, float rate, float t) {
 struct BlockNodes {
   static constexpr int blocks = 15, half = 16, count = 2 * half;
   int first = -1;                        ///< -1: nothing
+  float brightest[3] = {0, 0, 0};        ///< so far
   alignas(64) float u[count];            ///< coordinate of rays of light
   alignas(64) float weight[count];       ///< light = weight e^-exponent, a unit of u
   alignas(64) float way[count];          ///< column to the light, without what entry() of the planes subtracts
@@ -76,13 +77,19 @@ struct BlockNodes {
     for (int n = 0; n < blocks; ++n) width[n] = (u[n + 1] - u[n]) * (1 / 6.0f);
     width[blocks] = 0;
     for (int n = 0; n < half; ++n) bend[n] = 0;
-    for (int c = 0; c < channels; ++c)
+    for (int c = 0; c < channels; ++c) {
+      float most = brightest[c];
+      for (int n = 0; n < blocks; ++n) most = std::max(most, light[c][n]);
+      brightest[c] = most;
       for (int n = 0; n < half; ++n) {
         const float a = light[c][n], m = light[c][half + n], b = light[c][count + n];
         whole[c][n] = width[n] * (a + b + 4 * m);
-        const float size = pattern::lane::max(pattern::lane::max(a, b), m);
+        const float size = pattern::lane::max(pattern::lane::max(a, b), m) + faint * most;
+        // A turning point may hide a bend.
         bend[n] = pattern::lane::max(bend[n], pattern::lane::abs(a + b - 2 * m) - most_bend * size);
+        bend[n] = pattern::lane::max(bend[n], pattern::lane::abs(a - b) - most_change * size);
       }
+    }
   }
   /// A parabola is not enough for the logarithm of the light of block n.
   bool is_steep(int n, int channels) const {
@@ -92,7 +99,8 @@ struct BlockNodes {
     return !(std::abs(a - 2 * m + b) <= most_bend * std::max(std::max(a, m), b));
   }
   static constexpr float most_bend = 0.02f;  // light of depths .3 apart: the parabola is off by 2e-4 at most
-  static constexpr float most_depth = 0.4f;
+  static constexpr float faint = 0.05f;      // of the brightest: no more care than for that
+  static constexpr float most_change = 0.35f, most_depth = 0.4f;
 };
 
 /// The parabola through three numbers at 0, 1/2 and 1.
@@ -105,6 +113,17 @@ struct Parabola {
 /// What is lit of each bin of a block: u from `begin` to `end`.
 struct LitBins {
   alignas(64) float begin[ScanPlanes::block], end[ScanPlanes::block];
+};
+
+/// What is lit of blocks of which the nodes are: by block, -1 or 0, for vector code.
+struct BlockStates {
+  alignas(64) int32_t open[BlockNodes::half];  ///< not dark as a whole
+  alignas(64) int32_t lit[BlockNodes::half];   ///< as a whole
+  bool any() const {
+    int32_t some = 0;
+    for (int n = 0; n < BlockNodes::half; ++n) some |= open[n];
+    return some != 0;
+  }
 };
 
 /// Sums by channel, in lanes, that are added up at the end: always in the same order.

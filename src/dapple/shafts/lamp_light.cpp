@@ -13,27 +13,51 @@ constexpr float most_column = 1e30f;
 // Sine of the angle to a lamp: nearer, what is seen hardly changes.
 constexpr float least_lamp_sine = 1e-6f;
 constexpr float least_sine_of_sum = 1e-9f;
-constexpr float spent_depth = 25;
+constexpr float spent_depth = 25;  // nothing is seen behind so much
+constexpr float most_distance = 1e30f;
 
-// Of a block: rays of light are lit up to a distance of -blocked from the lamp. At angle psi the view ray is
-// D sin phi / sin(phi + psi) from it.
-void cut_lamp_bins(const float* edges, const float* sines, const float* cosines, const float* blocked, float sine,
-                   float cosine, float D, float first, float last, LitBins* lit) {
-  const float nearest = D * sine;
+}  // namespace
+
+void AirLight::find_lamp_states(const View& v, int first, int n, BlockStates* states) const {
+  constexpr int half = BlockNodes::half;
+  const float* const edges = planes_.block_edges() + first;
+  const float* const sines = planes_.block_sines() + first;
+  const float* const cosines = planes_.block_cosines() + first;
+  const float* const least = planes_.least(v.plane) + first;
+  const float* const most = planes_.most(v.plane) + first;
+  const float nearest = planes_.settings().lamp * v.sine;
+  // At angle psi the ray is D sin phi / sin(phi + psi) from the lamp.
+  alignas(64) float of_sum[half + 1];
+  for (int i = 0; i <= half; ++i) of_sum[i] = v.sine * cosines[i] + v.cosine * sines[i];
+  for (int i = 0; i < half; ++i) {
+    const float ends = lane::max(of_sum[i], of_sum[i + 1]), low = lane::min(of_sum[i], of_sum[i + 1]);
+    const float high = lane::choose((edges[i] < v.peak) & (v.peak < edges[i + 1]), 1, ends);
+    const float near = lane::clamp(-most[i], 0, most_distance), far = lane::clamp(-least[i], 0, most_distance);
+    const int32_t some = -int32_t(i < n) & -int32_t(high * far >= nearest);
+    states->open[i] = some;
+    states->lit[i] = some & -int32_t(low > 0) & -int32_t(low * near >= nearest);
+  }
+}
+
+// Rays of light are lit up to a distance of -blocked from the lamp.
+void AirLight::cut_lamp_bins(const View& v, int number, LitBins* lit) const {
+  const float* const edges = planes_.edges() + number * block;
+  const float* const sines = planes_.sines() + number * block;
+  const float* const cosines = planes_.cosines() + number * block;
+  const float* const blocked = planes_.blocked(v.plane) + number * block;
+  const float nearest = planes_.settings().lamp * v.sine;
   alignas(64) float of_sum[block + 1];
-  for (int i = 0; i <= block; ++i) of_sum[i] = sine * cosines[i] + cosine * sines[i];
+  for (int i = 0; i <= block; ++i) of_sum[i] = v.sine * cosines[i] + v.cosine * sines[i];
   for (int i = 0; i < block; ++i) {
-    const float R = lane::clamp(-blocked[i], 0, 1e30f);
+    const float R = lane::clamp(-blocked[i], 0, most_distance);
     const float e0 = of_sum[i] * R - nearest, e1 = of_sum[i + 1] * R - nearest, growth = e1 - e0;
     const float t = lane::clamp(-e0 / (growth != 0 ? growth : 1.0f), 0, 1);
     const float cut = edges[i] + t * (edges[i + 1] - edges[i]);
     const float begin = growth > 0 ? cut : edges[i];
     const float end = growth > 0 ? edges[i + 1] : growth < 0 ? cut : e0 >= 0 ? edges[i + 1] : edges[i];
-    lit->begin[i] = lane::clamp(begin, first, last), lit->end[i] = lane::clamp(end, first, last);
+    lit->begin[i] = lane::clamp(begin, v.first, v.last), lit->end[i] = lane::clamp(end, v.first, v.last);
   }
 }
-
-}  // namespace
 
 // Light is that a radian of psi, over sigma_s.
 void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) const {
@@ -148,7 +172,8 @@ void AirLight::add_steep_lamp_bins(const View& v, int number, Sums* sums) const 
 RGB AirLight::from_lamp(const Segment& segment) const {
   View v = view_of(segment);
   v.sine = std::max(v.sine, least_lamp_sine);
-  const float D = planes_.settings().lamp, nearest = D * v.sine;
+  const float D = planes_.settings().lamp, absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
+  if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
   // Sine and cosine of the angle at the lamp at which a place of the ray is seen.
   const auto turn = [&](float s) {
     if (!(s < infinity)) return V2f(v.sine, -v.cosine);
@@ -157,36 +182,9 @@ RGB AirLight::from_lamp(const Segment& segment) const {
   };
   v.first_turn = turn(v.begin), v.last_turn = turn(v.end);
   v.first = std::atan2(v.first_turn.x, v.first_turn.y), v.last = std::atan2(v.last_turn.x, v.last_turn.y);
-  int first, last;
-  find_blocks(v, v.first, v.last, &first, &last);
+  v.peak = std::atan2(v.cosine, v.sine);
   Sums sums;
-  BlockNodes nodes;
-  const float* const least = planes_.least(v.plane);
-  const float* const most = planes_.most(v.plane);
-  const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
-  const float peak = std::atan2(v.cosine, v.sine);  // the angle at which the ray is nearest to the lamp
-  const auto sine_of_sum = [&](int b) {
-    return v.sine * planes_.block_cosines()[b] + v.cosine * planes_.block_sines()[b];
-  };
-  float here = sine_of_sum(first);
-  for (int b = first; b <= last; ++b) {
-    const float next = sine_of_sum(b + 1), before = planes_.block_edges()[b], after = planes_.block_edges()[b + 1];
-    const float high = before < peak && peak < after ? 1 : std::max(here, next), low = std::min(here, next);
-    here = next;
-    if (high * std::clamp(-least[b], 0.0f, 1e30f) < nearest) continue;
-    if (!nodes.holds(b)) {
-      find_lamp_nodes(v, b, &nodes);
-      if (absorbs * nodes.way[0] > spent_depth && before > peak) break;
-    }
-    const bool lit = low > 0 && low * std::clamp(-most[b], 0.0f, 1e30f) >= nearest;
-    LitBins bins;
-    if (!lit) {
-      const int at = b * block;
-      cut_lamp_bins(planes_.edges() + at, planes_.sines() + at, planes_.cosines() + at, planes_.blocked(v.plane) + at,
-                    v.sine, v.cosine, D, v.first, v.last, &bins);
-    }
-    if (!add_block(v, nodes, b, lit ? nullptr : &bins, &sums)) add_steep_lamp_bins(v, b, &sums);
-  }
+  scan(v, &sums);
   RGB out;
   for (int c = 0; c < 3; ++c)
     out[c] = haze_.sigma_s[c] * (float(sums.of[c]) + sums.bins.sum(sums_wanted() == 1 ? 0 : c));

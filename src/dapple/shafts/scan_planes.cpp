@@ -8,6 +8,8 @@
 namespace dapple::shafts {
 
 namespace {
+constexpr float most_entry = 1e30f;
+
 ScanPlanes::Settings whole(ScanPlanes::Settings s) {
   if (!(s.nearest > 0) || !(s.farthest > 0) || s.fan.planes < 1 || s.bins < 1)
     throw std::invalid_argument("scan planes: no planes, no bins, or bins of no width");
@@ -35,10 +37,10 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
     if (is_lamp()) block_sines_.push_back(sines_[j]), block_cosines_.push_back(cosines_[j]);
   }
   blocked_.assign(rays, -infinity);
-  least_.assign(all_blocks, -infinity);
-  most_.assign(all_blocks, -infinity);
-  marks_.assign(all_blocks, even_tint | (bounded() ? 0 : no_entry | even_entry));
   // Blocks are read by sixteens.
+  least_.assign(all_blocks + block, -infinity);
+  most_.assign(all_blocks + block, -infinity);
+  marks_.assign(all_blocks + block, even_tint | (bounded() ? 0 : no_entry | even_entry));
   if (bounded()) lines_.assign(all_blocks + block, {});
   if (bounded()) entry_.assign(rays, infinity);
   if (tinted()) tint_.assign(rays, RGB(1));
@@ -86,6 +88,7 @@ uint8_t ScanPlanes::mark(int plane, int b, EntryLine* line) const {
     m |= even_tint;
   if (!line) return m | no_entry | even_entry;
   const float* const e = entry(plane) + b * block;
+  *line = {};
   if (std::all_of(e, e + block, [](float x) { return x == 0; })) return m | no_entry | even_entry;
   // Through the means of its halves.
   const float* const u = edges() + b * block;
@@ -98,6 +101,7 @@ uint8_t ScanPlanes::mark(int plane, int b, EntryLine* line) const {
   double worst = 0;
   for (int i = 0; i < block; ++i)
     worst = std::max(worst, std::abs(origin + slope * 0.5 * (double(u[i]) + double(u[i + 1])) - double(e[i])));
+  *line = {-most_entry, -most_entry};  // nobody is to read the light of such a block
   if (!(worst <= double(settings_.entry_error))) return m;
   *line = {float(origin + slope * double(u[0])), float(origin + slope * double(u[block]))};
   return m | even_entry;

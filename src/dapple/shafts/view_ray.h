@@ -13,10 +13,12 @@ struct AirLight::View {
   float density = 1, rate = 0;            ///< where it begins, and along it
   float k = 0, ahead = 0;                 ///< depths: sigma_t (k l + ahead - entry)
   float first = 0, last = 0;              ///< coordinates of rays of light
+  float slant = 0;                        ///< of parallel light: u over the height there
+  float peak = 0;                         ///< of lamps: the angle at which the ray is nearest
   V2f first_turn{0, 1}, last_turn{0, 1};  ///< of lamps: their sines and cosines
 };
 
-/// By channel, over sigma_s: of runs and steep blocks, as they are; of other blocks, a unit of u.
+/// By channel, over sigma_s: of runs and steep blocks, as they are; of other blocks, times du / ds.
 struct AirLight::Sums {
   double of[3] = {0, 0, 0};
   LaneSums bins;
