@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "dapple/integrate/ray_tracer.h"
-#include "dapple/light/shaft_light.h"
+#include "dapple/light/shaft_sets.h"
 
 namespace dapple::light {
 
@@ -36,10 +36,13 @@ class ShaftLight::Builder {
   template <class Visit>
   void follow(const V3f& o, const V3f& d, const Visit& visit) const;
   void find_sources();
+  void find_rest();
   void add_sun(uint32_t light, const emitters::NarrowBeam& beam);
   bool add_lamp(uint32_t light);
   void add(const Wanted& wanted);
   Planes::Settings settings_of(const Wanted& wanted) const;
+  bool is_orthographic() const { return view_ != V3f(0, 0, 0); }
+  shafts::PlaneFan fan_beside(const V3f& axis, float spacing, V3f* eye) const;
   shafts::PlaneFan fan_around(const V3f& axis, float spacing) const;
   void fit_memory();
   int32_t medium_at(const V3f& P) const;
@@ -54,6 +57,7 @@ class ShaftLight::Builder {
   const integrate::MaterialTable materials_;
   std::shared_ptr<ShaftLight> out_;
   const V3f eye_;
+  V3f view_{0, 0, 0};  // of all rays, of orthographic cameras
   int32_t far_away_ = scene::vacuum;
   bool bounded_ = false, colored_ = false;
   float coarser_ = 1;  // spacing of planes, times

@@ -2,11 +2,18 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "dapple/integrate/integrator.h"
+#include "dapple/media/closed_form_medium.h"
 #include "dapple/scene/scene.h"
-#include "dapple/shafts/air_light.h"
+
+namespace dapple::shafts {
+class AirLight;
+class ScanPlanes;
+}  // namespace dapple::shafts
 
 namespace dapple::light {
 
@@ -37,6 +44,9 @@ class ShaftLight {
   static std::shared_ptr<const ShaftLight> make(const scene::Scene& scene, const ShaftSettings& settings,
                                                 std::string* why, std::vector<std::string>* left);
 
+  ShaftLight();
+  ~ShaftLight();
+
   bool single() const { return settings_.single; }
   /// In which camera rays are answered.
   int32_t medium() const { return medium_; }
@@ -44,48 +54,46 @@ class ShaftLight {
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
-  /// Of a camera ray along d: from `begin` to `end`, m from the eye, in medium(). seed, index: of the camera sample.
+  /// What is left of the scene's lights for that scattering: those that planes have are not drawn there, suns of a sky
+  /// neither. Null: nothing. It knows nothing of regions (LightReceiver::region).
+  const emitters::LightSampler* rest() const { return rest_ ? &*rest_ : nullptr; }
+  /// Light number `light` without its sun; to be drawn by rest().
+  const emitters::Light& rest_of(uint32_t light) const { return *rest_lights_[light]; }
+
+  /// A part of a camera ray that lies in medium(), from o along unit d; its length may be infinite. seed, index: of the
+  /// camera sample.
   struct Ray {
-    V3f d;
-    float begin = 0, end = 0;
+    V3f o, d;
+    float length = 0;
     uint32_t seed = 0, index = 0;
   };
-  /// Calls add(light, radiance at `begin`) for each light that the planes have.
+  /// Calls add(light, radiance at o) for each light that the planes have.
   template <class Add>
-  void in_scattering(const Ray& ray, const Add& add) const {
-    for (const Source& source : sources_) {
-      const RGB L = in_scattering(source, ray);
-      if (!L.is_black()) add(source.light, L);
+  void in_scattering(const Ray& ray, integrate::ShaftCounts* counts, const Add& add) const {
+    for (uint32_t i = 0; i < uint32_t(lights_.size()); ++i) {
+      const RGB L = from_light(i, ray, counts);
+      if (!L.is_black()) add(lights_[i], L);
     }
   }
 
-  int planes() const;
-  int bins() const;
-  int light_count() const { return int(sources_.size()); }
-  size_t bytes() const;
-  double fill_seconds() const { return fill_seconds_; }
+  integrate::ShaftTables tables() const;
 
  private:
-  struct Set {
-    std::unique_ptr<shafts::ScanPlanes> planes;
-    std::unique_ptr<shafts::AirLight> air;
-    RGB strength;  ///< irradiance across the beam, or a lamp's intensity
-  };
-  struct Source {
-    uint32_t light;
-    V3f to_light;
-    float cosine;  ///< of the disc's radius; below -1 for lights without size
-    std::vector<Set> sets;
-  };
+  struct Set;
+  struct Source;
   class Builder;
 
-  RGB in_scattering(const Source& source, const Ray& ray) const;
+  RGB from_light(uint32_t source, const Ray& ray, integrate::ShaftCounts* counts) const;
 
   ShaftSettings settings_;
   int32_t medium_ = scene::vacuum;
   const media::ClosedFormMedium* air_ = nullptr;
   std::vector<Source> sources_;
+  std::vector<uint32_t> lights_;  // of sources
   double fill_seconds_ = 0;
+  std::vector<std::unique_ptr<const emitters::Light>> skies_;
+  std::vector<const emitters::Light*> rest_lights_;
+  std::optional<emitters::LightSampler> rest_;
 };
 
 }  // namespace dapple::light

@@ -81,6 +81,12 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
   if (name == "cache_reuse")
     return layer(film, name, {"cache_reuse"}, full,
                  [&](int x, int y, float* out) { *out = film.cache_use(x, y).reuse; });
+  if (name == "airlight")
+    return layer(film, name, {"airlight.R", "airlight.G", "airlight.B"}, {},
+                 [&](int x, int y, float* out) { put(film.air(x, y).airlight, out); });
+  if (name == "transmittance")
+    return layer(film, name, {"transmittance.R", "transmittance.G", "transmittance.B"}, {},
+                 [&](int x, int y, float* out) { put(film.air(x, y).transmittance, out); });
   if (name == "samples")
     return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
   return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
@@ -100,6 +106,16 @@ const std::vector<std::string>& cache_aov_names() {
   return names;
 }
 
+const std::vector<std::string>& air_aov_names() {
+  static const std::vector<std::string> names = {"airlight", "transmittance"};
+  return names;
+}
+
+bool show_air(const std::vector<std::string>& aovs) {
+  const auto& names = air_aov_names();
+  return std::find_first_of(aovs.begin(), aovs.end(), names.begin(), names.end()) != aovs.end();
+}
+
 bool show_cache_use(const std::vector<std::string>& aovs) {
   const auto& names = cache_aov_names();
   return std::find_first_of(aovs.begin(), aovs.end(), names.begin(), names.end()) != aovs.end();
@@ -107,6 +123,7 @@ bool show_cache_use(const std::vector<std::string>& aovs) {
 
 std::vector<std::string> parse_aovs(const std::string& list) {
   std::vector<std::string> known = aov_names(), chosen;
+  known.insert(known.end(), air_aov_names().begin(), air_aov_names().end());
   known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {
     const size_t end = std::min(list.find(',', begin), list.size());

@@ -46,16 +46,21 @@ float AirLight::entry_of(const V3f& P) const {
 
 AirLight::View AirLight::view_of(const Segment& s) const {
   View v;
-  v.plane = planes_.plane_of(s.d, s.xi);
+  v.plane = planes_.is_orthographic() ? planes_.plane_beside(s.off, s.xi) : planes_.plane_of(s.d, s.xi);
   v.cosine = std::clamp(dot(s.d, planes_.frame().n), -1.0f, 1.0f);
   v.sine = std::max(length(cross(s.d, planes_.frame().n)), least_sine);
   v.begin = s.begin, v.end = s.end;
-  v.density = haze_.density.at(planes_.settings().eye + s.d * s.begin);
+  if (planes_.is_orthographic()) {
+    const float before = dot(s.off, planes_.across(v.plane)) / v.sine;
+    v.begin += before, v.end += before;
+    v.lift = dot(s.off, planes_.frame().n) - before * v.cosine;
+  }
+  v.density = haze_.density.at(planes_.settings().eye + s.off + s.d * s.begin);
   v.rate = dot(haze_.density.slope, s.d);
   if (haze_.density.is_constant()) {
     // 1 - cos, which would lose its digits near the sun.
     v.k = v.cosine > 0 ? v.sine * v.sine / (1 + v.cosine) : 1 - v.cosine;
-    v.ahead = -s.begin * v.cosine;
+    v.ahead = -v.begin * v.cosine - v.lift;
   } else {
     v.k = 1 - v.rate / rise_;
     v.ahead = v.density / rise_;
@@ -183,7 +188,8 @@ void AirLight::find_states(const View& v, int first, int n, BlockStates* states)
   const float* const most = planes_.most(v.plane) + first;
   const float per_u = 1 / v.sine;
   alignas(64) float height[BlockNodes::half + 1];
-  for (int i = 0; i <= BlockNodes::half; ++i) height[i] = lane::clamp(edges[i] * per_u, v.begin, v.end) * v.cosine;
+  for (int i = 0; i <= BlockNodes::half; ++i)
+    height[i] = lane::clamp(edges[i] * per_u, v.begin, v.end) * v.cosine + v.lift;
   for (int i = 0; i < BlockNodes::half; ++i) {
     const int32_t some = -int32_t(i < n) & -int32_t(lane::max(height[i], height[i + 1]) >= least[i]);
     states->open[i] = some;
@@ -198,12 +204,12 @@ void AirLight::cut_bins(const View& v, int number, LitBins* lit) const {
   if (v.slant > 0) {
     for (int i = 0; i < block; ++i) {
       const float begin = lane::clamp(edges[i], v.first, v.last), end = lane::clamp(edges[i + 1], v.first, v.last);
-      lit->begin[i] = lane::clamp(blocked[i] * v.slant, begin, end), lit->end[i] = end;
+      lit->begin[i] = lane::clamp((blocked[i] - v.lift) * v.slant, begin, end), lit->end[i] = end;
     }
   } else {
     for (int i = 0; i < block; ++i) {
       const float begin = lane::clamp(edges[i], v.first, v.last), end = lane::clamp(edges[i + 1], v.first, v.last);
-      lit->begin[i] = begin, lit->end[i] = lane::clamp(blocked[i] * v.slant, begin, end);
+      lit->begin[i] = begin, lit->end[i] = lane::clamp((blocked[i] - v.lift) * v.slant, begin, end);
     }
   }
 }
@@ -218,7 +224,7 @@ void AirLight::add_steep_bins(const View& v, int number, Sums* sums) const {
   alignas(64) float s[block + 1], a[block], b[block];
   for (int i = 0; i <= block; ++i) s[i] = lane::clamp(edges[i] * per_u, v.begin, v.end);
   for (int i = 0; i < block; ++i) {
-    const float h = s[i] * v.cosine, growth = (s[i + 1] - s[i]) * v.cosine;
+    const float h = s[i] * v.cosine + v.lift, growth = (s[i + 1] - s[i]) * v.cosine;
     const float t = lane::clamp((blocked[i] - h) / (growth != 0 ? growth : 1.0f), 0, 1),
                 cut = s[i] + t * (s[i + 1] - s[i]);
     const bool lit = blocked[i] <= h;

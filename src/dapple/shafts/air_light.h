@@ -22,6 +22,7 @@ struct Segment {
   V3f d;
   float begin = 0, end = 0;  ///< m from the eye; the end may be infinite
   float xi = 0;              ///< in [0, 1): chooses one of two planes
+  V3f off{0, 0, 0};          ///< of parallel view rays: where they begin, from the eye
 };
 
 /// Light that haze scatters from a beam straight to the eye, where nothing stands in the way:

@@ -36,6 +36,10 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
     block_edges_.push_back(edges_[j]);
     if (is_lamp()) block_sines_.push_back(sines_[j]), block_cosines_.push_back(cosines_[j]);
   }
+  if (is_orthographic()) {
+    side_ = normalize(cross(settings_.axis, settings_.view));
+    ahead_ = normalize(settings_.view - settings_.axis * dot(settings_.axis, settings_.view));
+  }
   blocked_.assign(rays, -infinity);
   // Blocks are read by sixteens.
   least_.assign(all_blocks + block, -infinity);
@@ -63,6 +67,7 @@ int ScanPlanes::bin_of(float u) const {
 }
 
 V3f ScanPlanes::across(int plane) const {
+  if (is_orthographic()) return ahead_;
   const double a = double(settings_.fan.first) + plane * double(settings_.fan.step);
   return frame_.s * float(std::cos(a)) + frame_.t * float(std::sin(a));
 }
@@ -105,6 +110,11 @@ uint8_t ScanPlanes::mark(int plane, int b, EntryLine* line) const {
   if (!(worst <= double(settings_.entry_error))) return m;
   *line = {float(origin + slope * double(u[0])), float(origin + slope * double(u[block]))};
   return m | even_entry;
+}
+
+int ScanPlanes::plane_beside(const V3f& off, float xi) const {
+  const PlaneFan& fan = settings_.fan;
+  return int(std::clamp(std::floor((dot(off, side_) - fan.first) / fan.step + xi), 0.0f, float(fan.planes - 1)));
 }
 
 int ScanPlanes::plane_of(const V3f& d, float xi) const {

@@ -8,8 +8,9 @@ namespace dapple::shafts {
 /// A view ray in its plane.
 struct AirLight::View {
   int plane = 0;
-  float cosine = 1, sine = 0;  ///< of the angle between the ray and the axis
-  float begin = 0, end = 0;
+  float cosine = 1, sine = 0;             ///< of the angle between the ray and the axis
+  float begin = 0, end = 0;               ///< from where it meets the axis
+  float lift = 0;                         ///< height there
   float density = 1, rate = 0;            ///< where it begins, and along it
   float k = 0, ahead = 0;                 ///< depths: sigma_t (k l + ahead - entry)
   float first = 0, last = 0;              ///< coordinates of rays of light
