@@ -31,6 +31,9 @@ class DistributionIntegrator final : public integrate::Integrator {
 
   void begin_again() const override { grids_.clear(); }
   std::vector<integrate::CacheState> caches() const override;
+  integrate::ShaftTables shaft_tables() const override {
+    return settings_.shading.shafts ? settings_.shading.shafts->tables() : integrate::ShaftTables();
+  }
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
   /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would
   /// answer few of the diffuse rays (ReaderSurvey, CacheNumbers::least_answered).
@@ -39,7 +42,7 @@ class DistributionIntegrator final : public integrate::Integrator {
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
-  void add_media(DistributionWorkspace& w) const;
+  void add_media(DistributionWorkspace& w, scene::Film& film) const;
   void shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
   void finish_all(DistributionWorkspace& w, scene::Film& film) const;

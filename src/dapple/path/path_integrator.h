@@ -50,6 +50,9 @@ class PathIntegrator final : public integrate::Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
+  integrate::ShaftTables shaft_tables() const override {
+    return settings_.shafts ? settings_.shafts->tables() : integrate::ShaftTables();
+  }
   /// What the paths of Settings::learning_paths have learned; null: nothing.
   const std::shared_ptr<const emitters::LearnedLights>& learned_lights() const { return learned_; }
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
@@ -78,6 +81,7 @@ class PathIntegrator final : public integrate::Integrator {
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
   bool is_straight(int path, const PathWorkspace& w) const;
+  float light_probability(int path, uint32_t light, const PathWorkspace& w) const;
   bool arrive_straight(int ray, PathWorkspace& w) const;
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;

@@ -36,6 +36,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   uint32_t ray_number[capacity];
   uint8_t last[capacity];  ///< the path only looks for lights any more
   scene::Features features[capacity];
+  bool wants_air = false;
+  scene::AirFeatures air[capacity];
 
   // The parts of L by groups of lights, where the film keeps them.
   int group_count = 0;
@@ -118,6 +120,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     straight[p].all = 0;
     restart_path(p);
     if (wants_features) features[p] = {};
+    if (wants_air) air[p] = {};
   }
   /// A further path of the same camera sample, to the same sums.
   void restart_path(int p) {
