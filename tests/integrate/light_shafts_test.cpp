@@ -204,7 +204,7 @@ Shape "bilinearmesh" "point3 P" [ -30 4 -30  30 4 -30  -30 4 30  30 4 30 ]
   ASSERT_TRUE(settings.shafts);
   distribution::DistributionIntegrator::Settings cached;
   cached.shading.shafts = settings.shafts;
-  cached.shading.bounces = 0;
+  cached.shading.bounces = cached.shading.specular_depth = 0;
   cached.pixel_samples = 2;
   const path::PathIntegrator path(*built.scene, settings);
   const distribution::DistributionIntegrator distribution(*built.scene, cached);
