@@ -13,6 +13,18 @@ constexpr int max_segments = 4096;  // ends a ray caught between surfaces that a
 bool draw_sheet(uint32_t ray_key, int segment, float through) {
   return through == 1 || (through > 0 && to_unit_float(hash(RayTracer::sheet_key(ray_key, segment), 1)) < through);
 }
+
+// s.found of rays that masks have answered: what is left behind the medium in which they set out, all the way.
+void dim_masked(const scene::Scene& scene, const trace::RayBatch& rays, int masked, const int32_t* medium,
+                RayTracer::Scratch& s) {
+  const auto in = [&](int k) { return medium[s.masked_ray[k]]; };
+  const auto add = [&](int k, media::MediumRays* out) {
+    const int i = s.masked_ray[k];
+    out->add(Ray{rays.origin(i), rays.direction(i), infinity, rays.time[i]}, infinity, RGB(1), hash(rays.key[i], 0));
+  };
+  s.media.transmittance(scene, masked, in, add, s.transmittance);
+  for (int k = 0; k < masked; ++k) s.found[k] *= s.transmittance[k];
+}
 }  // namespace
 
 // s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque
@@ -148,6 +160,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   }
   s.masked.count = masked;
   masks_->visible(s.masked, s.found);
+  if (media_ && masked > 0 && scene_.has_media()) dim_masked(scene_, rays, masked, medium, s);
   for (int k = 0; k < masked; ++k) visible[s.masked_ray[k]] = s.found[k];
   if (unmasked > 0) this->visible(s.unmasked, unmasked, s.unmasked_medium, s.found, s);
   for (int k = 0; k < unmasked; ++k) visible[s.unmasked_ray[k]] = s.found[k];
