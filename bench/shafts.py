@@ -11,9 +11,9 @@ import common
 
 HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 12 "rgb sigma_a" [ .001 .001 .001 ] '
         '"rgb sigma_s" [ .012 .012 .012 ] "float g" .5\nMediumInterface "" "haze"\n')
-PLANES, RAYS = (4, 16, 64, 256), 64  # camera samples
-REFERENCE = 2048  # of the picture, by planes of another seed
-FINE = ["--shaft-planes", 16384, "--shaft-bins", 8192, "--shaft-mb", 4096]
+PLANES, RAYS = (4, 16, 64), 64  # camera samples
+REFERENCE = 1024  # of the picture, by planes of another seed
+FINE = 6, 4096  # planes for each, and bins, that stand for exact light
 STEPS, FRAMES = 0.06, 6  # m a frame of the move
 STAND = 90  # m, the side of the stand
 
@@ -64,6 +64,13 @@ class Air:
         found = [common.render(self.context, scene, image, *options, *more) for _ in range(repeats or self.context.repeats)]
         return image, common.median([f["render_cpu_seconds"] for f in found]), common.median([f["cpu_seconds"] - f["render_cpu_seconds"] for f in found]), found[-1]
 
+    def exact(self, scene):
+        """The same camera rays as 4 samples have, with fine planes; and how many planes there are by default."""
+        _, _, _, stats = self.render(scene, "coarse", "scan-planes", 4, repeats=1)
+        planes = stats["shafts"]["planes"]
+        image, *_ = self.render(scene, "fine", "scan-planes", 4, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1], "--shaft-mb", 4096, repeats=1)
+        return image, planes
+
 
 def queries(context):
     text = common.run([context.program("bench_shafts"), f"--benchmark_repetitions={context.repeats}", "--benchmark_min_time=0.05", "--benchmark_format=json"])
@@ -99,10 +106,8 @@ def to_one_percent(air):
 def same_rays(air):
     """The error of planes and bins, for the same camera rays: without that of pixels sampled at the edges of leaves."""
     scene = air.scene("forest", air_alone(forest_text()))
-    exact, *_ = air.render(scene, "fine", "scan-planes", 4, *FINE, repeats=1)
+    exact, planes = air.exact(scene)
     result, rows = {}, []
-    _, _, _, stats = air.render(scene, "coarse", "scan-planes", 4, repeats=1)
-    planes = stats["shafts"]["planes"]
     for name, options in {"default": [], "half the planes": ["--shaft-planes", planes // 2], "half the bins": ["--shaft-bins", 512]}.items():
         image, *_ = air.render(scene, "coarse", "scan-planes", 4, *options, repeats=1)
         error, blocks, mean = common.compare(air.context, image, exact)
@@ -150,7 +155,7 @@ def flicker(air):
         moved = re.sub(r"^LookAt .*$", f"LookAt {STEPS * f:g} -18 1.7  {3 + STEPS * f:g} 10 3.2  0 0 1", text, flags=re.M)
         scene = air.scene("move", moved)
         few, *_ = air.render(scene, "move_few", "scan-planes", 4, repeats=1)
-        same, *_ = air.render(scene, "move_fine", "scan-planes", 4, *FINE, repeats=1)
+        same, _ = air.exact(scene)
         a, b = pixels(few), pixels(same)
         errors.append(a - b)
         mean = b.mean()
@@ -184,7 +189,8 @@ def main():
     o = parser.parse_args()
     context = common.Context(o.build, o.out, o.repeats, 1)
     context.size = o.size
-    print(bench(context, o.parts or tuple(PARTS))[1])
+    for part in o.parts or PARTS:
+        print(bench(context, [part])[1], flush=True)
 
 
 if __name__ == "__main__":
