@@ -12,7 +12,7 @@ import common
 HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 12 "rgb sigma_a" [ .001 .001 .001 ] '
         '"rgb sigma_s" [ .012 .012 .012 ] "float g" .5\nMediumInterface "" "haze"\n')
 PLANES, RAYS = (4, 16, 64), 64  # camera samples
-REFERENCE = 1024  # of the picture, by planes of another seed
+REFERENCE = 1024  # of the picture, by fine planes of another seed
 FINE = 6, 4096  # planes for each, and bins, that stand for exact light
 STEPS, FRAMES = 0.06, 6  # m a frame of the move
 STAND = 90  # m, the side of the stand
@@ -84,7 +84,9 @@ def queries(context):
 
 def to_one_percent(air):
     scene = air.scene("forest", air_alone(forest_text()))
-    reference, *_ = air.render(scene, "reference", "scan-planes", REFERENCE, "--seed", 7, repeats=1)
+    _, planes = air.exact(scene)
+    reference, *_ = air.render(scene, "reference", "scan-planes", REFERENCE, "--seed", 7, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1],
+                               "--shaft-mb", 4096, repeats=1)
     image, seconds, loading, _ = air.render(scene, "rays", "rays", RAYS)
     error, blocks, mean = common.compare(air.context, image, reference)
     # Errors of random flights fall with the root of their number.

@@ -26,8 +26,8 @@ namespace {
 constexpr float disc_spacing = 4;        // of planes to a point of a disc, to those to a point
 constexpr int disc_strata = 16;          // along the radius and around, for the light of a disc
 constexpr float opaque_depth = 16;       // nothing is seen through so much
-constexpr float even_part = 1e-3f;       // of what a scene is about: bins are even below
-constexpr float lamp_even_part = 2e-3f;  // radians
+constexpr float even_part = 2e-2f;       // of what a scene is about: bins are even below
+constexpr float lamp_even_part = 1e-2f;  // radians
 constexpr int film_samples = 16;         // along each side of the film
 constexpr float film_margin = 4;         // pixels that filters reach beyond it
 constexpr int least_bins = 64;
