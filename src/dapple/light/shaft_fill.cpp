@@ -16,6 +16,7 @@ using trace::RayBatch;
 
 namespace {
 constexpr size_t planes_at_once = 8;
+constexpr double golden_ratio = 0.6180339887498949;
 constexpr int max_surfaces = 4096;  // ends a ray caught between surfaces
 }  // namespace
 
@@ -52,12 +53,15 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
   const auto* pattern =
       wanted.patterned ? dynamic_cast<const emitters::PositionalLight*>(scene_.lights[wanted.light].get()) : nullptr;
   const uint32_t seed = uint32_t(hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y, plane));
+  const uint64_t bin_seed = hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y);
   for (int first = 0; first < planes.bins(); first += RayBatch::capacity) {
     const int n = std::min(RayBatch::capacity, planes.bins() - first);
     for (int i = 0; i < n; ++i) {
       const int j = first + i;
       const float low = planes.edge(j), width = planes.edge(j + 1) - low;
-      const float u = low + width * to_unit_float(hash(seed, j));
+      // Planes side by side complement each other.
+      const double turned = double(to_unit_float(hash(bin_seed, j))) + plane * golden_ratio;
+      const float u = low + width * std::min(float(turned - std::floor(turned)), one_minus_epsilon);
       const V3f o = wanted.is_lamp ? wanted.lamp : planes.foot(plane, u) + axis * start;
       const V3f d = wanted.is_lamp ? planes.lamp_direction(plane, u) : -axis;
       s.rays.set(i, o, d, infinity, 0, trace::ray_key(seed, uint32_t(j)), wanted.is_lamp ? 0 : width,
