@@ -14,7 +14,7 @@ HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 
 PLANES, RAYS = (4, 16, 64), 64  # camera samples
 REFERENCE = 1024  # of the picture, by fine planes of another seed
 FINE = 6, 4096  # planes for each, and bins, that stand for exact light
-STEPS, FRAMES = 0.06, 6  # m a frame of the move
+STEPS, FRAMES = 0.06, 4  # m a frame of the move
 STAND = 90  # m, the side of the stand
 
 

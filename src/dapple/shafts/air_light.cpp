@@ -82,16 +82,32 @@ void AirLight::scan(const View& v, Sums* sums) const {
   while (last + 1 < all && planes_.block_edges()[last + 1] < v.last) ++last;
   BlockNodes nodes;
   BlockStates states;
-  const bool lamp = planes_.is_lamp();
+  const bool lamp = planes_.is_lamp(), runs = !lamp && unbounded_ && !planes_.tinted();
+  float run = -1;  // of parallel light, where groups of blocks that are lit as a whole begin
+  const auto end_run = [&](int b) {
+    if (run >= 0) add_run(v, run, place_of(v, b), sums);
+    run = -1;
+  };
   for (int begin = first; begin <= last; begin += BlockNodes::blocks) {
     const int n = std::min(BlockNodes::blocks, last + 1 - begin);
     lamp ? find_lamp_states(v, begin, n, &states) : find_states(v, begin, n, &states);
+    if (runs && states.all_lit(n)) {
+      if (run < 0) run = place_of(v, begin);
+      continue;
+    }
+    end_run(begin);
     if (!states.any()) continue;
     lamp ? find_lamp_nodes(v, begin, &nodes) : find_nodes(v, begin, &nodes);
     add_whole(v, nodes, &states, sums);
     for (int i = 0; i < n; ++i)
       if (states.open[i]) add_block(v, nodes, begin + i, sums);
   }
+  end_run(last + 1);
+}
+
+// Where the ray meets the rays of light that block b begins with.
+float AirLight::place_of(const View& v, int b) const {
+  return lane::clamp(planes_.block_edges()[b] / v.sine, v.begin, v.end);
 }
 
 // Blocks that are lit as a whole and smooth; these are closed in `states`.

@@ -56,6 +56,7 @@ class AirLight {
   RGB parallel(const Segment& segment) const;
   RGB from_lamp(const Segment& segment) const;
   void scan(const View& view, Sums* sums) const;
+  float place_of(const View& view, int block) const;
   void add_whole(const View& view, const BlockNodes& nodes, BlockStates* states, Sums* sums) const;
   void add_block(const View& view, const BlockNodes& nodes, int block, Sums* sums) const;
   void add_run(const View& view, float begin, float end, Sums* sums) const;

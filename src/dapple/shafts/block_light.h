@@ -119,6 +119,11 @@ struct LitBins {
 struct BlockStates {
   alignas(64) int32_t open[BlockNodes::half];  ///< not dark as a whole
   alignas(64) int32_t lit[BlockNodes::half];   ///< as a whole
+  bool all_lit(int n) const {
+    int32_t all = -1;
+    for (int i = 0; i < n; ++i) all &= lit[i];
+    return all != 0;
+  }
   bool any() const {
     int32_t some = 0;
     for (int n = 0; n < BlockNodes::half; ++n) some |= open[n];
