@@ -48,7 +48,7 @@ class Air:
     """Renders air alone."""
 
     def __init__(self, context):
-        self.context, self.size = context, getattr(context, "size", "960x540")
+        self.context, self.size = context, getattr(context, "size", "192x108")
 
     def scene(self, name, text):
         path = self.context.out / f"shafts_{name}.pbrt"
