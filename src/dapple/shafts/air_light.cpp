@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shafts/air_light.h"
 
-#include "dapple/shafts/view_ray.h"
-
 namespace dapple::shafts {
 
 namespace lane = pattern::lane;
@@ -27,25 +25,17 @@ AirLight::AirLight(const ScanPlanes& planes, const Haze& haze) : planes_(planes)
   const RGB& t = haze_.sigma_t;
   channels_ = t.r == t.g && t.g == t.b ? 1 : 3;
   unbounded_ = !planes.bounded();
-  if (planes.is_lamp()) {
-    const V3f way = planes.frame().n * planes.settings().lamp;
-    at_lamp_ = haze_.density.at(planes.settings().eye + way);
-    to_lamp_ = dot(slope, way);
-  }
+  if (planes.is_lamp()) lamp_.emplace(planes, haze);
 }
 
 float AirLight::entry_of(const V3f& P) const {
-  if (planes_.is_lamp()) {
-    const V3f lamp = planes_.settings().eye + planes_.frame().n * planes_.settings().lamp;
-    const float r = length(P - lamp);
-    return r > 0 ? haze_.density.column(lamp, (P - lamp) * (1 / r), r) : 0;
-  }
+  if (lamp_) return lamp_->entry_of(P);
   if (haze_.density.is_constant()) return -dot(P - planes_.settings().eye, planes_.frame().n);
   return haze_.density.at(P) / rise_;
 }
 
-AirLight::View AirLight::view_of(const Segment& s) const {
-  View v;
+ViewRay AirLight::view_of(const Segment& s) const {
+  ViewRay v;
   v.plane = planes_.is_orthographic() ? planes_.plane_beside(s.off, s.xi) : planes_.plane_of(s.d, s.xi);
   v.cosine = std::clamp(dot(s.d, planes_.frame().n), -1.0f, 1.0f);
   v.sine = std::max(length(cross(s.d, planes_.frame().n)), least_sine);
@@ -70,11 +60,11 @@ AirLight::View AirLight::view_of(const Segment& s) const {
 
 RGB AirLight::in_scattering(const Segment& s) const {
   if (!(s.end > s.begin) || haze_.sigma_s.is_black()) return {};
-  return planes_.is_lamp() ? from_lamp(s) : parallel(s);
+  return lamp_ ? from_lamp(s) : parallel(s);
 }
 
 // Of all blocks through which the ray goes.
-void AirLight::scan(const View& v, Sums* sums) const {
+void AirLight::scan(const ViewRay& v, LightSums* sums) const {
   const int all = planes_.blocks();
   int first = std::min(planes_.bin_of(v.first) / block, all - 1),
       last = std::min(planes_.bin_of(v.last) / block, all - 1);
@@ -82,7 +72,7 @@ void AirLight::scan(const View& v, Sums* sums) const {
   while (last + 1 < all && planes_.block_edges()[last + 1] < v.last) ++last;
   BlockNodes nodes;
   BlockStates states;
-  const bool lamp = planes_.is_lamp(), runs = !lamp && unbounded_ && !planes_.tinted();
+  const bool runs = !lamp_ && unbounded_ && !planes_.tinted();
   float run = -1;  // of parallel light, where groups of blocks that are lit as a whole begin
   const auto end_run = [&](int b) {
     if (run >= 0) add_run(v, run, place_of(v, b), sums);
@@ -90,14 +80,14 @@ void AirLight::scan(const View& v, Sums* sums) const {
   };
   for (int begin = first; begin <= last; begin += BlockNodes::blocks) {
     const int n = std::min(BlockNodes::blocks, last + 1 - begin);
-    lamp ? find_lamp_states(v, begin, n, &states) : find_states(v, begin, n, &states);
+    lamp_ ? lamp_->find_states(v, begin, n, &states) : find_states(v, begin, n, &states);
     if (runs && states.all_lit(n)) {
       if (run < 0) run = place_of(v, begin);
       continue;
     }
     end_run(begin);
     if (!states.any()) continue;
-    lamp ? find_lamp_nodes(v, begin, &nodes) : find_nodes(v, begin, &nodes);
+    lamp_ ? lamp_->find_nodes(v, begin, &nodes) : find_nodes(v, begin, &nodes);
     add_whole(v, nodes, &states, sums);
     for (int i = 0; i < n; ++i)
       if (states.open[i]) add_block(v, nodes, begin + i, sums);
@@ -106,12 +96,12 @@ void AirLight::scan(const View& v, Sums* sums) const {
 }
 
 // Where the ray meets the rays of light that block b begins with.
-float AirLight::place_of(const View& v, int b) const {
+float AirLight::place_of(const ViewRay& v, int b) const {
   return lane::clamp(planes_.block_edges()[b] / v.sine, v.begin, v.end);
 }
 
 // Blocks that are lit as a whole and smooth; these are closed in `states`.
-void AirLight::add_whole(const View& v, const BlockNodes& nodes, BlockStates* states, Sums* sums) const {
+void AirLight::add_whole(const ViewRay& v, const BlockNodes& nodes, BlockStates* states, LightSums* sums) const {
   constexpr int n = BlockNodes::half;
   constexpr uint8_t even = ScanPlanes::even_tint | ScanPlanes::even_entry;
   const uint8_t* const marks = planes_.marks(v.plane) + nodes.first;
@@ -134,14 +124,14 @@ void AirLight::add_whole(const View& v, const BlockNodes& nodes, BlockStates* st
 }
 
 // What is lit of a block.
-void AirLight::add_block(const View& v, const BlockNodes& nodes, int number, Sums* sums) const {
+void AirLight::add_block(const ViewRay& v, const BlockNodes& nodes, int number, LightSums* sums) const {
   const int n = number - nodes.first, channels = sums_wanted();
   const uint8_t mark = planes_.marks(v.plane)[number];
   const bool enters = !(mark & ScanPlanes::even_entry);
   if (enters ? nodes.is_steep(n, channels_) : !(nodes.bend[n] <= 0))
-    return planes_.is_lamp() ? add_steep_lamp_bins(v, number, sums) : add_steep_bins(v, number, sums);
+    return lamp_ ? lamp_->add_steep_bins(v, number, sums) : add_steep_bins(v, number, sums);
   LitBins lit;
-  planes_.is_lamp() ? cut_lamp_bins(v, number, &lit) : cut_bins(v, number, &lit);
+  lamp_ ? lamp_->cut_bins(v, number, &lit) : cut_bins(v, number, &lit);
   const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + number * block : nullptr;
   for (int c = 0; c < channels_; ++c) {
     const int last = channels_ == 1 ? channels - 1 : c;
@@ -154,7 +144,7 @@ void AirLight::add_block(const View& v, const BlockNodes& nodes, int number, Sum
 }
 
 // All of [begin, end], which is lit.
-void AirLight::add_run(const View& v, float begin, float end, Sums* sums) const {
+void AirLight::add_run(const ViewRay& v, float begin, float end, LightSums* sums) const {
   const auto column = [&](float s) {
     return haze_.density.is_constant() ? s - v.begin : ExponentialDensity::column(v.density, v.rate, s - v.begin);
   };
@@ -170,7 +160,7 @@ void AirLight::add_run(const View& v, float begin, float end, Sums* sums) const 
   }
 }
 
-void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
+void AirLight::find_nodes(const ViewRay& v, int first, BlockNodes* nodes) const {
   constexpr int n = BlockNodes::count;
   BlockNodes& o = *nodes;
   o.first = first;
@@ -198,7 +188,7 @@ void AirLight::find_nodes(const View& v, int first, BlockNodes* nodes) const {
   o.finish(channels_);
 }
 
-void AirLight::find_states(const View& v, int first, int n, BlockStates* states) const {
+void AirLight::find_states(const ViewRay& v, int first, int n, BlockStates* states) const {
   const float* const edges = planes_.block_edges() + first;
   const float* const least = planes_.least(v.plane) + first;
   const float* const most = planes_.most(v.plane) + first;
@@ -214,7 +204,7 @@ void AirLight::find_states(const View& v, int first, int n, BlockStates* states)
 }
 
 // What is lit of the bins of a block: above the cut, or, with the light from behind, below it.
-void AirLight::cut_bins(const View& v, int number, LitBins* lit) const {
+void AirLight::cut_bins(const ViewRay& v, int number, LitBins* lit) const {
   const float* const edges = planes_.edges() + number * block;
   const float* const blocked = planes_.blocked(v.plane) + number * block;
   if (v.slant > 0) {
@@ -231,7 +221,7 @@ void AirLight::cut_bins(const View& v, int number, LitBins* lit) const {
 }
 
 // The bins of a block, each cut where its shadow begins, and each in closed form.
-void AirLight::add_steep_bins(const View& v, int number, Sums* sums) const {
+void AirLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) const {
   const float* const edges = planes_.edges() + number * block;
   const float* const blocked = planes_.blocked(v.plane) + number * block;
   const float* const entry = planes_.bounded() ? planes_.entry(v.plane) + number * block : nullptr;
@@ -285,12 +275,12 @@ void AirLight::add_steep_bins(const View& v, int number, Sums* sums) const {
 
 RGB AirLight::parallel(const Segment& segment) const {
   if (unbounded_ && (haze_.density.is_constant() ? haze_.sigma_t.max() > 0 : rise_ < 0)) return {};
-  View v = view_of(segment);
+  ViewRay v = view_of(segment);
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
   v.first = v.begin * v.sine, v.last = v.end * v.sine;
   v.slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
-  Sums sums;
+  LightSums sums;
   const float last_edge = planes_.edge(planes_.bins()), per_u = 1 / v.sine;
   if (v.first < last_edge) scan(v, &sums);
   // Beyond the bins nothing stands in the way.
@@ -302,6 +292,17 @@ RGB AirLight::parallel(const Segment& segment) const {
     const int from = sums_wanted() == 1 ? 0 : c;
     out[c] = haze_.sigma_s[c] * phase * (float(sums.of[c]) + sums.bins.sum(from) * per_u);
   }
+  return out;
+}
+
+RGB AirLight::from_lamp(const Segment& segment) const {
+  ViewRay v = view_of(segment);
+  lamp_->place(&v);
+  LightSums sums;
+  scan(v, &sums);
+  RGB out;
+  for (int c = 0; c < 3; ++c)
+    out[c] = haze_.sigma_s[c] * (float(sums.of[c]) + sums.bins.sum(sums_wanted() == 1 ? 0 : c));
   return out;
 }
 

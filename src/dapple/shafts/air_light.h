@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/media/closed_form_medium.h"
-#include "dapple/shafts/block_light.h"
+#include <optional>
+
+#include "dapple/shafts/lamp_light.h"
 
 namespace dapple::shafts {
-
-/// What fills the air: sigma of density 1, 1/m, and the phase function of Henyey and Greenstein.
-struct Haze {
-  media::ExponentialDensity density;
-  RGB sigma_s, sigma_t;
-  media::HenyeyGreenstein phase;
-
-  Haze() = default;
-  explicit Haze(const media::ClosedFormMedium& medium)
-      : density(medium.density()), sigma_s(medium.sigma_s()), sigma_t(medium.sigma_t()), phase(medium.phase()) {}
-};
 
 /// A part of a view ray, from the eye along unit d.
 struct Segment {
@@ -50,34 +40,27 @@ class AirLight {
   const ScanPlanes& planes() const { return planes_; }
 
  private:
-  struct View;
-  struct Sums;
-  View view_of(const Segment& segment) const;
+  ViewRay view_of(const Segment& segment) const;
   RGB parallel(const Segment& segment) const;
   RGB from_lamp(const Segment& segment) const;
-  void scan(const View& view, Sums* sums) const;
-  float place_of(const View& view, int block) const;
-  void add_whole(const View& view, const BlockNodes& nodes, BlockStates* states, Sums* sums) const;
-  void add_block(const View& view, const BlockNodes& nodes, int block, Sums* sums) const;
-  void add_run(const View& view, float begin, float end, Sums* sums) const;
-  // Of parallel light, and of lamps.
-  void find_states(const View& view, int first, int n, BlockStates* states) const;
-  void find_lamp_states(const View& view, int first, int n, BlockStates* states) const;
-  void find_nodes(const View& view, int first, BlockNodes* nodes) const;
-  void find_lamp_nodes(const View& view, int first, BlockNodes* nodes) const;
-  void cut_bins(const View& view, int block, LitBins* lit) const;
-  void cut_lamp_bins(const View& view, int block, LitBins* lit) const;
-  void add_steep_bins(const View& view, int block, Sums* sums) const;
-  void add_steep_lamp_bins(const View& view, int block, Sums* sums) const;
+  void scan(const ViewRay& view, LightSums* sums) const;
+  float place_of(const ViewRay& view, int block) const;
+  void add_whole(const ViewRay& view, const BlockNodes& nodes, BlockStates* states, LightSums* sums) const;
+  void add_block(const ViewRay& view, const BlockNodes& nodes, int block, LightSums* sums) const;
+  void add_run(const ViewRay& view, float begin, float end, LightSums* sums) const;
+  // Of parallel light; LampLight has the same.
+  void find_states(const ViewRay& view, int first, int n, BlockStates* states) const;
+  void find_nodes(const ViewRay& view, int first, BlockNodes* nodes) const;
+  void cut_bins(const ViewRay& view, int block, LitBins* lit) const;
+  void add_steep_bins(const ViewRay& view, int block, LightSums* sums) const;
   int sums_wanted() const { return planes_.tinted() ? 3 : channels_; }
 
   const ScanPlanes& planes_;
   const Haze haze_;
+  std::optional<LampLight> lamp_;
   float rise_ = 0;         // slope . axis, kept away from 0
   int channels_ = 3;       // 1: all alike
   bool unbounded_ = true;  // all rays of light come from infinity through the medium
-  // Of lamps.
-  float at_lamp_ = 1, to_lamp_ = 0;  // density there, and slope . way from the eye
 };
 
 }  // namespace dapple::shafts

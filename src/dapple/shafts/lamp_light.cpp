@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The light of lamps along view rays.
-#include "dapple/shafts/air_light.h"
-#include "dapple/shafts/view_ray.h"
+#include "dapple/shafts/lamp_light.h"
 
 namespace dapple::shafts {
 
@@ -18,7 +16,21 @@ constexpr float most_distance = 1e30f;
 
 }  // namespace
 
-void AirLight::find_lamp_states(const View& v, int first, int n, BlockStates* states) const {
+LampLight::LampLight(const ScanPlanes& planes, const Haze& haze) : planes_(planes), haze_(haze) {
+  const RGB& t = haze.sigma_t;
+  channels_ = t.r == t.g && t.g == t.b ? 1 : 3;
+  const V3f way = planes.frame().n * planes.settings().lamp;
+  at_lamp_ = haze.density.at(planes.settings().eye + way);
+  to_lamp_ = dot(haze.density.slope, way);
+}
+
+float LampLight::entry_of(const V3f& P) const {
+  const V3f lamp = planes_.settings().eye + planes_.frame().n * planes_.settings().lamp;
+  const float r = length(P - lamp);
+  return r > 0 ? haze_.density.column(lamp, (P - lamp) * (1 / r), r) : 0;
+}
+
+void LampLight::find_states(const ViewRay& v, int first, int n, BlockStates* states) const {
   constexpr int half = BlockNodes::half;
   const float* const edges = planes_.block_edges() + first;
   const float* const sines = planes_.block_sines() + first;
@@ -39,8 +51,7 @@ void AirLight::find_lamp_states(const View& v, int first, int n, BlockStates* st
   }
 }
 
-// Rays of light are lit up to a distance of -blocked from the lamp.
-void AirLight::cut_lamp_bins(const View& v, int number, LitBins* lit) const {
+void LampLight::cut_bins(const ViewRay& v, int number, LitBins* lit) const {
   const float* const edges = planes_.edges() + number * block;
   const float* const sines = planes_.sines() + number * block;
   const float* const cosines = planes_.cosines() + number * block;
@@ -59,8 +70,7 @@ void AirLight::cut_lamp_bins(const View& v, int number, LitBins* lit) const {
   }
 }
 
-// Light is that a radian of psi, over sigma_s.
-void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) const {
+void LampLight::find_nodes(const ViewRay& v, int first, BlockNodes* nodes) const {
   constexpr int n = BlockNodes::count;
   BlockNodes& o = *nodes;
   o.first = first;
@@ -111,7 +121,7 @@ void AirLight::find_lamp_nodes(const View& v, int first, BlockNodes* nodes) cons
 
 // As add_steep_bins(), to a lamp, by the midpoint rule. Places in bins are told as parts of them, [0, 1]; sines and
 // cosines there are those of the parabola through the bin's edges and middle.
-void AirLight::add_steep_lamp_bins(const View& v, int number, Sums* sums) const {
+void LampLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) const {
   const int at = number * block;
   const float* const edges = planes_.edges() + at;
   const float* const blocked = planes_.blocked(v.plane) + at;
@@ -155,7 +165,7 @@ void AirLight::add_steep_lamp_bins(const View& v, int number, Sums* sums) const 
   }
   if (entry)
     for (int i = 0; i < block; ++i) weight[i] = way[i] < 0 ? 0.0f : weight[i];
-  const int channels = sums_wanted();
+  const int channels = planes_.tinted() ? 3 : channels_;
   for (int c = 0; c < channels; ++c) {
     // One exponential for the density and for what it absorbs: either alone may leave the range of floats.
     alignas(64) float light[block];
@@ -169,8 +179,8 @@ void AirLight::add_steep_lamp_bins(const View& v, int number, Sums* sums) const 
   }
 }
 
-RGB AirLight::from_lamp(const Segment& segment) const {
-  View v = view_of(segment);
+void LampLight::place(ViewRay* view) const {
+  ViewRay& v = *view;
   v.sine = std::max(v.sine, least_lamp_sine);
   const float D = planes_.settings().lamp, absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
@@ -183,12 +193,6 @@ RGB AirLight::from_lamp(const Segment& segment) const {
   v.first_turn = turn(v.begin), v.last_turn = turn(v.end);
   v.first = std::atan2(v.first_turn.x, v.first_turn.y), v.last = std::atan2(v.last_turn.x, v.last_turn.y);
   v.peak = std::atan2(v.cosine, v.sine);
-  Sums sums;
-  scan(v, &sums);
-  RGB out;
-  for (int c = 0; c < 3; ++c)
-    out[c] = haze_.sigma_s[c] * (float(sums.of[c]) + sums.bins.sum(sums_wanted() == 1 ? 0 : c));
-  return out;
 }
 
 }  // namespace dapple::shafts

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "dapple/shafts/air_light.h"
+#include "dapple/base/vec.h"
+#include "dapple/shafts/block_light.h"
 
 namespace dapple::shafts {
 
 /// A view ray in its plane.
-struct AirLight::View {
+struct ViewRay {
   int plane = 0;
   float cosine = 1, sine = 0;             ///< of the angle between the ray and the axis
   float begin = 0, end = 0;               ///< from where it meets the axis
@@ -20,7 +21,7 @@ struct AirLight::View {
 };
 
 /// By channel, over sigma_s: of runs and steep blocks, as they are; of other blocks, times du / ds.
-struct AirLight::Sums {
+struct LightSums {
   double of[3] = {0, 0, 0};
   LaneSums bins;
 
