@@ -250,7 +250,8 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
   const std::unique_ptr<const integrate::Integrator> integrator =
       build::make_integrator(built, request, samples, request.seed.value_or(0));
-  if (request.type == "distribution" && dynamic_cast<const path::PathIntegrator*>(integrator.get()))
+  const auto* const traced = dynamic_cast<const path::PathIntegrator*>(integrator.get());
+  if (request.type == "distribution" && traced && !traced->ends_in_cache())
     log_info(
         "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
         "keeps the cache)");

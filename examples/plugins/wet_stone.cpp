@@ -4,7 +4,7 @@
 // damp surface sends part of the light it scatters back to it (Lekner & Dorf 1988, "Why some things are darker when
 // wet").
 #include <dapple/base/hash.h>
-#include <dapple/scattering/coat.h>
+#include <dapple/scattering/coat_integrals.h>
 #include <dapple/shading/plugin.h>
 
 namespace {

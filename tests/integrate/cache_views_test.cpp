@@ -44,7 +44,7 @@ test::RenderedText render_views(const build::BuiltScene& built, const Distributi
 template <class Visit>
 void for_each_pixel(const scene::Film& film, const Visit& visit) {
   for (int y = 0; y < film.height(); ++y)
-    for (int x = 0; x < film.width(); ++x) visit(x, y, film.cache_use(x, y));
+    for (int x = 0; x < film.width(); ++x) visit(x, y, film.cache_features(x, y));
 }
 
 TEST(CacheViews, LevelsAreTheSameForAnyMemoryAndThreads) {
@@ -54,8 +54,8 @@ TEST(CacheViews, LevelsAreTheSameForAnyMemoryAndThreads) {
     for (const int threads : {1, 4}) {
       set_thread_count(threads);
       const auto other = render_views(built, settings(bytes));
-      for_each_pixel(whole.film, [&](int x, int y, const scene::CacheUse& use) {
-        const scene::CacheUse o = other.film.cache_use(x, y);
+      for_each_pixel(whole.film, [&](int x, int y, const scene::CacheFeatures& use) {
+        const scene::CacheFeatures o = other.film.cache_features(x, y);
         EXPECT_EQ(std::tie(use.coarse, use.medium, use.fine, use.shaded),
                   std::tie(o.coarse, o.medium, o.fine, o.shaded))
             << x << ", " << y;
@@ -82,10 +82,11 @@ AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
 ReverseOrientation
 Shape "sphere" "float radius" 2
 )");
-  for_each_pixel(render_views(built, settings(size_t(100) << 20)).film, [](int x, int y, const scene::CacheUse& use) {
-    EXPECT_NEAR(use.coarse + use.medium + use.fine, 1, 1e-5) << x << ", " << y;
-    EXPECT_EQ(use.shaded, 0);
-  });
+  for_each_pixel(render_views(built, settings(size_t(100) << 20)).film,
+                 [](int x, int y, const scene::CacheFeatures& use) {
+                   EXPECT_NEAR(use.coarse + use.medium + use.fine, 1, 1e-5) << x << ", " << y;
+                   EXPECT_EQ(use.shaded, 0);
+                 });
 }
 
 // The picture sends the rays of the rendering again: all that they read was read before.
@@ -94,8 +95,8 @@ TEST(CacheViews, KnowWhatWasRead) {
   const auto much = render_views(built, settings(size_t(100) << 20)), little = render_views(built, settings(20000)),
              none = render_views(built, settings(0));
   double fills[2] = {}, reuse[2] = {};
-  for_each_pixel(much.film, [&](int x, int y, const scene::CacheUse& use) {
-    const scene::CacheUse less = little.film.cache_use(x, y), nothing = none.film.cache_use(x, y);
+  for_each_pixel(much.film, [&](int x, int y, const scene::CacheFeatures& use) {
+    const scene::CacheFeatures less = little.film.cache_features(x, y), nothing = none.film.cache_features(x, y);
     if (use.coarse + use.medium + use.fine == 0) return;
     EXPECT_EQ(use.fills, 1) << x << ", " << y;
     EXPECT_GE(use.reuse, 1) << x << ", " << y;

@@ -5,6 +5,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/light/shaft_builder.h"
 #include "tests/support/render_text.h"
 
 namespace dapple {
@@ -65,7 +66,7 @@ std::shared_ptr<const ShaftLight> planes_of(const build::BuiltScene& built, ligh
                                             std::string* why = nullptr) {
   std::vector<std::string> left;
   std::string none;
-  return ShaftLight::make(*built.scene, settings, why ? why : &none, &left);
+  return light::make_shaft_light(*built.scene, settings, why ? why : &none, &left);
 }
 
 path::PathIntegrator::Settings paths(int scatterings) {
@@ -271,7 +272,7 @@ TEST(LightShaftsAlone, KeepToTheirMemory) {
   const auto built = build_text(scene({.lights = disc}));
   std::string why;
   std::vector<std::string> left;
-  const auto small = ShaftLight::make(*built.scene, {.max_bytes = 300000}, &why, &left);
+  const auto small = light::make_shaft_light(*built.scene, {.max_bytes = 300000}, &why, &left);
   ASSERT_TRUE(small);
   EXPECT_LE(small->tables().bytes, 300000u);
   ASSERT_EQ(left.size(), 1u);
@@ -284,7 +285,7 @@ TEST(LightShaftsAlone, NameTheRemedyForEndlessFog) {
   const auto built = build_text(scene({.medium = homogeneous, .lights = sun}));
   std::string why;
   std::vector<std::string> left;
-  ASSERT_TRUE(ShaftLight::make(*built.scene, {}, &why, &left));
+  ASSERT_TRUE(light::make_shaft_light(*built.scene, {}, &why, &left));
   ASSERT_EQ(left.size(), 1u);
   EXPECT_NE(left[0].find("exponential"), std::string::npos);
 }

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dapple/scattering/coat.h"
 #include "tests/scattering/bsdf_catalogue.h"
 #include "tests/support/chi_square.h"
 

@@ -7,7 +7,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/pattern/pattern_program.h"
 #include "dapple/pattern/patterns.h"
-#include "dapple/scattering/coat.h"
+#include "dapple/scattering/coat_integrals.h"
 #include "dapple/shading/coated_material.h"
 #include "dapple/shading/conductor_material.h"
 #include "dapple/shading/dielectric_material.h"

@@ -154,15 +154,14 @@ TEST(TracedScene, RaysBeyondTheRangeOfFloatsMiss) {
 
 TEST(TracedScene, ReachOfMotions) {
   const auto scaled = [](double x, double y, double z) { return Transform::scale(V3d(x, y, z)); };
-  const auto still = [](const Transform& t) { return TracedScene::reach_of(AnimatedTransform(t, t)); };
+  const auto still = [](const Transform& t) { return instance_reach(AnimatedTransform(t, t)); };
   EXPECT_FLOAT_EQ(still(Transform()), 1e18f);
   EXPECT_FLOAT_EQ(still(scaled(1e-6, 1, 1)), 1e12f);
   EXPECT_FLOAT_EQ(still(Transform::translate(V3d(0, 1e12, 0)) * scaled(1e-6, 1e-6, 1e-6)), 0);
   EXPECT_FLOAT_EQ(still(scaled(1, 1, 1e-12)), 0);
   EXPECT_FLOAT_EQ(still(scaled(1e12, 1, 1)), 0);
-  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), 0)
-      << "singular on the way";
-  EXPECT_FLOAT_EQ(TracedScene::reach_of(AnimatedTransform(scaled(-1, 1, 1), scaled(1, -2, 1))), 1e18f)
+  EXPECT_FLOAT_EQ(instance_reach(AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), 0) << "singular on the way";
+  EXPECT_FLOAT_EQ(instance_reach(AnimatedTransform(scaled(-1, 1, 1), scaled(1, -2, 1))), 1e18f)
       << "a mirror that turns";
   EXPECT_THROW(TracedScene().add_instance(0, AnimatedTransform(scaled(1, 1, 1), scaled(1, -1, 1))), Error);
 }

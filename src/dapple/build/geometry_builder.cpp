@@ -34,7 +34,7 @@ float check_placement(const TransformPair& t, const FileLoc& loc) {
     throw InputError(loc,
                      "the motion mirrors: on its way from the transform at the start to that at the end there is one "
                      "that cannot be inverted");
-  const float reach = trace::TracedScene::reach_of(AnimatedTransform(t.start, t.end));
+  const float reach = trace::instance_reach(AnimatedTransform(t.start, t.end));
   if (!(reach > 0))
     throw InputError(loc,
                      "the transform of what is instanced or moves is too small or too large for single precision; "

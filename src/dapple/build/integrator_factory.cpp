@@ -7,6 +7,7 @@
 #include "dapple/base/log.h"
 #include "dapple/build/camera_factory.h"
 #include "dapple/build/option_factory.h"
+#include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/distribution_integrator.h"
 #include "dapple/path/ambient_occlusion.h"
 #include "dapple/path/path_integrator.h"
@@ -457,8 +458,12 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     s.shading.learned_lights = path::PathIntegrator(scene, p).learned_lights();
   }
   auto made = std::make_unique<distribution::DistributionIntegrator>(scene, s);
-  if (asked.radiosity_cache || made->cache_pays()) return made;
-  return std::make_unique<path::PathIntegrator>(scene, path_settings(s));
+  const integrate::RadiosityAnswers* const answers = made->answers();
+  if (!answers) return made;
+  path::PathIntegrator::Settings p = path_settings(s);
+  if (asked.radiosity_cache || made->answered() >= distribution::CacheNumbers::least_answered)
+    p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
+  return std::make_unique<path::PathIntegrator>(scene, p);
 }
 
 }  // namespace dapple::build

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/light_factory.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "dapple/build/canopy_light_factory.h"
@@ -218,7 +221,8 @@ std::unique_ptr<Light> make_projection(const LightEntity& e, const Transform& t,
                 texture, emitters::DirectionMap::plane(t, V3f(0, 0, 1), V2f(half, half)), context, textures);
 }
 
-std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context) {
+std::unique_ptr<Light> make_distant(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                    const TextureLibrary&) {
   const V3d from = e.params.get_point3("from", V3d(0, 0, 0)), to = e.params.get_point3("to", V3d(0, 0, 1));
   const RGB L = colour(e, "L", context) * (scale_of(e) * photometric(e, "illuminance", 1));
   return std::make_unique<emitters::DistantLight>(direction(e, t, to, from), checked(e, L));
@@ -327,37 +331,42 @@ AreaLightParams area_light_params(const Entity& e, const std::vector<std::option
   return out;
 }
 
+std::unique_ptr<Light> make_all_around(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                       const TextureLibrary& textures) {
+  return through_portal(e, t, make_infinite(e, t, context, textures));
+}
+
+std::unique_ptr<Light> make_sky(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                const TextureLibrary& textures) {
+  return through_portal(e, t, make_canopy_light(e, t, context, textures));
+}
+
+struct LightType {
+  std::string_view name;
+  std::unique_ptr<Light> (*make)(const LightEntity& e, const Transform& t, const BuildContext& context,
+                                 const TextureLibrary& textures);
+};
+constexpr std::array<LightType, 8> light_types = {{{"point", make_point},
+                                                   {"spot", make_spot},
+                                                   {"goniometric", make_goniometric},
+                                                   {"projection", make_projection},
+                                                   {"distant", make_distant},
+                                                   {"infinite", make_all_around},
+                                                   {"canopy", make_sky},
+                                                   {"sky", make_sky}}};
+
 }  // namespace
 
 std::unique_ptr<Light> make_light(const LightEntity& e, const BuildContext& context, const TextureLibrary& textures) {
-  static const std::vector<std::string_view> types = {"point",   "spot",     "goniometric", "projection",
-                                                      "distant", "infinite", "canopy",      "sky"};
-  const auto it = std::find(types.begin(), types.end(), e.type);
-  if (it == types.end()) throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(types));
-  const Transform t = light_to_world(e, context);
-  std::unique_ptr<Light> light;
-  switch (it - types.begin()) {
-    case 0:
-      light = make_point(e, t, context, textures);
-      break;
-    case 1:
-      light = make_spot(e, t, context, textures);
-      break;
-    case 2:
-      light = make_goniometric(e, t, context, textures);
-      break;
-    case 3:
-      light = make_projection(e, t, context, textures);
-      break;
-    case 4:
-      light = make_distant(e, t, context);
-      break;
-    case 5:
-      light = through_portal(e, t, make_infinite(e, t, context, textures));
-      break;
-    default:
-      light = through_portal(e, t, make_canopy_light(e, t, context, textures));
+  const auto type =
+      std::find_if(light_types.begin(), light_types.end(), [&](const LightType& t) { return t.name == e.type; });
+  if (type == light_types.end()) {
+    std::vector<std::string_view> names;
+    for (const LightType& t : light_types) names.push_back(t.name);
+    throw InputError(e.loc, "unknown light \"" + e.type + "\"; " + one_of(names));
   }
+  const Transform t = light_to_world(e, context);
+  std::unique_ptr<Light> light = type->make(e, t, context, textures);
   e.params.report_unused("LightSource \"" + e.type + "\"", context.diagnostics);
   if (!(light->power(1) > 0)) return nullptr;
   if (!e.transform.is_animated()) return light;

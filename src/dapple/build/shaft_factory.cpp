@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "dapple/base/log.h"
+#include "dapple/light/shaft_builder.h"
 
 namespace dapple::build {
 
@@ -51,7 +52,7 @@ std::shared_ptr<const light::ShaftLight> make_shafts(const scene::Scene& scene, 
   s.seed = seed;
   std::string why;
   std::vector<std::string> left;
-  auto shafts = light::ShaftLight::make(scene, s, &why, &left);
+  auto shafts = light::make_shaft_light(scene, s, &why, &left);
   if (!shafts) {
     if (request.shafts || request.scattering) log_warning("light shafts by rays, not by scan planes: " + why);
     return nullptr;

@@ -98,10 +98,6 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
   if (std::holds_alternative<trace::CurvesPtr>(shading_.scene.traced.shape(geometry))) return false;
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
-  if (below.arrival == Arrival::diffuse && shading_.readers.knows(below.depth.diffuse) && shading_.is_cheap(geometry)) {
-    const float area = sqr(width_read(b, r, i, growth, shading_.settings.cache_width));
-    if (shading_.cell_effort(reader_of(r, i), below.depth.diffuse, area) == 0) return false;
-  }
   if (!shading_.patches->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
     *hit = shading_.patches->patch_hit(r.hits, i, d, time,
                                        shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
@@ -115,6 +111,22 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
   if (at->grid.cluster_level > 0 && shading_.is_cheap(geometry)) return false;
   return at->grid.cluster_level > 0 || group_width() == shading_.settings.cache_width ||
          dice(shading_.settings.cache_width);
+}
+
+ReadCell CachedRadiosity::cell_read(const PointBatch& b, const Place& below, const RaySet& r, int i, float growth,
+                                    ShadingWorkspace& w) const {
+  scene::PatchTable::PatchHit hit;
+  scene::GridPoint at;
+  float width;
+  return dice_hit(b, below, r, i, growth, &hit, &width, &at, w) ? shading_.read_cell(at.grid, &w.extents) : ReadCell();
+}
+
+bool CachedRadiosity::is_read_enough(const Place& below, const RaySet& r, int i, const scene::GridId& tile,
+                                     ShadingWorkspace& w) const {
+  const int depth = below.depth.diffuse;
+  return below.arrival != Arrival::diffuse || !shading_.readers.knows(depth) ||
+         !shading_.is_cheap(r.hits.geometry[i]) ||
+         shading_.cell_effort(reader_of(r, i), depth, shading_.read_cell(tile, &w.extents)) > 0;
 }
 
 // The entry of a tile: `at`, or where that is near a light a finer one.
@@ -164,6 +176,7 @@ void CachedRadiosity::locate(const Place& place, const Place& below, float growt
       scene::PatchTable::PatchHit hit;
       float width;
       if (!wanted(r, i) || !dice_hit(b, below, r, i, growth, &hit, &width, &at, w)) continue;
+      if (!is_read_enough(below, r, i, at.grid, w)) continue;
       const int entry = c.entry_of[c.count] = entry_at(below, r, i, hit, width, &at, c, w);
       c.entry[entry].needed |= 1u << (c.nearest[c.count] = uint8_t(shading_.patches->nearest(at)));
       const uint32_t geometry = r.hits.geometry[i];

@@ -32,6 +32,11 @@ class CachedRadiosity {
                     widest_cell_);
   }
 
+  /// Of a ray of this set that may be answered: the cell that it would read, whoever else does; of no area where there
+  /// is none.
+  ReadCell cell_read(const integrate::PointBatch& b, const Place& below, const integrate::RaySet& r, int i,
+                     float growth, ShadingWorkspace& w) const;
+
   /// Finds the tile that serves each of these rays, if one does, and groups them by it: w.cache_level(place.level). Its
   /// resolution follows from the width of the point that sent the ray, grown so, and the ray's cone.
   void locate(const Place& place, const Place& below, float growth, RayFilter wanted, int sets,
@@ -51,6 +56,8 @@ class CachedRadiosity {
   bool lies_near_light(const scene::GridId& tile, ShadingWorkspace& w) const;
   bool dice_hit(const integrate::PointBatch& b, const Place& below, const integrate::RaySet& r, int i, float growth,
                 scene::PatchTable::PatchHit* hit, float* width, scene::GridPoint* at, ShadingWorkspace& w) const;
+  bool is_read_enough(const Place& below, const integrate::RaySet& r, int i, const scene::GridId& tile,
+                      ShadingWorkspace& w) const;
   int entry_at(const Place& below, const integrate::RaySet& r, int i, const scene::PatchTable::PatchHit& hit,
                float width, scene::GridPoint* at, gi::CacheBatch& c, ShadingWorkspace& w) const;
   void find_or_fill(const Place& below, gi::CacheBatch& c, ShadingWorkspace& w) const;

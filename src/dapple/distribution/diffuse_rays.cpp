@@ -101,7 +101,7 @@ void DiffuseRays::draw(const Place& place, RaySet& r, ShadingWorkspace& w) const
       float passed = 1;
       if (bsdf.bent) {
         const V3f normal = from.normal(bsdf.frame.n);
-        passed = bsdf.terminator(d, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
+        passed = scattering::terminator(d, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
         if (!(passed > 0)) continue;
       }
       const int i = r.count++;

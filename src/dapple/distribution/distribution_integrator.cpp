@@ -42,7 +42,7 @@ ShadingSettings with_masks(const DistributionIntegrator::Settings& settings) {
 }
 }  // namespace
 
-DistributionIntegrator::CacheUse::CacheUse(const scene::Scene& scene, const Settings& s)
+DistributionIntegrator::MemoryShares::MemoryShares(const scene::Scene& scene, const Settings& s)
     : subsurface(s.subsurface_cache && has_subsurface(scene)),
       hemispheres(s.irradiance_interpolation && s.shading.bounces > 0),
       subsurface_bytes(subsurface ? s.cache_bytes / 4 : 0),
@@ -54,13 +54,14 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       settings_(settings),
       groups_(settings.light_groups ? int(scene.light_groups.names.size()) : 0),
       patches_(scene.traced, scene::Motion(scene)),
-      use_(scene, settings),
-      irradiance_(use_.subsurface ? std::make_unique<RadiosityCache>(use_.subsurface_bytes, groups_) : nullptr),
-      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(use_.radiosity_bytes, groups_) : nullptr),
+      shares_(scene, settings),
+      irradiance_(shares_.subsurface ? std::make_unique<RadiosityCache>(shares_.subsurface_bytes, groups_) : nullptr),
+      radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(shares_.radiosity_bytes, groups_)
+                                          : nullptr),
       shading_(scene, with_masks(settings), &patches_),
       placer_(shading_),
       shader_(shading_, placer_, radiosity_.get(), irradiance_.get()),
-      interpolator_(use_.hemispheres ? make_interpolator() : nullptr),
+      interpolator_(shares_.hemispheres ? make_interpolator() : nullptr),
       grids_(settings.grid_bytes, groups_),
       hider_(shading_, settings_),
       finder_(shading_, hider_, settings_, grids_),
@@ -69,19 +70,21 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
   if (settings.visible_points == VisiblePoints::samples && radiosity_)
     readers_ = ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+  if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
 }
 
-bool DistributionIntegrator::cache_pays() const {
+bool DistributionIntegrator::samples_are_paths() const {
   const auto needs_grids = [](const auto& m) { return m->work() > GridNumbers::cheap_work || m->has_subsurface(); };
-  return settings_.visible_points == VisiblePoints::grids || !radiosity_ || logs_ ||
-         readers_.answered >= CacheNumbers::least_answered ||
-         (readers_.view_dependent && !settings_.shading.caustics) ||
-         std::any_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
+  return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
+         scene_.camera_medium == scene::vacuum &&
+         // Paths follow metal and coats; these count as diffuse here.
+         (settings_.shading.caustics || !readers_.view_dependent) &&
+         std::none_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
 }
 
 std::unique_ptr<const IrradianceInterpolator> DistributionIntegrator::make_interpolator() const {
   const IrradianceInterpolator::Settings s{settings_.shading.diffuse_rays.at(0), settings_.irradiance_accuracy,
-                                           use_.hemisphere_bytes, groups_};
+                                           shares_.hemisphere_bytes, groups_};
   return std::make_unique<IrradianceInterpolator>(shading_, placer_, shader_.diffuse_rays(), shader_.gatherer(), s);
 }
 
@@ -276,7 +279,7 @@ void DistributionIntegrator::view_block(const Box2i& pixels, const CacheLog& log
     survey.ask(place, answers, w.shading);
     for (int k = 0; k < b.count; ++k) {
       const V2i& pixel = s.camera.pixel[b.parent[k]];
-      film.set_cache_use(pixel.x, pixel.y, answers[k].means(seconds));
+      film.set_cache_features(pixel.x, pixel.y, answers[k].means(seconds));
     }
   }
 }

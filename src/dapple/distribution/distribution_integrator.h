@@ -3,6 +3,7 @@
 
 #include "dapple/distribution/grid_finder.h"
 #include "dapple/distribution/grid_shader.h"
+#include "dapple/distribution/path_answers.h"
 #include "dapple/distribution/reader_survey.h"
 #include "dapple/distribution/sample_finisher.h"
 
@@ -35,14 +36,17 @@ class DistributionIntegrator final : public integrate::Integrator {
     return settings_.shading.shafts ? settings_.shading.shafts->tables() : integrate::ShaftTables();
   }
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
-  /// False where path tracing gives the same image sooner: nothing is kept on grids, and cells of the cache would
-  /// answer few of the diffuse rays (ReaderSurvey, CacheNumbers::least_answered).
-  bool cache_pays() const;
+  /// Where nothing is shaded on grids or in media, camera samples may be traced as paths, sooner: those end their
+  /// diffuse rays in these answers. Null where they may not.
+  const integrate::RadiosityAnswers* answers() const { return samples_are_paths() ? &*answers_ : nullptr; }
+  /// Share of the diffuse rays that cells of the cache will answer (ReaderSurvey), as far as that is known.
+  float answered() const { return readers_.answered; }
 
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
   void add_media(DistributionWorkspace& w, scene::Film& film) const;
+  bool samples_are_paths() const;
   void shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;
   void finish_all(DistributionWorkspace& w, scene::Film& film) const;
@@ -53,8 +57,8 @@ class DistributionIntegrator final : public integrate::Integrator {
   int first_cached_depth() const { return scene_.has_media() ? 0 : 1; }
 
   /// Which caches there are, and how they share the memory; those that are not take none.
-  struct CacheUse {
-    CacheUse(const scene::Scene& scene, const Settings& settings);
+  struct MemoryShares {
+    MemoryShares(const scene::Scene& scene, const Settings& settings);
     const bool subsurface, hemispheres;
     const size_t subsurface_bytes, hemisphere_bytes, radiosity_bytes;
   };
@@ -63,7 +67,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const Settings settings_;
   const int groups_;  // of lights, whose parts are kept apart
   const scene::PatchTable patches_;
-  const CacheUse use_;
+  const MemoryShares shares_;
   const std::unique_ptr<gi::RadiosityCache> irradiance_, radiosity_;
   ShadingScene shading_;
   const PointPlacer placer_;
@@ -75,6 +79,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const GridShader grid_shader_;
   const SampleFinisher finisher_;
   const std::unique_ptr<gi::CacheLogs> logs_;
+  std::optional<PathAnswers> answers_;
   ReaderSurvey::Found readers_;
 };
 

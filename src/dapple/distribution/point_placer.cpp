@@ -44,7 +44,7 @@ void PointPlacer::place_cached_cell(const scene::GridId& id, int i, int j, const
   if (id.cluster_level > 0 && links.is_scattered())
     b.share[k] *= CacheNumbers::scattered_share;
   else if (shading_.readers.knows(depth))
-    b.effort[k] = std::max(shading_.cell_effort({b.surface[k].P, b.wo[k]}, depth, cell.area()), 1);
+    b.effort[k] = std::max(shading_.cell_effort({b.surface[k].P, b.wo[k]}, depth, shading_.read_cell(id, memory)), 1);
   else
     b.effort[k] =
         int(std::bit_floor(uint32_t(std::clamp(cell.area() / shading_.common_area, 1.0f, CacheNumbers::most_effort))));

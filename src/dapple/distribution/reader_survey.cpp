@@ -32,8 +32,9 @@ struct ReaderSurvey::Workspace : ShadingWorkspace {
   int depth = 1;
   CameraSamples camera{0};
   std::vector<ReaderMap::Reader> readers;
-  std::vector<float> areas;  // of readers: of the cell that one would read; 0: there is none
-  size_t ends = 0;           // of diffuse rays of this depth
+  std::vector<float> widths;    // of readers
+  std::vector<ReadCell> cells;  // that they would read
+  size_t ends = 0;              // of diffuse rays of this depth
   bool view_dependent = false;
 };
 
@@ -55,7 +56,8 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
   Found result;
   while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
-    std::vector<std::vector<float>> areas(found.size());
+    std::vector<std::vector<float>> widths(found.size());
+    std::vector<std::vector<ReadCell>> cells(found.size());
     std::vector<size_t> ends_of(found.size());
     std::vector<char> view_dependent(found.size());
     parallel_for(found.size(), [&](size_t i) {
@@ -63,17 +65,22 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
       w->depth = map->depths() + 1;
       const uint32_t first = uint32_t(i) * batch;
       trace_camera_rays(first, int(std::min(paths - first, batch)), *w);
-      found[i] = std::move(w->readers), areas[i] = std::move(w->areas), ends_of[i] = w->ends;
+      found[i] = std::move(w->readers), widths[i] = std::move(w->widths), cells[i] = std::move(w->cells);
+      ends_of[i] = w->ends;
       view_dependent[i] = w->view_dependent;
     });
     std::vector<ReaderMap::Reader> all;
-    for (const auto& of_batch : found) all.insert(all.end(), of_batch.begin(), of_batch.end());
-    map->add_depth(all, rays_each);
+    std::vector<float> all_widths;
+    for (size_t i = 0; i < found.size(); ++i) {
+      all.insert(all.end(), found[i].begin(), found[i].end());
+      all_widths.insert(all_widths.end(), widths[i].begin(), widths[i].end());
+    }
+    map->add_depth(all, all_widths, rays_each);
     for (size_t i = 0; i < found.size(); ++i) {
       ends += ends_of[i];
       result.view_dependent |= view_dependent[i];
       for (size_t k = 0; k < found[i].size(); ++k)
-        answered += areas[i][k] > 0 && shading_.cell_effort(found[i][k], map->depths(), areas[i][k]) > 0;
+        answered += cells[i][k].area > 0 && shading_.cell_effort(found[i][k], map->depths(), cells[i][k]) > 0;
     }
   }
   if (ends > 0) result.answered = float(answered) / float(ends);
@@ -159,17 +166,19 @@ void ReaderSurvey::note_readers(const Place& place, const RayFilter& wanted, Wor
     if (!wanted(r, i) || geometry == no_id || r.weight[i].is_black()) continue;
     if (depth == w.depth) ++w.ends, w.view_dependent |= !shading_.materials.is_view_independent(geometry);
     if (!shading_.materials.is_flat(geometry)) continue;
-    const float width = shader_.cached().width_read(b, r, i, growth, settings_.shading.cache_width);
+    const ReadCell cell = shader_.cached().cell_read(b, place.behind_diffuse(), r, i, growth, w);
     if (depth == w.depth) {
       w.readers.push_back(reader_of(r, i));
-      w.areas.push_back(shading_.patches->has_groups(geometry) && shading_.is_cheap(geometry) ? 0 : sqr(width));
+      w.widths.push_back(shader_.cached().width_read(b, r, i, growth, settings_.shading.cache_width));
+      w.cells.push_back(cell);
       r.weight[i] = RGB();
       continue;
     }
-    const float readers = shading_.readers.readers(reader_of(r, i), depth, sqr(width));
-    const int effort = shading_.cell_effort(reader_of(r, i), depth, sqr(width));
+    if (cell.area == 0) continue;
+    const int effort = shading_.cell_effort(reader_of(r, i), depth, cell);
     if (effort == 0) continue;
-    const float filled = float(settings_.shading.diffuse_rays.at(depth, 1, effort)) / readers;
+    const float filled = float(settings_.shading.diffuse_rays.at(depth, 1, effort)) /
+                         shading_.readers.readers(reader_of(r, i), depth, cell);
     if (to_unit_float(random_of(b.key[r.point[i]], Purpose::survey, r.rays.key[i])) >= filled) r.weight[i] = RGB();
   }
 }

@@ -62,9 +62,26 @@ void ShadingScene::find_media(PointBatch& b, ShadingWorkspace& w) const {
   w.stages.tracing_seconds += timer.seconds();
 }
 
-int ShadingScene::cell_effort(const ReaderMap::Reader& at, int depth, float area) const {
+// Cells are those nearest to as wide as asked for, in both directions (PatchTable::dice), but for patches that are
+// smaller.
+ReadCell ShadingScene::read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const {
+  const scene::PatchTable::Cell cell = patches->cell(tile, memory);
+  constexpr float half_step = 1.41421356f;
+  ReadCell r{cell.area(), cell.size / half_step, infinity};
+  if (tile.cluster_level > 0 || cell.s == V3f(0, 0, 0)) {
+    r.most_width = cell.size * half_step;
+    return r;
+  }
+  if (tile.u_level > 0) r.most_width = length(cell.s) * half_step;
+  if (tile.v_level > 0) r.most_width = std::min(r.most_width, length(cell.t) * half_step);
+  r.most_width = std::max(r.most_width, r.least_width * half_step);
+  if (patches->is_half(tile) && tile.u_level + tile.v_level == 0) r.area *= 0.5f;
+  return r;
+}
+
+int ShadingScene::cell_effort(const ReaderMap::Reader& at, int depth, const ReadCell& cell) const {
   const float effort =
-      readers.readers(at, depth, area) * CacheNumbers::filled_rays / float(settings.diffuse_rays.at(depth));
+      readers.readers(at, depth, cell) * CacheNumbers::filled_rays / float(settings.diffuse_rays.at(depth));
   return effort < 1 ? 0 : int(std::bit_floor(uint32_t(std::min(effort, CacheNumbers::most_effort))));
 }
 

@@ -62,9 +62,10 @@ class ShadingScene {
 
   /// How often what is cached will be read; of diffuse depths beyond its own that is not known, and taken for often.
   ReaderMap readers;
-  /// PointBatch::effort of a cell of so many m2 around a place, of a diffuse depth of `readers`; 0: so few rays would
-  /// read it that each had better go on by a ray of its own.
-  int cell_effort(const ReaderMap::Reader& at, int depth, float area) const;
+  ReadCell read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const;
+  /// PointBatch::effort of a cell around a place, of a diffuse depth of `readers`; 0: so few rays would read it that
+  /// each had better go on by a ray of its own.
+  int cell_effort(const ReaderMap::Reader& at, int depth, const ReadCell& cell) const;
 
   /// Diffuse rays see in coats what these mirror; with caustics off a diffuse surface.
   bool coats_mirror(const Place& below) const { return settings.caustics && below.arrival == Arrival::diffuse; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/forest/riccati.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "dapple/forest/operators.h"
 
 namespace dapple::forest {
 
@@ -65,27 +65,27 @@ struct Equations {
 
 }  // namespace
 
-void Riccati::sweep(const CanopySolver& solver, size_t pack, const CanopySolver::Direction* sun, const double* beam,
-                    const Pack* rates, const Pack* ground_source, Pack* up, Pack* down, Scratch&) {
-  const int n = solver.options_.nodes.size(), slabs = solver.levels() - 1;
+void sweep_riccati(const CanopyOperators& ops, size_t pack, const CanopyDirection* sun, const double* beam,
+                   const Pack* rates, const Pack* ground_source, Pack* up, Pack* down) {
+  const int n = ops.nodes(), slabs = ops.slabs();
   const size_t nn = size_t(n) * n, size = nn + n;
   std::vector<Pack> bottom((slabs + 1) * size), k1(size), k2(size), k3(size), k4(size), y(size), ju(n), jd(n);
-  std::copy(solver.operators_[pack].f.begin(), solver.operators_[pack].f.begin() + nn, bottom.begin());
+  std::copy(ops.reflection(pack), ops.reflection(pack) + nn, bottom.begin());
   std::copy(ground_source, ground_source + n, bottom.begin() + nn);
   std::vector<Pack> path;  // F and E at all half steps of one slab
 
   const auto equations = [&](int k) {
-    const int type = solver.slab_type_[k];
-    if (!rates) return Equations(solver.slab(pack, type), nullptr, nullptr, 0);
+    const int type = ops.type_of(k);
+    if (!rates) return Equations(ops.slab(pack, type), nullptr, nullptr, 0);
     const Pack* r = rates + size_t(type) * 2 * n;
     for (int i = 0; i < n; ++i) {
       ju[i] = beam[k + 1] * r[i];
       jd[i] = beam[k + 1] * r[n + i];
     }
-    return Equations(solver.slab(pack, type), ju.data(), jd.data(), sun->path_[type]);
+    return Equations(ops.slab(pack, type), ju.data(), jd.data(), sun->path[type]);
   };
   const auto half_steps = [&](int k) {
-    return 2 * std::max(1, int(std::ceil(solver.types_[solver.slab_type_[k]].depth / solver.options_.riccati_step)));
+    return 2 * std::max(1, int(std::ceil(ops.types()[ops.type_of(k)].depth / ops.options().riccati_step)));
   };
   const auto rise = [&](Equations& eq, int steps, const Pack* from, bool keep) {
     const double h = 1.0 / steps;

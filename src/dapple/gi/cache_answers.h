@@ -29,8 +29,8 @@ struct CacheAnswers {
   }
 
   /// Means. `seconds`: of rendering; an age is a share of it.
-  scene::CacheUse means(double seconds) const {
-    scene::CacheUse use;
+  scene::CacheFeatures means(double seconds) const {
+    scene::CacheFeatures use;
     if (rays == 0) return use;
     const auto share = [this](int n) { return float(n) / float(rays); };
     use.coarse = share(by_resolution[size_t(integrate::Resolution::coarse)]);

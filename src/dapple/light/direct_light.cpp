@@ -150,7 +150,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   if (bsdf.is_diffuse()) {
     // Where the normal is bent, light comes from the side on which it is for both normals.
     target = cosine * bsdf.side(b.wo[k]) > 0 ? to_irradiance : to_irradiance_behind;
-    if (bsdf.bent) L *= bsdf.terminator(light.wi, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
+    if (bsdf.bent) L *= scattering::terminator(light.wi, normal, dot(normal, from.Ng) < 0 ? -from.Ng : from.Ng);
     L *= bsdf.crossing(cosine);
     if ((target == to_irradiance ? bsdf.reflectance : bsdf.transmittance).is_black()) return false;
     if (b.seekers[k] > 0 && !light.delta) {

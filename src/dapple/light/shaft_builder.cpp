@@ -11,6 +11,7 @@
 #include "dapple/emitters/point_light.h"
 #include "dapple/forest/canopy_light.h"
 #include "dapple/integrate/ray_origin.h"
+#include "dapple/light/shaft_fill.h"
 #include "dapple/light/surface_media.h"
 #include "dapple/numeric/warp.h"
 #include "dapple/scene/motion.h"
@@ -37,6 +38,12 @@ constexpr float entry_error = 0.02f;      // optical depth; rays of light are at
 
 constexpr int survey_rays = 64;
 
+float radical_inverse(uint32_t i) {
+  float sum = 0;
+  for (float digit = 0.5f; i > 0; i >>= 1, digit *= 0.5f) sum += float(i & 1) * digit;
+  return sum;
+}
+
 /// Stands for a light that planes have.
 class NoLight final : public emitters::Light {
  public:
@@ -46,22 +53,53 @@ class NoLight final : public emitters::Light {
   float power(float) const override { return 0; }
 };
 
-float radical_inverse(uint32_t i) {
-  float sum = 0;
-  for (float digit = 0.5f; i > 0; i >>= 1, digit *= 0.5f) sum += float(i & 1) * digit;
-  return sum;
-}
+class Builder {
+ public:
+  Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left);
+  std::shared_ptr<const ShaftLight> build(std::string* why);
 
-}  // namespace
+ private:
+  using Planes = shafts::ScanPlanes;
+  std::string obstacle();
+  std::string find_medium();
+  std::string find_far_away();
+  template <class Visit>
+  void follow(const V3f& o, const V3f& d, const Visit& visit) const;
+  void find_sources();
+  void find_rest();
+  void add_sun(uint32_t light, const emitters::NarrowBeam& beam);
+  bool add_lamp(uint32_t light);
+  void add(const ShaftSource& wanted);
+  Planes::Settings settings_of(const ShaftSource& wanted) const;
+  bool is_orthographic() const { return view_ != V3f(0, 0, 0); }
+  shafts::PlaneFan fan_beside(const V3f& axis, float spacing, V3f* eye) const;
+  shafts::PlaneFan fan_around(const V3f& axis, float spacing) const;
+  void fit_memory();
+  int32_t medium_at(const V3f& P) const;
 
-ShaftLight::Builder::Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left)
+  const scene::Scene& scene_;
+  const ShaftSettings settings_;
+  std::vector<std::string>& left_;
+  const integrate::MaterialTable materials_;
+  ShaftLight::Parts out_;
+  const V3f eye_;
+  V3f view_{0, 0, 0};  // of all rays, of orthographic cameras
+  int32_t far_away_ = scene::vacuum;
+  bool bounded_ = false, colored_ = false;
+  float coarser_ = 1;  // spacing of planes, times
+  int bins_ = 0;
+  Box3f box_;
+  std::vector<ShaftSource> wanted_;
+};
+
+Builder::Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left)
     : scene_(scene), settings_(settings), left_(*left), materials_(scene), eye_(scene.camera.position()) {
   if (scene.camera.settings().projection == scene::Projection::orthographic)
     view_ = scene.camera.generate({0, 0}, {0.5f, 0.5f}, 0.5f).ray.d;
 }
 
 // What stands against planes in this scene; empty: nothing.
-std::string ShaftLight::Builder::obstacle() {
+std::string Builder::obstacle() {
   if (!scene_.has_media()) return "the scene has no medium";
   const scene::Camera::Settings& camera = scene_.camera.settings();
   if (scene_.camera.has_lens()) return "the camera has a lens";
@@ -71,28 +109,23 @@ std::string ShaftLight::Builder::obstacle() {
   return find_medium();
 }
 
-std::string ShaftLight::Builder::find_medium() {
+std::string Builder::find_medium() {
   for (size_t m = 0; m < scene_.media.size(); ++m) {
     const auto* closed = dynamic_cast<const ClosedFormMedium*>(scene_.media[m].get());
     if (closed && closed->sigma_t().is_black()) continue;
     if (!closed) return "a medium is neither homogeneous nor exponential";
     if (closed->sigma_s().is_black()) continue;
-    if (out_->air_) return "several media scatter";
-    out_->air_ = closed;
-    out_->medium_ = int32_t(m);
+    if (out_.air) return "several media scatter";
+    out_.air = closed;
+    out_.medium = int32_t(m);
   }
-  if (!out_->air_) return "no medium scatters";
-  for (uint32_t g = 0; g < scene_.bindings.size(); ++g) bounded_ |= changes_medium(g);
+  if (!out_.air) return "no medium scatters";
+  for (uint32_t g = 0; g < scene_.bindings.size(); ++g) bounded_ |= changes_medium(scene_, materials_, g);
   return find_far_away();
 }
 
-// Light goes from one medium into another there.
-bool ShaftLight::Builder::changes_medium(uint32_t geometry) const {
-  return scene_.bindings[geometry].changes_medium && materials_.lets_through(geometry);
-}
-
 // The medium that sunlight comes from: in which rays from the camera go to infinity.
-std::string ShaftLight::Builder::find_far_away() {
+std::string Builder::find_far_away() {
   far_away_ = scene_.camera_medium;
   if (!bounded_) return {};
   bool known = false;
@@ -116,7 +149,7 @@ std::string ShaftLight::Builder::find_far_away() {
 
 // Calls visit(geometry, point) for what a ray meets, until it says no.
 template <class Visit>
-void ShaftLight::Builder::follow(const V3f& o, const V3f& d, const Visit& visit) const {
+void Builder::follow(const V3f& o, const V3f& d, const Visit& visit) const {
   trace::RayBatch rays;
   trace::HitBatch hits;
   rays.set(0, o, d, infinity, 0, 1);
@@ -130,19 +163,19 @@ void ShaftLight::Builder::follow(const V3f& o, const V3f& d, const Visit& visit)
 }
 
 // The medium at a place: what the first surface along some way says through which light goes into another.
-int32_t ShaftLight::Builder::medium_at(const V3f& P) const {
+int32_t Builder::medium_at(const V3f& P) const {
   const V3f d = normalize(V3f(0.32f, -0.21f, 0.91f));
   int32_t medium = far_away_;
   if (bounded_)
     follow(P, d, [&](uint32_t geometry, const geom::SurfacePoint& p) {
-      if (!changes_medium(geometry)) return true;
+      if (!changes_medium(scene_, materials_, geometry)) return true;
       medium = scene_.bindings[geometry].medium_at(dot(d, p.Ng) > 0, medium);
       return false;
     });
   return medium;
 }
 
-void ShaftLight::Builder::find_sources() {
+void Builder::find_sources() {
   std::vector<uint32_t> order(scene_.lights.size());
   std::iota(order.begin(), order.end(), 0u);
   const float radius = box_.isEmpty() ? 1 : 0.5f * length(box_.size());
@@ -154,7 +187,7 @@ void ShaftLight::Builder::find_sources() {
     const emitters::Light& light = *scene_.lights[i];
     if (!(light.power(radius) > 0)) continue;
     const auto beam = light.narrow_beam();
-    if (int(out_->sources_.size()) == most_lights && (beam || light.is_delta())) {
+    if (int(out_.sources.size()) == ShaftLight::most_lights && (beam || light.is_delta())) {
       ++many;
     } else if (beam && is_orthographic() && std::abs(dot(beam->to_light, view_)) > most_slanting) {
       ++other;
@@ -165,7 +198,8 @@ void ShaftLight::Builder::find_sources() {
     }
   }
   if (many > 0)
-    left_.push_back(fmt::format("{} lights are left to rays: planes are for the {} strongest", many, most_lights));
+    left_.push_back(
+        fmt::format("{} lights are left to rays: planes are for the {} strongest", many, ShaftLight::most_lights));
   if (other > 0)
     left_.push_back(fmt::format(
         "{} lights with textures, decay or programs of their own, that move, or stand in the eye (and of orthographic "
@@ -174,30 +208,30 @@ void ShaftLight::Builder::find_sources() {
 }
 
 // Lights without what the planes have.
-void ShaftLight::Builder::find_rest() {
+void Builder::find_rest() {
   static const NoLight nothing;
   bool any = false;
   const float radius = box_.isEmpty() ? 1 : 0.5f * length(box_.size());
   for (uint32_t i = 0; i < scene_.lights.size(); ++i) {
-    const auto source =
-        std::find_if(out_->sources_.begin(), out_->sources_.end(), [&](const Source& s) { return s.light == i; });
+    const auto source = std::find_if(out_.sources.begin(), out_.sources.end(),
+                                     [&](const ShaftLight::Source& s) { return s.light == i; });
     const emitters::Light* rest = scene_.lights[i].get();
-    if (source != out_->sources_.end()) {
+    if (source != out_.sources.end()) {
       rest = &nothing;
       if (const auto* canopy = dynamic_cast<const forest::CanopyLight*>(scene_.lights[i].get())) {
-        out_->skies_.push_back(canopy->without_sun());
-        if (out_->skies_.back()) rest = out_->skies_.back().get();
+        out_.skies.push_back(canopy->without_sun());
+        if (out_.skies.back()) rest = out_.skies.back().get();
       } else if (source->cosine > -1) {
         rest = scene_.lights[i].get();  // owns() decides, direction by direction
       }
     }
-    out_->rest_lights_.push_back(rest);
+    out_.rest_lights.push_back(rest);
     any |= rest->bounds() || rest->power(radius) > 0;
   }
-  if (any) out_->rest_.emplace(out_->rest_lights_, radius);
+  if (any) out_.rest.emplace(out_.rest_lights, radius);
 }
 
-void ShaftLight::Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
+void Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
   const emitters::Light& light = *scene_.lights[i];
   if (const auto* canopy = dynamic_cast<const forest::CanopyLight*>(&light); canopy && canopy->has_sheet()) {
     left_.push_back("light through the leaves of a canopy light is left to rays");
@@ -206,7 +240,7 @@ void ShaftLight::Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) 
   if (light.is_delta()) {
     emitters::LightSample sample;
     if (!light.sample({eye_}, {0.5f, 0.5f}, &sample)) return;
-    out_->sources_.push_back({i, sample.wi, -2, {}});
+    out_.sources.push_back({i, sample.wi, -2, {}});
     add({.light = i, .direction = sample.wi, .strength = sample.radiance});
     return;
   }
@@ -225,19 +259,20 @@ void ShaftLight::Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) 
         radiance((float(k % disc_strata) + 0.5f) / disc_strata, (float(k / disc_strata) + 0.5f) / disc_strata).second;
   all *= solid_angle / (disc_strata * disc_strata);
   RGB of_points;
-  for (int k = 0; k < disc_points; ++k)
-    of_points += radiance((float(k) + 0.5f) / disc_points, float(k) * 0.618034f).second * (1.0f / disc_points);
+  for (int k = 0; k < ShaftLight::disc_points; ++k)
+    of_points += radiance((float(k) + 0.5f) / ShaftLight::disc_points, float(k) * 0.618034f).second *
+                 (1.0f / ShaftLight::disc_points);
   if (all.is_black() || of_points.is_black()) return;
-  out_->sources_.push_back({i, beam.to_light, std::cos(beam.radius), {}});
-  for (int k = 0; k < disc_points; ++k) {
-    const auto [wi, L] = radiance((float(k) + 0.5f) / disc_points, float(k) * 0.618034f);
+  out_.sources.push_back({i, beam.to_light, std::cos(beam.radius), {}});
+  for (int k = 0; k < ShaftLight::disc_points; ++k) {
+    const auto [wi, L] = radiance((float(k) + 0.5f) / ShaftLight::disc_points, float(k) * 0.618034f);
     RGB strength;
     for (int c = 0; c < 3; ++c) strength[c] = of_points[c] > 0 ? all[c] * L[c] / of_points[c] : 0;
     add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing});
   }
 }
 
-bool ShaftLight::Builder::add_lamp(uint32_t i) {
+bool Builder::add_lamp(uint32_t i) {
   const auto* lamp = dynamic_cast<const emitters::PositionalLight*>(scene_.lights[i].get());
   if (!lamp) return false;
   const V3f to_lamp = lamp->position() - eye_;
@@ -245,7 +280,7 @@ bool ShaftLight::Builder::add_lamp(uint32_t i) {
   if (is_orthographic()) return false;
   if (!(distance > 1e-5f * length(box_.isEmpty() ? V3f(1, 1, 1) : box_.size()))) return false;
   const bool alike = dynamic_cast<const emitters::PointLight*>(lamp);
-  out_->sources_.push_back({i, to_lamp * (1 / distance), -2, {}});
+  out_.sources.push_back({i, to_lamp * (1 / distance), -2, {}});
   add({.light = i,
        .direction = to_lamp * (1 / distance),
        .strength = alike ? lamp->intensity(V3f(0, 0, 1)) : RGB(1),
@@ -255,14 +290,14 @@ bool ShaftLight::Builder::add_lamp(uint32_t i) {
   return true;
 }
 
-void ShaftLight::Builder::add(const Wanted& wanted) {
+void Builder::add(const ShaftSource& wanted) {
   wanted_.push_back(wanted);
   wanted_.back().start_medium = wanted.is_lamp ? medium_at(wanted.lamp) : far_away_;
 }
 
 // Planes side by side over what an orthographic camera shows; `eye`: moved back in them to where all that is seen is
 // ahead.
-shafts::PlaneFan ShaftLight::Builder::fan_beside(const V3f& axis, float spacing, V3f* eye) const {
+shafts::PlaneFan Builder::fan_beside(const V3f& axis, float spacing, V3f* eye) const {
   const scene::Camera::Settings& camera = scene_.camera.settings();
   const V3f side = normalize(cross(axis, view_)), ahead = normalize(view_ - axis * dot(axis, view_));
   float low = infinity, high = -infinity, nearest = infinity;
@@ -276,12 +311,12 @@ shafts::PlaneFan ShaftLight::Builder::fan_beside(const V3f& axis, float spacing,
   shafts::PlaneFan fan;
   fan.closed = false;
   const float step = spacing * scene_.camera.pixel_width(0.0f);
-  fan.planes = std::max(int(std::min(std::ceil((high - low) / step), 1048576.0f)), least_planes) + 1;
+  fan.planes = std::max(int(std::min(std::ceil((high - low) / step), 1048576.0f)), ShaftLight::least_planes) + 1;
   fan.first = low, fan.step = std::max(high - low, 1e-12f) / float(fan.planes - 1);
   return fan;
 }
 
-shafts::PlaneFan ShaftLight::Builder::fan_around(const V3f& axis, float spacing) const {
+shafts::PlaneFan Builder::fan_around(const V3f& axis, float spacing) const {
   if (V3f unused; is_orthographic()) return fan_beside(axis, spacing, &unused);
   const scene::Camera::Settings& camera = scene_.camera.settings();
   const V2f size(float(camera.resolution.x), float(camera.resolution.y));
@@ -297,15 +332,15 @@ shafts::PlaneFan ShaftLight::Builder::fan_around(const V3f& axis, float spacing)
     for (int x = 0; x <= film_samples; ++x)
       inside.push_back(look(size.x * float(x) / film_samples, size.y * float(y) / film_samples));
   shafts::PlaneFan fan = fit_planes(Frame(axis), corners, inside, spacing);
-  if (fan.planes < least_planes) {
-    const int more = least_planes + (fan.closed ? 0 : 1);
-    fan.step *= float(fan.closed ? fan.planes : fan.planes - 1) / float(least_planes);
+  if (fan.planes < ShaftLight::least_planes) {
+    const int more = ShaftLight::least_planes + (fan.closed ? 0 : 1);
+    fan.step *= float(fan.closed ? fan.planes : fan.planes - 1) / float(ShaftLight::least_planes);
     fan.planes = more;
   }
   return fan;
 }
 
-shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) const {
+Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   Planes::Settings s;
   s.eye = eye_;
   s.axis = w.direction;
@@ -315,14 +350,14 @@ shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) c
   s.bins = bins_;
   s.bounded = bounded_;
   s.tinted = w.patterned || colored_;
-  s.entry_error = entry_error / std::max(out_->air_->sigma_t().max(), 1e-30f);
+  s.entry_error = entry_error / std::max(out_.air->sigma_t().max(), 1e-30f);
   if (w.is_lamp) {
     s.lamp = length(w.lamp - eye_);
     s.nearest = lamp_even_part;
     s.farthest = pi;
     return s;
   }
-  s.open = far_away_ == out_->medium_;
+  s.open = far_away_ == out_.medium;
   float farthest = 0;
   for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
     const V3f P(corner & 1 ? box_.max.x : box_.min.x, corner & 2 ? box_.max.y : box_.min.y,
@@ -333,8 +368,8 @@ shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) c
   const float extent =
       bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
   // Where all is even, nothing is seen beyond so many lengths.
-  if (out_->air_->density().is_constant() && !is_orthographic())
-    farthest = std::min(farthest, opaque_depth / std::max(out_->air_->sigma_t().min(), 1e-30f));
+  if (out_.air->density().is_constant() && !is_orthographic())
+    farthest = std::min(farthest, opaque_depth / std::max(out_.air->sigma_t().min(), 1e-30f));
   s.farthest = std::max(farthest, 1e-6f);
   s.nearest = is_orthographic() ? s.farthest * even_over_all
                                 : std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
@@ -342,20 +377,20 @@ shafts::ScanPlanes::Settings ShaftLight::Builder::settings_of(const Wanted& w) c
 }
 
 // Fewer planes, then fewer bins, until all fit.
-void ShaftLight::Builder::fit_memory() {
+void Builder::fit_memory() {
   const auto bytes = [&] {
     size_t all = 0;
-    for (const Wanted& w : wanted_) all += Planes::bytes_of(settings_of(w));
+    for (const ShaftSource& w : wanted_) all += Planes::bytes_of(settings_of(w));
     return all;
   };
   const auto count = [&] {
     int all = 0;
-    for (const Wanted& w : wanted_) all += fan_around(w.direction, w.spacing * coarser_).planes;
+    for (const ShaftSource& w : wanted_) all += fan_around(w.direction, w.spacing * coarser_).planes;
     return all;
   };
   bins_ = std::max(settings_.bins, 1);
   if (settings_.planes > 0)
-    for (Wanted& w : wanted_) w.spacing *= float(fan_around(w.direction, 1).planes) / float(settings_.planes);
+    for (ShaftSource& w : wanted_) w.spacing *= float(fan_around(w.direction, 1).planes) / float(settings_.planes);
   const int asked = count(), asked_bins = bins_;
   while (bytes() > settings_.max_bytes && coarser_ < 8) coarser_ *= 1.25f;
   while (bytes() > settings_.max_bytes && bins_ > least_bins)
@@ -366,10 +401,9 @@ void ShaftLight::Builder::fit_memory() {
                                 asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins_));
 }
 
-std::shared_ptr<const ShaftLight> ShaftLight::Builder::build(std::string* why) {
+std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
   const Timer timer;
-  out_ = std::make_shared<ShaftLight>();
-  out_->settings_ = settings_;
+  out_.settings = settings_;
   *why = obstacle();
   if (!why->empty()) return nullptr;
   box_ = scene_.traced.bounds();
@@ -380,31 +414,38 @@ std::shared_ptr<const ShaftLight> ShaftLight::Builder::build(std::string* why) {
     return nullptr;
   }
   find_rest();
-  for (const Source& s : out_->sources_) out_->lights_.push_back(s.light);
   fit_memory();
+  ShaftFill rays_of_light(scene_, materials_, settings_.seed, out_.medium, *out_.air);
   uint64_t rays = 0;
-  for (const Wanted& w : wanted_) {
-    const auto source =
-        std::find_if(out_->sources_.begin(), out_->sources_.end(), [&](const Source& s) { return s.light == w.light; });
-    Set& set = source->sets.emplace_back();
+  for (const ShaftSource& w : wanted_) {
+    const auto source = std::find_if(out_.sources.begin(), out_.sources.end(),
+                                     [&](const ShaftLight::Source& s) { return s.light == w.light; });
+    ShaftLight::Set& set = source->sets.emplace_back();
     set.planes = std::make_unique<Planes>(settings_of(w));
-    set.air = std::make_unique<shafts::AirLight>(*set.planes, shafts::Haze(*out_->air_));
+    set.air = std::make_unique<shafts::AirLight>(*set.planes, shafts::Haze(*out_.air));
     set.strength = w.strength;
-    fill(w, set);
+    rays_of_light.fill(w, &set);
     rays += uint64_t(set.planes->planes()) * uint64_t(set.planes->bins());
   }
   // Rays along edges do so by rounding.
-  if (odd_ > rays / 1000 + 1) {
+  if (rays_of_light.odd_rays() > rays / 1000 + 1) {
     *why = "light enters the medium in several pieces, or through another medium";
     return nullptr;
   }
-  if (far_away_ == out_->medium_ && out_->air_->density().is_constant() &&
-      std::any_of(wanted_.begin(), wanted_.end(), [](const Wanted& w) { return !w.is_lamp; }))
+  if (far_away_ == out_.medium && out_.air->density().is_constant() &&
+      std::any_of(wanted_.begin(), wanted_.end(), [](const ShaftSource& w) { return !w.is_lamp; }))
     left_.push_back(
         "no light of a sun at infinity gets through a homogeneous medium without bounds: give it a shape, or make it "
         "exponential");
-  out_->fill_seconds_ = timer.seconds();
-  return out_;
+  out_.fill_seconds = timer.seconds();
+  return std::make_shared<ShaftLight>(std::move(out_));
+}
+
+}  // namespace
+
+std::shared_ptr<const ShaftLight> make_shaft_light(const scene::Scene& scene, const ShaftSettings& settings,
+                                                   std::string* why, std::vector<std::string>* left) {
+  return Builder(scene, settings, left).build(why);
 }
 
 }  // namespace dapple::light

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of scan planes, by rays of light.
+#include "dapple/light/shaft_fill.h"
+
 #include <algorithm>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/emitters/point_light.h"
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/light/shaft_builder.h"
+#include "dapple/integrate/ray_tracer.h"
 
 namespace dapple::light {
 
@@ -20,7 +21,7 @@ constexpr double golden_ratio = 0.6180339887498949;
 constexpr int max_surfaces = 4096;  // ends a ray caught between surfaces
 }  // namespace
 
-struct ShaftLight::Builder::Scratch {
+struct ShaftFill::Scratch {
   RayTracer tracer;  // without media: what is in the way
   RayBatch rays, under_way;
   trace::HitBatch hits;
@@ -33,16 +34,26 @@ struct ShaftLight::Builder::Scratch {
   Scratch(const scene::Scene& scene, const integrate::MaterialTable& materials) : tracer(scene, materials, false) {}
 };
 
-void ShaftLight::Builder::fill(const Wanted& wanted, Set& set) {
-  parallel_ranges(size_t(set.planes->planes()), planes_at_once, [&](size_t begin, size_t end) {
+ShaftFill::ShaftFill(const scene::Scene& scene, const integrate::MaterialTable& materials, uint64_t seed,
+                     int32_t medium, const media::ClosedFormMedium& air)
+    : scene_(scene),
+      materials_(materials),
+      seed_(seed),
+      medium_(medium),
+      air_(air),
+      eye_(scene.camera.position()),
+      box_(scene.traced.bounds()) {}
+
+void ShaftFill::fill(const ShaftSource& source, ShaftLight::Set* set) {
+  parallel_ranges(size_t(set->planes->planes()), planes_at_once, [&](size_t begin, size_t end) {
     const auto scratch = std::make_unique<Scratch>(scene_, materials_);
-    for (size_t k = begin; k < end; ++k) fill_plane(wanted, set, int(k), *scratch);
+    for (size_t k = begin; k < end; ++k) fill_plane(source, *set, int(k), *scratch);
   });
 }
 
 // A ray of light a bin, at a random place in it. Those side by side are traced together.
-void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, Scratch& s) {
-  Planes& planes = *set.planes;
+void ShaftFill::fill_plane(const ShaftSource& source, ShaftLight::Set& set, int plane, Scratch& s) {
+  shafts::ScanPlanes& planes = *set.planes;
   const V3f& axis = planes.frame().n;
   float start = 1;  // beyond all there is
   for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
@@ -51,9 +62,9 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
     start = std::max(start, dot(P - eye_, axis) * 1.001f + 1e-3f * length(box_.size()));
   }
   const auto* pattern =
-      wanted.patterned ? dynamic_cast<const emitters::PositionalLight*>(scene_.lights[wanted.light].get()) : nullptr;
-  const uint32_t seed = uint32_t(hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y, plane));
-  const uint64_t bin_seed = hash(settings_.seed, wanted.light, wanted.direction.x, wanted.direction.y);
+      source.patterned ? dynamic_cast<const emitters::PositionalLight*>(scene_.lights[source.light].get()) : nullptr;
+  const uint32_t seed = uint32_t(hash(seed_, source.light, source.direction.x, source.direction.y, plane));
+  const uint64_t bin_seed = hash(seed_, source.light, source.direction.x, source.direction.y);
   for (int first = 0; first < planes.bins(); first += RayBatch::capacity) {
     const int n = std::min(RayBatch::capacity, planes.bins() - first);
     for (int i = 0; i < n; ++i) {
@@ -62,10 +73,10 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
       // Planes side by side complement each other.
       const double turned = double(to_unit_float(hash(bin_seed, j))) + plane * golden_ratio;
       const float u = low + width * std::min(float(turned - std::floor(turned)), one_minus_epsilon);
-      const V3f o = wanted.is_lamp ? wanted.lamp : planes.foot(plane, u) + axis * start;
-      const V3f d = wanted.is_lamp ? planes.lamp_direction(plane, u) : -axis;
-      s.rays.set(i, o, d, infinity, 0, trace::ray_key(seed, uint32_t(j)), wanted.is_lamp ? 0 : width,
-                 wanted.is_lamp ? width : 0);
+      const V3f o = source.is_lamp ? source.lamp : planes.foot(plane, u) + axis * start;
+      const V3f d = source.is_lamp ? planes.lamp_direction(plane, u) : -axis;
+      s.rays.set(i, o, d, infinity, 0, trace::ray_key(seed, uint32_t(j)), source.is_lamp ? 0 : width,
+                 source.is_lamp ? width : 0);
       s.rays.joined[i] = i % RayBatch::packet != 0;
       s.medium[i] = scene::vacuum;
       if (pattern) {
@@ -78,22 +89,22 @@ void ShaftLight::Builder::fill_plane(const Wanted& wanted, Set& set, int plane, 
     s.tracer.nearest(s.under_way, n, s.medium, &s.hits, s.distance, s.passed, s.tracing, nullptr, s.surfaces);
     for (int i = 0; i < n; ++i) {
       const bool free = s.hits.geometry[i] == no_id;
-      planes.blocked(plane)[first + i] = free ? -infinity : wanted.is_lamp ? -s.distance[i] : start - s.distance[i];
+      planes.blocked(plane)[first + i] = free ? -infinity : source.is_lamp ? -s.distance[i] : start - s.distance[i];
       if (free) s.distance[i] = infinity;
       if (planes.tinted()) planes.tint(plane)[first + i] *= s.passed[i];
       if (planes.tinted() && planes.tint(plane)[first + i].is_black()) planes.blocked(plane)[first + i] = infinity;
     }
-    if (planes.bounded()) find_entries(wanted, set, plane, first, n, s);
+    if (planes.bounded()) find_entries(source, set, plane, first, n, s);
   }
   planes.close(plane);
 }
 
 // Where the rays of light enter the medium, before what stands in their way.
-void ShaftLight::Builder::find_entries(const Wanted& wanted, Set& set, int plane, int first, int n, Scratch& s) {
-  const shafts::AirLight& air = *set.air;
+void ShaftFill::find_entries(const ShaftSource& source, ShaftLight::Set& set, int plane, int first, int n, Scratch& s) {
+  const shafts::AirLight& lit = *set.air;
   float* const entry = set.planes->entry(plane) + first;
-  const int32_t medium = out_->medium_, start = wanted.start_medium;
-  const bool lit_from_start = start == medium && (wanted.is_lamp || !out_->air_->density().is_constant());
+  const int32_t start = source.start_medium;
+  const bool lit_from_start = start == medium_ && (source.is_lamp || !air_.density().is_constant());
   s.under_way = s.rays;
   for (int i = 0; i < n; ++i) {
     entry[i] = lit_from_start ? 0 : infinity;
@@ -111,13 +122,13 @@ void ShaftLight::Builder::find_entries(const Wanted& wanted, Set& set, int plane
       const V3f d = s.under_way.direction(i);
       const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.under_way, s.hits, i);
       int32_t here = s.medium[i];
-      if (changes_medium(s.hits.geometry[i])) {
+      if (changes_medium(scene_, materials_, s.hits.geometry[i])) {
         const int32_t before = b.medium_at(dot(d, p.Ng) > 0, here), beyond = b.medium_beyond(d, p.Ng, here);
         const bool known = entry[j] != infinity;
-        if (before != here || (beyond == medium && known && here != medium) ||
-            (beyond != medium && beyond != scene::vacuum))
+        if (before != here || (beyond == medium_ && known && here != medium_) ||
+            (beyond != medium_ && beyond != scene::vacuum))
           ++odd_;
-        if (beyond == medium && here != medium && !known) entry[j] = air.entry_of(p.P);
+        if (beyond == medium_ && here != medium_ && !known) entry[j] = lit.entry_of(p.P);
         here = beyond;
       }
       s.under_way.set(kept, integrate::offset_origin(p, d), d, infinity, 0, s.under_way.key[i] + 1);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/light/shaft_light.h"
 
+#include <algorithm>
+
 #include "dapple/base/timer.h"
-#include "dapple/light/shaft_builder.h"
 #include "dapple/numeric/sobol.h"
 
 namespace dapple::light {
@@ -12,22 +13,13 @@ constexpr uint32_t shaft_dimension = 1u << 20;  // of the sampler; nobody else's
 constexpr uint64_t timed_queries = 32;          // of so many, one
 }  // namespace
 
-ShaftLight::ShaftLight() = default;
-ShaftLight::~ShaftLight() = default;
-
-std::shared_ptr<const ShaftLight> ShaftLight::make(const scene::Scene& scene, const ShaftSettings& settings,
-                                                   std::string* why, std::vector<std::string>* left) {
-  return Builder(scene, settings, left).build(why);
-}
-
 bool ShaftLight::owns(uint32_t light, const V3f& wi) const {
-  for (const Source& s : sources_)
+  for (const Source& s : parts_.sources)
     if (s.light == light) return dot(wi, s.to_light) >= s.cosine;
   return false;
 }
 
-RGB ShaftLight::from_light(uint32_t number, const Ray& ray, integrate::ShaftCounts* counts) const {
-  const Source& source = sources_[number];
+RGB ShaftLight::in_scattering(const Source& source, const Ray& ray, integrate::ShaftCounts* counts) const {
   // One number chooses the point of the disc and, by what is left of it, between two planes.
   const float u = sample_1d(ray.seed, ray.index, shaft_dimension) * float(source.sets.size());
   const size_t chosen = std::min(size_t(u), source.sets.size() - 1);
@@ -47,8 +39,8 @@ RGB ShaftLight::from_light(uint32_t number, const Ray& ray, integrate::ShaftCoun
 
 integrate::ShaftTables ShaftLight::tables() const {
   integrate::ShaftTables t;
-  t.lights = int(sources_.size());
-  for (const Source& s : sources_)
+  t.lights = int(parts_.sources.size());
+  for (const Source& s : parts_.sources)
     for (const Set& set : s.sets) {
       const shafts::ScanPlanes& planes = *set.planes;
       t.planes += planes.planes();
@@ -56,8 +48,8 @@ integrate::ShaftTables ShaftLight::tables() const {
       t.rays += uint64_t(planes.planes()) * uint64_t(planes.bins());
       t.bytes += planes.bytes();
     }
-  t.capacity_bytes = settings_.max_bytes;
-  t.fill_seconds = fill_seconds_;
+  t.capacity_bytes = parts_.settings.max_bytes;
+  t.fill_seconds = parts_.fill_seconds;
   return t;
 }
 

@@ -7,13 +7,8 @@
 #include <vector>
 
 #include "dapple/integrate/integrator.h"
-#include "dapple/media/closed_form_medium.h"
 #include "dapple/scene/scene.h"
-
-namespace dapple::shafts {
-class AirLight;
-class ScanPlanes;
-}  // namespace dapple::shafts
+#include "dapple/shafts/air_light.h"
 
 namespace dapple::light {
 
@@ -28,8 +23,8 @@ struct ShaftSettings {
 };
 
 /// Light that a medium scatters from suns and lamps straight into camera rays, by scan planes (shafts/scan_planes.h)
-/// whose tables are filled here by one traced ray of light a bin: so all that can be traced throws shadows, outside the
-/// picture and behind the viewer too.
+/// whose tables are filled (shaft_fill.h) by one traced ray of light a bin: so all that can be traced throws shadows,
+/// outside the picture and behind the viewer too.
 ///
 /// The rule that keeps light from being counted twice: at the first scattering of a path from the camera, reached by a
 /// straight segment in medium(), light from owns() directions is the planes' business and nobody else's.
@@ -39,26 +34,44 @@ class ShaftLight {
  public:
   static constexpr int disc_points = 16, most_lights = 8, least_planes = 16;
 
-  /// Null where planes do not apply; then `why` says what stands against them. `left`: what is left to rays although
-  /// planes apply, and how many planes memory does not hold. The scene must outlive it.
-  static std::shared_ptr<const ShaftLight> make(const scene::Scene& scene, const ShaftSettings& settings,
-                                                std::string* why, std::vector<std::string>* left);
+  /// Planes to one direction of parallel light, or to a lamp, and the light that they have been filled with.
+  struct Set {
+    std::unique_ptr<shafts::ScanPlanes> planes;
+    std::unique_ptr<shafts::AirLight> air;
+    RGB strength;  ///< irradiance across the beam, or a lamp's intensity
+  };
+  struct Source {
+    uint32_t light;
+    V3f to_light;
+    float cosine;  ///< of the disc's radius; below -1 for lights without size
+    std::vector<Set> sets;
+  };
+  /// What make_shaft_light() (shaft_builder.h) has made of a scene, which must outlive it.
+  struct Parts {
+    ShaftSettings settings;
+    int32_t medium = scene::vacuum;
+    const media::ClosedFormMedium* air = nullptr;  ///< scene's, number `medium`
+    std::vector<Source> sources;
+    double fill_seconds = 0;
+    // What is left of lights: rest().
+    std::vector<std::unique_ptr<const emitters::Light>> skies;
+    std::vector<const emitters::Light*> rest_lights;
+    std::optional<emitters::LightSampler> rest;
+  };
+  explicit ShaftLight(Parts parts) : parts_(std::move(parts)) {}
 
-  ShaftLight();
-  ~ShaftLight();
-
-  bool single() const { return settings_.single; }
+  bool single() const { return parts_.settings.single; }
   /// In which camera rays are answered.
-  int32_t medium() const { return medium_; }
-  const media::ClosedFormMedium& air() const { return *air_; }
+  int32_t medium() const { return parts_.medium; }
+  const media::ClosedFormMedium& air() const { return *parts_.air; }
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
   /// What is left of the scene's lights for that scattering: those that planes have are not drawn there, suns of a sky
   /// neither. Null: nothing. It knows nothing of regions (LightReceiver::region).
-  const emitters::LightSampler* rest() const { return rest_ ? &*rest_ : nullptr; }
+  const emitters::LightSampler* rest() const { return parts_.rest ? &*parts_.rest : nullptr; }
   /// Light number `light` without its sun; to be drawn by rest().
-  const emitters::Light& rest_of(uint32_t light) const { return *rest_lights_[light]; }
+  const emitters::Light& rest_of(uint32_t light) const { return *parts_.rest_lights[light]; }
 
   /// A part of a camera ray that lies in medium(), from o along unit d; its length may be infinite. seed, index: of the
   /// camera sample.
@@ -70,30 +83,18 @@ class ShaftLight {
   /// Calls add(light, radiance at o) for each light that the planes have.
   template <class Add>
   void in_scattering(const Ray& ray, integrate::ShaftCounts* counts, const Add& add) const {
-    for (uint32_t i = 0; i < uint32_t(lights_.size()); ++i) {
-      const RGB L = from_light(i, ray, counts);
-      if (!L.is_black()) add(lights_[i], L);
+    for (const Source& source : parts_.sources) {
+      const RGB L = in_scattering(source, ray, counts);
+      if (!L.is_black()) add(source.light, L);
     }
   }
 
   integrate::ShaftTables tables() const;
 
  private:
-  struct Set;
-  struct Source;
-  class Builder;
+  RGB in_scattering(const Source& source, const Ray& ray, integrate::ShaftCounts* counts) const;
 
-  RGB from_light(uint32_t source, const Ray& ray, integrate::ShaftCounts* counts) const;
-
-  ShaftSettings settings_;
-  int32_t medium_ = scene::vacuum;
-  const media::ClosedFormMedium* air_ = nullptr;
-  std::vector<Source> sources_;
-  std::vector<uint32_t> lights_;  // of sources
-  double fill_seconds_ = 0;
-  std::vector<std::unique_ptr<const emitters::Light>> skies_;
-  std::vector<const emitters::Light*> rest_lights_;
-  std::optional<emitters::LightSampler> rest_;
+  const Parts parts_;
 };
 
 }  // namespace dapple::light

@@ -40,6 +40,8 @@ namespace {
 // Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
 enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
 static_assert(step_dimensions == PathWorkspace::dimensions);
+// Those of so many steps are for what camera rays meet; then come scatterings of straight flights.
+constexpr uint32_t steps_of_surfaces = 1 << 14;
 
 // Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
 constexpr int max_passes = 4096;
@@ -53,6 +55,8 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
       settings_(settings),
       materials_(scene),
       rays_(scene, materials_, true, settings.visibility()),
+      flights_(scene, settings.shafts, settings.texture_footprint),
+      ends_(settings.radiosity, 1 / settings.texture_footprint),
       learned_(settings.learned_lights) {
   hit_lights_ =
       gathers() || std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_delta(); });
@@ -65,6 +69,7 @@ void PathIntegrator::learn() {
   LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
   parallel_for(points.batches(), [&](size_t i) {
     const auto w = std::make_unique<PathWorkspace>();
+    ends_.prepare(*w);
     w->points_found = points.of_batch(i);
     w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
     trace_camera_rays(*w);
@@ -75,12 +80,14 @@ void PathIntegrator::learn() {
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
   auto w = std::make_unique<PathWorkspace>();
   w->caches.resize(caches().size());
+  ends_.prepare(*w);
   return w;
 }
 
 std::vector<CacheState> PathIntegrator::caches() const {
-  if (!settings_.masks) return {};
-  return {mask_cache(*settings_.masks)};
+  std::vector<CacheState> states = ends_.caches();
+  if (settings_.masks) states.push_back(mask_cache(*settings_.masks));
+  return states;
 }
 
 void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& film) const {
@@ -99,6 +106,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
       for (int p = 0; p < w.path_count && w.wants_air; ++p)
         film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
+  ends_.collect_counts(w);
 }
 
 void PathIntegrator::start_paths(PathWorkspace& w) const {
@@ -126,6 +134,15 @@ void PathIntegrator::trace_paths(uint32_t first_step, PathWorkspace& w) const {
   w.now->count = 0;
 }
 
+void PathIntegrator::trace_straight_flights(PathWorkspace& w) const {
+  flights_.restart(w);
+  if (w.flight_count == 0) return;
+  const bool wanted_features = std::exchange(w.wants_features, false);  // these are of what camera rays met
+  shade_points(steps_of_surfaces, w);
+  trace_paths(steps_of_surfaces + 1, w);
+  w.wants_features = wanted_features;
+}
+
 void PathIntegrator::trace_from_hits(const trace::HitBatch& hits, PathWorkspace& w) const {
   start_paths(w);
   for (int i = 0; i < w.now->count; ++i) w.hit.copy_lane(i, hits, i);
@@ -136,6 +153,7 @@ void PathIntegrator::trace_from_hits(const trace::HitBatch& hits, PathWorkspace&
 void PathIntegrator::take_step(uint32_t step, PathWorkspace& w) const {
   if (scene_.traced.has_colored_opacity())
     for (int i = 0; i < w.now->count; ++i) w.beta[w.now->path[i]] *= w.hit.weight(i);
+  ends_.end_rays(w);
   collect_hits(w);
   prelight(w);
   shade_points(step, w);
@@ -153,6 +171,7 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
     }
     if (pass_sheet(k, w)) continue;
     const int p = w.point_path[k];
+    if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
     w.region[k] = {};
     if (learned_) w.region[k] = learned_->region(receiver_at(k, true, w), w.vertex_key(p, 0));
     if (w.last[p] && gathers()) {
@@ -184,6 +203,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
     }
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
     if (w.last[p] && light == no_id && !gathers() && !materials_.lets_through(w.hit.geometry[i])) continue;
+    if (w.left[i] == PathWorkspace::Left::nothing && light == no_id) continue;
     const int k = w.point_count++;
     w.point_path[k] = p;
     w.point_geometry[k] = w.hit.geometry[i];
@@ -193,6 +213,8 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
                        : scene_.traced.surface_without_tangents(w.now->batch, w.hit, i);
     w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
     if (light != no_id) add_emission(p, light, w.surface[k], d, w);
+    w.coat_alone[k] = w.left[i] == PathWorkspace::Left::coat;
+    if (w.left[i] == PathWorkspace::Left::nothing) --w.point_count;
   }
 }
 
@@ -206,7 +228,7 @@ void PathIntegrator::fly(PathWorkspace& w) const {
   };
   const auto medium = [&](int i) {
     const int p = w.now->path[i];
-    return w.walk[p].inside() || is_straight(p, w) ? scene::vacuum : w.medium[p];
+    return w.walk[p].inside() || flights_.is_straight(p, w) ? scene::vacuum : w.medium[p];
   };
   w.shadow_scratch.media.sample(scene_, w.now->count, medium, add, w.flown);
 }
@@ -214,7 +236,7 @@ void PathIntegrator::fly(PathWorkspace& w) const {
 // Takes the path of ray i through its medium to what the ray hit. False if it does not arrive.
 bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
-  if (is_straight(p, w)) return arrive_straight(i, w);
+  if (flights_.is_straight(p, w)) return flights_.arrive(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const media::MediumSample& s = w.flown[i];
   w.add_light(p, no_id, w.beta[p] * s.emitted);
@@ -246,11 +268,11 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
   for (const uint32_t index : scene_.infinite_lights) {
     const emitters::Light& light = *scene_.lights[index];
     const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
-    if (Le.is_black() || (w.shafted[p] && settings_.shafts->owns(index, d))) continue;
+    if (Le.is_black() || (w.shafted[p] && flights_.owns(index, d))) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
-      const emitters::Light& drawn = w.shafted[p] ? settings_.shafts->rest_of(index) : light;
-      const float pdf = light_probability(p, index, w) *
+      const emitters::Light& drawn = w.shafted[p] ? flights_.rest_of(index) : light;
+      const float pdf = flights_.light_probability(p, index, w) *
                         emitters::light_pdf(drawn, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
@@ -265,7 +287,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
   if (Le.is_black()) return;
   float weight = 1;
   if (w.bsdf_pdf[p] > 0) {
-    const float pdf = light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
+    const float pdf = flights_.light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
   w.add_light(p, index, w.beta[p] * Le * weight);
@@ -322,13 +344,13 @@ void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, con
                              const Evaluate& evaluate, PathWorkspace& w) const {
   const int p = w.point_path[k];
   // Planes have some lights; these are not drawn.
-  const bool shafted = !surface && is_straight(p, w);
-  const emitters::LightSampler* const sampler = shafted ? settings_.shafts->rest() : scene_.light_sampler.get();
+  const bool shafted = !surface && flights_.is_straight(p, w);
+  const emitters::LightSampler* const sampler = shafted ? flights_.rest() : scene_.light_sampler.get();
   const auto selection =
       sampler ? sampler->select(receiver, w.sample(dim_light, k)) : emitters::LightSampler::Selection();
   if (selection.light < 0) return;
   const emitters::Light& drawn =
-      shafted ? settings_.shafts->rest_of(uint32_t(selection.light)) : *scene_.lights[size_t(selection.light)];
+      shafted ? flights_.rest_of(uint32_t(selection.light)) : *scene_.lights[size_t(selection.light)];
   emitters::LightSample light;
   if (!emitters::sample_light(drawn, selection.light, receiver, w.sample2(dim_light_point, k), &light)) return;
   float scatter_pdf = 0;
@@ -338,7 +360,7 @@ void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, con
   const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
   const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
   if (contribution.is_black()) return;
-  if (shafted && settings_.shafts->owns(uint32_t(selection.light), light.wi)) return;
+  if (shafted && flights_.owns(uint32_t(selection.light), light.wi)) return;
   const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
@@ -407,7 +429,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const media::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   const V3f wo = -w.wi[k];
   emitters::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
-  const bool straight = is_straight(p, w);
+  const bool straight = flights_.is_straight(p, w);
   if (learned_ && !straight) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
   if (w.points_found) {
     // Of each path the first: in a dense cloud shadow rays take thousands of steps.
@@ -421,6 +443,7 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   w.shafted[p] = straight;
   w.bsdf_pdf[p] = pdf;
   w.receiver[p] = receiver;
+  ends_.note_ray(p, false, w);
   w.push_ray(p, receiver.p, wi, w.next_key(p));
   ++w.rays.specular;
 }
@@ -462,6 +485,7 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
   w.receiver[p] = receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
+  ends_.note_ray(p, diffuse && !w.last[p] && w.medium[p] == scene::vacuum, w);
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
   // Also where it was reflected, as for shadow rays: the side says so, if the surface knows, whatever the medium was in
   // which the path came.
@@ -480,6 +504,7 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
   const bool diffused = was_inside && walk.scattered();
   const bool smooth = w.bsdf[k].is_delta();
   walk.cross(w.bsdf[k], inwards);
+  ends_.note_ray(p, false, w);
   if (inwards) {
     if (walk.is_clear() && !end_or_go_on(k, sample.lobe, w)) return;
     w.bsdf_pdf[p] = 0;

@@ -8,11 +8,11 @@
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/light/light_learning.h"
 #include "dapple/light/shaft_light.h"
+#include "dapple/path/cached_ends.h"
+#include "dapple/path/straight_flights.h"
 #include "dapple/vegetation/canopy_transport.h"
 
 namespace dapple::path {
-
-struct PathWorkspace;
 
 /// Unbiased path tracing with next event estimation and multiple importance sampling (Veach 1997): the reference all
 /// cached and approximate results are held against. Paths advance together, 256 of a block of pixels at a time: each
@@ -35,6 +35,8 @@ class PathIntegrator final : public integrate::Integrator {
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
     /// Light that media scatter from suns and lamps straight into camera rays; null: paths find it.
     std::shared_ptr<const light::ShaftLight> shafts;
+    /// Where diffuse rays may end, so that the image is only as right as that; null: they go on.
+    std::shared_ptr<const integrate::RadiosityAnswers> radiosity;
     /// From the camera, that learn what light reaches which part of the scene; 0: none.
     int learning_paths = 0;
     std::shared_ptr<const emitters::LearnedLights> learned_lights;  ///< what is known of that already; null: nothing
@@ -50,16 +52,15 @@ class PathIntegrator final : public integrate::Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
-  integrate::ShaftTables shaft_tables() const override {
-    return settings_.shafts ? settings_.shafts->tables() : integrate::ShaftTables();
-  }
+  integrate::ShaftTables shaft_tables() const override { return flights_.tables(); }
+  bool ends_in_cache() const { return bool(ends_); }
   /// What the paths of Settings::learning_paths have learned; null: nothing.
   const std::shared_ptr<const emitters::LearnedLights>& learned_lights() const { return learned_; }
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
     trace_paths(0, w);
-    if (settings_.shafts) trace_straight_flights(w);
+    if (flights_) trace_straight_flights(w);
   }
   /// The same where it is known what the rays of w.camera meet first. There are no media.
   void trace_from_hits(const trace::HitBatch& hits, PathWorkspace& w) const;
@@ -80,9 +81,6 @@ class PathIntegrator final : public integrate::Integrator {
   bool pass_sheet(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
-  bool is_straight(int path, const PathWorkspace& w) const;
-  float light_probability(int path, uint32_t light, const PathWorkspace& w) const;
-  bool arrive_straight(int ray, PathWorkspace& w) const;
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
   template <class Evaluate>
@@ -105,6 +103,8 @@ class PathIntegrator final : public integrate::Integrator {
   const Settings settings_;
   const integrate::MaterialTable materials_;
   const integrate::RayTracer rays_;
+  const StraightFlights flights_;
+  const CachedEnds ends_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
   std::shared_ptr<const emitters::LearnedLights> learned_;
 };

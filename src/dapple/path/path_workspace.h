@@ -9,6 +9,7 @@
 #include "dapple/integrate/camera_batch.h"
 #include "dapple/integrate/integrator.h"
 #include "dapple/integrate/material_table.h"
+#include "dapple/integrate/radiosity_answers.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/path/learning_points.h"
@@ -35,6 +36,15 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   int32_t scatterings[capacity], diffuse_depth[capacity], specular_depth[capacity];
   uint32_t ray_number[capacity];
   uint8_t last[capacity];  ///< the path only looks for lights any more
+
+  // Rays that may end in a cache of radiosity (CachedEnds), by path: those that left by a diffuse lobe.
+  struct Reader {
+    bool reads;
+    float width;     ///< of the footprint of the point that sent the ray, m
+    float distance;  ///< m, that it has come
+  } reader[capacity];
+  std::unique_ptr<integrate::RadiosityAnswers::Workspace> answers;
+  std::unique_ptr<integrate::DiffuseHits> diffuse_hits;  ///< null: there is no cache
   scene::Features features[capacity];
   bool wants_air = false;
   scene::AirFeatures air[capacity];
@@ -53,6 +63,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   Rays* now = &ray_buffers[0];
   Rays* next = &ray_buffers[1];
   trace::HitBatch hit;
+  /// What is left to do where a ray of this step ended: all; nothing but to add what shines; what a coat mirrors.
+  enum class Left : uint8_t { all, nothing, coat } left[capacity] = {};
 
   // Flights through media, by ray, and scatterings there, in this step.
   media::MediumSample flown[capacity];
@@ -77,6 +89,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   int point_path[capacity];
   uint32_t point_geometry[capacity];
   V3f wi[capacity];  ///< direction of propagation of the ray that arrived
+  bool coat_alone[capacity];
   geom::SurfacePoint surface[capacity];
   scattering::Bsdf bsdf[capacity];
   emitters::LightRegion region[capacity];
@@ -111,6 +124,13 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     if (group_count > 0)
       group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
   }
+  /// The same of light whose parts by group are known.
+  void add_light(int p, const RGB& weight, const integrate::LightSums& light, int i) {
+    L[p] += weight * light[i];
+    const std::span<const RGB> of = light.parts(i);
+    for (int g = 0; g < std::min(group_count, int(of.size())); ++g)
+      group_L[size_t(p * group_count + g)] += weight * of[size_t(g)];
+  }
   std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
 
   void start_path(int p) {
@@ -131,6 +151,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     passes[p] = 0;
     walk[p].start();
     last[p] = shafted[p] = 0;
+    reader[p].reads = false;
   }
   /// A key for stochastic opacity along the next ray of a path. Distinct, not random: whoever uses keys mixes them.
   uint32_t next_key(int p) { return trace::ray_key(camera.seed[p], camera.index[p] * 64 + ++ray_number[p]); }
@@ -161,6 +182,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     point_path[to] = point_path[from];
     point_geometry[to] = point_geometry[from];
     wi[to] = wi[from];
+    coat_alone[to] = coat_alone[from];
     surface[to] = surface[from];
   }
   void append_flights() {

@@ -24,18 +24,18 @@ constexpr std::array<size_t, 28> input_offsets{
 
 }  // namespace
 
-PatternCompiler::PatternCompiler(std::span<const PatternFloat> outputs, PatternProgram* program)
-    : graph_(outputs.front().graph()), program_(*program) {
+PatternCompiler::PatternCompiler(std::span<const PatternFloat> outputs) : graph_(outputs.front().graph()) {
   for (const PatternFloat& output : outputs) outputs_.push_back(output.value());
 }
 
-void PatternCompiler::compile() {
+PatternCode PatternCompiler::compile() {
   find_needed();
   guard_images();
   fuse();
   order();
   find_last_uses();
   emit();
+  return std::move(code_);
 }
 
 bool PatternCompiler::is_computed(Value v) const {
@@ -80,11 +80,11 @@ bool PatternCompiler::depends(uint32_t node, uint32_t on) const {
 /// An image all of whose users stand on one side of a mix or select is looked up only where that side counts.
 void PatternCompiler::guard_images() {
   struct Need {
-    PatternProgram::Guard guard = PatternProgram::Guard::none;
+    PatternCode::Guard guard = PatternCode::Guard::none;
     Value by;
     bool operator==(const Need&) const = default;
   };
-  using enum PatternProgram::Guard;
+  using enum PatternCode::Guard;
   std::unordered_map<uint32_t, Need> needs;
   for (const Value v : outputs_) needs[v.node()] = {};
   const auto need_of = [](const PatternGraph::Node& n, size_t operand, const Need& own) -> Need {
@@ -179,7 +179,7 @@ void PatternCompiler::find_last_uses() {
 }
 
 uint32_t PatternCompiler::take_register() {
-  if (free_registers_.empty()) return static_cast<uint32_t>(program_.registers_++);
+  if (free_registers_.empty()) return static_cast<uint32_t>(code_.registers++);
   const uint32_t r = free_registers_.back();
   free_registers_.pop_back();
   return r;
@@ -187,70 +187,68 @@ uint32_t PatternCompiler::take_register() {
 
 uint32_t PatternCompiler::number_place(float v) {
   const auto [at, is_new] =
-      numbers_.try_emplace(std::bit_cast<uint32_t>(v), static_cast<uint32_t>(program_.constants_.size()));
-  if (is_new) program_.constants_.push_back(v);
+      numbers_.try_emplace(std::bit_cast<uint32_t>(v), static_cast<uint32_t>(code_.constants.size()));
+  if (is_new) code_.constants.push_back(v);
   return at->second;
 }
 
 uint32_t PatternCompiler::parameters_of(const PatternGraph::Node& n) {
   if (n.op == PatternOp::image) {
-    program_.images_.push_back(graph_.image(n));
-    return static_cast<uint32_t>(program_.images_.size() - 1);
+    code_.images.push_back(graph_.image(n));
+    return static_cast<uint32_t>(code_.images.size() - 1);
   }
   if (is_elementwise(n.op)) return 0;
-  const auto [at, is_new] = parameter_places_.try_emplace(n.data, static_cast<uint32_t>(program_.parameters_.size()));
+  const auto [at, is_new] = parameter_places_.try_emplace(n.data, static_cast<uint32_t>(code_.parameters.size()));
   if (is_new) {
     const std::vector<float>& p = graph_.parameters(n);
-    program_.parameters_.insert(program_.parameters_.end(), p.begin(), p.end());
+    code_.parameters.insert(code_.parameters.end(), p.begin(), p.end());
   }
   return at->second;
 }
 
-PatternProgram::Operand PatternCompiler::leaf(const PatternGraph::Node& n) {
-  using Place = PatternProgram::Base;
+PatternCode::Operand PatternCompiler::leaf(const PatternGraph::Node& n) {
+  using Place = PatternCode::Base;
   if (n.op == PatternOp::constant)
-    return PatternProgram::operand(Place::constants, number_place(std::bit_cast<float>(n.data)));
-  return PatternProgram::operand(Place::inputs, input_offsets[n.data]);
+    return PatternCode::operand(Place::constants, number_place(std::bit_cast<float>(n.data)));
+  return PatternCode::operand(Place::inputs, input_offsets[n.data]);
 }
 
-PatternProgram::Operand PatternCompiler::locate(Value v) {
+PatternCode::Operand PatternCompiler::locate(Value v) {
   const PatternGraph::Node& n = graph_.node(v);
   if (n.op == PatternOp::foreign) return foreign_.at(v.node()) + v.result() * static_cast<uint32_t>(capacity);
   if (is_leaf(n.op)) return leaf(n);
-  return PatternProgram::operand(PatternProgram::Base::registers, step(v).place[v.result()]);
+  return PatternCode::operand(PatternCode::Base::registers, step(v).place[v.result()]);
 }
 
 void PatternCompiler::emit(uint32_t at) {
   Step& s = steps_.at(order_[at]);
   const PatternGraph::Node& n = s.node;
-  PatternProgram::Instruction instruction;
+  PatternCode::Instruction instruction;
   instruction.op = n.op;
   instruction.operands = n.operand_count;
   instruction.results = n.results;
 
   std::vector<uint32_t> temporary;
-  std::vector<PatternProgram::Operand> in;
+  std::vector<PatternCode::Operand> in;
   for (const Value v : operands(s)) in.push_back(locate(v));
-  const auto is_number = [](PatternProgram::Operand o) {
-    return o >> 30 == static_cast<uint32_t>(PatternProgram::Base::constants);
-  };
+  const auto is_number = [](PatternCode::Operand o) { return PatternCode::base_of(o) == PatternCode::Base::constants; };
   int variant = 0;
   for (size_t i = 0; i < in.size() && i < 3; ++i) variant |= is_number(in[i]) ? 1 << i : 0;
   if (n.op == PatternOp::image) instruction.variant = static_cast<uint8_t>(s.guard);
   if (is_elementwise(n.op) && native_pattern_kernels().find(n.op, variant)) {
     instruction.variant = static_cast<uint8_t>(variant);
   } else {
-    for (PatternProgram::Operand& o : in) {
+    for (PatternCode::Operand& o : in) {
       if (!is_number(o)) continue;
-      PatternProgram::Instruction fill;
+      PatternCode::Instruction fill;
       fill.op = PatternOp::constant;
-      fill.first = static_cast<uint32_t>(program_.operands_.size());
-      fill.parameters = static_cast<uint32_t>(program_.parameters_.size());
-      program_.parameters_.push_back(program_.constants_[o & 0x3fffffff]);
+      fill.first = static_cast<uint32_t>(code_.operands.size());
+      fill.parameters = static_cast<uint32_t>(code_.parameters.size());
+      code_.parameters.push_back(code_.constants[PatternCode::offset_of(o)]);
       temporary.push_back(take_register());
-      o = PatternProgram::operand(PatternProgram::Base::registers, temporary.back());
-      program_.operands_.push_back(o);
-      program_.instructions_.push_back(fill);
+      o = PatternCode::operand(PatternCode::Base::registers, temporary.back());
+      code_.operands.push_back(o);
+      code_.instructions.push_back(fill);
     }
   }
 
@@ -267,12 +265,12 @@ void PatternCompiler::emit(uint32_t at) {
   for (int r = 0; r < n.results; ++r) s.place[r] = take_register();
   if (!is_elementwise(n.op)) release_operands();
 
-  instruction.first = static_cast<uint32_t>(program_.operands_.size());
+  instruction.first = static_cast<uint32_t>(code_.operands.size());
   instruction.parameters = parameters_of(n);
   for (int r = 0; r < n.results; ++r)
-    program_.operands_.push_back(PatternProgram::operand(PatternProgram::Base::registers, s.place[r]));
-  program_.operands_.insert(program_.operands_.end(), in.begin(), in.end());
-  program_.instructions_.push_back(instruction);
+    code_.operands.push_back(PatternCode::operand(PatternCode::Base::registers, s.place[r]));
+  code_.operands.insert(code_.operands.end(), in.begin(), in.end());
+  code_.instructions.push_back(instruction);
 }
 
 void PatternCompiler::emit() {
@@ -280,15 +278,15 @@ void PatternCompiler::emit() {
     for (const uint32_t place : needed_) {
       const PatternGraph::Node& n = steps_.at(place).node;
       if (n.op != PatternOp::foreign || n.results != results) continue;
-      const size_t arrays = program_.foreign_float_.size() + 3 * program_.foreign_rgb_.size();
-      foreign_[place] = PatternProgram::operand(PatternProgram::Base::batch, arrays * capacity);
+      const size_t arrays = code_.foreign_float.size() + 3 * code_.foreign_rgb.size();
+      foreign_[place] = PatternCode::operand(PatternCode::Base::batch, arrays * capacity);
       if (results == 1)
-        program_.foreign_float_.push_back(graph_.foreign_float(n));
+        code_.foreign_float.push_back(graph_.foreign_float(n));
       else
-        program_.foreign_rgb_.push_back(graph_.foreign_rgb(n));
+        code_.foreign_rgb.push_back(graph_.foreign_rgb(n));
     }
   for (uint32_t i = 0; i < order_.size(); ++i) emit(i);
-  for (const Value v : outputs_) program_.outputs_.push_back(locate(v));
+  for (const Value v : outputs_) code_.outputs.push_back(locate(v));
 }
 
 }  // namespace dapple::pattern

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <unordered_map>
+#include <vector>
 
-#include "dapple/pattern/pattern_program.h"
+#include "dapple/pattern/pattern_code.h"
+#include "dapple/pattern/pattern_value.h"
 
 namespace dapple::pattern {
 
@@ -13,8 +16,10 @@ namespace dapple::pattern {
 /// however deep.
 class PatternCompiler {
  public:
-  PatternCompiler(std::span<const PatternFloat> outputs, PatternProgram* program);
-  void compile();
+  /// At least one output, all of one graph.
+  explicit PatternCompiler(std::span<const PatternFloat> outputs);
+  /// Once.
+  PatternCode compile();
 
  private:
   using Value = PatternGraph::Value;
@@ -25,8 +30,8 @@ class PatternCompiler {
     uint32_t registers = 1;  ///< alive at once while it is computed, about (Sethi and Ullman 1970)
     uint32_t last_use = 0;   ///< place in order_
     uint32_t place[max_pattern_results] = {};
-    PatternProgram::Guard guard = PatternProgram::Guard::none;  ///< of an image, by its last operand
-    bool fused = false;                                         ///< into its user
+    PatternCode::Guard guard = PatternCode::Guard::none;  ///< of an image, by its last operand
+    bool fused = false;                                   ///< into its user
   };
 
   bool is_computed(Value v) const;  ///< by an instruction
@@ -41,21 +46,21 @@ class PatternCompiler {
   void find_last_uses();
   void emit();
   void emit(uint32_t at);
-  PatternProgram::Operand locate(Value v);
-  PatternProgram::Operand leaf(const PatternGraph::Node& n);
+  PatternCode::Operand locate(Value v);
+  PatternCode::Operand leaf(const PatternGraph::Node& n);
   uint32_t take_register();
   uint32_t parameters_of(const PatternGraph::Node& n);
   uint32_t number_place(float v);
 
   const PatternGraph& graph_;
   std::vector<Value> outputs_;
-  PatternProgram& program_;
+  PatternCode code_;
   std::unordered_map<uint32_t, Step> steps_;  // by node
   std::vector<uint32_t> needed_, order_;      // nodes
   std::vector<uint32_t> free_registers_;
-  std::unordered_map<uint32_t, uint32_t> numbers_;                 // places of constants, by bits
-  std::unordered_map<uint64_t, uint32_t> parameter_places_;        // by the graph's
-  std::unordered_map<uint32_t, PatternProgram::Operand> foreign_;  // first array, by node
+  std::unordered_map<uint32_t, uint32_t> numbers_;              // places of constants, by bits
+  std::unordered_map<uint64_t, uint32_t> parameter_places_;     // by the graph's
+  std::unordered_map<uint32_t, PatternCode::Operand> foreign_;  // first array, by node
 };
 
 }  // namespace dapple::pattern

@@ -67,6 +67,7 @@ class PatternGraph {
     uint32_t result() const { return id % 4; }
   };
   using Results = std::array<Value, max_pattern_results>;
+  using Footprint = std::array<Value, 2>;  ///< changes from one sample to the next, in x and y
 
   struct Node {
     PatternOp op{};
@@ -94,9 +95,13 @@ class PatternGraph {
   Value foreign(FloatTexturePtr texture);
   Results foreign(RgbTexturePtr texture);
 
-  /// The change of `value` from one sample to the next, in x and y. Exact to first order for arithmetic, by forward
-  /// differences for the rest; zero for images, foreign textures, normals and tangents.
-  std::array<Value, 2> footprint(Value value);
+  /// What pattern_footprint.h has found out about a value; null: nothing yet.
+  const Footprint* known_footprint(Value value) const {
+    const auto at = footprints_.find(value);
+    return at == footprints_.end() ? nullptr : &at->second;
+  }
+  /// The first of a value stays.
+  void keep_footprint(Value value, const Footprint& footprint) { footprints_.emplace(value, footprint); }
 
   std::optional<float> number(Value value) const;
   const Node& node(Value value) const { return nodes_[value.node()]; }
@@ -119,8 +124,6 @@ class PatternGraph {
   Results add(const Node& node);
   std::optional<Value> simplified(const Node& node);
   Results folded(const Node& node);
-  std::array<Value, 2> footprint_of_node(Value value);
-  Value difference(Value value, int axis);
 
   std::vector<Node> nodes_;
   std::unordered_set<uint32_t, Hash, Equal> unique_;
@@ -129,7 +132,7 @@ class PatternGraph {
   std::vector<PatternImage> images_;
   std::vector<FloatTexturePtr> foreign_float_;
   std::vector<RgbTexturePtr> foreign_rgb_;
-  std::map<Value, std::array<Value, 2>> footprints_;
+  std::map<Value, Footprint> footprints_;
 };
 
 }  // namespace dapple::pattern

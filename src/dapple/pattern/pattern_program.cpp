@@ -10,6 +10,9 @@ namespace dapple::pattern {
 
 namespace {
 
+using Base = PatternCode::Base;
+using Guard = PatternCode::Guard;
+
 constexpr int capacity = ShadingPoints::capacity;
 constexpr int vector_lanes = 8;
 constexpr size_t stack_floats = 16384;
@@ -25,40 +28,41 @@ struct PatternProgram::Pass {
   float* base[4];
   int first = 0, count = 0;
 
-  float* find(Operand o) const { return base[o >> 30] + (o & 0x3fffffff); }
+  float* find(PatternCode::Operand o) const { return base[o >> 30] + PatternCode::offset_of(o); }
 };
 
-PatternProgram::PatternProgram(std::span<const PatternFloat> outputs, int most_lanes) {
-  PatternCompiler(outputs, this).compile();
-  const size_t batch = (foreign_float_.size() + 3 * foreign_rgb_.size()) * capacity;
-  const size_t room = batch < stack_floats ? (stack_floats - batch) / static_cast<size_t>(std::max(registers_, 1)) : 0;
+PatternProgram::PatternProgram(std::span<const PatternFloat> outputs, int most_lanes)
+    : code_(PatternCompiler(outputs).compile()) {
+  const size_t batch = (code_.foreign_float.size() + 3 * code_.foreign_rgb.size()) * capacity;
+  const size_t room =
+      batch < stack_floats ? (stack_floats - batch) / static_cast<size_t>(std::max(code_.registers, 1)) : 0;
   lanes_ = std::clamp(static_cast<int>(std::min<size_t>(room, capacity)) / vector_lanes * vector_lanes, vector_lanes,
                       most_lanes);
-  const auto to_lanes = [&](Operand& o) {
-    if (o >> 30 == static_cast<uint32_t>(Base::registers))
-      o = operand(Base::registers, (o & 0x3fffffff) * static_cast<size_t>(lanes_));
+  const auto to_lanes = [&](PatternCode::Operand& o) {
+    if (PatternCode::base_of(o) == Base::registers)
+      o = PatternCode::operand(Base::registers, PatternCode::offset_of(o) * static_cast<size_t>(lanes_));
   };
-  std::for_each(operands_.begin(), operands_.end(), to_lanes);
-  std::for_each(outputs_.begin(), outputs_.end(), to_lanes);
+  std::for_each(code_.operands.begin(), code_.operands.end(), to_lanes);
+  std::for_each(code_.outputs.begin(), code_.outputs.end(), to_lanes);
 }
 
 float PatternProgram::work() const {
   float work = 0;
-  for (const Instruction& i : instructions_) {
+  for (const PatternCode::Instruction& i : code_.instructions) {
     const bool octaves = i.op == PatternOp::fbm || i.op == PatternOp::turbulence;
-    work += instructions_of(i.op) * (octaves ? parameters_[i.parameters] : 1);
+    work += instructions_of(i.op) * (octaves ? code_.parameters[i.parameters] : 1);
   }
-  for (const FloatTexturePtr& texture : foreign_float_) work += texture->work();
-  for (const RgbTexturePtr& texture : foreign_rgb_) work += texture->work();
+  for (const FloatTexturePtr& texture : code_.foreign_float) work += texture->work();
+  for (const RgbTexturePtr& texture : code_.foreign_rgb) work += texture->work();
   return work;
 }
 
 void PatternProgram::run_foreign(const ShadingPoints& points, float* batch) const {
-  for (const FloatTexturePtr& texture : foreign_float_) {
+  for (const FloatTexturePtr& texture : code_.foreign_float) {
     texture->evaluate(points, batch);
     batch += capacity;
   }
-  for (const RgbTexturePtr& texture : foreign_rgb_) {
+  for (const RgbTexturePtr& texture : code_.foreign_rgb) {
     RGB values[capacity];
     texture->evaluate(points, values);
     for (int i = 0; i < points.count; ++i)
@@ -67,7 +71,7 @@ void PatternProgram::run_foreign(const ShadingPoints& points, float* batch) cons
   }
 }
 
-void PatternProgram::look_up(const Instruction& instruction, const PatternCall& call, int count) const {
+void PatternProgram::look_up(const PatternCode::Instruction& instruction, const PatternCall& call, int count) const {
   const auto guard = static_cast<Guard>(instruction.variant);
   const auto is_seen = [&](int i) {
     const float v = call.in[6][i];
@@ -84,7 +88,7 @@ void PatternProgram::look_up(const Instruction& instruction, const PatternCall& 
     if (seen_count < count)
       for (int i = 0; i < seen_count; ++i) gathered[k][i] = call.in[k][seen[i]];
   }
-  const PatternImage& image = images_[instruction.parameters];
+  const PatternImage& image = code_.images[instruction.parameters];
   const int channels = instruction.results;
   float values[3 * capacity];
   if (seen_count > 0)
@@ -95,22 +99,23 @@ void PatternProgram::look_up(const Instruction& instruction, const PatternCall& 
   }
 }
 
-void PatternProgram::run(const Instruction& instruction, const Pass& pass, const PatternKernels& kernels) const {
+void PatternProgram::run(const PatternCode::Instruction& instruction, const Pass& pass,
+                         const PatternKernels& kernels) const {
   PatternCall call;
-  const Operand* o = operands_.data() + instruction.first;
+  const PatternCode::Operand* o = code_.operands.data() + instruction.first;
   for (int i = 0; i < instruction.results; ++i) call.out[i] = pass.find(*o++);
   for (int i = 0; i < instruction.operands; ++i) call.in[i] = pass.find(*o++);
   if (instruction.op == PatternOp::image) return look_up(instruction, call, pass.count);
   call.count = round_up(pass.count);
   call.results = instruction.results;
-  call.parameters = parameters_.data() + instruction.parameters;
+  call.parameters = code_.parameters.data() + instruction.parameters;
   kernels.find(instruction.op, instruction.variant)(call);
 }
 
 void PatternProgram::write(const Pass& pass, std::span<const Output> outputs) const {
   for (size_t k = 0; k < outputs.size(); ++k) {
-    const bool is_number = outputs_[k] >> 30 == static_cast<uint32_t>(Base::constants);
-    const float* from = pass.find(outputs_[k]);
+    const bool is_number = PatternCode::base_of(code_.outputs[k]) == Base::constants;
+    const float* from = pass.find(code_.outputs[k]);
     float* to = outputs[k].data + pass.first * outputs[k].stride;
     for (int i = 0; i < pass.count; ++i) to[i * outputs[k].stride] = from[is_number ? 0 : i];
   }
@@ -120,8 +125,8 @@ void PatternProgram::evaluate(const ShadingPoints& points, std::span<const Outpu
                               const PatternKernels& kernels) const {
   alignas(64) float on_stack[stack_floats];
   std::vector<float> on_heap;
-  const size_t batch = (foreign_float_.size() + 3 * foreign_rgb_.size()) * capacity;
-  const size_t floats = batch + static_cast<size_t>(registers_) * static_cast<size_t>(lanes_);
+  const size_t batch = (code_.foreign_float.size() + 3 * code_.foreign_rgb.size()) * capacity;
+  const size_t floats = batch + static_cast<size_t>(code_.registers) * static_cast<size_t>(lanes_);
   if (floats > stack_floats) on_heap.resize(floats);
   float* memory = floats > stack_floats ? on_heap.data() : on_stack;
 
@@ -129,10 +134,10 @@ void PatternProgram::evaluate(const ShadingPoints& points, std::span<const Outpu
   for (int first = 0; first < points.count; first += lanes_) {
     // Kernels read inputs and constants, and write registers.
     const Pass pass{{memory + batch, const_cast<float*>(reinterpret_cast<const float*>(&points)) + first,
-                     const_cast<float*>(constants_.data()), memory + first},
+                     const_cast<float*>(code_.constants.data()), memory + first},
                     first,
                     std::min(lanes_, points.count - first)};
-    for (const Instruction& instruction : instructions_) run(instruction, pass, kernels);
+    for (const PatternCode::Instruction& instruction : code_.instructions) run(instruction, pass, kernels);
     write(pass, outputs);
   }
 }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dapple/pattern/pattern_code.h"
 #include "dapple/pattern/pattern_value.h"
 
 namespace dapple::pattern {
@@ -28,46 +29,21 @@ class PatternProgram {
   void evaluate(const ShadingPoints& points, std::span<const Output> outputs,
                 const PatternKernels& kernels = native_pattern_kernels()) const;
 
-  size_t instruction_count() const { return instructions_.size(); }
+  size_t instruction_count() const { return code_.instructions.size(); }
   float work() const;  ///< Texture::work
-  int register_count() const { return registers_; }
+  int register_count() const { return code_.registers; }
   int lanes() const { return lanes_; }  ///< points that one pass over the instructions treats
 
  private:
-  friend class PatternCompiler;
-
-  /// What an operand's offset, in floats, counts from.
-  enum class Base : uint32_t { registers, inputs, constants, batch };
-  /// Base in the upper two bits, offset in the others.
-  using Operand = uint32_t;
-  static Operand operand(Base base, size_t offset) {
-    return static_cast<uint32_t>(base) << 30 | static_cast<uint32_t>(offset);
-  }
-
-  /// Where an image must be looked up: where its last operand is so.
-  enum class Guard : uint8_t { none, not_zero, not_one, zero };
-
-  struct Instruction {
-    PatternOp op{};
-    uint8_t variant = 0;  ///< of a kernel; of an image its Guard
-    uint8_t operands = 0, results = 1;
-    uint32_t first = 0;       ///< in operands_: results, then operands
-    uint32_t parameters = 0;  ///< in parameters_ (floats) or images_
-  };
   struct Pass;
 
   void run_foreign(const ShadingPoints& points, float* batch) const;
-  void run(const Instruction& instruction, const Pass& pass, const PatternKernels& kernels) const;
-  void look_up(const Instruction& instruction, const PatternCall& call, int count) const;
+  void run(const PatternCode::Instruction& instruction, const Pass& pass, const PatternKernels& kernels) const;
+  void look_up(const PatternCode::Instruction& instruction, const PatternCall& call, int count) const;
   void write(const Pass& pass, std::span<const Output> outputs) const;
 
-  std::vector<Instruction> instructions_;
-  std::vector<Operand> operands_, outputs_;
-  std::vector<float> constants_, parameters_;
-  std::vector<PatternImage> images_;
-  std::vector<FloatTexturePtr> foreign_float_;  ///< their values come first in the batch's memory, one array each
-  std::vector<RgbTexturePtr> foreign_rgb_;      ///< then theirs, three arrays each
-  int registers_ = 0, lanes_ = ShadingPoints::capacity;
+  PatternCode code_;  ///< offsets of registers in floats
+  int lanes_ = ShadingPoints::capacity;
 };
 
 /// Compiles: constants become a ConstantTexture.

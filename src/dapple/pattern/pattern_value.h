@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dapple/base/rgb.h"
-#include "dapple/pattern/pattern_graph.h"
+#include "dapple/pattern/pattern_footprint.h"
 
 namespace dapple::pattern {
 
@@ -21,7 +21,9 @@ class PatternFloat {
   PatternGraph::Value value() const { return value_; }
   std::optional<float> constant() const { return graph_->number(value_); }
   PatternFloat number(float v) const { return {graph_, graph_->constant(v)}; }
-  PatternFloat footprint(int axis) const { return {graph_, graph_->footprint(value_)[static_cast<size_t>(axis)]}; }
+  PatternFloat footprint(int axis) const {
+    return {graph_, pattern_footprint(graph_, value_)[static_cast<size_t>(axis)]};
+  }
   friend bool operator==(const PatternFloat&, const PatternFloat&) = default;
 
  private:

@@ -23,7 +23,7 @@ RGB ramp(float t) {
 
 }  // namespace
 
-RGB cache_color(CacheView view, const scene::CacheUse& use) {
+RGB cache_color(CacheView view, const scene::CacheFeatures& use) {
   if (view == CacheView::level)
     return RGB(.03f, .15f, 1) * use.coarse + RGB(.05f, .6f, .05f) * use.medium + RGB(1, .05f, .02f) * use.fine +
            RGB(1) * use.shaded;

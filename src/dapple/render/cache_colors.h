@@ -14,6 +14,6 @@ inline constexpr std::string_view cache_view_names[] = {"level", "age", "fills",
 /// The false colour of a pixel, linear. Level: blue coarse, green medium, red fine, white hits shaded by themselves,
 /// mixed by shares. The others: from dark blue to pale yellow, the brighter the more the cache worked in vain; grey
 /// where no entry was read.
-RGB cache_color(CacheView view, const scene::CacheUse& use);
+RGB cache_color(CacheView view, const scene::CacheFeatures& use);
 
 }  // namespace dapple::render

@@ -38,76 +38,112 @@ ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, 
   return {name, std::move(channels), {pixels.pixels().begin(), pixels.pixels().end()}, {}};
 }
 
+/// A pixel of a film, from which the numbers of a layer come.
+struct Pixel {
+  const Film& film;
+  const V3d& origin;  ///< OutputSettings::origin
+  int x, y;
+
+  scene::Features seen() const { return film.features(x, y); }
+  scene::AirFeatures in_air() const { return film.air(x, y); }
+  scene::CacheFeatures cache() const { return film.cache_features(x, y); }
+};
+
+enum class AovKind : uint8_t { features, film, air, cache };
+
+/// A layer that --aov names.
+struct Aov {
+  std::string name;
+  AovKind kind;
+  std::vector<std::string> channels;
+  std::optional<SampleType> type;                 ///< none: the picture's
+  void (*write)(const Pixel& pixel, float* out);  ///< null of AovKind::features
+};
+
+const std::vector<Aov>& all_aovs() {
+  using enum AovKind;
+  static constexpr auto full = SampleType::full_float;
+  const auto position = [](const Pixel& p, float* out) {
+    const scene::Features f = p.seen();
+    put(f.alpha > 0 ? V3f(V3d(f.position) + p.origin) : f.position, out);
+  };
+  const auto level = [](const Pixel& p, float* out) {
+    const scene::CacheFeatures c = p.cache();
+    out[0] = c.coarse, out[1] = c.medium, out[2] = c.fine, out[3] = c.shaded;
+  };
+  const auto variance = [](const Pixel& p, float* out) { put(p.film.variance(p.x, p.y), out); };
+  const auto samples = [](const Pixel& p, float* out) { *out = float(p.film.samples(p.x, p.y)); };
+  static const std::vector<Aov> aovs = {
+      {"albedo", features, {"albedo.R", "albedo.G", "albedo.B"}, {}, nullptr},
+      {"normal", features, {"normal.X", "normal.Y", "normal.Z"}, {}, nullptr},
+      {"depth", film, {"Z"}, full, [](const Pixel& p, float* out) { *out = p.seen().depth; }},
+      {"position", film, {"P.X", "P.Y", "P.Z"}, full, position},
+      {"variance", film, {"variance.R", "variance.G", "variance.B"}, full, variance},
+      {"samples", film, {"samples"}, full, samples},
+      {"alpha", film, {"A"}, {}, [](const Pixel& p, float* out) { *out = p.seen().alpha; }},
+      {"patch", film, {"patch"}, full, [](const Pixel& p, float* out) { *out = float(p.seen().grid.patch); }},
+      {"grid_point", film, {"grid_point"}, full, [](const Pixel& p, float* out) { *out = float(p.seen().grid.point); }},
+      {"dice_level", film, {"dice_level"}, full, [](const Pixel& p, float* out) { *out = p.seen().grid.level; }},
+      {"shading_rate",
+       film,
+       {"shading_rate"},
+       full,
+       [](const Pixel& p, float* out) { *out = p.seen().grid.shading_rate; }},
+      {"airlight",
+       air,
+       {"airlight.R", "airlight.G", "airlight.B"},
+       {},
+       [](const Pixel& p, float* out) { put(p.in_air().airlight, out); }},
+      {"transmittance",
+       air,
+       {"transmittance.R", "transmittance.G", "transmittance.B"},
+       {},
+       [](const Pixel& p, float* out) { put(p.in_air().transmittance, out); }},
+      {"cache_level",
+       cache,
+       {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"},
+       full,
+       level},
+      {"cache_age", cache, {"cache_age"}, full, [](const Pixel& p, float* out) { *out = p.cache().age; }},
+      {"cache_fills", cache, {"cache_fills"}, full, [](const Pixel& p, float* out) { *out = p.cache().fills; }},
+      {"cache_reuse", cache, {"cache_reuse"}, full, [](const Pixel& p, float* out) { *out = p.cache().reuse; }}};
+  return aovs;
+}
+
+std::vector<std::string> names_of(std::initializer_list<AovKind> kinds) {
+  std::vector<std::string> names;
+  for (const Aov& aov : all_aovs())
+    if (std::find(kinds.begin(), kinds.end(), aov.kind) != kinds.end()) names.push_back(aov.name);
+  return names;
+}
+
 ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSettings& settings) {
-  const auto full = SampleType::full_float;
-  const V3d& origin = settings.origin;
-  if ((name == "albedo" || name == "normal") && !settings.features)
-    throw std::logic_error("AOVs albedo and normal need OutputSettings::features");
-  if (name == "albedo") return layer_of(name, {"albedo.R", "albedo.G", "albedo.B"}, settings.features->albedo);
-  if (name == "normal") return layer_of(name, {"normal.X", "normal.Y", "normal.Z"}, settings.features->normal);
-  if (name == "depth")
-    return layer(film, name, {"Z"}, full, [&](int x, int y, float* out) { *out = film.features(x, y).depth; });
-  if (name == "position")
-    return layer(film, name, {"P.X", "P.Y", "P.Z"}, full, [&](int x, int y, float* out) {
-      const scene::Features f = film.features(x, y);
-      put(f.alpha > 0 ? V3f(V3d(f.position) + origin) : f.position, out);
-    });
-  if (name == "variance")
-    return layer(film, name, {"variance.R", "variance.G", "variance.B"}, full,
-                 [&](int x, int y, float* out) { put(film.variance(x, y), out); });
-  if (name == "patch")
-    return layer(film, name, {"patch"}, full,
-                 [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.patch); });
-  if (name == "grid_point")
-    return layer(film, name, {"grid_point"}, full,
-                 [&](int x, int y, float* out) { *out = float(film.features(x, y).grid.point); });
-  if (name == "dice_level")
-    return layer(film, name, {"dice_level"}, full,
-                 [&](int x, int y, float* out) { *out = film.features(x, y).grid.level; });
-  if (name == "shading_rate")
-    return layer(film, name, {"shading_rate"}, full,
-                 [&](int x, int y, float* out) { *out = film.features(x, y).grid.shading_rate; });
-  if (name == "cache_level")
-    return layer(film, name, {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"},
-                 full, [&](int x, int y, float* out) {
-                   const scene::CacheUse use = film.cache_use(x, y);
-                   out[0] = use.coarse, out[1] = use.medium, out[2] = use.fine, out[3] = use.shaded;
-                 });
-  if (name == "cache_age")
-    return layer(film, name, {"cache_age"}, full, [&](int x, int y, float* out) { *out = film.cache_use(x, y).age; });
-  if (name == "cache_fills")
-    return layer(film, name, {"cache_fills"}, full,
-                 [&](int x, int y, float* out) { *out = film.cache_use(x, y).fills; });
-  if (name == "cache_reuse")
-    return layer(film, name, {"cache_reuse"}, full,
-                 [&](int x, int y, float* out) { *out = film.cache_use(x, y).reuse; });
-  if (name == "airlight")
-    return layer(film, name, {"airlight.R", "airlight.G", "airlight.B"}, {},
-                 [&](int x, int y, float* out) { put(film.air(x, y).airlight, out); });
-  if (name == "transmittance")
-    return layer(film, name, {"transmittance.R", "transmittance.G", "transmittance.B"}, {},
-                 [&](int x, int y, float* out) { put(film.air(x, y).transmittance, out); });
-  if (name == "samples")
-    return layer(film, name, {"samples"}, full, [&](int x, int y, float* out) { *out = float(film.samples(x, y)); });
-  return layer(film, name, {"A"}, {}, [&](int x, int y, float* out) { *out = film.features(x, y).alpha; });
+  const auto& aovs = all_aovs();
+  const auto aov = std::find_if(aovs.begin(), aovs.end(), [&](const Aov& a) { return a.name == name; });
+  if (aov == aovs.end()) throw std::logic_error("there is no AOV \"" + name + "\"");
+  if (aov->kind == AovKind::features) {
+    if (!settings.features) throw std::logic_error("AOVs albedo and normal need OutputSettings::features");
+    return layer_of(name, aov->channels, name == "albedo" ? settings.features->albedo : settings.features->normal);
+  }
+  return layer(film, name, aov->channels, aov->type, [&](int x, int y, float* out) {
+    aov->write({film, settings.origin, x, y}, out);
+  });
 }
 
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-  static const std::vector<std::string> names = {"albedo",     "normal",     "depth",       "position",
-                                                 "variance",   "samples",    "alpha",       "patch",
-                                                 "grid_point", "dice_level", "shading_rate"};
+  static const std::vector<std::string> names = names_of({AovKind::features, AovKind::film});
   return names;
 }
 
 const std::vector<std::string>& cache_aov_names() {
-  static const std::vector<std::string> names = {"cache_level", "cache_age", "cache_fills", "cache_reuse"};
+  static const std::vector<std::string> names = names_of({AovKind::cache});
   return names;
 }
 
 const std::vector<std::string>& air_aov_names() {
-  static const std::vector<std::string> names = {"airlight", "transmittance"};
+  static const std::vector<std::string> names = names_of({AovKind::air});
   return names;
 }
 
@@ -151,7 +187,7 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.metadata = settings.metadata;
   const auto rendered = [&](const std::string& name, std::vector<std::string> channels) {
     return layer(film, name, std::move(channels), {}, [&](int x, int y, float* p) {
-      put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_use(x, y)) : film.pixel(x, y), p);
+      put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_features(x, y)) : film.pixel(x, y), p);
     });
   };
   if (settings.denoised) {

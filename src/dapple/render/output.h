@@ -40,7 +40,8 @@ struct OutputSettings {
 /// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV:
 /// albedo, normal, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
 /// shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light group. Crops keep
-/// the full display window. std::logic_error for albedo and normal without OutputSettings::features.
+/// the full display window. std::logic_error for albedo and normal without OutputSettings::features, and for names that
+/// are no AOV.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

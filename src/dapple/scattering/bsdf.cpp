@@ -5,11 +5,14 @@
 #include <utility>
 
 #include "dapple/numeric/quadrature.h"
+#include "dapple/scattering/bent_scattering.h"
 #include "dapple/scattering/coat.h"
+#include "dapple/scattering/coat_integrals.h"
 #include "dapple/scattering/hair.h"
 #include "dapple/scattering/interfaces.h"
 #include "dapple/scattering/measured_table.h"
 #include "dapple/scattering/principled.h"
+#include "dapple/scattering/rough_albedo.h"
 #include "dapple/scattering/sheet.h"
 
 namespace dapple::scattering {
@@ -114,44 +117,6 @@ bool sample_local(const Bsdf& b, const V3f& wo, float u1, const V2f& u2, uint64_
     default:
       return false;
   }
-}
-
-/// Cosine-weighted mean of a conductor's reflectance; 4-point Gauss rule in cos^2.
-RGB mean_fresnel(RGB eta, RGB k) {
-  constexpr float x[] = {0.069431844f, 0.330009478f, 0.669990522f, 0.930568156f};
-  constexpr float w[] = {0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f};
-  RGB sum;
-  for (int i = 0; i < 4; ++i) sum += fresnel_conductor(std::sqrt(x[i]), eta, k) * w[i];
-  return sum;
-}
-
-float mean_alpha(float x, float y) {
-  return std::sqrt((x * x + y * y) / 2);
-}
-
-/// Share of diffuse light that a lossless GGX mirror returns, the rest being what single scattering misses. Our fit to
-/// our own integration, within 0.005.
-float ggx_mean_albedo(float alpha_x, float alpha_y) {
-  const float a = std::min(mean_alpha(alpha_x, alpha_y), 1.0f);
-  return 1 - a * std::sqrt(a) * (1.0847f - 0.4768f * a - 0.0194f * a * a);
-}
-
-// What becomes of diffuse light at a rough dielectric: what is scattered more than once between its facets is lost. Our
-// fits to our own integration, within 0.006 for indices from 1.33 to 1.8.
-
-/// The share that it mirrors of light from above, where a smooth one mirrors `smooth`.
-float rough_coat_reflectance(float a, float smooth) {
-  return smooth > 0 ? smooth / (1 + 0.157f / smooth * a * (1 + a)) : 0;
-}
-
-/// The share of what crosses a smooth one that crosses it, either way.
-float rough_coat_crossing(float a) {
-  return 1 + a * (0.105f + a * (-0.417f + 0.167f * a));
-}
-
-/// The share that it sends back of light from below, where a smooth one sends back `smooth`.
-float rough_coat_return(float a, float smooth) {
-  return smooth > 0 ? smooth / (1 + 1.65f * std::pow(a, 1.74f) / std::pow(smooth, 1.3f)) : 0;
 }
 
 // Of which the coat mirrors `mirrored`.
@@ -283,6 +248,18 @@ Bsdf Bsdf::make_entering(const Bsdf& boundary) {
   return b;
 }
 
+void Bsdf::bend(const V3f& Ng) {
+  if (kind == BsdfKind::hair) return;  // its frame is the fibre's
+  bent = true;
+  ng = dot(frame.n, Ng) < 0 ? -Ng : Ng;
+}
+
+void Bsdf::keep_surface(const Bsdf& of) {
+  frame = of.frame;
+  bent = of.bent;
+  ng = of.ng;
+}
+
 RGB Bsdf::escape(float cosine) const {
   const float c = std::abs(cosine), sin2 = (1 - c * c) / (ior * ior);
   if (sin2 >= 1) return {};
@@ -304,7 +281,7 @@ float Bsdf::reflect_chance() const {
 
 RGB Bsdf::eval_pdf_general(const V3f& wo_world, const V3f& wi_world, uint64_t key, float* pdf) const {
   *pdf = 0;
-  if (bent) return eval_pdf_bent(wo_world, wi_world, key, pdf);
+  if (bent) return eval_pdf_bent(*this, wo_world, wi_world, key, pdf);
   const V3f wo = frame.to_local(wo_world), wi = frame.to_local(wi_world);
   switch (kind) {
     case BsdfKind::diffuse_transmission: {
@@ -356,7 +333,7 @@ bool Bsdf::sample_general(const V3f& wo, float u1, const V2f& u2, uint64_t key, 
     *out = {-wo, RGB(1), 0, Lobe::passthrough, true, 1};
     return true;
   }
-  if (bent) return sample_bent(wo, u1, u2, key, out);
+  if (bent) return sample_bent(*this, wo, u1, u2, key, out);
   if (!sample_local(*this, frame.to_local(wo), u1, u2, key, out)) return false;
   out->wi = frame.to_world(out->wi);
   return true;

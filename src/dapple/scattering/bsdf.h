@@ -8,7 +8,10 @@
 #include "dapple/base/vec.h"
 #include "dapple/numeric/half_space.h"
 #include "dapple/numeric/warp.h"
+#include "dapple/scattering/bent_normal.h"
+#include "dapple/scattering/bsdf_kind.h"
 #include "dapple/scattering/bsdf_sample.h"
+#include "dapple/scattering/coat_layer.h"
 #include "dapple/scattering/common_coat.h"
 
 namespace dapple::scattering {
@@ -60,7 +63,7 @@ struct Bsdf {
   static Bsdf make_dielectric(float ior, float alpha_x, float alpha_y);
   static Bsdf make_thin_dielectric(float ior);
   static Bsdf make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer);
-  /// The same where coat_return(ior, layer.thickness) (coat.h) is known: it costs about a microsecond.
+  /// The same where coat_return(ior, layer.thickness) (coat_integrals.h) is known: it costs about a microsecond.
   static Bsdf make_coated_diffuse(RGB reflectance, float ior, float alpha_x, float alpha_y, const CoatLayer& layer,
                                   float coat_return);
   /// eta and k relative to the coat's material (pbrt divides a metal's values by the coat's index).
@@ -83,16 +86,10 @@ struct Bsdf {
   float side(const V3f& w) const { return dot(bent ? ng : frame.n, w); }
   /// The shading normal on the side of the surface where w is.
   V3f normal_towards(const V3f& w) const { return side(w) < 0 ? -frame.n : frame.n; }
-  /// What diffuse light from wi is multiplied by where the normal is bent: S(G) = 2 G - G^2 with G = min(1, cos_g /
-  /// (cos_s cos_t)), for the cosines of wi with the geometric and the shading normal and that between these: Chiang et
-  /// al. 2019 (Taming the shadow terminator) with a parabola, which loses at most .087 of an even sky, in place of
-  /// their cubic, which loses .114. 0 below either normal, 1 where the normal is not bent.
-  float terminator(const V3f& wi) const { return bent ? terminator(wi, frame.n, ng) : 1; }
-  /// What an even sky keeps of the terminator: the mean of S over the directions above both normals, weighted by the
-  /// cosine with the shading normal.
-  float mean_terminator() const;
-  /// The same where both normals have turned, as on a surface that moves.
-  float terminator(const V3f& wi, const V3f& shading, const V3f& geometric) const;
+  /// What diffuse light from wi is multiplied by where the normal is bent (bent_normal.h); 1 where it is not.
+  float terminator(const V3f& wi) const { return bent ? scattering::terminator(wi, frame.n, ng) : 1; }
+  /// What an even sky keeps of it.
+  float mean_terminator() const { return bent ? scattering::mean_terminator(frame.n, ng) : 1; }
 
   /// subsurface: how diffused light depends on the direction in which it leaves the body, at this cosine, and by
   /// reciprocity that which enters: Fresnel transmittance times the radiance below the boundary of a half-space
@@ -155,10 +152,6 @@ struct Bsdf {
  private:
   void bend(const V3f& Ng);
   void keep_surface(const Bsdf& of);
-  Frame frame_seen_from(const V3f& wo) const;
-  RGB eval_pdf_bent(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
-  RGB eval_pdf_folded(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;
-  bool sample_bent(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
   RGB albedo(float* by_coat) const;
   RGB escape(float cosine) const;
   RGB eval_pdf_general(const V3f& wo, const V3f& wi, uint64_t key, float* pdf) const;

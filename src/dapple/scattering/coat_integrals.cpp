@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/scattering/coat_integrals.h"
+
+#include <cmath>
+
 #include "dapple/numeric/quadrature.h"
-#include "dapple/scattering/coat.h"
+#include "dapple/scattering/fresnel.h"
 
 namespace dapple::scattering {
 namespace {

@@ -23,7 +23,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   pixels_.resize(count);
   if (settings.features) features_.resize(count);
   group_sums_.resize(count * size_t(settings.light_groups) * 3);
-  if (settings.cache_use) cache_uses_.resize(count);
+  if (settings.cache_use) cache_features_.resize(count);
   if (settings.air) air_.resize(count);
 }
 
@@ -175,7 +175,7 @@ double Film::mean_samples() const {
 
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double) +
-         cache_uses_.size() * sizeof(CacheUse) + air_.size() * sizeof(AirSums);
+         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums);
 }
 
 }  // namespace dapple::scene

@@ -21,7 +21,7 @@ struct GridFeatures {
 };
 
 /// What the radiosity cache did for the diffuse rays of the shading point that a pixel's first sample met.
-struct CacheUse {
+struct CacheFeatures {
   float coarse = 0, medium = 0, fine = 0;  ///< shares of its rays that ended in entries of these resolutions
   float shaded = 0;                        ///< share whose hits were shaded by themselves
   float fills = 0;                         ///< how often the entries were filled, mean over rays
@@ -80,10 +80,12 @@ class Film {
   Features features(int x, int y) const;
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
-  void set_cache_use(int x, int y, const CacheUse& use) {
-    cache_uses_[index(x, y)] = use;
+  void set_cache_features(int x, int y, const CacheFeatures& use) {
+    cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
-  CacheUse cache_use(int x, int y) const { return cache_uses_.empty() ? CacheUse() : cache_uses_[index(x, y)]; }
+  CacheFeatures cache_features(int x, int y) const {
+    return cache_features_.empty() ? CacheFeatures() : cache_features_[index(x, y)];
+  }
   struct Noise {
     double variance = 0;  ///< infinite where a pixel has fewer than 2 samples
     double mean = 0;
@@ -120,7 +122,7 @@ class Film {
   std::vector<Pixel> pixels_;
   std::vector<FeatureSums> features_;
   std::vector<double> group_sums_;  ///< by pixel, group and channel
-  std::vector<CacheUse> cache_uses_;
+  std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
 };
 

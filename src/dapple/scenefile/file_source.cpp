@@ -44,6 +44,11 @@ bool is_gzip(std::string_view data) {
 
 }  // namespace
 
+std::string directory_of(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, std::max<size_t>(slash, 1));
+}
+
 std::string inflate_gzip(std::string_view data, const std::string& path, const FileLoc& loc) {
   constexpr size_t chunk = size_t(1) << 20;
   const size_t limit = (size_t(16) << 20) + 32 * data.size();

@@ -9,6 +9,9 @@
 
 namespace dapple::scenefile {
 
+/// The folder in which a file is named; empty: none.
+std::string directory_of(const std::string& path);
+
 /// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its
 /// name). Directories, devices and pipes are refused. Inflated text may be at most 16 MiB plus 32 times the file's
 /// size, so that a small hostile file cannot fill the memory.

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The syntax of pbrt-v4's scene files; DescriptionBuilder holds the semantics.
+#include "dapple/scenefile/pbrt_parser.h"
+
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <utility>
 
 #include "dapple/base/hash.h"
-#include "dapple/scenefile/description_builder.h"
-#include "dapple/scenefile/file_source.h"
-#include "dapple/scenefile/param_parser.h"
-#include "dapple/scenefile/scene_description.h"
-#include "dapple/scenefile/scene_text.h"
 #include "dapple/scenefile/text.h"
-#include "dapple/scenefile/tokenizer.h"
 
 namespace dapple::scenefile {
 
@@ -31,118 +25,7 @@ constexpr std::array<std::string_view, 11> kept_directives = {
     "AreaLightSource", "Attribute", "Edit",  "LightSource", "MakeNamedMaterial", "MakeNamedMedium", "Material",
     "ObjectBegin",     "Remove",    "Shape", "Texture"};
 
-std::string directory_of(const std::string& path) {
-  const size_t slash = path.rfind('/');
-  return slash == std::string::npos ? std::string() : path.substr(0, std::max<size_t>(slash, 1));
-}
-
-class PbrtParser {
- public:
-  PbrtParser(SceneDescription* description, Diagnostics* diagnostics, Importer* importer)
-      : description_(*description),
-        diagnostics_(*diagnostics),
-        importer_(importer),
-        builder_(description, diagnostics) {}
-
-  /// Parses a main file; `name` must live in description.files.
-  void parse_main(std::string_view text, std::string_view name, const std::string& folder) {
-    folder_ = folder;
-    Tokenizer tokenizer(text, name);
-    parse_directives(&tokenizer, {});
-    builder_.finish(tokenizer.loc());
-  }
-
-  /// Files being read at present; an Include of one of them is a cycle.
-  void enter(const FileSource& file) {
-    open_files_.push_back(file.identity());
-    stored_bytes_ += file.stored_bytes();
-  }
-  void add_stored_bytes(size_t bytes) { stored_bytes_ += bytes; }
-  DescriptionBuilder& builder() { return builder_; }
-  /// After a file, or a failure within one.
-  void begin_again() {
-    open_files_.resize(std::min<size_t>(open_files_.size(), 1));
-    includers_.clear();
-    tokenizer_ = nullptr;
-  }
-
- private:
-  enum class Block : uint8_t { any, options, world };
-
-  using Handler = void (PbrtParser::*)(const Token&);
-  struct Directive {
-    std::string_view name;
-    Block block;
-    Handler handler;
-  };
-  static const std::array<Directive, 43> directives;
-
-  /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
-  void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
-  void parse_directive(const Token& word);
-  [[noreturn]] static void unknown_directive(const Token& word);
-  void read_file(const Token& directive, bool is_import);
-
-  std::string read_string(const Token& directive, const char* expected);
-  template <size_t N>
-  std::array<double, N> read_numbers(const Token& directive);
-  Transform read_matrix(const Token& directive);
-  Entity read_entity(const Token& directive);
-  Entity read_params(const Token& directive);
-
-  template <Entity SceneDescription::*member>
-  void set_once(const Token& d) {
-    builder_.set_once(member, d.text, read_entity(d));
-  }
-  void active_transform(const Token& d);
-  void area_light_source(const Token& d) { builder_.area_light(read_entity(d)); }
-  void attribute(const Token& d);
-  void attribute_begin(const Token& d) { builder_.attribute_begin(d.loc, d.text == "TransformBegin"); }
-  void attribute_end(const Token& d) { builder_.attribute_end(d.loc, d.text == "TransformEnd"); }
-  void camera(const Token& d) { builder_.camera(read_entity(d)); }
-  void color_space(const Token& d);
-  void concat_transform(const Token& d) { builder_.concat(read_matrix(d), d.loc); }
-  void coord_sys_transform(const Token& d) { builder_.coord_sys_transform(read_string(d, "a name"), d.loc); }
-  void coordinate_system(const Token& d) { builder_.coordinate_system(read_string(d, "a name")); }
-  void dicing_camera(const Token& d) { builder_.dicing_camera(d.loc); }
-  void edit(const Token& d);
-  void identity(const Token& d) { builder_.set_transform(Transform(), d.loc); }
-  void import(const Token& d) { read_file(d, true); }
-  void include(const Token& d) { read_file(d, false); }
-  void light_source(const Token& d) { builder_.light(read_entity(d)); }
-  void look_at(const Token& d);
-  void make_named_material(const Token& d);
-  void make_named_medium(const Token& d);
-  void material(const Token& d) { builder_.material(read_entity(d)); }
-  void medium_interface(const Token& d);
-  void named_material(const Token& d) { builder_.named_material(read_string(d, "a material's name"), d.loc); }
-  void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
-  void object_end(const Token& d) { builder_.object_end(d.loc); }
-  void object_instance(const Token& d);
-  void option(const Token&);
-  void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
-  void rotate(const Token& d);
-  void scale(const Token& d);
-  void shape(const Token& d) { builder_.shape(read_entity(d)); }
-  void texture(const Token& d);
-  void transform(const Token& d) { builder_.set_transform(read_matrix(d), d.loc); }
-  void transform_times(const Token& d);
-  void translate(const Token& d);
-  void world_begin(const Token&) { builder_.world_begin(); }
-
-  SceneDescription& description_;
-  Diagnostics& diagnostics_;
-  Importer* const importer_;
-  DescriptionBuilder builder_;
-  ParamParser params_;
-  Tokenizer* tokenizer_ = nullptr;     // of the file being read
-  std::vector<Tokenizer*> includers_;  // of the files that include it, as if their text were one
-  std::vector<FileSource::Identity> open_files_;
-  std::map<std::string, const std::string*, std::less<>> file_names_;
-  std::string folder_;  // of the file being read
-  size_t includes_ = 0, kept_ = 0;
-  size_t stored_bytes_ = 0;  // of all files so far, as often as they were included
-};
+}  // namespace
 
 // In alphabetical order, for the search.
 const std::array<PbrtParser::Directive, 43> PbrtParser::directives = {{
@@ -448,76 +331,6 @@ void PbrtParser::transform_times(const Token& d) {
 void PbrtParser::translate(const Token& d) {
   const auto v = read_numbers<3>(d);
   builder_.concat(Transform::translate({v[0], v[1], v[2]}), d.loc);
-}
-
-}  // namespace
-
-class SceneText::Impl {
- public:
-  Impl(Diagnostics& diagnostics, Importer* importer) : parser(&description, &diagnostics, importer) {}
-  SceneDescription description;
-  PbrtParser parser;
-};
-
-SceneText::SceneText(Diagnostics& diagnostics, Importer* importer)
-    : impl_(std::make_unique<Impl>(diagnostics, importer)) {}
-SceneText::~SceneText() = default;
-SceneText::SceneText(SceneText&&) noexcept = default;
-
-SceneDescription& SceneText::description() {
-  return impl_->description;
-}
-DescriptionBuilder& SceneText::builder() {
-  return impl_->parser.builder();
-}
-
-void SceneText::read_file(const std::string& path) {
-  if (path.empty()) throw InputError(FileLoc{"command line", 0, 0}, "the name of the scene is empty; expected a file");
-  SceneDescription& d = impl_->description;
-  d.files.push_back(path);
-  d.base_directory = directory_of(path);
-  const FileSource source(path, FileLoc{d.files.front(), 0, 0});
-  impl_->parser.enter(source);
-  d.fingerprint = hash_bytes(source.contents(), 0);
-  impl_->parser.parse_main(source.contents(), d.files.front(), d.base_directory);
-}
-
-void SceneText::read_text(std::string_view text, const std::string& name, const std::string& base_directory) {
-  SceneDescription& d = impl_->description;
-  d.files.push_back(name);
-  d.base_directory = base_directory;
-  d.fingerprint = hash_bytes(text, 0);
-  impl_->parser.add_stored_bytes(text.size());
-  impl_->parser.parse_main(text, d.files.front(), base_directory);
-}
-
-void SceneText::adopt(SceneDescription description) {
-  MaterialEntity fallback = std::move(impl_->description.materials.front());
-  impl_->description = std::move(description);
-  impl_->description.materials.push_back(std::move(fallback));
-  impl_->parser.builder().resume();
-}
-
-void SceneText::add(std::string_view text, const std::string& name) {
-  SceneDescription& d = impl_->description;
-  d.files.push_back(name);
-  impl_->parser.add_stored_bytes(text.size());
-  impl_->parser.begin_again();
-  impl_->parser.parse_main(text, d.files.back(), d.base_directory);
-  d.fingerprint = hash_bytes(text, d.fingerprint);
-}
-
-SceneDescription read_pbrt(const std::string& path, Diagnostics& diagnostics, Importer* importer) {
-  SceneText scene(diagnostics, importer);
-  scene.read_file(path);
-  return std::move(scene.description());
-}
-
-SceneDescription parse_pbrt(std::string text, const std::string& name, const std::string& base_directory,
-                            Diagnostics& diagnostics, Importer* importer) {
-  SceneText scene(diagnostics, importer);
-  scene.read_text(text, name, base_directory);
-  return std::move(scene.description());
 }
 
 }  // namespace dapple::scenefile

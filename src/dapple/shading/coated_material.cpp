@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/shading/coated_material.h"
 
-#include "dapple/scattering/coat.h"
+#include "dapple/scattering/coat_integrals.h"
 
 namespace dapple::shading {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/trace/instance_reach.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "dapple/trace/traced_scene.h"
 
 namespace dapple::trace {
 
 // The motion interpolates T, R and S of T R S, S upper triangular, linearly but for R: S has an inverse all the time if
 // no entry of its diagonal changes sign, and what that inverse does to a vector is bounded by the smallest of these
 // entries and the largest of the others.
-float TracedScene::reach_of(const AnimatedTransform& motion) {
+float instance_reach(const AnimatedTransform& motion) {
   double least[3], shear[3][3], shift = 0;
   for (int i = 0; i < 3; ++i) {
     const double a = motion.decomposition(0).scale[i][i], b = motion.decomposition(1).scale[i][i];

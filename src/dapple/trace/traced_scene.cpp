@@ -2,13 +2,13 @@
 #include "dapple/trace/traced_scene.h"
 
 #include <atomic>
-#include <cstddef>
-#include <cstring>
 #include <string>
 
 #include "dapple/base/error.h"
 #include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
+#include "dapple/trace/cell_walk.h"
+#include "dapple/trace/embree_geometry.h"
 
 namespace dapple::trace {
 
@@ -22,12 +22,6 @@ void check(RTCDevice device) {
     throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
   if (code != RTC_ERROR_NONE)
     throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
-}
-
-template <class T>
-void share(RTCGeometry g, RTCBufferType type, unsigned slot, RTCFormat format, const std::vector<T>& data,
-           size_t stride, size_t count) {
-  rtcSetSharedGeometryBuffer(g, type, slot, format, data.data(), 0, stride, count);
 }
 
 RTCRay embree_ray(const RayBatch& r, int i) {
@@ -148,75 +142,17 @@ uint32_t TracedScene::add_object() {
   return uint32_t(objects_.size() - 1);
 }
 
-RTCGeometry TracedScene::make_grids(const geom::GridMesh& grids) const {
-  static_assert(sizeof(geom::GridMesh::Grid) == sizeof(RTCGrid) &&
-                offsetof(geom::GridMesh::Grid, stride) == offsetof(RTCGrid, stride) &&
-                offsetof(geom::GridMesh::Grid, columns) == offsetof(RTCGrid, width));
-  RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_GRID);
-  if (!grids.P_end.empty()) rtcSetGeometryTimeStepCount(g, 2);
-  share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, grids.P, sizeof(V3f), grids.P.size());
-  if (!grids.P_end.empty())
-    share(g, RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, grids.P_end, sizeof(V3f), grids.P_end.size());
-  share(g, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, grids.grids, sizeof(RTCGrid), grids.grids.size());
-  return g;
-}
-
 RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
-  RTCGeometry g = nullptr;
-  if (const auto* p = std::get_if<MeshPtr>(&owner.shape)) {
-    const geom::Mesh& mesh = **p;
-    const bool quads = mesh.corners == 4;
-    g = rtcNewGeometry(device_, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at the last vertex: a shared buffer must not end there.
-    const auto positions = [&](unsigned slot, const std::vector<V3f>& v) {
-      void* to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, slot, RTC_FORMAT_FLOAT3, sizeof(V3f), v.size());
-      if (to && !v.empty()) std::memcpy(to, v.data(), v.size() * sizeof(V3f));
-    };
-    if (!mesh.P_end.empty()) rtcSetGeometryTimeStepCount(g, 2);
-    positions(0, mesh.P);
-    if (!mesh.P_end.empty()) positions(1, mesh.P_end);
-    share(g, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, mesh.indices,
-          size_t(mesh.corners) * sizeof(uint32_t), mesh.face_count());
-  } else if (const auto* grids = std::get_if<GridsPtr>(&owner.shape)) {
-    g = make_grids(**grids);
-  } else if (const auto* disks = std::get_if<DisksPtr>(&owner.shape)) {
-    g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
-    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, (*disks)->disks, sizeof(geom::DiskCloud::Disk),
-          (*disks)->disks.size());
-    // As positions of meshes, normals are read 16 bytes at a time.
-    void* to =
-        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), (*disks)->normals.size());
-    if (to) std::memcpy(to, (*disks)->normals.data(), (*disks)->normals.size() * sizeof(V3f));
-  } else if (std::holds_alternative<QuadricPtr>(owner.shape)) {
-    g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(g, 1);
+  RTCGeometry g = trace::make_geometry(device_, owner.shape);
+  if (std::holds_alternative<QuadricPtr>(owner.shape)) {
     rtcSetGeometryBoundsFunction(g, Callbacks::bounds, nullptr);
     rtcSetGeometryIntersectFunction(g, Callbacks::intersect);
     rtcSetGeometryOccludedFunction(g, Callbacks::occluded);
-  } else {
-    const geom::CurveSet& curves = *std::get<CurvesPtr>(owner.shape);
-    const auto type = curves.kind == geom::CurveKind::round  ? RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE
-                      : curves.kind == geom::CurveKind::flat ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
-                                                             : RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE;
-    g = rtcNewGeometry(device_, type);
-    rtcSetGeometryTessellationRate(g, geom::CurveSet::flat_quads);
-    share(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, curves.control_points, sizeof(geom::CurveSet::ControlPoint),
-          curves.control_points.size());
-    auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT,
-                                                                 sizeof(uint32_t), curves.segment_count()));
-    for (uint32_t i = 0; index && i < curves.segment_count(); ++i) index[i] = 4 * i;
-    if (curves.kind == geom::CurveKind::ribbon) {
-      void* to =
-          rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, sizeof(V3f), curves.normals.size());
-      if (to) std::memcpy(to, curves.normals.data(), curves.normals.size() * sizeof(V3f));
-    }
-  }
-  rtcSetGeometryUserData(g, &owner);
-  if (owner.cut_out != CutOut::none && !std::holds_alternative<QuadricPtr>(owner.shape)) {
+  } else if (owner.cut_out != CutOut::none) {
     rtcSetGeometryIntersectFilterFunction(g, Callbacks::filter);
     rtcSetGeometryOccludedFilterFunction(g, Callbacks::filter);
   }
-  rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_MEDIUM);
+  rtcSetGeometryUserData(g, &owner);
   rtcCommitGeometry(g);
   check(device_);
   return g;
@@ -226,6 +162,7 @@ uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
   const bool flat = std::holds_alternative<MeshPtr>(shape) || std::holds_alternative<DisksPtr>(shape);
   geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out, flat}));
+  shapes_.add(shape);
   has_incomplete_hits_ |= std::holds_alternative<DisksPtr>(shape) || std::holds_alternative<CurvesPtr>(shape);
   has_cut_outs_ |= cut_out != CutOut::none;
   has_colored_opacity_ |= cut_out == CutOut::colored;
@@ -238,44 +175,15 @@ uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
 }
 
 uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& motion) {
-  const float reach = reach_of(motion);
+  const float reach = instance_reach(motion);
   if (!(reach > 0))
     throw Error(ExitCode::bad_input,
                 "ray tracing: an instance's transform leaves the range of floats, or has no inverse all the time");
   reach_ = std::min(reach_, reach);
-  RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(g, objects_[object].scene);
-  Instance instance{};
-  instance.object = object;
-  const M44d& m = motion.start().matrix();
-  float columns[12];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 4; ++j) columns[j * 3 + i] = instance.m[i][j] = float(m[i][j]);
-  for (int j = 0; j < 3; ++j)
-    instance.scale = std::max(instance.scale, length(V3f(columns[3 * j], columns[3 * j + 1], columns[3 * j + 2])));
-  if (!motion.is_animated()) {
-    rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
-  } else {
-    rtcSetGeometryTimeStepCount(g, 2);
-    for (int step = 0; step < 2; ++step) {
-      const Decomposition& d = motion.decomposition(step);
-      RTCQuaternionDecomposition q;
-      rtcInitQuaternionDecomposition(&q);
-      const auto& s = d.scale;
-      rtcQuaternionDecompositionSetScale(&q, float(s[0][0]), float(s[1][1]), float(s[2][2]));
-      rtcQuaternionDecompositionSetSkew(&q, float(s[0][1]), float(s[0][2]), float(s[1][2]));
-      rtcQuaternionDecompositionSetQuaternion(&q, float(d.rotation.r), float(d.rotation.v.x), float(d.rotation.v.y),
-                                              float(d.rotation.v.z));
-      rtcQuaternionDecompositionSetTranslation(&q, float(d.translation.x), float(d.translation.y),
-                                               float(d.translation.z));
-      rtcSetGeometryTransformQuaternion(g, unsigned(step), &q);
-    }
-  }
-  rtcCommitGeometry(g);
-  instance.animated = motion.is_animated() ? g : nullptr;
-  instances_.push_back(instance);
+  RTCGeometry g = make_instance(device_, objects_[object].scene, motion);
+  shapes_.add(instance_of(object, motion, motion.is_animated() ? g : nullptr));
   instance_geometries_.push_back(g);
-  return uint32_t(instances_.size() - 1);
+  return uint32_t(shapes_.instance_count() - 1);
 }
 
 class TracedScene::Part {
@@ -346,7 +254,7 @@ bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float
 // The ray's footprint at distance t, in the space of what it hit. `instance`: Embree's number.
 float TracedScene::local_width(const RayContext& context, float t, uint32_t instance) const {
   const float width = context.width + context.spread * t;
-  return instance == RTC_INVALID_GEOMETRY_ID ? width : width / instances_[instance - first_instance_].scale;
+  return instance == RTC_INVALID_GEOMETRY_ID ? width : width / shapes_.instance(instance - first_instance_).scale;
 }
 
 float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const {
@@ -374,7 +282,7 @@ void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, ui
     return;
   }
   h->instance[i] = embree_instance - first_instance_;
-  h->geometry[i] = objects_[instances_[h->instance[i]].object].geometries[embree_geometry];
+  h->geometry[i] = objects_[shapes_.instance(h->instance[i]).object].geometries[embree_geometry];
 }
 
 void TracedScene::load(const RayBatch& r, int begin, int end, int* valid, RTCRay16* q) const {
@@ -413,7 +321,7 @@ void TracedScene::transmitted_packet(const RayBatch& r, int begin, int end, RayC
 // Most rays one at a time: packets are no faster for a few rays in all directions (bench/bare_rays).
 void TracedScene::intersect(const RayBatch& r, int n, HitBatch* h) const {
   if (recorder_) recorder_->record(r, n, false);
-  if (period_) return walk_intersect(r, n, h);
+  if (period_) return walk_intersect(*period_, r, n, h);
   intersect_cell(top_.scene, r, n, h);
 }
 
@@ -446,12 +354,12 @@ void TracedScene::intersect_cell(RTCScene top, const RayBatch& r, int n, HitBatc
     if (has_colored_opacity_) h->channels[i] = context.channels(q.ray.tfar);
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
-  if (has_incomplete_hits_) complete_hits(r, n, h);
+  if (has_incomplete_hits_) shapes_.complete(r, n, h);
 }
 
 void TracedScene::transmitted(const RayBatch& r, int n, RGB* passed) const {
   if (recorder_) recorder_->record(r, n, true);
-  if (period_) return walk_transmitted(r, n, passed);
+  if (period_) return walk_transmitted(*period_, r, n, passed);
   transmitted_cell(r, n, passed);
 }
 
@@ -474,6 +382,47 @@ void TracedScene::transmitted_cell(const RayBatch& r, int n, RGB* passed) const 
     passed[i] = q.tfar < 0 ? RGB() : context.transmittance();
   }
   if (context.counts.lookups > 0) opacity_test_->add(context.counts);
+}
+
+void TracedScene::walk_intersect(const Box2f& cell, const RayBatch& rays, int n, HitBatch* hits) const {
+  CellWalk walk(rays, n, cell, bounds_);
+  for (int i = 0; i < n; ++i) {
+    hits->geometry[i] = hits->instance[i] = no_id;
+    hits->t[i] = rays.t_max[i];
+    hits->channels[i] = all_channels;
+  }
+  HitBatch found;
+  bool missed[RayBatch::capacity];
+  for (int step = 0; walk.count > 0 && step < CellWalk::max_cells; ++step) {
+    walk.measure();
+    intersect_cell(top_.scene, walk.segments, walk.count, &found);
+    for (int i = 0; i < walk.count; ++i) {
+      const int ray = walk.ray[i];
+      if (has_colored_opacity_) found.channels[i] &= hits->channels[ray];
+      hits->channels[ray] = found.channels[i];
+      missed[i] = found.geometry[i] == no_id;
+      if (missed[i]) continue;
+      hits->copy_lane(ray, found, i);
+      hits->t[ray] = float(walk.passed[i] + found.t[i]);
+    }
+    walk.go_on(missed);
+  }
+}
+
+void TracedScene::walk_transmitted(const Box2f& cell, const RayBatch& rays, int n, RGB* passed) const {
+  CellWalk walk(rays, n, cell, bounds_);
+  std::fill_n(passed, n, RGB(1));
+  RGB found[RayBatch::capacity];
+  bool lit[RayBatch::capacity];
+  for (int step = 0; walk.count > 0 && step < CellWalk::max_cells; ++step) {
+    walk.measure();
+    transmitted_cell(walk.segments, walk.count, found);
+    for (int i = 0; i < walk.count; ++i) {
+      passed[walk.ray[i]] *= found[i];
+      lit[i] = !passed[walk.ray[i]].is_black();
+    }
+    walk.go_on(lit);
+  }
 }
 
 Box3f TracedScene::bounds() const {

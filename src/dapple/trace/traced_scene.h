@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "dapple/base/animated_transform.h"
+#include "dapple/trace/instance_reach.h"
 #include "dapple/trace/ray_context.h"
-#include "dapple/trace/shape.h"
+#include "dapple/trace/traced_shapes.h"
 
 namespace dapple::trace {
 
@@ -37,14 +38,9 @@ class TracedScene {
   uint32_t add_object();
   /// Adds a shape to the scene (object = no_id) or to an object. Returns its index in the table of geometries.
   uint32_t add(const Shape& shape, CutOut cut_out, uint32_t object = no_id);
-  /// Places an object; motion is world from object space, and reach_of() it is above 0. Returns the instance's index.
+  /// Places an object; motion is world from object space, and instance_reach() of it is above 0. Returns the instance's
+  /// index.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
-  /// How far from the world's origin (sum of the coordinates' magnitudes) rays may begin that are taken into an
-  /// instance's space all the time and meet numbers there that Embree takes. 0 where the motion passes through a map
-  /// without an inverse, or the scale along an axis leaves [least_scale, most_scale]: floats would not hold what is
-  /// computed of it.
-  static float reach_of(const AnimatedTransform& motion);
-  static constexpr double least_scale = 1e-10, most_scale = 1e9;
   /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again
   /// on its other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what
   /// crosses a border is there on both sides. Distances along rays count on; positions of hits may lie in any copy.
@@ -74,38 +70,37 @@ class TracedScene {
   /// intersect() would not trace bring nothing.
   void transmitted(const RayBatch& rays, int n, RGB* passed) const;
 
-  /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
+  // What rays have met: TracedShapes says what each of these is.
   geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time,
-                                   const V3f& eye = {0, 0, 1}, bool tangents = true) const;
-  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where
-  /// `tangents` are not wanted.
-  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
-  /// The same at each of several times, without the tangents.
-  void surfaces(const HitBatch& hits, int i, std::span<const float> times, geom::SurfacePoint* out) const;
-  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far,
-  /// since no vertex is read.
-  geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const;
+                                   const V3f& eye = {0, 0, 1}, bool tangents = true) const {
+    return shapes_.local_surface(geometry, primitive, u, v, time, eye, tangents);
+  }
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const {
+    return shapes_.surface(hits, i, time, tangents);
+  }
+  void surfaces(const HitBatch& hits, int i, std::span<const float> times, geom::SurfacePoint* out) const {
+    shapes_.surfaces(hits, i, times, out);
+  }
+  geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const {
+    return shapes_.surface_without_tangents(rays, hits, i, !period_);
+  }
+  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const { shapes_.face_curve(hits, i, eye, time); }
 
-  /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
-  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
-  /// Largest scale along an axis of an instance's transform at shutter open; 1 for no_id.
-  float instance_scale(uint32_t instance) const { return instance == no_id ? 1 : instances_[instance].scale; }
-
-  size_t geometry_count() const { return geometries_.size(); }
-  size_t instance_count() const { return instances_.size(); }
+  size_t geometry_count() const { return shapes_.size(); }
+  size_t instance_count() const { return shapes_.instance_count(); }
   /// The geometries of an object, or of the scene itself (no_id).
   const std::vector<uint32_t>& geometries_in(uint32_t object) const {
     return object == no_id ? top_.geometries : objects_[object].geometries;
   }
   /// The object that an instance places, and where: world from object space at shutter open.
-  uint32_t object_of(uint32_t instance) const { return instances_[instance].object; }
-  bool is_animated(uint32_t instance) const { return instances_[instance].animated; }
-  V3f instance_point(uint32_t instance, const V3f& p) const;
+  uint32_t object_of(uint32_t instance) const { return shapes_.instance(instance).object; }
+  bool is_animated(uint32_t instance) const { return shapes_.instance(instance).animated; }
+  V3f instance_point(uint32_t instance, const V3f& p) const { return shapes_.instance(instance).world_point(p); }
+  /// Largest scale along an axis of an instance's transform at shutter open; 1 for no_id.
+  float instance_scale(uint32_t instance) const { return instance == no_id ? 1 : shapes_.instance(instance).scale; }
   /// Rows of an instance's map, world from object space, at a time of the shutter interval.
-  void instance_rows(uint32_t instance, float time, float m[3][4]) const {
-    instance_transform(instances_[instance], time, m);
-  }
-  const Shape& shape(uint32_t geometry) const { return geometries_[geometry]->shape; }
+  void instance_rows(uint32_t instance, float time, float m[3][4]) const { shapes_.instance(instance).rows(time, m); }
+  const Shape& shape(uint32_t geometry) const { return shapes_[geometry]; }
   Box3f bounds() const;
   /// Bytes Embree holds now, beside the shapes themselves.
   size_t acceleration_bytes() const;
@@ -121,12 +116,6 @@ class TracedScene {
     CutOut cut_out;
     bool met_once;  ///< by a ray, in each of its primitives
   };
-  struct Instance {
-    float m[3][4];  ///< world from object, at shutter open
-    float scale;    ///< the largest along an axis
-    uint32_t object;
-    RTCGeometry animated;  ///< null unless the transform moves
-  };
   struct Object {
     RTCScene scene;
     std::vector<uint32_t> geometries;  ///< by Embree's geometry number
@@ -134,8 +123,7 @@ class TracedScene {
   struct Callbacks;
   struct MemoryUse;
   static constexpr int packet = RayBatch::packet;
-  static constexpr int least_packet = 8;      ///< fewer are traced one at a time
-  static constexpr float most_reach = 1e18f;  ///< Embree's own bound is 1.844e18
+  static constexpr int least_packet = 8;  ///< fewer are traced one at a time
 
   /// False for a ray that Embree does not take, of numbers too large or none at all.
   bool can_trace(const RayBatch& r, int i) const {
@@ -152,32 +140,27 @@ class TracedScene {
   void transmitted_packet(const RayBatch& rays, int begin, int end, RayContext* context, RGB* passed) const;
   void intersect_cell(RTCScene top, const RayBatch& rays, int n, HitBatch* hits) const;
   void transmitted_cell(const RayBatch& rays, int n, RGB* passed) const;
-  void walk_intersect(const RayBatch& rays, int n, HitBatch* hits) const;
-  void walk_transmitted(const RayBatch& rays, int n, RGB* passed) const;
-  void complete_hits(const RayBatch& rays, int n, HitBatch* hits) const;
+  void walk_intersect(const Box2f& cell, const RayBatch& rays, int n, HitBatch* hits) const;
+  void walk_transmitted(const Box2f& cell, const RayBatch& rays, int n, RGB* passed) const;
   RTCGeometry make_geometry(Geometry& g) const;
-  RTCGeometry make_grids(const geom::GridMesh& grids) const;
   bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key,
                 RayContext* context) const;
   float local_width(const RayContext& context, float t, uint32_t instance) const;
   float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
-  geom::SurfacePoint to_world(const geom::SurfacePoint& s, uint32_t instance, float time, bool tangents) const;
-  void instance_transform(const Instance& instance, float time, float m[3][4]) const;
-  V3f object_point(const Instance& instance, const V3f& world, float time) const;
 
   std::unique_ptr<MemoryUse> memory_;
   RTCDevice device_ = nullptr;
   Object top_;
   std::vector<Object> objects_;
-  std::vector<Instance> instances_;
   std::vector<RTCGeometry> instance_geometries_;
   std::vector<std::unique_ptr<Geometry>> geometries_;
+  TracedShapes shapes_;
   const OpacityTest* opacity_test_ = nullptr;
   RayRecorder* recorder_ = nullptr;
   double build_seconds_ = 0;
   std::optional<Box2f> period_;
   Box3f bounds_;
-  float reach_ = most_reach;  ///< as reach_of(), for all instances; rays from farther off meet nothing
+  float reach_ = most_reach;  ///< instance_reach() of all instances; rays from farther off meet nothing
   bool has_incomplete_hits_ = false, has_cut_outs_ = false, has_colored_opacity_ = false;
   uint32_t first_instance_ = 0;  ///< Embree's number of instance 0 in the top scene
 };

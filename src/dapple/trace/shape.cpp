@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dapple/trace/traced_scene.h"
+#include "dapple/trace/shape.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace dapple::trace {
 

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/modelfile/material_looks.h"
+
+#include <algorithm>
+
+#include "dapple/modelfile/param_list.h"
+
+namespace dapple::modelfile {
+
+namespace {
+
+// A rougher coat is hardly seen, and costs a random walk at each evaluation.
+constexpr float roughest_coat = 0.64f;
+
+// Panes of one sheet that are perfectly clear stay what lets light of windows through.
+bool is_clear_pane(const ModelMaterial& m, const ModelSurface& s) {
+  return s.transmission >= 1 && s.transmission_map.empty() && !m.has_volume && s.alpha_map.empty() && s.alpha < 0.02f &&
+         s.color.min() >= 0.9f && s.color_map.empty() && s.metalness <= 0 && m.clearcoat <= 0 && m.sheen.max() <= 0;
+}
+
+std::string principled(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
+                       ModelTextures* textures) {
+  Directive d("openpbr", textures->loc());
+  const auto color = [&](const char* parameter) {
+    if (s.color_map.empty())
+      d.rgb(parameter, clamp(s.color, 0, 1));
+    else
+      d.texture(parameter, textures->scaled(true, s.color_map, s.color));
+  };
+  const auto number = [&](const char* parameter, float value, const std::string& map, float usual) {
+    const float unit = std::clamp(value, 0.0f, 1.0f);
+    if (unit > 0 && !map.empty())
+      d.texture(parameter, textures->scaled(false, map, RGB(unit)));
+    else if (unit != usual)
+      d.number(parameter, double(unit));
+  };
+  color("base_color");
+  number("base_metalness", s.metalness, s.metalness_map, 0);
+  number("specular_roughness", m.roughness, s.alpha_map, 0.3f);
+  number("specular_weight", m.specular_weight, "", 1);
+  number("specular_roughness_anisotropy", m.anisotropy, "", 0);
+  if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
+  if (s.transmission > 0) {
+    number("transmission_weight", s.transmission, s.transmission_map, 0);
+    color("transmission_color");
+    if (!m.has_volume) d.boolean("geometry_thin_walled", true);
+  }
+  if (m.clearcoat > 0) {
+    const auto map = [&](const ModelTexture& t, int index) {
+      const auto path = textures->picture(t);
+      return path ? textures->channel(t, *path, index) : std::string();
+    };
+    number("coat_weight", m.clearcoat, map(m.clearcoat_map, 0), 0);
+    number("coat_roughness", m.clearcoat_roughness, map(m.clearcoat_roughness_map, 1), 0);
+    d.number("coat_ior", 1.5).number("coat_darkening", 0);  // as glTF has it
+  }
+  if (m.sheen.max() > 0) {
+    const float strength = std::min(m.sheen.max(), 1.0f);
+    d.number("fuzz_weight", double(strength)).rgb("fuzz_color", clamp(m.sheen / m.sheen.max(), 0, 1));
+    number("fuzz_roughness", m.sheen_roughness, "", 0.5f);
+  }
+  if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
+  return textures->define_material(name, d.take());
+}
+
+std::string diffuse_base(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
+                         ModelTextures* textures) {
+  const bool coated = s.has_highlight && (!s.alpha_map.empty() || s.alpha <= roughest_coat);
+  Directive d(coated ? "coateddiffuse" : "diffuse", textures->loc());
+  if (s.color_map.empty())
+    d.rgb("reflectance", clamp(s.color, 0, 1));
+  else
+    d.texture("reflectance", textures->scaled(true, s.color_map, s.color));
+  if (coated) {
+    d.boolean("remaproughness", false);
+    if (s.alpha_map.empty())
+      d.number("roughness", double(s.alpha));
+    else
+      d.texture("roughness", textures->scaled(false, textures->squared(s.alpha_map), RGB(s.alpha)));
+    d.number("eta", double(m.ior));
+  }
+  if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
+  return textures->define_material(name, d.take());
+}
+
+std::string metal(const ModelSurface& s, const std::string& name, ModelTextures* textures) {
+  Directive d("conductor", textures->loc());
+  if (s.mirror)
+    d.rgb("reflectance", clamp(*s.mirror, 0, 0.99f));
+  else if (s.color_map.empty())
+    d.rgb("reflectance", clamp(s.color, 0, 0.99f));
+  else
+    d.texture("reflectance", textures->scaled(true, s.color_map, s.color));
+  d.boolean("remaproughness", false);
+  if (s.alpha_map.empty())
+    d.number("roughness", double(s.alpha));
+  else
+    d.texture("roughness", textures->scaled(false, textures->squared(s.alpha_map), RGB(s.alpha)));
+  if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
+  return textures->define_material(name, d.take());
+}
+
+std::string glass(const ModelMaterial& m, const ModelSurface& s, const std::string& name, ModelTextures* textures) {
+  const float alpha = m.kind == ModelMaterial::phong ? 0.0f : s.alpha;
+  const bool thin = !m.has_volume && s.alpha_map.empty() && alpha < 0.02f;
+  if (s.color.min() < 0.9f || !s.color_map.empty())
+    textures->diagnostics().unsupported(textures->loc(), "coloured transmission of a model's material", "clear glass");
+  Directive d(thin ? "thindielectric" : "dielectric", textures->loc());
+  d.number("eta", double(m.ior));
+  if (!thin) {
+    d.boolean("remaproughness", false);
+    if (s.alpha_map.empty())
+      d.number("roughness", double(alpha));
+    else
+      d.texture("roughness", textures->scaled(false, textures->squared(s.alpha_map), RGB(s.alpha)));
+    if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
+  }
+  return textures->define_material(name, d.take());
+}
+
+std::string mixed(const std::string& first, const std::string& second, double amount, const std::string& amount_texture,
+                  const std::string& name, ModelTextures* textures) {
+  Directive d("mix", textures->loc());
+  d.text("materials", std::vector<std::string>{first, second});
+  if (amount_texture.empty())
+    d.number("amount", amount);
+  else
+    d.texture("amount", textures->scaled(false, amount_texture, RGB(float(amount))));
+  return textures->define_material(name, d.take());
+}
+
+}  // namespace
+
+std::string write_look(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
+  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) return principled(m, s, m.name, textures);
+  const bool all_metal = s.metalness >= 1 && s.metalness_map.empty(),
+             all_glass = s.transmission >= 1 && s.transmission_map.empty();
+  const std::string& name = m.name;
+  const auto part = [&](bool is_whole, const char* suffix) { return is_whole ? name : name + suffix; };
+  if (all_metal) return metal(s, name, textures);
+  const bool has_metal = s.metalness > 0, has_glass = s.transmission > 0;
+  std::string base = all_glass ? glass(m, s, part(!has_metal, " glass"), textures)
+                               : diffuse_base(m, s, part(!has_metal && !has_glass, " base"), textures);
+  if (has_glass && !all_glass)
+    base = mixed(base, glass(m, s, name + " glass", textures), double(s.transmission), s.transmission_map,
+                 part(!has_metal, " dielectric"), textures);
+  if (!has_metal) return base;
+  return mixed(base, metal(s, name + " metal", textures), double(s.metalness), s.metalness_map, name, textures);
+}
+
+}  // namespace dapple::modelfile

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dapple/trace/instance.h"
+#include "dapple/trace/ray_batch.h"
+#include "dapple/trace/shape.h"
+
+namespace dapple::trace {
+
+/// The shapes and instances of a scene, by number, and what their surfaces are like where rays have met them. Rays are
+/// traced elsewhere: this knows hits, no acceleration structure. Reading is thread-safe.
+class TracedShapes {
+ public:
+  void add(const Shape& shape) { shapes_.push_back(shape); }
+  void add(const Instance& instance) { instances_.push_back(instance); }
+  size_t size() const { return shapes_.size(); }
+  size_t instance_count() const { return instances_.size(); }
+  const Shape& operator[](uint32_t geometry) const { return shapes_[geometry]; }
+  const Instance& instance(uint32_t i) const { return instances_[i]; }
+
+  /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
+  geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time,
+                                   const V3f& eye = {0, 0, 1}, bool tangents = true) const;
+  /// The surface at hit i of a batch, in world space, Ng and Ns on the outside. dPdu to dNdv are not set where
+  /// `tangents` are not wanted.
+  geom::SurfacePoint surface(const HitBatch& hits, int i, float time, bool tangents = true) const;
+  /// The same at each of several times, without the tangents.
+  void surfaces(const HitBatch& hits, int i, std::span<const float> times, geom::SurfacePoint* out) const;
+  /// The same without u, v and the tangents, which may be left at their defaults: cheaper, for flat meshes by far,
+  /// since no vertex is read. is_straight: the hit lies on the ray, not in another cell of a scene with a period.
+  geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i,
+                                              bool is_straight) const;
+
+  /// Sets what Embree does not tell of hits [0, n) on disks and curves.
+  void complete(const RayBatch& rays, int n, HitBatch* hits) const;
+  /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
+  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
+
+ private:
+  std::vector<Shape> shapes_;
+  std::vector<Instance> instances_;
+};
+
+}  // namespace dapple::trace
