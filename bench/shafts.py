@@ -1,13 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light that haze scatters from the sun to the camera in a forest, by scan planes and by random flights with shadow rays: processor time to one error."""
+"""Light that haze scatters from sun and lamps to the camera, by scan planes and by random flights with shadow rays: time of a query and of the tables,
+processor time to one error, the error of the air alone, what haze adds to a frame, how it grows with trees, flicker under a moving camera."""
+import argparse
+import itertools
+import json
+import math
 import re
 
 import common
 
-SAMPLES = {"planes, 4 samples": ("scan-planes", 4), "planes, 16 samples": ("scan-planes", 16), "rays, 64 samples": ("rays", 64)}
-REFERENCE = 256  # samples by planes; by rays 4 million would be as good
 HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 12 "rgb sigma_a" [ .001 .001 .001 ] '
         '"rgb sigma_s" [ .012 .012 .012 ] "float g" .5\nMediumInterface "" "haze"\n')
+PLANES, RAYS = (4, 16, 64), 64  # camera samples
+REFERENCE = 1024  # of the picture, by fine planes of another seed
+FINE = 6, 4096  # planes for each, and bins, that stand for exact light
+STEPS, FRAMES = 0.06, 4  # m a frame of the move
+STAND = 90  # m, the side of the stand
+
+
+def forest_text(trees=None):
+    folder = common.ROOT.parent / "shared/scenes/forest"
+    forest = folder / "forest-inside.pbrt"
+    if not forest.exists():
+        raise common.Skip(f"{forest} is absent")
+    text = re.sub(r'"string filename" \[ "(\w+\.ply)" \]', lambda m: f'"string filename" [ "{folder / m[1]}" ]', forest.read_text())
+    return text if trees is None else with_trees(text, trees)
+
+
+def with_trees(text, count):
+    """The same stand, continued all around by copies of its trees."""
+    tree = r"AttributeBegin\n  Translate (\S+) (\S+) 0 (.*)\n(.*)\nAttributeEnd\n"
+    found = re.findall(tree, text)
+    rings = math.ceil(math.sqrt(count / len(found)) / 2)
+    places = sorted(itertools.product(range(-rings, rings + 1), repeat=2), key=lambda p: max(map(abs, p)))
+    trees = [f"AttributeBegin\n  Translate {float(a) + STAND * x:g} {float(b) + STAND * y:g} 0 {c}\n{d}\nAttributeEnd\n" for x, y in places for a, b, c, d in found]
+    return re.sub(tree, "", text) + "".join(trees[:count])
 
 
 def air_alone(source):
@@ -17,39 +44,156 @@ def air_alone(source):
     return HAZE + source
 
 
-def bench(context):
-    forest = common.ROOT.parent / "shared/scenes/forest/forest-inside.pbrt"
-    if not forest.exists():
-        raise common.Skip(f"{forest} is absent")
-    scene = context.out / "shafts.pbrt"
-    scene.write_text(re.sub(r'"string filename" \[ "(\w+\.ply)" \]', lambda m: f'"string filename" [ "{forest.parent / m[1]}" ]',
-                            air_alone(forest.read_text())))
-    size = "192x108" if getattr(context, "quick", False) else "960x540"
-    options = ["--integrator", "path", "--resolution", size, "--float", "--threads", 1, "--light-learning", "off", "--bounces", 0, "--specular-depth", 0]
+class Air:
+    """Renders air alone."""
 
-    def render(name, shafts, samples):
-        image = context.out / f"shafts_{name.replace(', ', '_').replace(' ', '_')}.exr"
-        more = ["--shaft-scattering", "single"] if shafts == "scan-planes" else []
-        seconds = []
-        for _ in range(context.repeats):
-            found = common.render(context, scene, image, *options, *more, "--light-shafts", shafts, "--pixel-samples", samples)
-            seconds.append((found["render_cpu_seconds"], found["cpu_seconds"] - found["render_cpu_seconds"]))
-        # Of the process: what it does before it renders, planes' tables among it.
-        return image, common.median([r for r, _ in seconds]), common.median([b for _, b in seconds])
+    def __init__(self, context):
+        self.context, self.size = context, getattr(context, "size", "192x108")
 
-    reference, _, _ = render("reference", "scan-planes", REFERENCE)
+    def scene(self, name, text):
+        path = self.context.out / f"shafts_{name}.pbrt"
+        path.write_text(text)
+        return path
+
+    def render(self, scene, name, shafts, samples, *more, repeats=None):
+        """The picture, and the processor seconds of rendering and of what is before: tables among it."""
+        image = self.context.out / f"shafts_{name}.exr"
+        options = ["--integrator", "path", "--resolution", self.size, "--float", "--threads", 1, "--light-learning", "off", "--bounces", 0,
+                   "--specular-depth", 0, "--light-shafts", shafts, "--pixel-samples", samples]
+        options += ["--shaft-scattering", "single"] if shafts == "scan-planes" else []
+        found = [common.render(self.context, scene, image, *options, *more) for _ in range(repeats or self.context.repeats)]
+        return image, common.median([f["render_cpu_seconds"] for f in found]), common.median([f["cpu_seconds"] - f["render_cpu_seconds"] for f in found]), found[-1]
+
+    def exact(self, scene):
+        """The same camera rays as 4 samples have, with fine planes; and how many planes there are by default."""
+        _, _, _, stats = self.render(scene, "coarse", "scan-planes", 4, repeats=1)
+        planes = stats["shafts"]["planes"]
+        image, *_ = self.render(scene, "fine", "scan-planes", 4, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1], "--shaft-mb", 4096, repeats=1)
+        return image, planes
+
+
+def queries(context):
+    text = common.run([context.program("bench_shafts"), f"--benchmark_repetitions={context.repeats}", "--benchmark_min_time=0.05", "--benchmark_format=json"])
+    times = {}
+    for run in json.loads(text)["benchmarks"]:
+        if run["run_type"] == "iteration":
+            times.setdefault(run["name"].split("/")[1], []).append(run["cpu_time"] / 1000)
+    medians = {name: common.median(values) for name, values in times.items()}
+    return medians, common.table(["query", "us"], [[name, f"{us:.2f}"] for name, us in medians.items()])
+
+
+def to_one_percent(air):
+    scene = air.scene("forest", air_alone(forest_text()))
+    _, planes = air.exact(scene)
+    reference, *_ = air.render(scene, "reference", "scan-planes", REFERENCE, "--seed", 7, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1],
+                               "--shaft-mb", 4096, repeats=1)
+    image, seconds, loading, _ = air.render(scene, "rays", "rays", RAYS)
+    error, blocks, mean = common.compare(air.context, image, reference)
+    # Errors of random flights fall with the root of their number.
+    result = {"rays": {"samples": RAYS, "seconds": seconds, "rmse": error, "blocks": blocks, "mean": mean, "to_1_percent": seconds * (error / 0.01) ** 2}}
+    rows = [[f"rays, {RAYS}", f"{seconds:.2f} s", "", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %", ""]]
+    for samples in PLANES:
+        image, seconds, before, stats = air.render(scene, f"planes_{samples}", "scan-planes", samples)
+        tables = max(before - loading, 0)
+        error, blocks, mean = common.compare(air.context, image, reference)
+        by_rays = result["rays"]["to_1_percent"] * (0.01 / error) ** 2
+        shafts = stats["shafts"]
+        result[f"planes {samples}"] = {"samples": samples, "seconds": seconds, "of_tables": tables, "rmse": error, "blocks": blocks, "mean": mean, "by_rays": by_rays,
+                                       "query_us": 1e6 * shafts["query_seconds"] / shafts["queries"], "planes": shafts["planes"]}
+        rows.append([f"planes, {samples}", f"{seconds + tables:.2f} s", f"{tables:.2f} s", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %",
+                     f"{by_rays / (seconds + tables):.0f}"])
+    return result, common.table(["light in the air, samples", "processor time", "of tables", "RMSE", "8 x 8 blocks", "mean", "times sooner than rays"], rows)
+
+
+def same_rays(air):
+    """The error of planes and bins, for the same camera rays: without that of pixels sampled at the edges of leaves."""
+    scene = air.scene("forest", air_alone(forest_text()))
+    exact, planes = air.exact(scene)
     result, rows = {}, []
-    runs = {name: render(name, *how) for name, how in SAMPLES.items()}
-    loading = min(before for name, (_, _, before) in runs.items() if SAMPLES[name][0] == "rays")
-    for name, (shafts, samples) in SAMPLES.items():
-        image, seconds, before = runs[name]
-        tables = max(before - loading, 0) if shafts == "scan-planes" else 0
-        seconds += tables
-        error, blocks, mean = common.compare(context, image, reference)
-        # Errors of random flights fall with the root of their number; those of planes are of their width as well.
-        to_one = seconds * (error / 0.01) ** 2 if shafts == "rays" else None
-        result[name] = {"cpu_seconds": seconds, "of_tables": tables, "rmse": error, "blocks": blocks, "mean": mean, "seconds_to_1_percent": to_one}
-        rows.append([name, f"{seconds:.2f} s", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %",
-                     f"{to_one:.0f} s" if to_one else ""])
-    return result, (f"forest-inside in haze, {size}, black surfaces, single scattering, one thread, tables included where planes are filled.\n\n"
-                    + common.table(["light in the air", "processor time", "RMSE", "8 x 8 blocks", "mean", "time to 1 % RMSE"], rows))
+    for name, options in {"default": [], "half the planes": ["--shaft-planes", planes // 2], "half the bins": ["--shaft-bins", 512]}.items():
+        image, *_ = air.render(scene, "coarse", "scan-planes", 4, *options, repeats=1)
+        error, blocks, mean = common.compare(air.context, image, exact)
+        result[name] = {"rmse": error, "blocks": blocks, "mean": mean}
+        rows.append([name, f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %"])
+    return result, common.table(["planes, 4 samples, same camera rays", "RMSE", "8 x 8 blocks", "mean"], rows)
+
+
+def tables_and_trees(air):
+    result, rows = {}, []
+    for trees in (200, 2000, 20000):
+        scene = air.scene("trees", air_alone(forest_text(trees)))
+        _, seconds, _, stats = air.render(scene, "trees", "scan-planes", 4, "--shaft-planes", 3000, repeats=1)
+        s = stats["shafts"]
+        result[trees] = {"fill_seconds": s["fill_seconds"], "rays": stats["rays"]["shaft"], "render_seconds": seconds, "query_us": 1e6 * s["query_seconds"] / s["queries"]}
+        rows.append([trees, f"{s['planes']} x {s['bins']}", f"{s['fill_seconds']:.2f} s", f"{result[trees]['query_us']:.2f} us", f"{seconds:.2f} s"])
+    return result, common.table(["trees", "planes x rays", "filled in", "a query", "4 samples"], rows)
+
+
+def frames(air):
+    """A whole frame with haze against the frame without."""
+    text = forest_text()
+    options = ["--integrator", "path", "--resolution", air.size, "--threads", 1, "--pixel-samples", 16, "--light-learning", "off"]
+    cases = {"no haze": (text, []), "single": (HAZE + text, ["--light-shafts", "scan-planes", "--shaft-scattering", "single"]),
+             "all": (HAZE + text, ["--light-shafts", "scan-planes"]), "rays": (HAZE + text, ["--light-shafts", "rays"])}
+    result, rows = {}, []
+    for name, (source, more) in cases.items():
+        scene = air.scene("frame", source)
+        found = [common.render(air.context, scene, air.context.out / "shafts_frame.exr", *options, *more) for _ in range(air.context.repeats)]
+        result[name] = common.median([f["cpu_seconds"] for f in found])
+        rows.append([name, f"{result[name]:.2f} s", f"{result[name] / result['no haze']:.2f}"])
+    return result, common.table(["frame, 16 samples", "processor time", "of that without haze"], rows)
+
+
+def flicker(air):
+    """How the error changes from frame to frame: by a reference of each frame, which moves as the picture does."""
+    import numpy as np
+    import OpenImageIO as oiio
+
+    def pixels(path):
+        return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)[..., :3].mean(axis=-1)
+
+    text, errors, mean = air_alone(forest_text()), [], 0
+    for f in range(FRAMES):
+        moved = re.sub(r"^LookAt .*$", f"LookAt {STEPS * f:g} -18 1.7  {3 + STEPS * f:g} 10 3.2  0 0 1", text, flags=re.M)
+        scene = air.scene("move", moved)
+        few, *_ = air.render(scene, "move_few", "scan-planes", 4, repeats=1)
+        same, _ = air.exact(scene)
+        a, b = pixels(few), pixels(same)
+        errors.append(a - b)
+        mean = b.mean()
+    change = np.diff(np.stack(errors), axis=0)
+    height, width = change.shape[1] // 8 * 8, change.shape[2] // 8 * 8
+    blocks = change[:, :height, :width].reshape(len(change), height // 8, 8, width // 8, 8).mean(axis=(2, 4))
+    result = {"pixels": float(np.sqrt((change**2).mean()) / mean), "blocks": float(np.sqrt((blocks**2).mean()) / mean)}
+    return result, (f"Flicker of the air, 4 samples, {FRAMES} frames, against exact light along the same camera rays: pixels {100 * result['pixels']:.2f} %, "
+                    f"8 x 8 blocks {100 * result['blocks']:.2f} % RMS from frame to frame.")
+
+
+PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "flicker": flicker}
+
+
+def bench(context, parts=tuple(PARTS)):
+    air = Air(context)
+    result, texts = {}, [f"forest-inside in haze, {air.size}; black surfaces and single scattering where the air is alone; one thread; tables included."]
+    for name in parts:
+        result[name], text = PARTS[name](context if name == "queries" else air)
+        texts.append(text)
+    return result, "\n\n".join(texts)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)} [all]")
+    parser.add_argument("--size", default="192x108")
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--build", default=common.ROOT / "build/release")
+    parser.add_argument("--out", default=common.ROOT / "out/bench")
+    o = parser.parse_args()
+    context = common.Context(o.build, o.out, o.repeats, 1)
+    context.size = o.size
+    for part in o.parts or PARTS:
+        print(bench(context, [part])[1], flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -204,6 +204,7 @@ scene::Film::Settings film_settings(const scene::Scene& scene, const build::Inte
   s.features = keeps_features(output.aovs);
   s.light_groups = int(output.light_groups.size());
   s.cache_use = request.log_caches;
+  s.air = render::show_air(output.aovs);
   return s;
 }
 
@@ -254,6 +255,8 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
     log_info(
         "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
         "keeps the cache)");
+  if (render::show_air(output.aovs) && integrator->shaft_tables().lights == 0)
+    log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
   denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples),
                            std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();

@@ -385,6 +385,35 @@ TEST(Render, ReportsStatistics) {
   EXPECT_GE(stats.at("cpu_seconds").get<double>(), stats.at("render_cpu_seconds").get<double>());
 }
 
+TEST(Render, TellsWhatTheAirDoes) {
+  ScratchFolder folder;
+  const std::string scene = folder.file("fog.pbrt");
+  std::ofstream(scene) << R"(MakeNamedMedium "fog" "string type" "homogeneous" MediumInterface "" "fog"
+Camera "perspective" Film "rgb" "integer xresolution" 8 "integer yresolution" 8
+WorldBegin
+LightSource "point" "point3 from" [ 1 1 1 ]
+Shape "sphere" "float radius" .5
+)";
+  for (const char* integrator : {"path", "distribution"}) {
+    const auto run =
+        render_quickly({scene, "-o", folder.file("a.exr"), "--stats", folder.file("s.json"), "--aov",
+                        "transmittance,airlight", "--integrator", integrator, "--light-shafts", "scan-planes"});
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+    EXPECT_EQ(run.output.find("airlight is black"), std::string::npos) << run.output;
+    const auto in = OIIO::ImageInput::open(folder.file("a.exr"));
+    ASSERT_TRUE(in);
+    for (const char* channel : {"airlight.R", "airlight.B", "transmittance.G"})
+      EXPECT_GE(in->spec().channelindex(channel), 0) << channel;
+    const auto stats = nlohmann::json::parse(std::ifstream(folder.file("s.json")));
+    for (const char* key : {"lights", "planes", "bins", "bytes", "capacity_bytes", "fill_seconds", "queries"})
+      EXPECT_GT(stats.at("shafts").at(key).get<double>(), 0) << key;
+    EXPECT_GT(stats.at("rays").at("shaft").get<int64_t>(), 0);
+  }
+  const auto rays = render_quickly({scene, "-o", folder.file("a.exr"), "--aov", "airlight", "--light-shafts", "rays"});
+  EXPECT_EQ(rays.exit_code, 0);
+  EXPECT_NE(rays.output.find("airlight is black"), std::string::npos) << rays.output;
+}
+
 TEST(Render, HeaderNamesVersionSceneAndCommand) {
   ScratchFolder folder;
   ASSERT_EQ(render_quickly({cornell, "-o", folder.file("a.exr")}).exit_code, 0);

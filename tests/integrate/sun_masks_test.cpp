@@ -88,6 +88,28 @@ TEST_P(MaskedShapes, CastTheShadowsOfRays) {
     }
 }
 
+// Rationale: haze without bounds above the ground, that absorbs, and that scatters too. Expectation: what masks let
+// through is weakened as shadow rays are: the means agree to .3 %, with random flights to 2 % (their noise is .5 %).
+TEST(MasksInHaze, WeakenLightAsRaysDo) {
+  const std::string quad = R"(Shape "bilinearmesh" "point3 P" [ -1 -1 2  1 -1 3  -1 1 2  1 1 2.5 ])";
+  const auto haze = [&](const std::string& scattering) {
+    return R"(MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 4 "rgb sigma_a" [ .1 .2 .05 ] "rgb sigma_s" [ )" +
+           scattering + " ]\nMediumInterface \"\" \"haze\"\n" + ground(quad, sun);
+  };
+  const float clear = render_built(build_text(ground(quad, sun)), 4, direct_light(64)).mean().g;
+  for (const bool scatters : {false, true}) {
+    const auto built = build_text(haze(scatters ? ".05 .05 .05" : "0 0 0"));
+    auto settings = direct_light(64);
+    const int samples = scatters ? 64 : 4;
+    const RGB rays = render_built(built, samples, settings).mean();
+    settings.masks = masks_of(*built.scene, 256, 0.01f);
+    const auto masks = render_built(built, samples, settings);
+    EXPECT_GT(masks.result.rays.mask, 1000u);
+    EXPECT_LT(rays.g, 0.6f * clear);
+    test::expect_near(masks.mean(), rays, scatters ? 0.02f : 0.003f, scatters ? "scattering" : "absorbing");
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, MaskedShapes,
     testing::Values(

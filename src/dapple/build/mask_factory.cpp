@@ -26,6 +26,12 @@ std::string shown(T value) {
   return text;
 }
 
+// Light may go from one medium into another, on its way to what masks shade.
+bool has_bounded_media(const scene::Scene& scene) {
+  return scene.has_media() && std::any_of(scene.bindings.begin(), scene.bindings.end(),
+                                          [](const scene::GeometryBinding& b) { return b.changes_medium; });
+}
+
 }  // namespace
 
 MaskRequest MaskRequest::over(const MaskRequest& other) const {
@@ -62,8 +68,8 @@ void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 7
 
 std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& scene, const MaskRequest& request) {
   if (request.sun_shadows.value_or("rays") != "masks") return nullptr;
-  if (scene.has_media()) {
-    log_warning("shadow masks know nothing of media: shadow rays are traced");
+  if (has_bounded_media(scene)) {
+    log_warning("shadow masks do not know where media end: shadow rays are traced");
     return nullptr;
   }
   const std::vector<emitters::NarrowBeam> beams = vegetation::narrow_beams(scene);
@@ -89,8 +95,8 @@ std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Sce
                                                                 std::shared_ptr<const forest::MaskVisibility> masks) {
   const float nearest = request.far_ground.value_or(0);
   if (!(nearest > 0)) return nullptr;
-  if (scene.has_media()) {
-    log_warning("penumbras on far ground know nothing of media: shadow rays are traced");
+  if (has_bounded_media(scene)) {
+    log_warning("penumbras on far ground do not know where media end: shadow rays are traced");
     return nullptr;
   }
   const Timer timer;

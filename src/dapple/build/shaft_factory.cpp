@@ -59,9 +59,9 @@ std::shared_ptr<const light::ShaftLight> make_shafts(const scene::Scene& scene, 
   }
   for (const std::string& what : left) log_warning("light shafts: " + what);
   if (s.single) log_warning("light shafts: what scatters more than once, and other light in the medium, is left out");
-  log_info(fmt::format("light shafts: {} planes of {} rays of {} lights, {:.1f} MB, {:.2f} s", shafts->planes(),
-                       shafts->bins(), shafts->light_count(), double(shafts->bytes()) / (1 << 20),
-                       shafts->fill_seconds()));
+  const integrate::ShaftTables t = shafts->tables();
+  log_info(fmt::format("light shafts: {} planes of {} rays of {} lights, {:.1f} MB, {:.2f} s", t.planes, t.bins,
+                       t.lights, double(t.bytes) / (1 << 20), t.fill_seconds));
   return shafts;
 }
 

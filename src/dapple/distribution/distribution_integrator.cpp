@@ -131,7 +131,7 @@ void DistributionIntegrator::render(const TileWork& work, Workspace& workspace, 
       const uint32_t sample = work.first_sample + i;
       hider_.locate(box, sample, w.sets, w.camera, w.shading);
       if (settings_.chooses_points()) hider_.choose_points(box, sample, w.sets, w.chosen, w.camera, w.shading);
-      if (scene_.has_media()) add_media(w);
+      if (scene_.has_media()) add_media(w, film);
       finder_.find_points(w.camera, w.finder, w.claimed, w.shading);
       finisher_.add(w.camera, w.finder.held, w.finisher, w.shading, film);
       shade_when_it_pays(w, film);
@@ -207,7 +207,7 @@ void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<W
   });
 }
 
-void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
+void DistributionIntegrator::add_media(DistributionWorkspace& w, scene::Film& film) const {
   CameraSamples& s = w.camera;
   for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p] * s.camera.ray[p].weight, 0);
   PointBatch& b = w.shading.level(sample_level);
@@ -219,14 +219,20 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w) const {
     s.L.add(b.parent[k], shafts ? s.flights.weight[k] * s.camera.ray[b.parent[k]].weight : s.passed[b.parent[k]],
             b.Ci.at(k));
   if (!shafts) return;
+  scene::AirFeatures air[CameraSamples::capacity];
   for (const integrate::RayTracer::Flights::Way& way : s.flights.ways) {
-    const float before = dot(s.camera.ray[way.ray].ray.o - scene_.camera.position(), way.d);
-    shafts->in_scattering(
-        {way.d, before + way.begin, before + way.end, s.camera.seed[way.ray], s.camera.index[way.ray]},
-        [&](uint32_t light, const RGB& L) {
-          s.L.add(way.ray, way.passed * L * s.camera.ray[way.ray].weight, shading_.direct.group(light));
-        });
+    const Ray ray{s.camera.ray[way.ray].ray.o + way.d * way.begin, way.d, infinity, 0};
+    const float length = way.end - way.begin;
+    shafts->in_scattering({ray.o, ray.d, length, s.camera.seed[way.ray], s.camera.index[way.ray]}, &w.shafts,
+                          [&](uint32_t light, const RGB& L) {
+                            const RGB brought = way.passed * L * s.camera.ray[way.ray].weight;
+                            s.L.add(way.ray, brought, shading_.direct.group(light));
+                            air[way.ray].airlight += brought;
+                          });
+    if (film.settings().air) air[way.ray].transmittance *= shafts->air().transmittance(ray, length, 0);
   }
+  for (int p = 0; p < s.count() && film.settings().air; ++p)
+    film.add_air(s.camera.pixel[p].x, s.camera.pixel[p].y, s.camera.film_weight[p], air[p]);
 }
 
 // The rays that shading points send are functions of their names: sent once more, they say what answered them.

@@ -32,6 +32,9 @@ class DistributionIntegrator final : public integrate::Integrator {
 
   void begin_again() const override { grids_.clear(); }
   std::vector<integrate::CacheState> caches() const override;
+  integrate::ShaftTables shaft_tables() const override {
+    return settings_.shading.shafts ? settings_.shading.shafts->tables() : integrate::ShaftTables();
+  }
   void view_caches(uint32_t pixel_samples, scene::Film& film) const override;
   /// Where nothing is shaded on grids or in media, camera samples may be traced as paths, sooner: those end their
   /// diffuse rays in these answers. Null where they may not.
@@ -42,7 +45,7 @@ class DistributionIntegrator final : public integrate::Integrator {
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
-  void add_media(DistributionWorkspace& w) const;
+  void add_media(DistributionWorkspace& w, scene::Film& film) const;
   bool samples_are_paths() const;
   void shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const;
   void shade_all_claimed(std::span<const std::unique_ptr<Workspace>> workspaces) const;

@@ -126,6 +126,15 @@ std::optional<emitters::NarrowBeam> CanopyLight::narrow_beam() const {
   return emitters::NarrowBeam{normalize(x_ * w.x + y_ * w.y + z_ * w.z), float(sun_->radius())};
 }
 
+std::unique_ptr<const CanopyLight> CanopyLight::without_sun() const {
+  if (!sky_) return nullptr;
+  auto rest = std::make_unique<CanopyLight>(*this);
+  if (sun_) rest->flux_ = std::max(flux_ - float(sun_->irradiance_normal().luminance()), 0.0f);
+  rest->sun_.reset();
+  rest->sun_share_ = 0;
+  return rest;
+}
+
 float CanopyLight::power(float scene_radius) const {
   return pi * sqr(scene_radius) * flux_;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "dapple/base/transform.h"
@@ -41,6 +42,8 @@ class CanopyLight final : public emitters::Light {
 
   /// It looks different from place to place.
   bool has_sheet() const { return sheet_.has_value(); }
+  /// The sky alone, of a light without a sheet; null where there is no sky.
+  std::unique_ptr<const CanopyLight> without_sun() const;
 
  private:
   V3d to_local(const V3f& wi) const;

@@ -74,6 +74,24 @@ struct CacheState {
   bool has_memory = true;
 };
 
+/// Light shafts by scan planes: camera rays that were looked up, for each light.
+struct ShaftCounts {
+  uint64_t queries = 0;
+  double query_seconds = 0;  ///< of all threads, from one query in 32
+  ShaftCounts& operator+=(const ShaftCounts& o) {
+    queries += o.queries, query_seconds += o.query_seconds;
+    return *this;
+  }
+};
+
+/// The tables of these planes; no lights: there are none.
+struct ShaftTables {
+  int lights = 0, planes = 0, bins = 0;  ///< bins: of a plane, at most
+  uint64_t rays = 0;                     ///< of light, that filled them
+  size_t bytes = 0, capacity_bytes = 0;
+  double fill_seconds = 0;
+};
+
 /// Work for a thread: camera samples [first_sample, first_sample + sample_count) of the pixels in `pixels`.
 struct TileWork {
   Box2i pixels;  ///< [min, max)
@@ -92,6 +110,7 @@ class Integrator {
     virtual ~Workspace() = default;
     RayCounts rays;
     StageCounts stages;
+    ShaftCounts shafts;
     std::vector<CacheCounts> caches;  ///< in the order of Integrator::caches()
   };
 
@@ -104,11 +123,12 @@ class Integrator {
   /// Adds what was put off. To be called with all workspaces that render() had since the last such call, on one thread,
   /// while it is called on none.
   virtual void finish(std::span<const std::unique_ptr<Workspace>>, scene::Film&) const {}
-  /// Makes ready for a film or a camera other than those before, and after a rendering that was abandoned: workspaces of
-  /// before are of no use any more. What is view-independent stays in the caches.
+  /// Makes ready for a film or a camera other than those before, and after a rendering that was abandoned: workspaces
+  /// of before are of no use any more. What is view-independent stays in the caches.
   virtual void begin_again() const {}
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
+  virtual ShaftTables shaft_tables() const { return {}; }
   /// After the last call of render(): writes what caches did for each pixel, where the film keeps that
   /// (Film::Settings::cache_use). `pixel_samples`: of the work.
   virtual void view_caches(uint32_t /*pixel_samples*/, scene::Film&) const {}

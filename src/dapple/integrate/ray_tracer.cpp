@@ -13,6 +13,40 @@ constexpr int max_segments = 4096;  // ends a ray caught between surfaces that a
 bool draw_sheet(uint32_t ray_key, int segment, float through) {
   return through == 1 || (through > 0 && to_unit_float(hash(RayTracer::sheet_key(ray_key, segment), 1)) < through);
 }
+
+// No surface lets shadow rays through, so that each lies in the medium in which it sets out. Of scenes with so many
+// surfaces that looking at them would cost as much as rays, this says no.
+bool all_stop(const scene::Scene& scene, const MaterialTable& materials) {
+  constexpr size_t most_surfaces = 1024;
+  if (materials.any_sheet() || scene.bindings.size() > most_surfaces) return false;
+  for (uint32_t g = 0; g < scene.bindings.size(); ++g)
+    if (materials.passes(g)) return false;
+  return true;
+}
+
+// What is visible, by what the medium lets through.
+void weaken(const scene::Scene& scene, const trace::RayBatch& rays, int n, const int32_t* medium, RayTracer::Scratch& s,
+            RGB* visible) {
+  const auto in = [&](int i) { return visible[i].is_black() ? scene::vacuum : medium[i]; };
+  const auto add = [&](int i, media::MediumRays* out) {
+    out->add(Ray{rays.origin(i), rays.direction(i), infinity, rays.time[i]}, rays.t_max[i], RGB(1),
+             hash(rays.key[i], 0));
+  };
+  s.media.transmittance(scene, n, in, add, s.transmittance);
+  for (int i = 0; i < n; ++i) visible[i] *= s.transmittance[i];
+}
+
+// s.found of rays that masks have answered: what is left behind the medium in which they set out, all the way.
+void dim_masked(const scene::Scene& scene, const trace::RayBatch& rays, int masked, const int32_t* medium,
+                RayTracer::Scratch& s) {
+  const auto in = [&](int k) { return medium[s.masked_ray[k]]; };
+  const auto add = [&](int k, media::MediumRays* out) {
+    const int i = s.masked_ray[k];
+    out->add(Ray{rays.origin(i), rays.direction(i), infinity, rays.time[i]}, infinity, RGB(1), hash(rays.key[i], 0));
+  };
+  s.media.transmittance(scene, masked, in, add, s.transmittance);
+  for (int k = 0; k < masked; ++k) s.found[k] *= s.transmittance[k];
+}
 }  // namespace
 
 // s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque
@@ -120,8 +154,10 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
 
 void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   s.stop.check();
-  if (materials_.shadows_pass()) return visible_through(rays, n, medium, visible, s);
+  const bool stops = materials_.shadows_pass() && all_stop(scene_, materials_);
+  if (materials_.shadows_pass() && !stops) return visible_through(rays, n, medium, visible, s);
   scene_.traced.transmitted(rays, n, visible);
+  if (stops && media_) weaken(scene_, rays, n, medium, s, visible);
 }
 
 int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,
@@ -148,6 +184,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   }
   s.masked.count = masked;
   masks_->visible(s.masked, s.found);
+  if (media_ && masked > 0 && scene_.has_media()) dim_masked(scene_, rays, masked, medium, s);
   for (int k = 0; k < masked; ++k) visible[s.masked_ray[k]] = s.found[k];
   if (unmasked > 0) this->visible(s.unmasked, unmasked, s.unmasked_medium, s.found, s);
   for (int k = 0; k < unmasked; ++k) visible[s.unmasked_ray[k]] = s.found[k];

@@ -326,7 +326,8 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
 }
 
 void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight* but, LightWorkspace& w) const {
-  if (!scene_.light_sampler) return;
+  const emitters::LightSampler* const sampler = but ? but->rest() : scene_.light_sampler.get();
+  if (!sampler) return;
   int rays[PointBatch::capacity], most = 0;
   for (int k = 0; k < b.count; ++k) {
     rays[k] = chosen_rays(shadow_rays_.at(diffuse_depth), b.share[k]);
@@ -343,12 +344,12 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
       if (i >= rays[k]) continue;
       const V3f& P = b.surface[k].P;
       emitters::LightReceiver to{P, V3f(0, 0, 0), b.time[k]};
-      if (learned_) to.region = learned_->region(to, b.key[k]);
-      const auto chosen = scene_.light_sampler->select(to, w.u2[k]);
+      if (learned_ && !but) to.region = learned_->region(to, b.key[k]);
+      const auto chosen = sampler->select(to, w.u2[k]);
+      if (chosen.light < 0) continue;
+      const emitters::Light& of = but ? but->rest_of(uint32_t(chosen.light)) : *scene_.lights[size_t(chosen.light)];
       emitters::LightSample light;
-      if (chosen.light < 0 || !emitters::sample_light(*scene_.lights[size_t(chosen.light)], chosen.light, to,
-                                                      V2f(w.u0[k], w.u1[k]), &light))
-        continue;
+      if (!emitters::sample_light(of, chosen.light, to, V2f(w.u0[k], w.u1[k]), &light)) continue;
       if (but && but->owns(uint32_t(chosen.light), light.wi)) continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
       const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));

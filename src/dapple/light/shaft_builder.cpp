@@ -27,11 +27,14 @@ namespace {
 constexpr float disc_spacing = 4;        // of planes to a point of a disc, to those to a point
 constexpr int disc_strata = 16;          // along the radius and around, for the light of a disc
 constexpr float opaque_depth = 16;       // nothing is seen through so much
-constexpr float even_part = 1e-3f;       // of what a scene is about: bins are even below
-constexpr float lamp_even_part = 2e-3f;  // radians
+constexpr float even_part = 2e-2f;       // of what a scene is about: bins are even below
+constexpr float lamp_even_part = 1e-2f;  // radians
 constexpr int film_samples = 16;         // along each side of the film
 constexpr float film_margin = 4;         // pixels that filters reach beyond it
 constexpr int least_bins = 64;
+constexpr float most_slanting = 0.9998f;  // cosine of the sun to the line of sight, of orthographic cameras
+constexpr float even_over_all = 100;      // of all bins: these are even
+constexpr float entry_error = 0.02f;      // optical depth; rays of light are at random places in bins
 
 constexpr int survey_rays = 64;
 
@@ -40,6 +43,15 @@ float radical_inverse(uint32_t i) {
   for (float digit = 0.5f; i > 0; i >>= 1, digit *= 0.5f) sum += float(i & 1) * digit;
   return sum;
 }
+
+/// Stands for a light that planes have.
+class NoLight final : public emitters::Light {
+ public:
+  bool sample(const emitters::LightReceiver&, const V2f&, emitters::LightSample*) const override { return false; }
+  float pdf(const emitters::LightReceiver&, const V3f&, const V3f&, const V3f&) const override { return 0; }
+  std::optional<emitters::LightBounds> bounds() const override { return std::nullopt; }
+  float power(float) const override { return 0; }
+};
 
 class Builder {
  public:
@@ -54,10 +66,13 @@ class Builder {
   template <class Visit>
   void follow(const V3f& o, const V3f& d, const Visit& visit) const;
   void find_sources();
+  void find_rest();
   void add_sun(uint32_t light, const emitters::NarrowBeam& beam);
   bool add_lamp(uint32_t light);
   void add(const ShaftSource& wanted);
   Planes::Settings settings_of(const ShaftSource& wanted) const;
+  bool is_orthographic() const { return view_ != V3f(0, 0, 0); }
+  shafts::PlaneFan fan_beside(const V3f& axis, float spacing, V3f* eye) const;
   shafts::PlaneFan fan_around(const V3f& axis, float spacing) const;
   void fit_memory();
   int32_t medium_at(const V3f& P) const;
@@ -68,6 +83,7 @@ class Builder {
   const integrate::MaterialTable materials_;
   ShaftLight::Parts out_;
   const V3f eye_;
+  V3f view_{0, 0, 0};  // of all rays, of orthographic cameras
   int32_t far_away_ = scene::vacuum;
   bool bounded_ = false, colored_ = false;
   float coarser_ = 1;  // spacing of planes, times
@@ -77,13 +93,15 @@ class Builder {
 };
 
 Builder::Builder(const scene::Scene& scene, const ShaftSettings& settings, std::vector<std::string>* left)
-    : scene_(scene), settings_(settings), left_(*left), materials_(scene), eye_(scene.camera.position()) {}
+    : scene_(scene), settings_(settings), left_(*left), materials_(scene), eye_(scene.camera.position()) {
+  if (scene.camera.settings().projection == scene::Projection::orthographic)
+    view_ = scene.camera.generate({0, 0}, {0.5f, 0.5f}, 0.5f).ray.d;
+}
 
 // What stands against planes in this scene; empty: nothing.
 std::string Builder::obstacle() {
   if (!scene_.has_media()) return "the scene has no medium";
   const scene::Camera::Settings& camera = scene_.camera.settings();
-  if (camera.projection == scene::Projection::orthographic) return "the camera is orthographic";
   if (scene_.camera.has_lens()) return "the camera has a lens";
   if (camera.camera_to_world.is_animated()) return "the camera moves while the shutter is open";
   if (scene::Motion(scene_).any()) return "something moves while the shutter is open";
@@ -171,6 +189,8 @@ void Builder::find_sources() {
     const auto beam = light.narrow_beam();
     if (int(out_.sources.size()) == ShaftLight::most_lights && (beam || light.is_delta())) {
       ++many;
+    } else if (beam && is_orthographic() && std::abs(dot(beam->to_light, view_)) > most_slanting) {
+      ++other;
     } else if (beam) {
       add_sun(i, *beam);
     } else if (light.is_delta() && !add_lamp(i)) {
@@ -182,8 +202,33 @@ void Builder::find_sources() {
         fmt::format("{} lights are left to rays: planes are for the {} strongest", many, ShaftLight::most_lights));
   if (other > 0)
     left_.push_back(fmt::format(
-        "{} lights with textures, decay or programs of their own, that move, or stand in the eye, are left to rays",
+        "{} lights with textures, decay or programs of their own, that move, or stand in the eye (and of orthographic "
+        "cameras, all lamps, and suns in the line of sight) are left to rays",
         other));
+}
+
+// Lights without what the planes have.
+void Builder::find_rest() {
+  static const NoLight nothing;
+  bool any = false;
+  const float radius = box_.isEmpty() ? 1 : 0.5f * length(box_.size());
+  for (uint32_t i = 0; i < scene_.lights.size(); ++i) {
+    const auto source = std::find_if(out_.sources.begin(), out_.sources.end(),
+                                     [&](const ShaftLight::Source& s) { return s.light == i; });
+    const emitters::Light* rest = scene_.lights[i].get();
+    if (source != out_.sources.end()) {
+      rest = &nothing;
+      if (const auto* canopy = dynamic_cast<const forest::CanopyLight*>(scene_.lights[i].get())) {
+        out_.skies.push_back(canopy->without_sun());
+        if (out_.skies.back()) rest = out_.skies.back().get();
+      } else if (source->cosine > -1) {
+        rest = scene_.lights[i].get();  // owns() decides, direction by direction
+      }
+    }
+    out_.rest_lights.push_back(rest);
+    any |= rest->bounds() || rest->power(radius) > 0;
+  }
+  if (any) out_.rest.emplace(out_.rest_lights, radius);
 }
 
 void Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
@@ -232,6 +277,7 @@ bool Builder::add_lamp(uint32_t i) {
   if (!lamp) return false;
   const V3f to_lamp = lamp->position() - eye_;
   const float distance = length(to_lamp);
+  if (is_orthographic()) return false;
   if (!(distance > 1e-5f * length(box_.isEmpty() ? V3f(1, 1, 1) : box_.size()))) return false;
   const bool alike = dynamic_cast<const emitters::PointLight*>(lamp);
   out_.sources.push_back({i, to_lamp * (1 / distance), -2, {}});
@@ -249,7 +295,29 @@ void Builder::add(const ShaftSource& wanted) {
   wanted_.back().start_medium = wanted.is_lamp ? medium_at(wanted.lamp) : far_away_;
 }
 
+// Planes side by side over what an orthographic camera shows; `eye`: moved back in them to where all that is seen is
+// ahead.
+shafts::PlaneFan Builder::fan_beside(const V3f& axis, float spacing, V3f* eye) const {
+  const scene::Camera::Settings& camera = scene_.camera.settings();
+  const V3f side = normalize(cross(axis, view_)), ahead = normalize(view_ - axis * dot(axis, view_));
+  float low = infinity, high = -infinity, nearest = infinity;
+  for (const float x : {-film_margin, float(camera.resolution.x) + film_margin})
+    for (const float y : {-film_margin, float(camera.resolution.y) + film_margin}) {
+      const V3f off = scene_.camera.generate({x, y}, {0.5f, 0.5f}, 0.5f).ray.o - eye_;
+      low = std::min(low, dot(off, side)), high = std::max(high, dot(off, side));
+      nearest = std::min(nearest, dot(off, ahead));
+    }
+  *eye = eye_ + ahead * nearest;
+  shafts::PlaneFan fan;
+  fan.closed = false;
+  const float step = spacing * scene_.camera.pixel_width(0.0f);
+  fan.planes = std::max(int(std::min(std::ceil((high - low) / step), 1048576.0f)), ShaftLight::least_planes) + 1;
+  fan.first = low, fan.step = std::max(high - low, 1e-12f) / float(fan.planes - 1);
+  return fan;
+}
+
 shafts::PlaneFan Builder::fan_around(const V3f& axis, float spacing) const {
+  if (V3f unused; is_orthographic()) return fan_beside(axis, spacing, &unused);
   const scene::Camera::Settings& camera = scene_.camera.settings();
   const V2f size(float(camera.resolution.x), float(camera.resolution.y));
   const auto look = [&](float x, float y) {
@@ -276,10 +344,13 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   Planes::Settings s;
   s.eye = eye_;
   s.axis = w.direction;
-  s.fan = fan_around(w.direction, w.spacing * coarser_);
+  s.view = view_;
+  s.fan = is_orthographic() ? fan_beside(w.direction, w.spacing * coarser_, &s.eye)
+                            : fan_around(w.direction, w.spacing * coarser_);
   s.bins = bins_;
   s.bounded = bounded_;
   s.tinted = w.patterned || colored_;
+  s.entry_error = entry_error / std::max(out_.air->sigma_t().max(), 1e-30f);
   if (w.is_lamp) {
     s.lamp = length(w.lamp - eye_);
     s.nearest = lamp_even_part;
@@ -291,16 +362,17 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
     const V3f P(corner & 1 ? box_.max.x : box_.min.x, corner & 2 ? box_.max.y : box_.min.y,
                 corner & 4 ? box_.max.z : box_.min.z);
-    farthest = std::max(farthest, length(cross(P - eye_, w.direction)));
+    farthest = std::max(farthest, length(cross(P - s.eye, w.direction)));
   }
   const Box3f bulk = trace::bulk_bounds(scene_.traced);
   const float extent =
       bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
   // Where all is even, nothing is seen beyond so many lengths.
-  if (out_.air->density().is_constant())
+  if (out_.air->density().is_constant() && !is_orthographic())
     farthest = std::min(farthest, opaque_depth / std::max(out_.air->sigma_t().min(), 1e-30f));
   s.farthest = std::max(farthest, 1e-6f);
-  s.nearest = std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
+  s.nearest = is_orthographic() ? s.farthest * even_over_all
+                                : std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
   return s;
 }
 
@@ -341,6 +413,7 @@ std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
     *why = "the scene has no sun (a distant light, or one of type sky) and no lamp without size that planes are for";
     return nullptr;
   }
+  find_rest();
   fit_memory();
   ShaftFill rays_of_light(scene_, materials_, settings_.seed, out_.medium, *out_.air);
   uint64_t rays = 0;

@@ -17,6 +17,7 @@ using trace::RayBatch;
 
 namespace {
 constexpr size_t planes_at_once = 8;
+constexpr double golden_ratio = 0.6180339887498949;
 constexpr int max_surfaces = 4096;  // ends a ray caught between surfaces
 }  // namespace
 
@@ -63,12 +64,15 @@ void ShaftFill::fill_plane(const ShaftSource& source, ShaftLight::Set& set, int 
   const auto* pattern =
       source.patterned ? dynamic_cast<const emitters::PositionalLight*>(scene_.lights[source.light].get()) : nullptr;
   const uint32_t seed = uint32_t(hash(seed_, source.light, source.direction.x, source.direction.y, plane));
+  const uint64_t bin_seed = hash(seed_, source.light, source.direction.x, source.direction.y);
   for (int first = 0; first < planes.bins(); first += RayBatch::capacity) {
     const int n = std::min(RayBatch::capacity, planes.bins() - first);
     for (int i = 0; i < n; ++i) {
       const int j = first + i;
       const float low = planes.edge(j), width = planes.edge(j + 1) - low;
-      const float u = low + width * to_unit_float(hash(seed, j));
+      // Planes side by side complement each other.
+      const double turned = double(to_unit_float(hash(bin_seed, j))) + plane * golden_ratio;
+      const float u = low + width * std::min(float(turned - std::floor(turned)), one_minus_epsilon);
       const V3f o = source.is_lamp ? source.lamp : planes.foot(plane, u) + axis * start;
       const V3f d = source.is_lamp ? planes.lamp_direction(plane, u) : -axis;
       s.rays.set(i, o, d, infinity, 0, trace::ray_key(seed, uint32_t(j)), source.is_lamp ? 0 : width,
@@ -88,6 +92,7 @@ void ShaftFill::fill_plane(const ShaftSource& source, ShaftLight::Set& set, int 
       planes.blocked(plane)[first + i] = free ? -infinity : source.is_lamp ? -s.distance[i] : start - s.distance[i];
       if (free) s.distance[i] = infinity;
       if (planes.tinted()) planes.tint(plane)[first + i] *= s.passed[i];
+      if (planes.tinted() && planes.tint(plane)[first + i].is_black()) planes.blocked(plane)[first + i] = infinity;
     }
     if (planes.bounded()) find_entries(source, set, plane, first, n, s);
   }

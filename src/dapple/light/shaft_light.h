@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "dapple/integrate/integrator.h"
 #include "dapple/scene/scene.h"
 #include "dapple/shafts/air_light.h"
 
@@ -51,6 +53,10 @@ class ShaftLight {
     const media::ClosedFormMedium* air = nullptr;  ///< scene's, number `medium`
     std::vector<Source> sources;
     double fill_seconds = 0;
+    // What is left of lights: rest().
+    std::vector<std::unique_ptr<const emitters::Light>> skies;
+    std::vector<const emitters::Light*> rest_lights;
+    std::optional<emitters::LightSampler> rest;
   };
   explicit ShaftLight(Parts parts) : parts_(std::move(parts)) {}
 
@@ -61,29 +67,32 @@ class ShaftLight {
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
-  /// Of a camera ray along d: from `begin` to `end`, m from the eye, in medium(). seed, index: of the camera sample.
+  /// What is left of the scene's lights for that scattering: those that planes have are not drawn there, suns of a sky
+  /// neither. Null: nothing. It knows nothing of regions (LightReceiver::region).
+  const emitters::LightSampler* rest() const { return parts_.rest ? &*parts_.rest : nullptr; }
+  /// Light number `light` without its sun; to be drawn by rest().
+  const emitters::Light& rest_of(uint32_t light) const { return *parts_.rest_lights[light]; }
+
+  /// A part of a camera ray that lies in medium(), from o along unit d; its length may be infinite. seed, index: of the
+  /// camera sample.
   struct Ray {
-    V3f d;
-    float begin = 0, end = 0;
+    V3f o, d;
+    float length = 0;
     uint32_t seed = 0, index = 0;
   };
-  /// Calls add(light, radiance at `begin`) for each light that the planes have.
+  /// Calls add(light, radiance at o) for each light that the planes have.
   template <class Add>
-  void in_scattering(const Ray& ray, const Add& add) const {
+  void in_scattering(const Ray& ray, integrate::ShaftCounts* counts, const Add& add) const {
     for (const Source& source : parts_.sources) {
-      const RGB L = in_scattering(source, ray);
+      const RGB L = in_scattering(source, ray, counts);
       if (!L.is_black()) add(source.light, L);
     }
   }
 
-  int planes() const;
-  int bins() const;
-  int light_count() const { return int(parts_.sources.size()); }
-  size_t bytes() const;
-  double fill_seconds() const { return parts_.fill_seconds; }
+  integrate::ShaftTables tables() const;
 
  private:
-  RGB in_scattering(const Source& source, const Ray& ray) const;
+  RGB in_scattering(const Source& source, const Ray& ray, integrate::ShaftCounts* counts) const;
 
   const Parts parts_;
 };

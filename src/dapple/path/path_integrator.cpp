@@ -94,6 +94,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
   auto& w = static_cast<PathWorkspace&>(workspace);
   w.shadow_scratch.stop = work.stop;
   w.wants_features = film.settings().features;
+  w.wants_air = film.settings().air;
   w.keep_groups(scene_.light_groups, film.settings().light_groups);
   const PixelSets sets(work.pixel_samples, settings_.seed);
   for (uint32_t i = 0; i < work.sample_count; ++i)
@@ -102,6 +103,8 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
       trace_camera_rays(w);
       for (int p = 0; p < w.path_count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p));
+      for (int p = 0; p < w.path_count && w.wants_air; ++p)
+        film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
   ends_.collect_counts(w);
 }
@@ -268,8 +271,9 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
     if (Le.is_black() || (w.shafted[p] && flights_.owns(index, d))) continue;
     float weight = 1;
     if (w.bsdf_pdf[p] > 0) {
-      const float pdf = scene_.light_sampler->probability(w.receiver[p], int(index)) *
-                        emitters::light_pdf(light, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
+      const emitters::Light& drawn = w.shafted[p] ? flights_.rest_of(index) : light;
+      const float pdf = flights_.light_probability(p, index, w) *
+                        emitters::light_pdf(drawn, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
     w.add_light(p, index, w.beta[p] * Le * weight);
@@ -283,8 +287,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
   if (Le.is_black()) return;
   float weight = 1;
   if (w.bsdf_pdf[p] > 0) {
-    const float pdf =
-        scene_.light_sampler->probability(w.receiver[p], int(index)) * light.pdf(w.receiver[p], d, s.P, s.Ng);
+    const float pdf = flights_.light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
   w.add_light(p, index, w.beta[p] * Le * weight);
@@ -340,12 +343,16 @@ template <class Evaluate>
 void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
                              const Evaluate& evaluate, PathWorkspace& w) const {
   const int p = w.point_path[k];
-  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
+  // Planes have some lights; these are not drawn.
+  const bool shafted = !surface && flights_.is_straight(p, w);
+  const emitters::LightSampler* const sampler = shafted ? flights_.rest() : scene_.light_sampler.get();
+  const auto selection =
+      sampler ? sampler->select(receiver, w.sample(dim_light, k)) : emitters::LightSampler::Selection();
   if (selection.light < 0) return;
+  const emitters::Light& drawn =
+      shafted ? flights_.rest_of(uint32_t(selection.light)) : *scene_.lights[size_t(selection.light)];
   emitters::LightSample light;
-  if (!emitters::sample_light(*scene_.lights[size_t(selection.light)], selection.light, receiver,
-                              w.sample2(dim_light_point, k), &light))
-    return;
+  if (!emitters::sample_light(drawn, selection.light, receiver, w.sample2(dim_light_point, k), &light)) return;
   float scatter_pdf = 0;
   const RGB f = evaluate(light.wi, &scatter_pdf);
   if (f.is_black()) return;
@@ -353,7 +360,7 @@ void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, con
   const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
   const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
   if (contribution.is_black()) return;
-  if (!surface && flights_.is_straight(p, w) && flights_.owns(uint32_t(selection.light), light.wi)) return;
+  if (shafted && flights_.owns(uint32_t(selection.light), light.wi)) return;
   const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
   int32_t medium = w.medium[p];
   if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
@@ -422,7 +429,8 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const media::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   const V3f wo = -w.wi[k];
   emitters::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
-  if (learned_) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
+  const bool straight = flights_.is_straight(p, w);
+  if (learned_ && !straight) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
   if (w.points_found) {
     // Of each path the first: in a dense cloud shadow rays take thousands of steps.
     if (w.scatterings[p] == 0) w.points_found->note({.to = receiver, .medium = w.medium[p]});
@@ -431,7 +439,6 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
         k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
   V3f wi;
   const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
-  const bool straight = flights_.is_straight(p, w);
   if (!end_or_go_on(k, Lobe::glossy, w)) return;
   w.shafted[p] = straight;
   w.bsdf_pdf[p] = pdf;

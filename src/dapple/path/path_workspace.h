@@ -46,6 +46,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   std::unique_ptr<integrate::RadiosityAnswers::Workspace> answers;
   std::unique_ptr<integrate::DiffuseHits> diffuse_hits;  ///< null: there is no cache
   scene::Features features[capacity];
+  bool wants_air = false;
+  scene::AirFeatures air[capacity];
 
   // The parts of L by groups of lights, where the film keeps them.
   int group_count = 0;
@@ -138,6 +140,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     straight[p].all = 0;
     restart_path(p);
     if (wants_features) features[p] = {};
+    if (wants_air) air[p] = {};
   }
   /// A further path of the same camera sample, to the same sums.
   void restart_path(int p) {

@@ -5,6 +5,11 @@
 
 namespace dapple::path {
 
+float StraightFlights::light_probability(int p, uint32_t light, const PathWorkspace& w) const {
+  const emitters::LightSampler* const sampler = w.shafted[p] ? rest() : scene_.light_sampler.get();
+  return sampler ? sampler->probability(w.receiver[p], int(light)) : 0;
+}
+
 bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const light::ShaftLight& shafts = *shafts_;
   const media::ClosedFormMedium& air = shafts.air();
@@ -13,9 +18,11 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const float length = w.hit.geometry[i] == trace::no_id ? infinity : w.hit.t[i];
   w.add_light(p, trace::no_id, w.beta[p] * air.emitted(ray, length));
   if (!w.points_found) {
-    const float begin = dot(ray.o - scene_.camera.position(), ray.d);
-    shafts.in_scattering({ray.d, begin, begin + length, w.camera.seed[p], w.camera.index[p]},
-                         [&](uint32_t light, const RGB& L) { w.add_light(p, light, w.beta[p] * L); });
+    shafts.in_scattering({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, &w.shafts,
+                         [&](uint32_t light, const RGB& L) {
+                           w.add_light(p, light, w.beta[p] * L);
+                           if (w.wants_air) w.air[p].airlight += w.beta[p] * L;
+                         });
   }
   if (!shafts.single()) {
     const uint64_t key = w.vertex_key(p, 0);
@@ -31,7 +38,9 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
       }
     }
   }
-  w.beta[p] *= air.transmittance(ray, length, 0);
+  const RGB through = air.transmittance(ray, length, 0);
+  w.beta[p] *= through;
+  if (w.wants_air) w.air[p].transmittance *= through;
   return !w.beta[p].is_black() && w.beta[p].is_finite();
 }
 

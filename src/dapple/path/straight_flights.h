@@ -21,6 +21,12 @@ class StraightFlights {
   }
   /// The light that reaches the path from this lamp along d belongs to the planes.
   bool owns(uint32_t light, const V3f& d) const { return shafts_->owns(light, d); }
+  /// What is left of the scene's lights where a straight ray scatters (ShaftLight::rest).
+  const emitters::LightSampler* rest() const { return shafts_->rest(); }
+  const emitters::Light& rest_of(uint32_t light) const { return shafts_->rest_of(light); }
+  /// With which a light was chosen where the path's ray left.
+  float light_probability(int p, uint32_t light, const PathWorkspace& w) const;
+  integrate::ShaftTables tables() const { return shafts_ ? shafts_->tables() : integrate::ShaftTables(); }
   /// Takes ray i to what it hit. False if nothing of it arrives.
   bool arrive(int i, PathWorkspace& w) const;
   /// Makes w.flight the scatterings that arrive() has kept, one a path: paths begin there.

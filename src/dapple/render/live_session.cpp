@@ -25,6 +25,7 @@ double seconds_since(std::chrono::steady_clock::time_point time) {
 void add_counts(const SessionResult& from, SessionResult* to) {
   to->rays += from.rays;
   to->stages += from.stages;
+  to->shafts += from.shafts;
   for (size_t c = 0; c < std::min(from.caches.size(), to->caches.size()); ++c)
     to->caches[c].counts += from.caches[c].counts;
 }

@@ -45,10 +45,11 @@ struct Pixel {
   int x, y;
 
   scene::Features seen() const { return film.features(x, y); }
+  scene::AirFeatures in_air() const { return film.air(x, y); }
   scene::CacheFeatures cache() const { return film.cache_features(x, y); }
 };
 
-enum class AovKind : uint8_t { features, film, cache };
+enum class AovKind : uint8_t { features, film, air, cache };
 
 /// A layer that --aov names.
 struct Aov {
@@ -88,6 +89,16 @@ const std::vector<Aov>& all_aovs() {
        {"shading_rate"},
        full,
        [](const Pixel& p, float* out) { *out = p.seen().grid.shading_rate; }},
+      {"airlight",
+       air,
+       {"airlight.R", "airlight.G", "airlight.B"},
+       {},
+       [](const Pixel& p, float* out) { put(p.in_air().airlight, out); }},
+      {"transmittance",
+       air,
+       {"transmittance.R", "transmittance.G", "transmittance.B"},
+       {},
+       [](const Pixel& p, float* out) { put(p.in_air().transmittance, out); }},
       {"cache_level",
        cache,
        {"cache_level.coarse", "cache_level.medium", "cache_level.fine", "cache_level.shaded"},
@@ -99,10 +110,10 @@ const std::vector<Aov>& all_aovs() {
   return aovs;
 }
 
-std::vector<std::string> names_of(bool of_cache) {
+std::vector<std::string> names_of(std::initializer_list<AovKind> kinds) {
   std::vector<std::string> names;
   for (const Aov& aov : all_aovs())
-    if ((aov.kind == AovKind::cache) == of_cache) names.push_back(aov.name);
+    if (std::find(kinds.begin(), kinds.end(), aov.kind) != kinds.end()) names.push_back(aov.name);
   return names;
 }
 
@@ -122,13 +133,23 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-  static const std::vector<std::string> names = names_of(false);
+  static const std::vector<std::string> names = names_of({AovKind::features, AovKind::film});
   return names;
 }
 
 const std::vector<std::string>& cache_aov_names() {
-  static const std::vector<std::string> names = names_of(true);
+  static const std::vector<std::string> names = names_of({AovKind::cache});
   return names;
+}
+
+const std::vector<std::string>& air_aov_names() {
+  static const std::vector<std::string> names = names_of({AovKind::air});
+  return names;
+}
+
+bool show_air(const std::vector<std::string>& aovs) {
+  const auto& names = air_aov_names();
+  return std::find_first_of(aovs.begin(), aovs.end(), names.begin(), names.end()) != aovs.end();
 }
 
 bool show_cache_use(const std::vector<std::string>& aovs) {
@@ -138,6 +159,7 @@ bool show_cache_use(const std::vector<std::string>& aovs) {
 
 std::vector<std::string> parse_aovs(const std::string& list) {
   std::vector<std::string> known = aov_names(), chosen;
+  known.insert(known.end(), air_aov_names().begin(), air_aov_names().end());
   known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {
     const size_t end = std::min(list.find(',', begin), list.size());

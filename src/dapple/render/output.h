@@ -13,13 +13,16 @@
 
 namespace dapple::render {
 
-/// Names that --aov takes, in the order they are written: those that "all" means, and those of the radiosity cache.
+/// Names that --aov takes, in the order they are written: those that "all" means, those of light shafts, and those of
+/// the radiosity cache.
 const std::vector<std::string>& aov_names();
+const std::vector<std::string>& air_aov_names();
 const std::vector<std::string>& cache_aov_names();
 
 /// Splits "albedo,normal" and checks each name. UsageError lists the legal names.
 std::vector<std::string> parse_aovs(const std::string& list);
 /// Whether these need Film::Settings::cache_use.
+bool show_air(const std::vector<std::string>& aovs);
 bool show_cache_use(const std::vector<std::string>& aovs);
 
 struct OutputSettings {

@@ -71,6 +71,7 @@ scene::Film Picture::make_film() const {
   s.features = names_any(asked_.aovs, false);
   s.light_groups = asked_.light_groups ? int(built_.scene->light_groups.names.size()) : 0;
   s.cache_use = request_.log_caches;
+  s.air = show_air(asked_.aovs);
   return scene::Film(s);
 }
 

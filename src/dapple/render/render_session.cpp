@@ -184,9 +184,11 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
   }
   if (interrupt || given_up) result.outcome = Outcome::interrupted;
   result.caches = integrator_.caches();
+  result.shaft_tables = integrator_.shaft_tables();
   for (const auto& w : pool.idle()) {
     result.rays += w->rays;
     result.stages += w->stages;
+    result.shafts += w->shafts;
     for (size_t c = 0; c < result.caches.size(); ++c) result.caches[c].counts += w->caches[c];
   }
   result.seconds = timer.seconds();

@@ -44,6 +44,8 @@ struct SessionResult {
   double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
   integrate::RayCounts rays;
   integrate::StageCounts stages;
+  integrate::ShaftCounts shafts;
+  integrate::ShaftTables shaft_tables;
   std::vector<integrate::CacheState> caches;
 };
 

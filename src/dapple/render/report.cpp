@@ -57,8 +57,18 @@ std::string RunReport::to_json() const {
   j["memory_bytes"] = {
       {"shapes", build_times->shape_bytes}, {"acceleration", scene->traced.acceleration_bytes()}, {"film", film_bytes}};
   const integrate::RayCounts& r = session.rays;
-  j["rays"] = {{"camera", r.camera},         {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
-               {"subsurface", r.subsurface}, {"link", r.link},     {"mask", r.mask}};
+  j["rays"] = {
+      {"camera", r.camera},         {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},
+      {"subsurface", r.subsurface}, {"link", r.link},     {"mask", r.mask},       {"shaft", session.shaft_tables.rays}};
+  if (const integrate::ShaftTables& t = session.shaft_tables; t.lights > 0)
+    j["shafts"] = {{"lights", t.lights},
+                   {"planes", t.planes},
+                   {"bins", t.bins},
+                   {"bytes", t.bytes},
+                   {"capacity_bytes", t.capacity_bytes},
+                   {"fill_seconds", t.fill_seconds},
+                   {"queries", session.shafts.queries},
+                   {"query_seconds", session.shafts.query_seconds}};
   for (int s = 0; s < shading::stage_count; ++s)
     j["shading_points"][shading::stage_names[size_t(s)]] = session.stages[shading::Stage(s)];
   j["shading_batches"] = session.stages.batches;

@@ -24,6 +24,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   if (settings.features) features_.resize(count);
   group_sums_.resize(count * size_t(settings.light_groups) * 3);
   if (settings.cache_use) cache_features_.resize(count);
+  if (settings.air) air_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups) {
@@ -67,6 +68,29 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     s.position[c] += w * kept(f.position[c], &s.dropped);
   }
   s.depth += w * kept(f.depth, &s.dropped);
+}
+
+void Film::add_air(int x, int y, float weight, const AirFeatures& air) {
+  if (air_.empty() || !air.airlight.is_finite() || !air.transmittance.is_finite()) return;
+  const RGB L = (settings_.white_balance ? (*settings_.white_balance)(air.airlight) : air.airlight) * settings_.scale;
+  AirSums& s = air_[index(x, y)];
+  for (int c = 0; c < 3; ++c) {
+    s.airlight[c] += double(weight) * double(L[c]);
+    s.transmittance[c] += double(weight) * double(air.transmittance[c]);
+  }
+  s.weight += double(weight);
+}
+
+AirFeatures Film::air(int x, int y) const {
+  AirFeatures air;
+  if (air_.empty()) return air;
+  const AirSums& s = air_[index(x, y)];
+  if (s.weight == 0) return air;
+  for (int c = 0; c < 3; ++c) {
+    air.airlight[c] = float(s.airlight[c] / s.weight);
+    air.transmittance[c] = float(s.transmittance[c] / s.weight);
+  }
+  return air;
 }
 
 RGB Film::pixel(int x, int y) const {
@@ -151,7 +175,7 @@ double Film::mean_samples() const {
 
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double) +
-         cache_features_.size() * sizeof(CacheFeatures);
+         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums);
 }
 
 }  // namespace dapple::scene

@@ -38,6 +38,12 @@ struct Features {
   GridFeatures grid;      ///< of the pixel's first sample
 };
 
+/// What the air does to a camera sample where scan planes tell it (light/shaft_light.h), for AOVs.
+struct AirFeatures {
+  RGB airlight;          ///< that suns and lamps send by one scattering, a part of the sample's radiance
+  RGB transmittance{1};  ///< of the way to what is seen
+};
+
 /// The image under way: weighted sums a pixel. Tiles touch disjoint pixels, so there is no lock; sums are taken in the
 /// order of samples, so they do not depend on how samples were divided into passes.
 class Film {
@@ -51,6 +57,7 @@ class Film {
     bool features = false;                   ///< keep AOVs
     int light_groups = 0;    ///< images beside the picture, one for each group of lights, whose sum it is
     bool cache_use = false;  ///< keep what the radiosity cache did
+    bool air = false;        ///< keep AirFeatures
   };
 
   Film() = default;
@@ -60,6 +67,9 @@ class Film {
   /// features that are not finite are counted and become 0. `groups`: the parts of L, as many as the settings say.
   void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {});
 
+  /// Of the camera sample of such a weight, once a sample, with Settings::air. Light is scaled as radiance is.
+  void add_air(int x, int y, float weight, const AirFeatures& air);
+
   const Settings& settings() const { return settings_; }
   int width() const { return settings_.crop.max.x - settings_.crop.min.x; }
   int height() const { return settings_.crop.max.y - settings_.crop.min.y; }
@@ -68,6 +78,7 @@ class Film {
   RGB variance(int x, int y) const;  ///< of the pixel's mean; samples taken as independent (an upper estimate)
   uint32_t samples(int x, int y) const;
   Features features(int x, int y) const;
+  AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
@@ -100,6 +111,9 @@ class Film {
     uint32_t dropped = 0;
     GridFeatures grid;
   };
+  struct AirSums {
+    double airlight[3] = {0, 0, 0}, transmittance[3] = {0, 0, 0}, weight = 0;
+  };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
   }
@@ -109,6 +123,7 @@ class Film {
   std::vector<FeatureSums> features_;
   std::vector<double> group_sums_;  ///< by pixel, group and channel
   std::vector<CacheFeatures> cache_features_;
+  std::vector<AirSums> air_;
 };
 
 }  // namespace dapple::scene
