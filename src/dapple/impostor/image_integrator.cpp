@@ -116,8 +116,7 @@ RGB ImageIntegrator::look_through_air(int lane, const scene::CameraRay& seen, fl
   if (!scene_.has_media()) return RGB(1);
   const light::ShaftLight& shafts = *settings_.rays.shafts;
   const CameraBatch& c = w.path->camera;
-  const float begin = dot(seen.ray.o - scene_.camera.position(), seen.ray.d);
-  shafts.in_scattering({seen.ray.d, begin, begin + length, c.seed[lane], c.index[lane]},
+  shafts.in_scattering({seen.ray.o, seen.ray.d, length, c.seed[lane], c.index[lane]}, &w.shafts,
                        [&](uint32_t, const RGB& L) { w.L[lane] += L * weight; });
   w.L[lane] += shafts.air().emitted(seen.ray, length) * weight;
   return shafts.air().transmittance(seen.ray, length, 0);
