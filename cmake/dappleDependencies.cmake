@@ -11,8 +11,8 @@ macro(dapple_find)
   set(CMAKE_MESSAGE_LOG_LEVEL ${dapple_log_level})
 endmacro()
 
-list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})  # FindOpenSubdiv.cmake, FindoneDNN.cmake
-set(dapple_packages Imath OpenImageIO OpenSubdiv embree TBB spdlog nlohmann_json ZLIB Eigen3 oneDNN assimp)
+list(APPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})  # FindBlosc.cmake, FindOpenSubdiv.cmake, FindoneDNN.cmake
+set(dapple_packages Imath OpenImageIO OpenSubdiv embree TBB spdlog nlohmann_json ZLIB Eigen3 oneDNN assimp Blosc)
 find_package(Threads ${dapple_find_options})
 dapple_find(Imath 3.1)
 dapple_find(OpenImageIO 2.4)
@@ -25,6 +25,7 @@ dapple_find(ZLIB)
 dapple_find(Eigen3)
 dapple_find(oneDNN 2.6)
 dapple_find(assimp 5.2)
+dapple_find(Blosc 1.21)
 
 # Debian's OpenImageIO names OpenCV's headers, which nothing here needs, even where they are not installed.
 if(OpenImageIO_FOUND)

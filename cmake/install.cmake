@@ -15,4 +15,4 @@ configure_package_config_file(cmake/dappleConfig.cmake.in dappleConfig.cmake INS
   NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file(dappleConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/dappleConfig.cmake ${PROJECT_BINARY_DIR}/dappleConfigVersion.cmake
-  cmake/dappleDependencies.cmake cmake/dapplePlugin.cmake cmake/FindOpenSubdiv.cmake cmake/FindoneDNN.cmake DESTINATION ${package_folder})
+  cmake/dappleDependencies.cmake cmake/dapplePlugin.cmake cmake/FindBlosc.cmake cmake/FindOpenSubdiv.cmake cmake/FindoneDNN.cmake DESTINATION ${package_folder})

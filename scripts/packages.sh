@@ -15,7 +15,8 @@ build_packages=(
   libcli11-dev        # command line
   libassimp-dev       # models of other programs
   libepoxy-dev libegl-dev libgl1-mesa-dri  # --device gl: OpenGL without a window; the last has a device by software
-  zlib1g-dev          # .pbrt.gz, .ply.gz
+  zlib1g-dev          # .pbrt.gz, .ply.gz, packed volumes
+  libblosc-dev        # packed volumes
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)  # import dapple.canopy; left out where they are absent
 test_packages=(libgtest-dev librapidcheck-dev)

@@ -10,8 +10,8 @@
 namespace dapple::build {
 
 /// A MakeNamedMedium directive, with pbrt-v4's parameters and units (docs/guide/lights.md). Types homogeneous,
-/// uniformgrid, rgbgrid and our own pattern; cloud and nanovdb become empty space, named as unsupported. Unknown types
-/// and presets, coefficients that are negative or not finite, and grids of the wrong size throw InputError; unused
+/// uniformgrid, rgbgrid, cloud, nanovdb and our own pattern and exponential. Unknown types and presets, coefficients
+/// that are negative or not finite, grids of the wrong size, and volumes that cannot be read throw InputError; unused
 /// parameters are reported. Never null.
 std::shared_ptr<const media::Medium> make_medium(const scenefile::MediumEntity& entity, const BuildContext& context,
                                                  const TextureLibrary& textures);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <string>
 #include <vector>
 
 #include "dapple/base/transform.h"
+#include "dapple/media/majorant_grid.h"
 #include "dapple/media/medium.h"
 #include "dapple/media/voxel_grid.h"
 
@@ -36,27 +36,20 @@ class GridMedium final : public Medium {
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   bool emits() const override { return !content_.emission.is_black(); }
-  uint64_t exhausted() const {
-    return exhausted_.load(std::memory_order_relaxed);
-  }  ///< rays given up on; they count as absorbed
-  std::vector<std::string> warnings() const override;
+  uint64_t exhausted() const { return given_up_.count(); }  ///< rays given up on; they count as absorbed
+  std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 
  private:
-  struct Point {
-    RGB sigma_a, sigma_s, emission;
-  };
-  class Walk;
-
   /// `p` in the unit cube that the box is.
-  Point at(const V3f& p) const;
+  MediumPoint at(const V3f& p) const;
+  MajorantWalk walk(const Ray& ray, float t_max) const;
   void build_majorants();
 
   Content content_;
   Transform world_to_medium_;
-  int majorants_x_ = 1, majorants_y_ = 1, majorants_z_ = 1;
-  std::vector<float> majorants_;  // of sigma_t, the largest channel, by coarse cell
+  MajorantGrid majorants_;
   std::string name_;
-  mutable std::atomic<uint64_t> exhausted_{0};
+  GivenUp given_up_;
 };
 
 }  // namespace dapple::media

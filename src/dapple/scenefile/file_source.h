@@ -24,6 +24,8 @@ class FileSource {
   FileSource& operator=(const FileSource&) = delete;
 
   std::string_view contents() const { return contents_; }
+  /// Whether contents() are the file's own pages, which the system reads again where they are dropped.
+  bool is_mapped() const { return mapping_ != nullptr; }
   /// Bytes on the disk.
   size_t stored_bytes() const { return mapped_bytes_; }
 
