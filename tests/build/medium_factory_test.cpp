@@ -2,12 +2,18 @@
 #include "dapple/build/medium_factory.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "dapple/base/hash.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/image/texture_system.h"
+#include "dapple/media/blackbody_table.h"
 #include "dapple/media/exponential_medium.h"
 #include "dapple/media/homogeneous_medium.h"
+#include "tests/support/nvdb_writer.h"
 
 namespace dapple::build {
 namespace {
@@ -142,10 +148,117 @@ TEST_F(MediumFactory, BadInputIsAnErrorWithItsPlace) {
   expect_error(R"(MakeNamedMedium "m" "string type" "rgbgrid" "rgb sigma_s" [ 1 1 1 ] "rgb Le" [ 1 1 1 ])", "sigma_a");
 }
 
-TEST_F(MediumFactory, StandInsAreNamedAndTransparent) {
-  const auto m = medium(R"(MakeNamedMedium "m" "string type" "nanovdb" "string filename" "a.nvdb")");
+/// A medium's file, gone after the test.
+class Volume {
+ public:
+  explicit Volume(const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+  ~Volume() { std::filesystem::remove(path); }
+  const std::string path = testing::TempDir() + "medium_factory_" + std::to_string(getpid()) + ".nvdb";
+};
+
+test::NvdbWriter bar(const std::string& name, float value) {
+  test::NvdbWriter w;
+  w.name = name;
+  for (int x = 0; x < 20; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z) w.set({x, y, z}, value);
+  w.matrix = {0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5};
+  return w;
+}
+
+// Twenty voxels half a unit apart, which the scene doubles: 19 units of density 2, and 1 where it falls to zero.
+TEST_F(MediumFactory, NanovdbAndItsPlace) {
+  for (const uint16_t codec : {0, 1, 2}) {
+    const Volume file(test::nvdb_file({bar("density", 2)}, codec));
+    const RGB d =
+        depth(R"(Translate 0 0 4 Scale 2 2 2 MakeNamedMedium "m" "string type" "nanovdb" "string filename" ")" +
+                  file.path + R"(" "rgb sigma_s" [ .1 .2 0 ] "rgb sigma_a" [ 0 0 .02 ] "float scale" .5)",
+              Ray{.o = V3f(-1, 1.5f, 5.5f), .d = V3f(1, 0, 0)}, 50);
+    EXPECT_NEAR(d.r, 0.05 * 2 * 19.5, 0.03);
+    EXPECT_NEAR(d.g, 0.1 * 2 * 19.5, 0.08);
+    EXPECT_NEAR(d.b, 0.01 * 2 * 19.5, 0.01);
+    EXPECT_TRUE(diagnostics_.messages().empty()) << diagnostics_.messages().front();
+  }
+}
+
+TEST_F(MediumFactory, NanovdbGlowsByItsTemperature) {
+  const Volume file(test::nvdb_file({bar("density", 1), bar("temperature", 1500), bar("heat", 2)}));
+  const auto glow = [&](const std::string& parameters) {
+    const auto m =
+        medium(R"(MakeNamedMedium "m" "string type" "nanovdb" "string filename" ")" + file.path + "\" " + parameters);
+    double sum = 0;
+    for (int i = 0; i < 4000; ++i)
+      sum += double(m->sample({.o = V3f(-1, 0.7f, 0.7f), .d = V3f(1, 0, 0)}, infinity, RGB(1), hash(i)).emitted.r);
+    EXPECT_EQ(m->emits(), sum > 0);
+    return sum / 4000;
+  };
+  const double whole = glow("");
+  EXPECT_GT(whole, 0);
+  EXPECT_NEAR(glow("\"float Lescale\" 3") / whole, 3, 0.1);
+  EXPECT_NEAR(glow("\"float LeScale\" 3") / whole, 3, 0.1);
+  EXPECT_NEAR(
+      glow(R"("string temperaturename" "heat" "float temperatureoffset" .5 "float temperaturescale" 1000)") / whole, 1,
+      0.1);
+  EXPECT_NEAR(
+      glow(R"("string temperaturename" "heat" "float temperaturecutoff" .5 "float temperaturescale" 1000)") / whole, 1,
+      0.1);
+  EXPECT_EQ(glow("\"float temperaturescale\" .05"), 0);
+  EXPECT_EQ(glow("\"float Lescale\" 0"), 0);
+  EXPECT_TRUE(diagnostics_.messages().empty()) << diagnostics_.messages().front();
+}
+
+TEST_F(MediumFactory, NanovdbThatCannotBeReadIsAnErrorWithItsPlace) {
+  const auto scene = [](const std::string& path, const std::string& more = "") {
+    return R"(MakeNamedMedium "m" "string type" "nanovdb" "string filename" ")" + path + "\" " + more;
+  };
+  expect_error(R"(MakeNamedMedium "m" "string type" "nanovdb")", "filename");
+  expect_error(scene("no-such-file.nvdb"), "cannot read");
+  const std::string good = test::nvdb_file({bar("density", 2)});
+  {
+    const Volume file("not a volume, but as long as a header");
+    expect_error(scene(file.path), "no NanoVDB file");
+  }
+  {
+    const Volume file(good.substr(0, good.size() / 2));
+    expect_error(scene(file.path), "bytes");
+  }
+  {
+    const Volume file(good);
+    expect_error(scene(file.path, "\"string gridname\" \"smoke\""), "no grid \"smoke\"; it has: density");
+    expect_error(scene(file.path, "\"string temperaturename\" \"heat\""), "no grid \"heat\"");
+    expect_error(scene(file.path, "\"float temperaturescale\" -1"), "negative");
+    expect_error(scene(file.path, "\"rgb sigma_s\" [ 3e38 0 0 ]"), "overflows");
+  }
+}
+
+TEST_F(MediumFactory, NanovdbSaysWhatItLeavesOut) {
+  test::NvdbWriter w = bar("density", 2);
+  w.set({3, 3, 3}, -1);
+  const Volume file(test::nvdb_file({w}));
+  medium(R"(MakeNamedMedium "m" "string type" "nanovdb" "string filename" ")" + file.path + "\"");
+  ASSERT_EQ(diagnostics_.messages().size(), 1u);
+  EXPECT_NE(diagnostics_.messages()[0].find("1 values of \"density\" are below zero"), std::string::npos);
+  const Volume nothing(test::nvdb_file({test::NvdbWriter()}));
+  const auto m = medium(R"(MakeNamedMedium "m" "string type" "nanovdb" "string filename" ")" + nothing.path + "\"");
   EXPECT_EQ(m->transmittance(along, infinity, 1), RGB(1));
-  EXPECT_EQ(diagnostics_.unsupported_features().size(), 1u);
+  EXPECT_NE(diagnostics_.messages()[1].find("no active voxel"), std::string::npos);
+}
+
+// One value for the whole box: emission over absorption is that of a black body of (3 - 1) 1000 K.
+TEST_F(MediumFactory, TemperatureOfAUniformGrid) {
+  const auto m = medium(R"(MakeNamedMedium "m" "string type" "uniformgrid" "float density" [ 1 1 1 1 1 1 1 1 ]
+"integer nx" 2 "integer ny" 2 "integer nz" 2 "float temperature" [ 3 3 3 3 3 3 3 3 ] "float temperatureoffset" 1
+"float temperaturescale" 1000 "rgb sigma_s" [ 0 0 0 ] "rgb sigma_a" [ .2 .2 .2 ])");
+  ASSERT_TRUE(m->emits());
+  // Across the flat middle only.
+  const Ray ray{.o = V3f(0.3f, 0.5f, 0.5f), .d = V3f(1, 0, 0)};
+  double sum = 0;
+  for (int i = 0; i < 100000; ++i) sum += double(m->sample(ray, 0.4f, RGB(1), hash(i)).emitted.luminance()) / 100000;
+  const double expected = double(media::BlackbodyTable(2000)(2000).luminance()) * (1 - std::exp(-0.2 * 0.4));
+  EXPECT_NEAR(sum / expected, 1, 0.02);
+  expect_error(
+      R"(MakeNamedMedium "m" "string type" "uniformgrid" "float density" [ 1 ] "float temperature" [ 3 ] "rgb Le" [ 1 1 1 ])",
+      "exclude");
 }
 
 // It is full at its bottom, all but .01 at y = .02 of 4: a ray along x passes 4 there.

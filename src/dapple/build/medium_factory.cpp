@@ -160,7 +160,7 @@ struct Lattice : Place {
   std::string count() const { return "nx * ny * nz = " + std::to_string(static_cast<long long>(double(nx) * ny * nz)); }
 };
 
-VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice) {
+VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const Lattice& lattice, float least = 0) {
   const std::span<const float> values = e.params.get_floats(name);
   if (values.empty()) return {};
   const FileLoc loc = place_of(e, name);
@@ -168,7 +168,7 @@ VoxelGrid<float> float_grid(const MediumEntity& e, std::string_view name, const 
     throw InputError(loc, "\"" + std::string(name) + "\" has " + std::to_string(values.size()) + " values; expected " +
                               lattice.count());
   for (const float v : values)
-    if (!(v >= 0) || !std::isfinite(v))
+    if (!(v >= least) || !std::isfinite(v))
       throw InputError(loc, "\"" + std::string(name) + "\" has a value that is negative or not finite");
   return {std::vector<float>(values.begin(), values.end()), lattice.nx, lattice.ny, lattice.nz};
 }
@@ -193,6 +193,11 @@ VoxelGrid<RGB> rgb_grid(const MediumEntity& e, std::string_view name, const Latt
   return {std::move(values), lattice.nx, lattice.ny, lattice.nz};
 }
 
+void set_temperature(const MediumEntity& e, float* offset, float* scale) {
+  *offset = e.params.get_float("temperatureoffset", e.params.get_float("temperaturecutoff", 0));
+  *scale = from_zero(e, "temperaturescale", 1);
+}
+
 MediumPtr make_uniform_grid(const MediumEntity& e, const BuildContext& context) {
   const Lattice lattice(e, context);
   const Coefficients c = coefficients(e, context);
@@ -201,9 +206,11 @@ MediumPtr make_uniform_grid(const MediumEntity& e, const BuildContext& context) 
   content.density = float_grid(e, "density", lattice);
   if (content.density.empty()) throw InputError(e.loc, "a uniformgrid medium needs \"float density\"");
   content.emission_scale = float_grid(e, "Lescale", lattice);
-  if (const Param* p = e.params.find("temperature")) {
-    context.diagnostics.unsupported(p->loc, "temperature of a medium", "a medium that does not glow");
-    e.params.find("temperatureoffset"), e.params.find("temperaturecutoff"), e.params.find("temperaturescale");
+  content.temperature = float_grid(e, "temperature", lattice, -infinity);
+  if (!content.temperature.empty()) {
+    if (e.params.find("Le"))
+      throw InputError(place_of(e, "temperature"), "\"temperature\" and \"Le\" of a medium exclude each other");
+    set_temperature(e, &content.temperature_offset, &content.temperature_scale);
   }
   return std::make_shared<GridMedium>(std::move(content), lattice.medium_to_world, phase_of(e), name_of(e));
 }
@@ -276,13 +283,6 @@ MediumPtr make_cloud(const MediumEntity& e, const BuildContext& context) {
   return std::make_shared<PatternMedium>(std::move(content), place.medium_to_world, phase_of(e), name_of(e));
 }
 
-void set_emission(const MediumEntity& e, media::SparseMedium::Content* content) {
-  content->temperature_offset = e.params.get_float("temperatureoffset", e.params.get_float("temperaturecutoff", 0));
-  content->temperature_scale = from_zero(e, "temperaturescale", 1);
-  // Spelled so by pbrt-v4's later versions and by its first.
-  content->emission_scale = from_zero(e, "Lescale", from_zero(e, "LeScale", 1));
-}
-
 MediumPtr make_nanovdb(const MediumEntity& e, const BuildContext& context) {
   const Param* file = e.params.find("filename");
   if (!file) throw InputError(e.loc, "a nanovdb medium needs \"string filename\"");
@@ -292,7 +292,9 @@ MediumPtr make_nanovdb(const MediumEntity& e, const BuildContext& context) {
   const Coefficients c = coefficients(e, context);
   media::SparseMedium::Content content;
   content.sigma_a = c.sigma_a, content.sigma_s = c.sigma_s;
-  set_emission(e, &content);
+  set_temperature(e, &content.temperature_offset, &content.temperature_scale);
+  // Spelled so by pbrt-v4's later versions and by its first.
+  content.emission_scale = from_zero(e, "Lescale", from_zero(e, "LeScale", 1));
   const Transform medium_to_world = still_transform(e, context, V3d(0, 0, 0));
   try {
     const scenefile::FileSource source(path, file->loc);

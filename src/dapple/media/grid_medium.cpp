@@ -18,6 +18,12 @@ V3f per_axis(const V3f& a, const V3f& b) {
 GridMedium::GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name)
     : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()), name_(std::move(name)) {
   build_majorants();
+  if (content_.temperature.empty()) return;
+  content_.emission = RGB(0);
+  float most = 0;
+  content_.temperature.visit_box(V3f(0, 0, 0), V3f(1, 1, 1), [&most](float v) { most = std::max(most, v); });
+  glow_.emplace((most - content_.temperature_offset) * content_.temperature_scale);
+  if (glow_->is_black()) glow_.reset();
 }
 
 MajorantWalk GridMedium::walk(const Ray& ray, float t_max) const {
@@ -32,6 +38,9 @@ MediumPoint GridMedium::at(const V3f& p) const {
   MediumPoint out{content_.sigma_a * density, content_.sigma_s * density, content_.emission};
   if (!content_.sigma_a_grid.empty()) out.sigma_a *= content_.sigma_a_grid.lookup(p);
   if (!content_.sigma_s_grid.empty()) out.sigma_s *= content_.sigma_s_grid.lookup(p);
+  if (glow_)
+    out.emission =
+        (*glow_)((content_.temperature.lookup(p) - content_.temperature_offset) * content_.temperature_scale);
   if (out.emission.is_black()) return out;
   if (!content_.emission_scale.empty()) out.emission *= content_.emission_scale.lookup(p);
   if (!content_.emission_rgb.empty()) out.emission *= content_.emission_rgb.lookup(p);

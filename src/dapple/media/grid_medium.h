@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dapple/base/transform.h"
+#include "dapple/media/blackbody_table.h"
 #include "dapple/media/majorant_grid.h"
 #include "dapple/media/medium.h"
 #include "dapple/media/voxel_grid.h"
@@ -28,6 +30,10 @@ class GridMedium final : public Medium {
     VoxelGrid<RGB> sigma_a_grid{}, sigma_s_grid{};
     VoxelGrid<float> emission_scale{};
     VoxelGrid<RGB> emission_rgb{};
+    /// Where given, black bodies of these glow in place of `emission`, times emission_scale; kelvin are
+    /// (temperature - offset) * scale, the scale from 0 upwards.
+    VoxelGrid<float> temperature{};
+    float temperature_offset = 0, temperature_scale = 1;
   };
 
   /// name: for reports, with its place.
@@ -35,7 +41,7 @@ class GridMedium final : public Medium {
 
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
-  bool emits() const override { return !content_.emission.is_black(); }
+  bool emits() const override { return glow_ || !content_.emission.is_black(); }
   uint64_t exhausted() const { return given_up_.count(); }  ///< rays given up on; they count as absorbed
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 
@@ -47,6 +53,7 @@ class GridMedium final : public Medium {
 
   Content content_;
   Transform world_to_medium_;
+  std::optional<BlackbodyTable> glow_;
   MajorantGrid majorants_;
   std::string name_;
   GivenUp given_up_;

@@ -111,7 +111,11 @@ std::vector<std::string> NvdbFile::names() const {
 
 SparseGrid NvdbFile::read(std::string_view name, NvdbValues values) const {
   const Entry* entry = find(name);
-  if (!entry) throw std::runtime_error("it has no grid \"" + std::string(name) + "\"");
+  if (!entry) {
+    std::string there;
+    for (const Entry& e : entries_) there += (there.empty() ? "" : ", ") + e.name;
+    throw std::runtime_error("it has no grid \"" + std::string(name) + "\"; it has: " + there.substr(0, 400));
+  }
   const auto tree = [&](std::string_view grid, bool may_release) {
     if (grid.size() < grid_header_size || !is_magic(grid, 0, "01"))
       throw std::runtime_error("does not begin as a grid of NanoVDB");
