@@ -108,6 +108,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"texture_missing.pbrt", "texture_missing.pbrt:7"},
         Refused{"resolution_zero.pbrt", "resolution_zero.pbrt:1"},
         Refused{"unterminated_string.pbrt", "unterminated_string.pbrt:7"},
+        Refused{"volume_truncated.pbrt", "volume_truncated.pbrt:7"},
+        Refused{"volume_garbage.pbrt", "volume_garbage.pbrt:7"}, Refused{"volume_huge.pbrt", "volume_huge.pbrt:7"},
         Refused{"ply_count_lie.pbrt", "count_lie.ply"}, Refused{"ply_not_ply.pbrt", "not_ply.ply:1"},
         Refused{"ply_ascii_words.pbrt", "ascii_words.ply:"}, Refused{"plugin_missing.pbrt", "plugin_missing.pbrt:7"},
         Refused{"plugin_not_elf.pbrt", "plugin_not_elf.pbrt:7"}, Refused{"plugin_device.pbrt", "plugin_device.pbrt:7"},

@@ -10,7 +10,7 @@
 namespace dapple::media {
 
 /// Radiance of black bodies as pbrt-v4's media have it: Planck's spectrum over its largest value at any wavelength, as
-/// pbrt-v4's default sensor sees it, whose response is not divided by its integral: 5000 K has a luminance near 100.
+/// pbrt-v4's default sensor sees it, whose response is not divided by its integral: 5000 K has a luminance of 105.
 /// Black up to 100 K. Interpolated between temperatures a fraction of a per cent apart: within .3 % from 800 K.
 class BlackbodyTable {
  public:
