@@ -177,8 +177,28 @@ TEST(BlackbodyTable, IsPlancksSpectrumAsTheSensorSeesIt) {
   EXPECT_TRUE(BlackbodyTable(-1e30f).is_black());
 }
 
-// Majorants hold, within blocks, over their borders and in tiles: null collisions of a bound that is too low would
-// give transmittances below zero, cut to it, and so too large.
+// Sheets one voxel thick reach one voxel to each side, over the borders of cells and blocks: cells that hold none of
+// their voxels need majorants as well.
+TEST(SparseMedium, MajorantsHoldBesideTheCellOfAVoxel) {
+  const Field sheets = [](int x, int y, int z) {
+    return x >= 0 && x <= 60 && x % 6 == 0 && std::min(y, z) >= 0 && std::max(y, z) < 3 ? 0.1 : 0.0;
+  };
+  NvdbWriter w;
+  for (int x = 0; x <= 60; ++x)
+    for (int y = 0; y < 3; ++y)
+      for (int z = 0; z < 3; ++z)
+        if (const double v = sheets(x, y, z); v > 0) w.set({x, y, z}, float(v));
+  SparseMedium::Content content;
+  content.sigma_a = RGB(0), content.sigma_s = RGB(1), content.density = read(w);
+  const SparseGrid grid = content.density;
+  const SparseMedium medium(std::move(content), Transform(), {});
+  const Ray ray{.o = V3f(-1, 1.2f, 0.7f), .d = V3f(1, 0, 0)};
+  const double expected = std::exp(-depth(sheets, grid, V3d(ray.o), V3d(1, 0, 0), 63));
+  test::Moments mean;
+  for (int n = 0; n < 200000; ++n) mean.add(medium.transmittance(ray, infinity, hash(n)).g);
+  EXPECT_GT(test::z_test(mean, expected, 1e-6), 0.01) << mean.mean() << " " << expected;
+}
+
 TEST(SparseMedium, TilesAndBackgroundCount) {
   NvdbWriter w;
   w.background = 0.01f;

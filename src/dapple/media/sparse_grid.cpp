@@ -25,14 +25,9 @@ SparseGrid::Place SparseGrid::find(int x, int y, int z) const {
            ((uint32_t(z) >> log) & mask);
   };
   uint32_t entry = root->entry;
-  if (entry & is_node)
-    entry = upper_[size_t(entry & ~is_node) * upper_size + child(upper_log - lower_log, lower_log)];
-  else
-    return {nullptr, tiles_[entry]};
-  if (entry & is_node)
-    entry = lower_[size_t(entry & ~is_node) * lower_size + child(lower_log - leaf_log, leaf_log)];
-  else
-    return {nullptr, tiles_[entry]};
+  if (entry & is_node) entry = upper_[size_t(entry & ~is_node) * upper_size + child(upper_log - lower_log, lower_log)];
+  if (!(entry & is_node)) return {nullptr, tiles_[entry]};
+  entry = lower_[size_t(entry & ~is_node) * lower_size + child(lower_log - leaf_log, leaf_log)];
   if (!(entry & is_node)) return {nullptr, tiles_[entry]};
   return {voxels_.data() + size_t(entry & ~is_node) * leaf_size, 0};
 }
