@@ -6,6 +6,7 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/depthimage/image_file.h"
+#include "dapple/light/shaft_builder.h"
 #include "tests/support/render_text.h"
 #include "tests/support/test_trees.h"
 
@@ -61,7 +62,7 @@ TEST(ImageIntegrator, HazeByScanPlanes) {
   std::vector<std::string> left;
   light::ShaftSettings single;
   single.single = true;
-  rays.shafts = light::ShaftLight::make(*built.scene, single, &why, &left);
+  rays.shafts = light::make_shaft_light(*built.scene, single, &why, &left);
   ASSERT_TRUE(rays.shafts) << why;
   const RGB reference = render_built(built, 64, rays).mean();
   const impostor::ImageIntegrator images(*built.scene, impostor::make_tree_images(*built.scene, {.resolution = 64}, {}),
