@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Library: media
-// Any bytes are grids whose values are finite, in memory in proportion to them, or an error. What does not begin as a
-// file is taken as edits of a good one, (place, value) of 4 and 8 bytes: its nodes are too large to be found by chance.
+// Any bytes are grids whose values are finite, in memory in proportion to them, and media of them; or an error. What
+// does not begin as a file is taken as edits of a good one, (place, value) of 4 and 8 bytes: its nodes are too large to
+// be found by chance.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "dapple/media/nvdb_file.h"
+#include "dapple/media/sparse_medium.h"
 #include "tests/support/nvdb_writer.h"
 
 namespace {
@@ -33,6 +36,16 @@ void read_all(std::string_view bytes) {
       for (int i = 0; i < 64; ++i) {
         const float v = grid.lookup(dapple::V3f(lo + (hi - lo) * (i / 63.0)));
         if (!std::isfinite(v) || v < 0) std::abort();
+      }
+      if (grid.active().empty()) continue;
+      SparseMedium::Content content;
+      content.density = grid;
+      const SparseMedium medium(std::move(content), dapple::Transform(), {});
+      const dapple::V3f middle((lo + hi) * 0.5);
+      for (int i = 0; i < 4; ++i) {
+        const dapple::Ray ray{.o = middle, .d = dapple::V3f(i & 1 ? 0.6f : -0.6f, i & 2 ? 0.8f : -0.8f, 0)};
+        const MediumSample sample = medium.sample(ray, dapple::infinity, dapple::RGB(1), uint64_t(i));
+        if (!sample.weight.is_finite() || !medium.transmittance(ray, 100, uint64_t(i)).is_finite()) std::abort();
       }
     }
   } catch (const std::runtime_error&) {
