@@ -43,7 +43,10 @@ struct Cached {
     p.radiosity = {cache, cache->answers()};
     return std::make_unique<path::PathIntegrator>(*built.scene, p);
   }
-  test::RenderedText render(const build::BuiltScene& built) const { return render_built(built, samples, *make(built)); }
+  test::RenderedText render(build::BuiltScene& built) const {
+    built.scene->film.light_groups = light_groups ? int(built.scene->light_groups.names.size()) : 0;
+    return render_built(built, samples, *make(built));
+  }
 };
 
 uint64_t lookups(const test::RenderedText& rendered, const std::string& name) {
@@ -55,7 +58,7 @@ uint64_t lookups(const test::RenderedText& rendered, const std::string& name) {
 
 TEST(PathAnswers, BringTheLightOfPaths) {
   for (const std::string& material : {std::string(R"(Material "diffuse" "rgb reflectance" [ .3 .5 .2 ])"), varnished}) {
-    const auto built = build_text(furnished_room(material));
+    auto built = build_text(furnished_room(material));
     for (const int bounces : {1, 3}) {
       const RGB expected = render_built(built, 512, test::bounces(bounces)).mean();
       const auto cached = Cached{.samples = 256, .bounces = bounces}.render(built);
@@ -69,14 +72,14 @@ TEST(PathAnswers, BringTheLightOfPaths) {
 }
 
 TEST(PathAnswers, SendFewerRaysThanPaths) {
-  const auto built = build_text(furnished_room(varnished));
+  auto built = build_text(furnished_room(varnished));
   const auto rays = [](const test::RenderedText& r) { return double(r.result.rays.total()); };
   EXPECT_LT(rays(Cached{.samples = 256, .bounces = 4}.render(built)),
             .9 * rays(render_built(built, 256, test::bounces(4))));
 }
 
 TEST(PathAnswers, AreTheSameForAnyNumberOfThreadsAndAnyCache) {
-  const auto built = build_text(furnished_room(varnished));
+  auto built = build_text(furnished_room(varnished));
   Cached settings{.bounces = 3};
   set_thread_count(1);
   const auto alone = settings.render(built);
@@ -98,9 +101,27 @@ TEST(PathAnswers, DoNotDependOnTheCrop) {
       for (int c = 0; c < 3; ++c) ASSERT_EQ(whole.film.pixel(x, y)[c], part.film.pixel(x, y)[c]) << x << ", " << y;
 }
 
+TEST(PathAnswers, BringThePartsOfLightGroups) {
+  auto built = build_text(furnished_room(
+      varnished +
+      "\nLightSource \"point\" \"rgb I\" [ 1 2 3 ] \"point3 from\" [ 1 -1 1.5 ] \"string group\" \"key\"\n"));
+  ASSERT_EQ(built.scene->light_groups.names.size(), 2u);
+  const auto whole = Cached{}.render(built), parts = Cached{.light_groups = true}.render(built);
+  EXPECT_TRUE(same_bits(whole.film, parts.film));
+  RGB key;
+  for (int y = 0; y < parts.film.height(); ++y)
+    for (int x = 0; x < parts.film.width(); ++x) {
+      const RGB sum = parts.film.light_group(x, y, 0) + parts.film.light_group(x, y, 1);
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(sum[c], parts.film.pixel(x, y)[c], 2e-4f * std::max(parts.film.pixel(x, y)[c], 0.01f));
+      key += parts.film.light_group(x, y, 1);
+    }
+  EXPECT_GT(key.min(), 0);
+}
+
 // What is shaded on grids, or counts metal as diffuse, is no path.
 TEST(PathAnswers, AreForWhatPathsCanTrace) {
-  const auto built = build_text(furnished_room(R"(Material "conductor" "float roughness" .3)"));
+  auto built = build_text(furnished_room(R"(Material "conductor" "float roughness" .3)"));
   DistributionIntegrator::Settings s;
   EXPECT_EQ(DistributionIntegrator(*built.scene, s).answers(), nullptr) << "on grids";
   s.visible_points = VisiblePoints::samples;
@@ -113,7 +134,7 @@ TEST(PathAnswers, AreForWhatPathsCanTrace) {
 }
 
 TEST(PathAnswers, AreReadByTheDefault) {
-  const auto built = build_text(furnished_room(varnished));
+  auto built = build_text(furnished_room(varnished));
   build::IntegratorRequest request;
   request.type = "distribution";
   request.radiosity_cache = true;

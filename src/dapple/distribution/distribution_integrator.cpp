@@ -92,17 +92,13 @@ std::vector<CacheState> DistributionIntegrator::caches() const {
   std::vector<CacheState> states;
   states.push_back(grids_.state());
   if (interpolator_) states.push_back(interpolator_->state());
-  const auto add = [&states](const char* name, const RadiosityCache& cache) {
-    for (int r = 0; r < resolution_count; ++r) {
-      states.push_back(cache.state(Resolution(r)));
-      states.back().name = std::string(name) + "." + std::string(resolution_names[size_t(r)]);
-    }
-  };
-  if (irradiance_) add("irradiance", *irradiance_);
+  for (int r = 0; irradiance_ && r < resolution_count; ++r) {
+    states.push_back(irradiance_->state(Resolution(r)));
+    states.back().name = "irradiance." + std::string(resolution_names[size_t(r)]);
+  }
   if (!radiosity_) return with_mask_state(std::move(states));
-  add("radiosity", *radiosity_);
-  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d)
-    states.push_back({.name = "radiosity.depth" + std::to_string(d), .has_memory = false});
+  for (CacheState& s : PathAnswers::states(*radiosity_, first_cached_depth(), settings_.shading.bounces))
+    states.push_back(std::move(s));
   return with_mask_state(std::move(states));
 }
 
@@ -159,9 +155,7 @@ void DistributionIntegrator::collect_counts(DistributionWorkspace& w) const {
   if (irradiance_)
     for (CacheCounts& c : w.shading.irradiance_caches.by_resolution) *to++ += std::exchange(c, {});
   if (!radiosity_) return;
-  for (CacheCounts& c : w.shading.caches.by_resolution) *to++ += std::exchange(c, {});
-  for (int d = first_cached_depth(); d <= settings_.shading.bounces; ++d)
-    *to++ += std::exchange(w.shading.caches.by_depth[size_t(d)], {});
+  PathAnswers::collect(w.shading.caches, first_cached_depth(), settings_.shading.bounces, to);
 }
 
 void DistributionIntegrator::shade_when_it_pays(DistributionWorkspace& w, scene::Film& film) const {
