@@ -3,29 +3,7 @@
 # Runs the check of header-and-source pairs on small trees, each with one fault, and demands that it finds the fault.
 cmake_policy(VERSION 3.25)
 
-# expect(text file content [file content ...]): a tree of these files, @ for semicolons, must fail with `text`, or pass where text is "ok".
-function(expect text)
-  file(REMOVE_RECURSE ${WORK})
-  set(arguments ${ARGN})
-  while(arguments)
-    list(POP_FRONT arguments file content)
-    string(REPLACE "@" ";" content "${content}")
-    file(WRITE ${WORK}/${file} "${content}")
-  endwhile()
-  execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${WORK} -P ${SCRIPT} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(text STREQUAL "ok")
-    if(NOT result EQUAL 0)
-      message(FATAL_ERROR "A good tree was refused:\n${output}")
-    endif()
-  elseif(result EQUAL 0)
-    message(FATAL_ERROR "Not found: ${text}\n${output}")
-  else()
-    string(FIND "${output}" "${text}" position)
-    if(position EQUAL -1)
-      message(FATAL_ERROR "Expected \"${text}\", got:\n${output}")
-    endif()
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/expect_fault.cmake)
 
 set(a_h "class A final : public Base {\n  class B@\n}@\nstruct C {\n}@\n")
 expect(ok src/dapple/geom/a.h "${a_h}" src/dapple/geom/a.cpp

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/path_answers.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "dapple/distribution/cache_numbers.h"
@@ -26,6 +27,7 @@ std::unique_ptr<integrate::RadiosityAnswers::Workspace> PathAnswers::make_worksp
 void PathAnswers::answer(DiffuseHits& hits, Workspace& workspace) const {
   ShadingWorkspace& w = static_cast<Scratch&>(workspace).shading;
   w.tracing.stop = workspace.stop;
+  std::fill_n(hits.known, hits.count, false);
   uint32_t depths = 0;  // a bit each
   for (int n = 0; n < hits.count; ++n) depths |= 1u << std::min(hits.depth[n], 31);
   for (int depth = 1; depth <= shading_.settings.bounces; ++depth)
