@@ -102,7 +102,8 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
       w.camera.generate(scene_, box, work.first_sample + i, sets);
       trace_camera_rays(w);
       for (int p = 0; p < w.path_count; ++p)
-        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p));
+        film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p),
+                 w.indirect[p]);
       for (int p = 0; p < w.path_count && w.wants_air; ++p)
         film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
@@ -239,7 +240,7 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   if (flights_.is_straight(p, w)) return flights_.arrive(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const media::MediumSample& s = w.flown[i];
-  w.add_light(p, no_id, w.beta[p] * s.emitted);
+  w.add_light(p, no_id, w.beta[p] * s.emitted, w.after_diffuse[p]);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
@@ -276,7 +277,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
                         emitters::light_pdf(drawn, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
-    w.add_light(p, index, w.beta[p] * Le * weight);
+    w.add_light(p, index, w.beta[p] * Le * weight, w.after_diffuse[p]);
   }
 }
 
@@ -290,7 +291,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
     const float pdf = flights_.light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
-  w.add_light(p, index, w.beta[p] * Le * weight);
+  w.add_light(p, index, w.beta[p] * Le * weight, w.after_diffuse[p]);
 }
 
 void PathIntegrator::prelight(PathWorkspace& w) const {
@@ -403,7 +404,8 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
       settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
   w.add_light(p, no_id,
               w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
-                                             : bsdf.albedo() * E.front * inv_pi));
+                                             : bsdf.albedo() * E.front * inv_pi),
+              true);
 }
 
 // Where a path ends: the canopy's light, and at some of these points that of one light.
@@ -460,6 +462,7 @@ bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
   const bool diffuse = lobe == Lobe::diffuse;
   ++w.scatterings[p];
   w.shafted[p] = 0;
+  w.after_diffuse[p] = w.diffuse_depth[p] > 0;
   const int depth = diffuse ? ++w.diffuse_depth[p] : ++w.specular_depth[p];
   w.last[p] = depth > (diffuse ? settings_.diffuse_bounces : settings_.specular_depth) ||
               w.scatterings[p] >= settings_.max_scatterings;
@@ -550,7 +553,7 @@ void PathIntegrator::trace_shadows(PathWorkspace& w) const {
   w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)
     if (!w.shadow_light[i].is_black())
-      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i]);
+      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i], w.shadow_indirect[i]);
 }
 
 }  // namespace dapple::path

@@ -52,6 +52,7 @@ class PathIntegrator final : public integrate::Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
+  bool tells_indirect() const override { return true; }
   integrate::ShaftTables shaft_tables() const override { return flights_.tables(); }
   bool ends_in_cache() const { return bool(ends_); }
   /// What the paths of Settings::learning_paths have learned; null: nothing.

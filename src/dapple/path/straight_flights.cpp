@@ -16,11 +16,11 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const int p = w.now->path[i];
   const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
   const float length = w.hit.geometry[i] == trace::no_id ? infinity : w.hit.t[i];
-  w.add_light(p, trace::no_id, w.beta[p] * air.emitted(ray, length));
+  w.add_light(p, trace::no_id, w.beta[p] * air.emitted(ray, length), false);
   if (!w.points_found) {
     shafts.in_scattering({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, &w.shafts,
                          [&](uint32_t light, const RGB& L) {
-                           w.add_light(p, light, w.beta[p] * L);
+                           w.add_light(p, light, w.beta[p] * L, false);
                            if (w.wants_air) w.air[p].airlight += w.beta[p] * L;
                          });
   }

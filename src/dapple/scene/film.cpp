@@ -25,9 +25,11 @@ Film::Film(const Settings& settings) : settings_(settings) {
   group_sums_.resize(count * size_t(settings.light_groups) * 3);
   if (settings.cache_use) cache_features_.resize(count);
   if (settings.air) air_.resize(count);
+  if (settings.indirect) indirect_.resize(count);
 }
 
-void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups) {
+void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups,
+               const RGB& indirect) {
   Pixel& p = pixels_[index(x, y)];
   ++p.samples;
   RGB L = radiance;
@@ -36,6 +38,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     ++p.dropped;
     L = RGB();
     groups = {};
+    scale = 0;
   }
   if (settings_.white_balance) L = (*settings_.white_balance)(L);
   L *= scale;
@@ -54,6 +57,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
       group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] +=
           double(weight) * double(part[c] * scale);
   }
+  if (!indirect_.empty() && scale > 0) indirect_[index(x, y)] += indirect * (weight * scale);
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
@@ -138,6 +142,14 @@ RGB Film::light_group(int x, int y, int group) const {
   return weight == 0 ? RGB() : RGB(float(sum[0] / weight), float(sum[1] / weight), float(sum[2] / weight));
 }
 
+RGB Film::indirect(int x, int y) const {
+  const double weight = pixels_[index(x, y)].weight;
+  if (weight == 0) return RGB();
+  const RGB& sum = indirect_[index(x, y)];
+  const RGB mean(float(double(sum.r) / weight), float(double(sum.g) / weight), float(double(sum.b) / weight));
+  return settings_.white_balance ? (*settings_.white_balance)(mean) : mean;
+}
+
 Film::Noise Film::noise(const Box2i& pixels) const {
   Noise sum;
   double n = 0;
@@ -175,7 +187,8 @@ double Film::mean_samples() const {
 
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double) +
-         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums);
+         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) +
+         indirect_.size() * sizeof(RGB);
 }
 
 }  // namespace dapple::scene

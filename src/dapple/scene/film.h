@@ -58,6 +58,7 @@ class Film {
     int light_groups = 0;    ///< images beside the picture, one for each group of lights, whose sum it is
     bool cache_use = false;  ///< keep what the radiosity cache did
     bool air = false;        ///< keep AirFeatures
+    bool indirect = false;   ///< keep the part of radiance that is indirect light
   };
 
   Film() = default;
@@ -65,7 +66,9 @@ class Film {
 
   /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped; numbers of
   /// features that are not finite are counted and become 0. `groups`: the parts of L, as many as the settings say.
-  void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {});
+  /// `indirect`: the part of L that a diffuse scattering sent on to where it was scattered again.
+  void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {},
+           const RGB& indirect = {});
 
   /// Of the camera sample of such a weight, once a sample, with Settings::air. Light is scaled as radiance is.
   void add_air(int x, int y, float weight, const AirFeatures& air);
@@ -80,6 +83,7 @@ class Film {
   Features features(int x, int y) const;
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
+  RGB indirect(int x, int y) const;  ///< with Settings::indirect
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
@@ -124,6 +128,7 @@ class Film {
   std::vector<double> group_sums_;  ///< by pixel, group and channel
   std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
+  std::vector<RGB> indirect_;  ///< sums, before white balance
 };
 
 }  // namespace dapple::scene
