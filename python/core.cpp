@@ -330,6 +330,12 @@ class PyLiveSession {
         .share();
   }
 
+  std::shared_future<void> gain(const std::string& group, const std::array<double, 3>& gain) {
+    check_open();
+    const py::gil_scoped_release release;
+    return session_->gain(group, gain).share();
+  }
+
   void check_open() const {
     if (!session_) throw SceneError(SceneError::Kind::usage, "the session is closed");
   }
@@ -383,6 +389,7 @@ void add_live_session(py::module_& m) {
   py::class_<PyLiveSession>(m, "LiveSession")
       .def(py::init<Scene&, const py::dict&>())
       .def("edit", &PyLiveSession::edit)
+      .def("gain", &PyLiveSession::gain)
       .def("frame", &PyLiveSession::frame)
       .def("wait", &PyLiveSession::wait)
       .def("write", &PyLiveSession::write)

@@ -58,7 +58,8 @@ void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& i
   try {
     const StopToken stop(interrupted);
     stop.check();
-    output->denoised = (*denoiser_)(film, output->features ? &*output->features : nullptr, stop);
+    output->denoised =
+        (*denoiser_)(film, output->features ? &*output->features : nullptr, int(output->light_groups.size()), stop);
     const bool crop = film.settings().crop != Box2i(V2i(0, 0), film.settings().resolution);
     say("by " + denoiser_->description() +
         (crop ? "; a crop by itself, so that it may differ from the whole image" : ""));

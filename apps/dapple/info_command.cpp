@@ -74,7 +74,7 @@ void show_names(scenefile::SceneDescription* description, bool all) {
   constexpr size_t most = 12;
   scenefile::SceneEditor editor(description);
   using enum scenefile::EditTarget;
-  for (const auto target : {light, shape, object, material, texture, medium}) {
+  for (const auto target : {light, shape, object, material, texture, medium, group}) {
     const std::vector<std::string> names = editor.names(target);
     std::string text;
     for (size_t i = 0; i < names.size() && (all || i < most); ++i) text += (i > 0 ? ", " : "") + names[i];

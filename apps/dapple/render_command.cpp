@@ -11,8 +11,10 @@
 #include "dapple/build/scene_builder.h"
 #include "dapple/media/medium.h"
 #include "dapple/path/path_integrator.h"
+#include "dapple/render/gains.h"
 #include "dapple/render/output.h"
 #include "dapple/render/report.h"
+#include "dapple/render/tev_display.h"
 #include "dapple/render/watched_scene.h"
 #include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
@@ -178,6 +180,7 @@ bool keeps_features(const std::vector<std::string>& aovs) {
 build::BuildOptions build_options(const RenderOptions& o) {
   build::BuildOptions options;
   options.keep_going = o.keep_going;
+  options.gains = gains(o.gains);
   if (!o.resolution.empty()) options.film.resolution = resolution("--resolution", o.resolution);
   if (!o.crop.empty()) options.film.crop = crop("--crop", o.crop);
   options.model = model_options(o.model, o.scene);
@@ -194,7 +197,9 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
     warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
-  request.light_groups = o.light_groups;
+  const scene::LightGroups& groups = built.scene->light_groups;
+  render::check_gains(*built.scene, groups.gains, {request, aovs, o.noise_target});
+  request.light_groups = o.light_groups || groups.has_gains();
   return request;
 }
 
@@ -202,7 +207,7 @@ scene::Film::Settings film_settings(const scene::Scene& scene, const build::Inte
                                     const render::OutputSettings& output) {
   scene::Film::Settings s = scene.film;
   s.features = keeps_features(output.aovs);
-  s.light_groups = int(output.light_groups.size());
+  s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
   s.cache_use = request.log_caches;
   s.air = render::show_air(output.aovs);
   return s;
@@ -223,6 +228,40 @@ std::string summary_of(const std::vector<std::string>& paths, const scene::Film&
          " with loading)";
 }
 
+/// Shows a film in a viewer now and then while it is rendered, and what became of it.
+class Viewer {
+ public:
+  Viewer(const std::string& where, const std::string& name) {
+    if (!where.empty()) display_.emplace(render::TevAddress(where), name);
+  }
+  void follow(render::RenderSession& session, const scene::Film& film, const render::OutputSettings& output) {
+    if (!display_) return;
+    render::OutputSettings without_loops = output;
+    without_loops.loops = false;
+    session.on_pause({[this] { return clock_.seconds() > due_ && display_->is_open(); },
+                      [this, &film, without_loops]() -> std::function<void()> {
+                        auto picture = std::make_shared<image::OutputImage>(render::make_output(film, without_loops));
+                        return [this, picture] { show(*picture); };
+                      }});
+  }
+  void show(const render::OutputSettings& output, const scene::Film& film) {
+    if (display_) display_->show(render::make_output(film, output));
+  }
+
+ private:
+  // At most a tenth of one thread's time.
+  void show(const image::OutputImage& picture) {
+    const double begin = clock_.seconds();
+    display_->show(picture);
+    const double end = clock_.seconds();
+    due_ = end + std::max(0.25, 10 * (end - begin));
+  }
+
+  std::optional<render::TevDisplay> display_;
+  const Timer clock_;
+  std::atomic<double> due_{0};
+};
+
 // What stays from picture to picture of a watched scene.
 struct Job {
   const RenderOptions& o;
@@ -231,6 +270,7 @@ struct Job {
   OutputFiles& outputs;
   Diagnostics& diagnostics;
   std::vector<std::string> paths;
+  Viewer viewer;
 };
 
 ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
@@ -263,9 +303,11 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
 
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
   scene::Film film(film_settings(*built.scene, request, output));
+  if (request.light_groups) film.set_gains(built.scene->light_groups.gains);
 
   interrupts.begin_rendering();
   render::RenderSession session(*integrator, film, rules);
+  job.viewer.follow(session, film, output);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
   render::SessionResult result = session.run(interrupts.flag(), interrupts.abandon());
@@ -274,6 +316,7 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
   denoising.denoise(film, interrupts.flag(), &output);
+  job.viewer.show(output, film);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
   if (is_partial && result.samples == 0) keep_older_images(o, built, job.outputs, &paths);
   std::vector<std::string> files = paths;
@@ -347,7 +390,8 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   else
     loaded.emplace(build::load_scene(o.scene, build_options(o), diagnostics));
   build::BuiltScene& built = watched ? watched->built() : *loaded;
-  Job job{o, command_line, interrupts, outputs, diagnostics, output_paths(o, built, diagnostics)};
+  std::vector<std::string> paths = output_paths(o, built, diagnostics);
+  Job job{o, command_line, interrupts, outputs, diagnostics, paths, {o.tev, paths[0]}};
   if (o.outputs.empty()) outputs.add_image_of_scene(job.paths[0], built.film.place);
   const ExitCode code = render_picture(job, built, wall);
   if (!watched || code == ExitCode::interrupted) return static_cast<int>(code);

@@ -10,6 +10,7 @@
 #include "dapple/build/camera_factory.h"
 #include "dapple/image/image_writer.h"
 #include "dapple/render/output.h"
+#include "dapple/render/tev_display.h"
 #include "option_values.h"
 
 namespace dapple::app {
@@ -184,6 +185,20 @@ image::DisplayView display_view(const RenderOptions& o) {
   return view;
 }
 
+std::vector<build::GainOverride> gains(const std::vector<std::string>& texts) {
+  std::vector<build::GainOverride> gains;
+  for (const std::string& text : texts) {
+    const size_t at = text.find('=');
+    const std::string group = text.substr(0, at), value = at == std::string::npos ? "" : text.substr(at + 1);
+    const size_t count = std::count(value.begin(), value.end(), ',') == 2 ? 3 : 1;
+    const std::vector<double> n =
+        numbers_of("--gain", value, count, "GROUP=NUMBER or GROUP=R,G,B, such as key=2 or key=2,1,.5");
+    for (const double v : n) check_range("--gain", v, 0, build::most_gain, "");
+    gains.push_back({group, RGB(float(n[0]), float(n[n.size() / 2]), float(n[n.size() - 1]))});
+  }
+  return gains;
+}
+
 void check_render_options(const RenderOptions& o) {
   display_view(o);
   if (o.pixel_samples < 0 || o.pixel_samples > build::max_pixel_samples)
@@ -197,6 +212,7 @@ void check_render_options(const RenderOptions& o) {
                                     {"--time-limit", o.time_limit},
                                     {"--noise-target", o.noise_target}})
     if (std::isnan(value)) throw UsageError(std::string(name) + " is not a number");  // ranges let it through
+  if (!o.tev.empty()) render::TevAddress check(o.tev);
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   render::parse_aovs(o.aovs);
   if (!o.compression.empty()) image::check_compression(o.compression);
@@ -358,6 +374,10 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
   app.add_flag("--light-groups", o.light_groups,
                "path, distribution: a further layer of an EXR, light.GROUP, for each group of lights, that adds up to "
                "the image [none]");
+  app.add_option("--gain", o.gains,
+                 "path, distribution: GROUP=NUMBER or GROUP=R,G,B, a factor on what a group of lights gives the image; "
+                 "may be given again [the scene's, else 1]")
+      ->allow_extra_args(false);
   app.add_option(
          "--show-cache", o.show_cache,
          "distribution: a picture of the radiosity cache in place of the image: level, age, fills, reuse [none]")
@@ -384,7 +404,14 @@ void add_file_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--exposure", o.exposure,
                  "Stops by which PNG and JPEG are brighter than the image; auto: its middle becomes grey [0]");
   app.add_option("--view", o.view, "View for PNG and JPEG: filmic, or one of OpenColorIO [plain sRGB]");
-  app.add_option("--display", o.display, "OpenColorIO display for PNG and JPEG [the configuration's default]");
+  app.add_option_function<std::vector<std::string>>(
+         "--display",
+         [&o](const std::vector<std::string>& all) {
+           for (const std::string& display : all) (render::TevAddress::is_meant(display) ? o.tev : o.display) = display;
+         },
+         "tev, tev:HOST or tev:HOST:PORT: the viewer that shows the image while it is rendered [127.0.0.1:14158]; else "
+         "OpenColorIO display for PNG and JPEG [the configuration's default]; may be given again")
+      ->allow_extra_args(false);
   app.add_option("--ocio", o.ocio, "OpenColorIO configuration file [$OCIO]");
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dapple/build/integrator_factory.h"
+#include "dapple/build/light_group_factory.h"
 #include "dapple/image/image_writer.h"
 #include "model_options.h"
 
@@ -14,10 +15,10 @@ namespace dapple::app {
 
 /// What the command line of `dapple render` says. Empty strings, and numbers that no option takes: nothing.
 struct RenderOptions {
-  std::vector<std::string> outputs;
+  std::vector<std::string> outputs, gains;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, visible_points, light_learning, crop, resolution, aovs, stats, view,
-      display, ocio, compression, exposure;
+      display, ocio, compression, exposure, tev;
   int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0,
       pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;
@@ -34,6 +35,9 @@ struct RenderOptions {
 };
 
 void add_render_options(CLI::App& app, RenderOptions& o);
+
+/// What --gain says, GROUP=NUMBER or GROUP=R,G,B each. UsageError.
+std::vector<build::GainOverride> gains(const std::vector<std::string>& texts);
 
 /// UsageError for numbers that are none or out of range, options that exclude each other, and unknown AOVs.
 void check_render_options(const RenderOptions& o);

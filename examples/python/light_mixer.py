@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A light mixer: renders a scene once, with each group of lights as a layer, and makes a strip of pictures by weights.
+"""A light mixer: renders a scene once, and makes a strip of pictures by gains of its groups of lights, for which nothing
+is traced: the scene as it is, then each group in front of the others.
 
     light_mixer.py scenes/lamps/lamps.pbrt -o strip.png
 """
@@ -23,13 +24,19 @@ lights = list(scene.lights.values())
 if len(scene.lights) > 1 and not any(hasattr(light, "group") for light in lights):
     for k, light in enumerate(lights):  # the scene has no groups: its lights in up to four
         light["string group"] = f"part{k * min(len(lights), 4) // len(lights) + 1}"
-session = dapple.Session(scene, preset="preview", pixel_samples=options.samples, light_groups=True, denoise=True,
-                         resolution=tuple(int(n) for n in options.resolution.split("x")))
-whole = session.render()
-groups = {name: layer for name, layer in session.aovs.items() if name.startswith("light.") and layer.any()}
-np.testing.assert_allclose(sum(groups.values()), whole, rtol=1e-3, atol=1e-4)  # light is linear
-
-# The picture, then each group alone with the rest at a tenth.
-strip = [whole] + [layer + 0.1 * (whole - layer) for layer in groups.values()]
+session = dapple.LiveSession(scene, preset="preview", pixel_samples=options.samples, denoise=True,
+                             resolution=tuple(int(n) for n in options.resolution.split("x")))
+whole = session.wait()
+strip, names = [whole.image], []
+for group in session.gains if len(session.gains) > 1 else []:
+    for other in session.gains:
+        session.gains[other] = 1 if other == group else 0.1
+    mixed = session.wait()
+    assert mixed.statistics["rays"] == 0  # light is linear
+    if np.allclose(mixed.image, 0.1 * whole.image, rtol=0.1, atol=1e-4):
+        continue  # no light of this group is seen
+    strip.append(mixed.image)
+    names.append(group)
+session.close()
 dapple.write(options.output, np.concatenate(strip, axis=1))
-print(f"{options.output}: as it is, then " + ", ".join(name.removeprefix("light.") for name in groups))
+print(f"{options.output}: as it is, then " + ", ".join(names))

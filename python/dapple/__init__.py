@@ -10,9 +10,9 @@
 """
 from . import _core
 from ._core import SceneError, set_threads
-from ._scene import (Item, Items, LiveFrame, LiveSession, Scene, Session, denoise, load, look_at, parse, read, read_layers, rotate, scale, translate,
+from ._scene import (Gains, Item, Items, LiveFrame, LiveSession, Scene, Session, denoise, load, look_at, parse, read, read_layers, rotate, scale, translate,
                      write)
 
 __version__ = _core.version()
-__all__ = ["Item", "Items", "LiveFrame", "LiveSession", "Scene", "SceneError", "Session", "denoise", "load", "look_at", "parse", "read", "read_layers",
+__all__ = ["Gains", "Item", "Items", "LiveFrame", "LiveSession", "Scene", "SceneError", "Session", "denoise", "load", "look_at", "parse", "read", "read_layers",
            "rotate", "scale", "set_threads", "translate", "write"]

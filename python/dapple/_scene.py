@@ -6,7 +6,7 @@ import atexit
 import math
 import os
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
 
 import numpy as np
@@ -168,6 +168,45 @@ class Items(Mapping[str, Item]):
         return len(self._scene.names(self._target))
 
 
+def _gain(value: ArrayLike) -> list[float]:
+    gain = np.broadcast_to(np.asarray(value, dtype=float), 3)
+    return [float(x) for x in gain]
+
+
+class Gains(MutableMapping[str, NDArray[np.float64]]):
+    """Factors on what each group of lights (`"string group"`) gives pictures: `gains["key"] = 2` or `= 2, 1, .5`. Read,
+    they are arrays of three. None is ever taken out."""
+
+    def __init__(self, names: Callable[[], Iterable[str]], get: Callable[[str], ArrayLike],
+                 put: Callable[[str, list[float]], object]) -> None:
+        self._names, self._get, self._put = names, get, put
+
+    def __getitem__(self, group: str) -> NDArray[np.float64]:
+        if group not in list(self._names()):
+            raise KeyError(group)
+        return np.array(_gain(self._get(group)))
+
+    def __setitem__(self, group: str, gain: ArrayLike) -> None:
+        self._put(group, _gain(gain))
+
+    def __delitem__(self, group: str) -> None:
+        raise TypeError("a gain is not taken out; set it to 1")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names())
+
+    def __len__(self) -> int:
+        return len(list(self._names()))
+
+
+def _gains_of(scene: _core.Scene) -> Gains:
+    def get(group: str) -> ArrayLike:
+        found = scene.parameter("group", group, "gain")
+        return 1.0 if found is None else found[1]
+
+    return Gains(lambda: scene.names("group"), get, lambda group, gain: scene.edit("group", group, {"rgb gain": gain}))
+
+
 class Scene:
     """A scene that can be made, edited and rendered. `dapple.load()` reads one; `Scene()` is empty."""
 
@@ -178,6 +217,7 @@ class Scene:
             setattr(self, plural, Items(self._core, target))
         for target in ("camera", "film", "integrator", "sampler"):
             setattr(self, target, Item(self._core, target, ""))
+        self.gains = _gains_of(self._core)
 
     lights: Items
     shapes: Items
@@ -185,6 +225,7 @@ class Scene:
     materials: Items
     textures: Items
     media: Items
+    gains: Gains
     camera: Item
     film: Item
     integrator: Item
@@ -277,6 +318,11 @@ class Session:
         return self._layers[""]
 
     @property
+    def gains(self) -> Gains:
+        """Those of the scene: they count from the next render()."""
+        return self.scene.gains
+
+    @property
     def aovs(self) -> dict[str, Image]:
         """All layers of the last rendering but the picture, H x W x C each, by their names ("albedo", "light.key")."""
         return {name: layer for name, layer in self._layers.items() if name}
@@ -318,18 +364,38 @@ class LiveSession:
 
         live = dapple.LiveSession(scene, preset="draft")
         live.edit(lambda scene: scene.camera.edit(fov=35))
+        live.gains["key"] = 2
         image = live.wait().image"""
 
     def __init__(self, scene: Scene, **options: Any) -> None:
         """Options as of Session, but progress."""
         session = Session(scene, **options)
+        self._known_gains: dict[str, ArrayLike] = dict(scene.gains)
         self._core = _core.LiveSession(scene._core, session._options)
         _open_sessions.add(self)
 
     def edit(self, change: Callable[[Scene], object]) -> _core.Edit:
         """A transaction: `change` is called soon, on the session's thread, with the scene; all of it counts or nothing.
         `.result()` of what is returned waits until the scene is built, and raises its error."""
-        return self._core.edit(lambda core: change(Scene(core)))
+
+        def changed(core: _core.Scene) -> None:
+            scene = Scene(core)
+            change(scene)
+            self._known_gains = dict(scene.gains)
+
+        return self._core.edit(changed)
+
+    @property
+    def gains(self) -> Gains:
+        """Of light groups. One that is set shows at once, in frames of what has been sampled: nothing is traced for it."""
+
+        def put(group: str, gain: list[float]) -> None:
+            if group not in self._known_gains:
+                raise KeyError(group)
+            self._core.gain(group, gain)
+            self._known_gains[group] = gain
+
+        return Gains(lambda: self._known_gains, lambda group: self._known_gains[group], put)
 
     def frame(self) -> Optional[LiveFrame]:
         """The latest; None before the first."""

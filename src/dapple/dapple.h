@@ -21,7 +21,7 @@
 
 /// Semantic version of this header alone.
 #define DAPPLE_API_MAJOR 0
-#define DAPPLE_API_MINOR 1
+#define DAPPLE_API_MINOR 2
 #define DAPPLE_API_PATCH 0
 
 // The CMake package says where the denoiser's weights were installed; else they are looked for above the program.
@@ -192,10 +192,12 @@ class Scene {
   /// Directives of the scene language, as if they stood at the end of the file.
   void add(std::string_view directives);
 
-  // Edits: target "light", "shape", "object", "material", "texture", "medium" with a name; "camera", "film",
+  // Edits: target "light", "shape", "object", "material", "texture", "medium", "group" with a name; "camera", "film",
   // "integrator", "sampler" with an empty one (docs/guide/scenes.md, Edits).
   void edit(const std::string& target, const std::string& name, const Params& params);
   void remove(const std::string& target, const std::string& name);
+  /// A factor, by channel, on what a group of lights gives pictures.
+  void gain(const std::string& group, const std::array<double, 3>& gain);
   /// Surfaces stay diced for the camera as it is now, so that camera edits keep what is built.
   void dicing_camera();
 
@@ -232,7 +234,7 @@ struct LiveFrame {
 /// that say so, and may come from any thread.
 class LiveSession {
  public:
-  /// `on_frame` is called with each frame on the session's thread, which waits for it.
+  /// `on_frame` is called with each frame, one after the other, on threads of the session, which wait for it.
   explicit LiveSession(Scene scene, const RenderOptions& options = {},
                        std::function<void(const LiveFrame&)> on_frame = {});
   ~LiveSession();
@@ -243,6 +245,8 @@ class LiveSession {
   std::future<void> edit(std::function<void(Scene&)> change);
   std::future<void> edit(const std::string& target, const std::string& name, const Params& params);
   std::future<void> remove(const std::string& target, const std::string& name);
+  /// Scene::gain(), which lets rendering go on: what was sampled is summed again.
+  std::future<void> gain(const std::string& group, const std::array<double, 3>& gain);
 
   std::optional<LiveFrame> frame() const;  ///< the latest; empty before the first
   /// Waits for the settled picture of all edits so far; empty after `seconds`. SceneError if there is none: the scene

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene that was changed, whatever was kept of what had been built, renders as one that is read with its changes.
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "tests/api/support.h"
 
@@ -153,6 +155,58 @@ TEST(EditedScenes, RandomSequences) {
       if (step % 2) scene.render();
     }
     expect_same(scene.render(), fresh(scene));
+  }
+}
+
+// Right and wrong ones in a live session, in bursts and transactions, at any moment of rendering; every hundredth time
+// it settles and is compared. DAPPLE_TEST_EDITS: how many.
+TEST(EditedScenes, RandomEditsOfSessions) {
+  const char* const asked = std::getenv("DAPPLE_TEST_EDITS");
+  const int count = asked ? std::atoi(asked) : 300;
+  auto all = edits();
+  for (const char* group : {"default", "key"})
+    all.emplace_back(group, [group](Scene& s) { s.gain(group, {.5, 1.5, 2}); });
+  const std::vector<Edit> wrong = {[](Scene& s) { s.edit("light", "none", {}); },
+                                   [](Scene& s) {
+                                     s.edit("camera", "", {{"float fov", 300}});
+                                   },
+                                   [](Scene& s) {
+                                     s.edit("light", "sky", {{"string filename", "none.exr"}});
+                                   },
+                                   [](Scene& s) {
+                                     s.gain("key", {-1, 0, 0});
+                                   },
+                                   [](Scene& s) {
+                                     s.edit("shape", "ball", {{"string radius", "x"}});
+                                   }};
+  std::mt19937 random(7);
+  RenderOptions o;
+  o.width = 24, o.height = 18, o.pixel_samples = 2, o.denoise = false, o.cache_mb = 1;
+  for (int done = 0; done < count;) {
+    Scene scene = Scene::parse(room);
+    scene.edit("light", "key", {{"string group", "key"}});
+    LiveSession session(std::move(scene), o);
+    for (int i = 0; i < 100; ++i, ++done) {
+      const auto pick = [&] { return all[random() % all.size()].second; };
+      const uint32_t kind = random() % 8;
+      if (kind == 0)
+        session.edit(wrong[random() % wrong.size()]);
+      else if (kind == 1)
+        session.edit([first = pick(), second = pick()](Scene& s) { first(s), second(s); });
+      else if (kind == 2)
+        session.gain("key", {.01 * i, 1, 1});
+      else
+        session.edit(pick());
+      if (random() % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(random() % 20));
+    }
+    const std::string path = testing::TempDir() + "/random-" + std::to_string(::getpid()) + ".pbrt";
+    session.write(path);
+    const Picture expected = Scene::load(path).render(o);
+    std::filesystem::remove(path);
+    const auto settled = session.wait(120);
+    ASSERT_TRUE(settled) << "not settled in time after " << done << " edits";
+    expect_same(*settled->picture, expected);
+    ASSERT_FALSE(HasFailure()) << "after " << done << " edits";
   }
 }
 

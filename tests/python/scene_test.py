@@ -50,6 +50,39 @@ class SceneTest(unittest.TestCase):
         self.scene.lights["infinite:1"].remove()
         self.assertEqual(float(np.max(self.scene.render())), 0)
 
+    def test_gains(self):
+        layers = dapple.Session(self.scene, light_groups=True)
+        layers.render()
+        key, sky = layers.aovs["light.key"], layers.aovs["light.sky"]
+        self.assertEqual(list(self.scene.gains), ["default", "key", "sky"])
+        self.scene.gains["key"] = 2
+        self.scene.gains["key"] *= (1, .5, 2)
+        np.testing.assert_array_equal(self.scene.gains["key"], (2, 1, 4))
+        mixed = self.scene.render()
+        np.testing.assert_allclose(mixed, key * np.float32((2, 1, 4)) + sky, rtol=1e-5, atol=1e-6)
+        with self.assertRaises(dapple.SceneError):
+            self.scene.gains["kay"] = 1
+        with self.assertRaises(KeyError):
+            self.scene.gains["kay"]
+        live = dapple.LiveSession(self.scene)
+        np.testing.assert_array_equal(live.gains["key"], (2, 1, 4))
+        np.testing.assert_array_equal(live.wait().image, mixed)
+        live.gains["key"] = 0
+        live.gains["sky"] *= 3
+        frame = live.wait()
+        self.assertEqual(frame.statistics["rays"], 0)
+        np.testing.assert_allclose(frame.image, 3 * sky, rtol=1e-5, atol=1e-6)
+
+        def change(scene):
+            scene.gains["sky"] = .5
+
+        live.edit(change).result()
+        np.testing.assert_array_equal(live.gains["sky"], (.5, .5, .5))
+        np.testing.assert_allclose(live.wait().image, .5 * sky, rtol=1e-5, atol=1e-6)
+        with self.assertRaises(KeyError):
+            live.gains["kay"] = 1
+        live.close()
+
     def test_items(self):
         s = self.scene
         self.assertEqual(list(s.lights), ["key", "infinite:1"])

@@ -304,7 +304,7 @@ TEST(LightGroups, BadNamesAndTooManyAreNamed) {
   std::string many;
   for (int i = 1; i < int(scene::LightGroups::max_count); ++i) many += named("g" + std::to_string(i));
   EXPECT_EQ(problem(many + named("g3")), "");
-  EXPECT_NE(problem(many + named("more")).find("at most 16"), std::string::npos) << problem(many + named("more"));
+  EXPECT_NE(problem(many + named("more")).find("at most 32"), std::string::npos) << problem(many + named("more"));
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ TEST_F(WatchedScenes, ErrorsLeaveWhatThereWas) {
   more = "Shape \"sphere\"";
   save();
   EXPECT_TRUE(scene.has_news());
-  EXPECT_TRUE(scene.reload().all);
+  EXPECT_TRUE(scene.reload().geometry);
   EXPECT_EQ(scene.built().scene->traced.geometry_count(), 2u);
   // A mesh that was missing is looked for.
   more = "Shape \"plymesh\" \"string filename\" \"late.ply\"";
@@ -108,7 +108,7 @@ TEST_F(WatchedScenes, ErrorsLeaveWhatThereWas) {
   fs::copy(folder / "mesh.ply", folder / "late.ply");
   EXPECT_FALSE(scene.has_news());  // the scene as it is does not name it; saving the scene again reads it
   save();
-  EXPECT_TRUE(scene.reload().all);
+  EXPECT_TRUE(scene.reload().any());
 }
 
 }  // namespace

@@ -54,6 +54,34 @@ TEST(Film, BalancesWhite) {
   }
 }
 
+// Colours of gains are colours of light, which white balance comes after.
+TEST(Film, GainsWeightGroups) {
+  Film::Settings settings;
+  settings.resolution = {1, 1};
+  settings.crop = {V2i(0, 0), V2i(1, 1)};
+  settings.scale = 2;
+  settings.light_groups = 2;
+  for (const bool balances : {false, true}) {
+    if (balances) settings.white_balance = white_balance({0.45, 0.41});
+    Film film(settings), lit(settings);
+    const RGB parts[] = {RGB(1, .5f, 0), RGB(.25f, .25f, .5f)}, gains[] = {RGB(2, 1, 1), RGB(0, .5f, 3)};
+    film.set_gains({gains[0], gains[1]});
+    for (const float weight : {1.0f, .5f}) {
+      film.add(0, 0, weight, parts[0] + parts[1], {}, parts);
+      const RGB brighter[] = {parts[0] * gains[0], parts[1] * gains[1]};
+      lit.add(0, 0, weight, brighter[0] + brighter[1], {}, brighter);
+    }
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(film.pixel(0, 0)[c], lit.pixel(0, 0)[c], 1e-6f);
+      EXPECT_NEAR(film.light_group(0, 0, 1)[c], lit.light_group(0, 0, 1)[c], 1e-6f);
+    }
+    const auto noise = film.noise(settings.crop);
+    film.set_gains({RGB(1), RGB(1)});
+    EXPECT_EQ(noise.mean, film.noise(settings.crop).mean);
+    EXPECT_THROW(film.set_gains({RGB(2)}), std::logic_error);
+  }
+}
+
 TEST(Film, SumsOfFeaturesStayFinite) {
   Film film = one_pixel();
   Features far;

@@ -155,6 +155,36 @@ TEST_F(Edits, ErrorsLeaveEverythingAsItWas) {
   EXPECT_EQ(d().lights[0].params.get_float("scale", 1), 4);
 }
 
+TEST_F(Edits, GroupsOfLights) {
+  using enum EditTarget;
+  const auto gain = [&](const char* group) {
+    return text.builder().editor().parameter(EditTarget::group, group, "gain");
+  };
+  EXPECT_EQ(text.builder().editor().names(group), std::vector<std::string>{"default"});
+  add(R"(LightGroup "set" "float gain" 2  Edit "light" "key" "string group" "front"
+         Attribute "light" "string group" "back"  LightSource "point" "string name" "third")");
+  EXPECT_EQ(text.builder().editor().names(group), (std::vector<std::string>{"default", "front", "back", "set"}));
+  EXPECT_EQ(gain("front"), nullptr);
+  add(R"(Edit "group" "front" "rgb gain" [1 2 3]  Edit "group" "default" "float gain" .5  LightGroup "set" "float gain" 4)");
+  EXPECT_EQ(gain("front")->numbers, (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(gain("default")->numbers[0], .5f);
+  EXPECT_EQ(gain("set")->numbers[0], 4);
+  expect_error(
+      R"(Edit "group" "front" "float gain" 7  LightGroup "set" "float gain" []  LightGroup "new" "float gain" 1  Edit "group" "side" "float gain" 1)",
+      "no group is called \"side\"");
+  EXPECT_EQ(gain("front")->numbers, (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(gain("set")->numbers[0], 4);
+  EXPECT_EQ(text.builder().editor().names(group), (std::vector<std::string>{"default", "front", "back", "set"}));
+  add(R"(Edit "group" "front" "rgb gain" []  Remove "light" "key")");
+  EXPECT_EQ(text.builder().editor().names(group), (std::vector<std::string>{"default", "back", "set"}));
+  expect_error(R"(Edit "group" "set" "float scale" 2)", "expected gain");
+  expect_error(R"(LightGroup "set" "float power" 2)", "expected gain");
+  expect_error(R"(Remove "group" "set")", "Remove takes lights");
+  std::string many;
+  for (int i = 0; i < 300; ++i) many += "LightGroup \"g" + std::to_string(i) + "\" \"float gain\" 2\n";
+  expect_error(many, "one too many");
+}
+
 TEST_F(Edits, TheDicingCameraStaysWhereItWas) {
   add(R"(DicingCamera  Edit "camera" "float fov" 5  Edit "film" "integer xresolution" 99)");
   ASSERT_TRUE(d().dicing_camera);

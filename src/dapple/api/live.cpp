@@ -55,6 +55,7 @@ class LiveSession::Impl {
                                                  std::function<void(const LiveFrame&)> on_frame) {
     render::LiveSession::Options o;
     o.picture = api::request_of(options);
+    o.picture.mixes = true;
     o.film = api::film_of(options);
     o.outside = outside;
     if (on_frame)
@@ -93,6 +94,10 @@ std::future<void> LiveSession::edit(const std::string& target, const std::string
 
 std::future<void> LiveSession::remove(const std::string& target, const std::string& name) {
   return edit([target, name](Scene& scene) { scene.remove(target, name); });
+}
+
+std::future<void> LiveSession::gain(const std::string& group, const std::array<double, 3>& gain) {
+  return impl_->session.gain(group, RGB(float(gain[0]), float(gain[1]), float(gain[2])));
 }
 
 std::optional<LiveFrame> LiveSession::frame() const {

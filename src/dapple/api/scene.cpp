@@ -24,7 +24,7 @@ namespace {
 // Arrays of more numbers than this do not become text.
 constexpr size_t large = 64;
 
-constexpr Changes everything{.all = true};
+constexpr Changes everything{.all = true}, new_shapes{.geometry = true};
 
 EditTarget target_of(const std::string& name) {
   const auto& names = scenefile::edit_target_names;
@@ -218,7 +218,7 @@ void Scene::shape(const Shape& shape) {
   guarded([&] {
     std::vector<WorkingScene::Piece> pieces;
     add_shape(shape, 0, &pieces);
-    impl_->working->add(std::move(pieces), "", everything);
+    impl_->working->add(std::move(pieces), "", new_shapes);
   });
 }
 
@@ -227,7 +227,7 @@ void Scene::object(const std::string& name, const std::vector<Shape>& shapes) {
     std::vector<WorkingScene::Piece> pieces{{"ObjectBegin " + quote(name) + "\n"}};
     for (size_t i = 0; i < shapes.size(); ++i) add_shape(shapes[i], int(i), &pieces);
     pieces.push_back({"ObjectEnd\n"});
-    impl_->working->add(std::move(pieces), name, everything);
+    impl_->working->add(std::move(pieces), name, new_shapes);
   });
 }
 
@@ -235,7 +235,7 @@ void Scene::instance(const std::string& object, const std::string& name, const P
   guarded([&] {
     impl_->working->add("AttributeBegin\n" + api::text_of(placement) + "ObjectInstance " + quote(object) +
                             name_param(name) + "\nAttributeEnd\n",
-                        everything);
+                        new_shapes);
   });
 }
 
@@ -249,6 +249,10 @@ void Scene::edit(const std::string& target, const std::string& name, const Param
 
 void Scene::remove(const std::string& target, const std::string& name) {
   guarded([&] { impl_->working->remove(target_of(target), name); });
+}
+
+void Scene::gain(const std::string& group, const std::array<double, 3>& gain) {
+  edit("group", group, {{"rgb gain", {gain[0], gain[1], gain[2]}}});
 }
 
 void Scene::dicing_camera() {

@@ -58,8 +58,9 @@ struct EditableScene::Parts {
   scene::Camera camera, dicing_camera;
   scene::Filter filter = scene::Filter::box(0.5f);
   std::vector<shading::MaterialPtr> materials;
-  std::vector<std::unique_ptr<const emitters::Light>> lights;  ///< but for those of areas
-  scene::LightGroups light_groups;
+  std::optional<AreaLightShapes::Lights> area_lights;          ///< none: they stay
+  std::vector<std::unique_ptr<const emitters::Light>> lights;  ///< the others
+  scene::LightGroups area_groups, light_groups;
 };
 
 EditableScene::EditableScene(const SceneDescription& description, const BuildOptions& options, Diagnostics& diagnostics)
@@ -78,8 +79,9 @@ void EditableScene::read_view(Parts* p) const {
   p->filter = make_filter(*context_);
 }
 
-void EditableScene::make_lights(Parts* p) const {
-  p->light_groups = area_groups_;
+void EditableScene::make_lights(Parts* p, const AreaLightShapes* areas) const {
+  if (areas) p->area_lights = areas->make(*context_, *textures_);
+  p->area_groups = p->light_groups = areas ? p->area_lights->groups : area_groups_;
   for (const scenefile::LightEntity& entity : description_.lights) {
     if (!entity.is_shown()) continue;
     const uint8_t group = read_light_group(entity, &p->light_groups);
@@ -88,17 +90,20 @@ void EditableScene::make_lights(Parts* p) const {
     p->lights.push_back(std::move(light));
     p->light_groups.of_light.push_back(group);
   }
+  p->light_groups.gains = read_gains(*context_, p->light_groups, options_.gains);
 }
 
-namespace {
-
-void set_lights(scene::Scene* scene, size_t area_lights, std::vector<std::unique_ptr<const emitters::Light>> lights,
-                scene::LightGroups groups) {
+void EditableScene::set_lights(scene::Scene* scene, const AreaLightShapes& shapes, Parts* p) {
   scene->light_sampler.reset();
-  scene->lights.resize(area_lights);
+  scene->lights.resize(p->area_lights ? 0 : area_lights_);
+  if (p->area_lights) {
+    area_lights_ = p->area_lights->all.size();
+    shapes.set(std::move(*p->area_lights), scene);
+  }
+  area_groups_ = std::move(p->area_groups);
   scene->infinite_lights.clear();
-  scene->light_groups = std::move(groups);
-  for (auto& light : lights) {
+  scene->light_groups = std::move(p->light_groups);
+  for (auto& light : p->lights) {
     if (light->is_infinite()) scene->infinite_lights.push_back(uint32_t(scene->lights.size()));
     scene->lights.push_back(std::move(light));
   }
@@ -109,70 +114,86 @@ void set_lights(scene::Scene* scene, size_t area_lights, std::vector<std::unique
   if (!all.empty()) scene->light_sampler = std::make_unique<emitters::LightSampler>(all, radius);
 }
 
-}  // namespace
+// All of a scene but what its textures read: by context_ and textures_ as they are.
+void EditableScene::build_scene_parts(BuiltScene& built) {
+  built.named_files = scenefile::named_files(description_);
+  built.temporary_files = description_.temporary_files;
+  built.scene = std::make_unique<scene::Scene>();
+  built.origin = context_->origins.scene;
+  scene::Scene& scene = *built.scene;
+  Parts parts;
+  read_view(&parts);
+  if (!textures_) textures_ = std::make_unique<TextureLibrary>(*context_);
+  scene.materials = make_materials(*context_, *textures_);
+  const CoverageMaterials coverage(*context_, &scene.materials);
+  scene.media = make_media(*context_, *textures_);
+  if (const auto& name = description_.camera_medium; !name.empty())
+    scene.camera_medium = description_.named_media.at(name);
+  description_.accelerator.params.report_unused("accelerator", diagnostics_);
+  scene.film = parts.film.film;
+  scene.camera = parts.camera;
+  scene.filter = parts.filter;
+
+  std::optional<Box2f> period;
+  if (options_.period) {
+    const V2d corner(built.origin.x, built.origin.y);
+    period = Box2f(V2f(options_.period->min - corner), V2f(options_.period->max - corner));
+    scene.traced.set_period(*period);
+  }
+  AreaLightShapes area_lights;
+  GeometryBuilder geometry(*context_, *textures_, coverage, parts.dicing_camera, scene, area_lights, period);
+  geometry.build();
+  built.times.shape_seconds = geometry.shape_seconds();
+  built.times.shape_bytes = geometry.shape_bytes();
+  scene.fingerprint = hash(description_.fingerprint, geometry.fingerprint());
+  scene.traced.commit();
+  geometry.check_reach(scene.traced.bounds(), scene.camera.position());
+  built.times.acceleration_seconds = scene.traced.build_seconds();
+  make_lights(&parts, &area_lights);
+  set_lights(&scene, area_lights, &parts);
+  area_light_shapes_ = std::move(area_lights);
+  glowing_materials_ = any_glows(description_);
+  built.film = std::move(parts.film);
+  built.request = std::move(parts.request);
+  built.dicing_camera = parts.dicing_camera;
+}
 
 void EditableScene::build_all() {
   const Timer timer;
   BuiltScene built;
-  built.named_files = scenefile::named_files(description_);
-  built.temporary_files = description_.temporary_files;
   built.texture_system = std::make_unique<image::TextureSystem>();
-  built.scene = std::make_unique<scene::Scene>();
-  scene::Scene& scene = *built.scene;
   auto context =
       std::make_unique<BuildContext>(BuildContext{description_, diagnostics_, *built.texture_system,
                                                   options_.keep_going, find_origins(description_, diagnostics_)});
-  built.origin = context->origins.scene;
   // Errors come in the order in which things are made; until all are, the old ones stay.
   std::swap(context_, context);
   auto textures = std::move(textures_);
-  const size_t area_lights = area_lights_;
-  const scene::LightGroups area_groups = area_groups_;
   try {
-    Parts parts;
-    read_view(&parts);
-    textures_ = std::make_unique<TextureLibrary>(*context_);
-    scene.materials = make_materials(*context_, *textures_);
-    const CoverageMaterials coverage(*context_, &scene.materials);
-    scene.media = make_media(*context_, *textures_);
-    if (const auto& name = description_.camera_medium; !name.empty())
-      scene.camera_medium = description_.named_media.at(name);
-    description_.accelerator.params.report_unused("accelerator", diagnostics_);
-    scene.film = parts.film.film;
-    scene.camera = parts.camera;
-    scene.filter = parts.filter;
-
-    std::optional<Box2f> period;
-    if (options_.period) {
-      const V2d corner(built.origin.x, built.origin.y);
-      period = Box2f(V2f(options_.period->min - corner), V2f(options_.period->max - corner));
-      scene.traced.set_period(*period);
-    }
-    GeometryBuilder geometry(*context_, *textures_, coverage, parts.dicing_camera, scene, period);
-    geometry.build();
-    built.times.shape_seconds = geometry.shape_seconds();
-    built.times.shape_bytes = geometry.shape_bytes();
-    scene.fingerprint = hash(description_.fingerprint, geometry.fingerprint());
-    scene.traced.commit();
-    geometry.check_reach(scene.traced.bounds(), scene.camera.position());
-    built.times.acceleration_seconds = scene.traced.build_seconds();
-    area_lights_ = scene.lights.size();
-    area_groups_ = scene.light_groups;
-    glowing_materials_ = any_glows(description_);
-    make_lights(&parts);
-    set_lights(&scene, area_lights_, std::move(parts.lights), std::move(parts.light_groups));
-    built.film = std::move(parts.film);
-    built.request = std::move(parts.request);
-    built.dicing_camera = parts.dicing_camera;
+    build_scene_parts(built);
   } catch (...) {
     textures_ = std::move(textures);
     context_ = std::move(context);
-    area_lights_ = area_lights, area_groups_ = area_groups;
     throw;
   }
   built.times.total_seconds = timer.seconds();
   std::swap(built_, built);
   warn_of_emptiness();
+}
+
+// False where textures would not be what they are: their places are less the scene's origin, and where pictures cut
+// out, what is made of them goes by shapes.
+bool EditableScene::build_geometry() {
+  const Timer timer;
+  if (built_.scene->materials.size() != description_.materials.size()) return false;
+  const Origins origins = find_origins(description_, diagnostics_);
+  if (origins.scene != context_->origins.scene || origins.objects != context_->origins.objects) return false;
+  BuiltScene built;
+  build_scene_parts(built);
+  built.texture_system = std::move(built_.texture_system);
+  built.times.total_seconds = timer.seconds();
+  std::swap(built_, built);
+  warn_of_emptiness();
+  return true;
 }
 
 void EditableScene::warn_of_emptiness() const {
@@ -205,19 +226,25 @@ std::vector<std::string> EditableScene::built_files() const {
   return scenefile::named_files(description_);
 }
 
+std::vector<RGB> EditableScene::described_gains() const {
+  return read_gains(*context_, built_.scene->light_groups, options_.gains);
+}
+
 Changes EditableScene::update(Changes changes) {
   if (!changes.any()) return changes;
   Parts parts;
   const bool view = changes.camera || changes.settings;
   if (view && !changes.all) read_view(&parts);
   if (view && !changes.all && !same_view(parts.dicing_camera, built_.dicing_camera)) changes.all = true;
-  if (changes.materials && !changes.all && !make_materials_again(&parts)) changes.all = true;
-  if (changes.all) {
-    build_all();
-    return changes;
-  }
-  if (changes.lights) make_lights(&parts);
+  if (changes.materials && !changes.all && !make_materials_again(&parts)) changes.geometry = true;
+  if (changes.area_lights && !changes.all && !area_light_shapes_.can_make_again(description_)) changes.geometry = true;
+  if (changes.geometry && !changes.all && !build_geometry()) changes.all = true;
+  if (changes.all) build_all();
+  if (changes.all || changes.geometry) return changes;
+  const bool lights = changes.lights || changes.area_lights;
+  if (lights) make_lights(&parts, changes.area_lights ? &area_light_shapes_ : nullptr);
   scene::Scene& scene = *built_.scene;
+  if (changes.gains && !lights) scene.light_groups.gains = described_gains();
   if (view) {
     scene.film = parts.film.film;
     scene.camera = parts.camera;
@@ -226,8 +253,8 @@ Changes EditableScene::update(Changes changes) {
     built_.request = std::move(parts.request);
   }
   if (changes.materials) scene.materials = std::move(parts.materials);
-  if (changes.lights) {
-    set_lights(&scene, area_lights_, std::move(parts.lights), std::move(parts.light_groups));
+  if (lights) {
+    set_lights(&scene, area_light_shapes_, &parts);
     warn_of_emptiness();
   }
   return changes;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "dapple/build/area_light_shapes.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/build/texture_factory.h"
 
@@ -11,15 +12,19 @@ namespace dapple::build {
 
 /// What edits of a description touched; of what is built from the rest as much is kept as is known not to depend on it.
 struct Changes {
-  bool camera = false;     ///< where it is and what it is
-  bool settings = false;   ///< film, sampler, integrator
-  bool lights = false;     ///< those that are no area lights
-  bool materials = false;  ///< parameters of materials
-  bool all = false;        ///< anything else
+  bool camera = false;       ///< where it is and what it is
+  bool settings = false;     ///< film, sampler, integrator
+  bool lights = false;       ///< those that are no area lights
+  bool area_lights = false;  ///< what they emit
+  bool materials = false;    ///< parameters of materials
+  bool gains = false;        ///< of light groups
+  bool geometry = false;     ///< shapes, instances: textures stay
+  bool all = false;          ///< anything else
 
-  bool any() const { return camera || settings || lights || materials || all; }
+  bool any() const { return camera || settings || lights || area_lights || materials || gains || geometry || all; }
   Changes& operator|=(const Changes& o) {
-    camera |= o.camera, settings |= o.settings, lights |= o.lights, materials |= o.materials, all |= o.all;
+    camera |= o.camera, settings |= o.settings, lights |= o.lights, area_lights |= o.area_lights,
+        materials |= o.materials, gains |= o.gains, geometry |= o.geometry, all |= o.all;
     return *this;
   }
 };
@@ -36,6 +41,8 @@ class EditableScene {
   /// BuiltScene::named_files of the description as it is.
   std::vector<std::string> built_files() const;
   const BuildOptions& options() const { return options_; }
+  /// Of the scene's groups, by the description as it is. InputError for what is no gain.
+  std::vector<RGB> described_gains() const;
 
   /// Makes again what changed. InputError: built() is what it was. Nobody may use the scene meanwhile. Returns what was
   /// made again: some edits of materials take the geometry with them.
@@ -46,9 +53,12 @@ class EditableScene {
  private:
   struct Parts;
   void build_all();
+  bool build_geometry();
+  void build_scene_parts(BuiltScene& built);
   void read_view(Parts* parts) const;
   bool make_materials_again(Parts* parts) const;
-  void make_lights(Parts* parts) const;
+  void make_lights(Parts* parts, const AreaLightShapes* areas) const;
+  void set_lights(scene::Scene* scene, const AreaLightShapes& shapes, Parts* parts);
   void warn_of_emptiness() const;
 
   const scenefile::SceneDescription& description_;
@@ -56,6 +66,7 @@ class EditableScene {
   Diagnostics& diagnostics_;
   std::unique_ptr<BuildContext> context_;
   std::unique_ptr<TextureLibrary> textures_;
+  AreaLightShapes area_light_shapes_;
   size_t area_lights_ = 0;          ///< that stand first among the scene's lights
   scene::LightGroups area_groups_;  ///< of these
   bool glowing_materials_ = false;  ///< some of the area lights are of materials

@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <numeric>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/camera_view.h"
-#include "dapple/build/light_factory.h"
-#include "dapple/build/light_group_factory.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/build/subdivision_levels.h"
 #include "dapple/emitters/light_motion.h"
@@ -65,11 +62,6 @@ uint64_t fingerprint_of(const trace::Shape& shape) {
     add((*disks)->disks), add((*disks)->normals);
   }
   return h;
-}
-
-const char* name_of(const trace::Shape& shape) {
-  if (std::holds_alternative<trace::CurvesPtr>(shape)) return "curve";
-  return std::holds_alternative<trace::DisksPtr>(shape) ? "cloud of disks" : "diced surface";
 }
 
 // Of all surfaces that are diced.
@@ -358,21 +350,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   binding.inside_medium = medium_index(e.inside_medium);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
-  if (area_light_of(e)) {
-    if (scene_.materials[size_t(e.material)]->is_interface())
-      context_.diagnostics.warn(
-          e.loc,
-          "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
-          "area light of an interface");
-    else if (emitter)
-      add_lights(*emitter, job,
-                 std::make_shared<emitters::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end)),
-                 alpha, &binding);
-    else if (object != no_id)
-      context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
-    else
-      add_lights(shape, job, nullptr, alpha, &binding);
-  }
+  add_area_light(shape, job, opacity, object, emitter);
   scene_.bindings.push_back(std::move(binding));
   if (!repetition_) {
     scene_.traced.add(shape, cut_out, object);
@@ -401,39 +379,28 @@ void GeometryBuilder::place(uint32_t object, const scenefile::TransformPair& tra
                              [&](const Transform& t) { scene_.traced.add_instance(object, AnimatedTransform(t, t)); });
 }
 
-void GeometryBuilder::add_lights(const trace::Shape& shape, const Job& job,
-                                 std::shared_ptr<const emitters::LightMotion> motion,
-                                 const pattern::FloatTexturePtr& alpha, scene::GeometryBinding* binding) {
+void GeometryBuilder::add_area_light(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity,
+                                     uint32_t object, const trace::Shape* emitter) {
   const ShapeEntity& e = *job.entity;
-  if (const auto* mesh = std::get_if<trace::MeshPtr>(&shape); mesh && !(*mesh)->P_end.empty())
-    context_.diagnostics.unsupported(e.loc, "an area light on a mesh that deforms",
-                                     "light from where it is at shutter open");
-  const scenefile::Entity& area_light = *area_light_of(e);
-  std::vector<uint32_t> emitter_of;
-  auto emitters = make_joined_emitters(shape, &emitter_of);
-  // A pattern over u, v lies on each triangle by itself, and power is that of each.
-  const scenefile::Param* L = area_light.params.find("L");
-  if (alpha || area_light.params.find("filename") || (L && L->type == scenefile::ParamType::texture) ||
-      area_light.params.find("power") || area_light.params.find("shader")) {
-    emitters = make_emitters(shape);
-    std::iota(emitter_of.begin(), emitter_of.end(), 0u);
-  }
-  if (emitters.empty()) {
-    context_.diagnostics.unsupported(e.loc, std::string("an area light on a ") + name_of(shape),
-                                     "a surface that does not shine");
+  const bool emits = area_light_of(e) != nullptr;
+  if (!emits && e.area_light < 0) return;
+  if (emits && scene_.materials[size_t(e.material)]->is_interface()) {
+    context_.diagnostics.warn(
+        e.loc,
+        "an area light on a shape of material \"interface\" is left out: where there is no surface, nothing shines",
+        "area light of an interface");
     return;
   }
-  const uint8_t group = read_light_group(area_light, &scene_.light_groups);
-  auto lights = make_area_lights(area_light, std::move(emitters), alpha, std::move(motion), context_, textures_, e.loc);
-  binding->first_light = uint32_t(scene_.light_table.size());
-  std::vector<uint32_t> numbers;
-  for (auto& light : lights) {
-    numbers.push_back(light ? uint32_t(scene_.lights.size()) : no_id);
-    if (!light) continue;
-    scene_.lights.push_back(std::move(light));
-    scene_.light_groups.of_light.push_back(group);
+  if (job.object != no_id || (object != no_id && !job.own_object)) {
+    if (emits)
+      context_.diagnostics.unsupported(e.loc, "an area light that is instanced", "a surface that does not shine");
+    return;
   }
-  for (const uint32_t emitter : emitter_of) scene_.light_table.push_back(numbers[emitter]);
+  std::shared_ptr<const emitters::LightMotion> motion;
+  if (job.own_object)
+    motion = std::make_shared<emitters::LightMotion>(AnimatedTransform(job.transform.start, job.transform.end));
+  area_lights_.add({emitter ? *emitter : shape, size_t(&e - context_.description.shapes.data()),
+                    uint32_t(scene_.bindings.size()), opacity.alpha, std::move(motion), emits});
 }
 
 const scenefile::Entity* GeometryBuilder::area_light_of(const ShapeEntity& e) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "dapple/build/area_light_shapes.h"
 #include "dapple/build/coverage.h"
 #include "dapple/build/dicing.h"
 #include "dapple/build/opacity_factory.h"
@@ -12,23 +13,21 @@
 #include "dapple/build/repetition.h"
 #include "dapple/scene/scene.h"
 
-namespace dapple::emitters {
-class LightMotion;
-}
-
 namespace dapple::build {
 
-/// Turns the shapes, object definitions and instances of a description into the traced geometry, bindings and area
-/// lights of a scene. Mesh files are read in parallel.
+/// Turns the shapes, object definitions and instances of a description into the traced geometry and the bindings of a
+/// scene, and notes which of them shine. Mesh files are read in parallel.
 class GeometryBuilder {
  public:
   GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials,
-                  const scene::Camera& dicing_camera, scene::Scene& scene, const std::optional<Box2f>& period = {})
+                  const scene::Camera& dicing_camera, scene::Scene& scene, AreaLightShapes& area_lights,
+                  const std::optional<Box2f>& period = {})
       : context_(context),
         textures_(textures),
         materials_(materials),
         dicing_camera_(dicing_camera),
         scene_(scene),
+        area_lights_(area_lights),
         opacities_(context, textures, scene.materials) {
     if (period) repetition_.emplace(*period);
     for (const auto& material : context.description.materials) emissions_.push_back(emission_of(material));
@@ -69,8 +68,8 @@ class GeometryBuilder {
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
                  const trace::Shape* emitter = nullptr);
-  void add_lights(const trace::Shape& shape, const Job& job, std::shared_ptr<const emitters::LightMotion> motion,
-                  const pattern::FloatTexturePtr& alpha, scene::GeometryBinding* binding);
+  void add_area_light(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
+                      const trace::Shape* emitter);
   void flush_curves();
   std::vector<bool> find_repeated_instances() const;
   void note_reach(float reach, const FileLoc& loc);
@@ -84,6 +83,7 @@ class GeometryBuilder {
   const CoverageMaterials& materials_;
   const scene::Camera& dicing_camera_;
   scene::Scene& scene_;
+  AreaLightShapes& area_lights_;
   OpacityFactory opacities_;
   std::vector<std::optional<scenefile::Entity>> emissions_;  ///< of each material
   std::optional<Repetition> repetition_;

@@ -9,6 +9,7 @@
 #include "dapple/build/build_context.h"
 #include "dapple/build/camera_factory.h"
 #include "dapple/build/integrator_factory.h"
+#include "dapple/build/light_group_factory.h"
 #include "dapple/image/texture_system.h"
 #include "dapple/modelfile/scene_reader.h"
 #include "dapple/scene/scene.h"
@@ -27,6 +28,7 @@ struct BuildTimes {
 struct BuildOptions {
   FilmOverrides film;
   bool keep_going = false;
+  std::vector<GainOverride> gains;
   modelfile::ModelOptions model;  ///< where load_scene() reads a model
   /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in
   /// on its other side.

@@ -55,6 +55,9 @@ bool same(const scenefile::ShapeEntity& a, const scenefile::ShapeEntity& b) {
          a.area_light == b.area_light && a.inside_medium == b.inside_medium && a.outside_medium == b.outside_medium &&
          same_entity(a, b);
 }
+bool same(const scenefile::LightGroupEntity& a, const scenefile::LightGroupEntity& b) {
+  return a.name == b.name && same_entity(a, b);
+}
 bool same(const scenefile::InstanceEntity& a, const scenefile::InstanceEntity& b) {
   return a.object == b.object && a.presence == b.presence && a.transform == b.transform;
 }
@@ -86,13 +89,16 @@ Changes difference(const SceneDescription& a, const SceneDescription& b) {
   c.settings = !same(a.film, b.film) || !same(a.sampler, b.sampler) || !same(a.integrator, b.integrator) ||
                !same(a.pixel_filter, b.pixel_filter) || !same_dicing(a, b);
   c.lights = !same_list(a.lights, b.lights);
+  c.gains = !same_list(a.light_groups, b.light_groups);
+  c.area_lights = !same_list(a.area_lights, b.area_lights);
   c.materials = !same_list(a.materials, b.materials);
   c.all = a.base_directory != b.base_directory || !same_params(a.options, b.options) ||
           !same(a.color_space, b.color_space) || !same(a.accelerator, b.accelerator) ||
           a.camera_medium != b.camera_medium || a.materials.size() != b.materials.size() ||
           !same_list(a.textures, b.textures) || !same_list(a.media, b.media) ||
-          !same_list(a.area_lights, b.area_lights) || !same_list(a.shapes, b.shapes) ||
-          !same_list(a.objects, b.objects) || !same_list(a.instances, b.instances);
+          a.area_lights.size() != b.area_lights.size();
+  c.geometry =
+      !same_list(a.shapes, b.shapes) || !same_list(a.objects, b.objects) || !same_list(a.instances, b.instances);
   return c;
 }
 

@@ -47,7 +47,8 @@ FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
 
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 
-DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop) const {
+DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, int light_groups,
+                                        StopToken stop) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
   const auto denoised = [&](int group) {
@@ -55,7 +56,7 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
   };
   DenoisedFrame frame;
   frame.colour = denoised(-1);
-  for (int g = 0; g < film.settings().light_groups; ++g) frame.light_groups.push_back(denoised(g));
+  for (int g = 0; g < light_groups; ++g) frame.light_groups.push_back(denoised(g));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;
 }

@@ -34,9 +34,11 @@ class FrameDenoiser {
 
   bool wants_features() const { return denoiser_.inputs() > 3; }
   std::string description() const { return denoiser_.description(); }
-  /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel
-  /// by pixel, to add up to the whole; where none has light the first gets what there is. May throw Stopped.
-  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {}) const;
+  /// `features` may be null where they are not wanted. The first `light_groups` of the film, all or none, are denoised
+  /// each by itself and then scaled, pixel by pixel, to add up to the whole; where none has light the first gets what
+  /// there is. May throw Stopped.
+  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, int light_groups,
+                           StopToken stop = {}) const;
 
  private:
   denoise::Denoiser denoiser_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "dapple/base/timer.h"
+#include "dapple/scenefile/scene_writing.h"
 
 namespace dapple::render {
 
@@ -13,8 +14,8 @@ namespace {
 
 constexpr int reductions[] = {8, 4, 2};
 
-bool only_camera(const build::Changes& c) {
-  return c.camera && !c.settings && !c.lights && !c.materials && !c.all;
+bool only_camera_or_gains(const build::Changes& c) {
+  return !c.settings && !c.lights && !c.area_lights && !c.materials && !c.geometry && !c.all;
 }
 
 double seconds_since(std::chrono::steady_clock::time_point time) {
@@ -30,6 +31,14 @@ void add_counts(const SessionResult& from, SessionResult* to) {
     to->caches[c].counts += from.caches[c].counts;
 }
 
+// The same film with nothing done for it.
+SessionResult without_counts(SessionResult r) {
+  r.seconds = r.cpu_seconds = 0;
+  r.rays = {}, r.stages = {}, r.shafts = {};
+  for (integrate::CacheState& c : r.caches) c.counts = {};
+  return r;
+}
+
 int reduced(int pixels, int reduction) {
   return std::max((pixels + reduction - 1) / reduction, 1);
 }
@@ -43,31 +52,40 @@ LiveSession::~LiveSession() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
-    cancel_ = true;
+    cancel_ = has_news_ = true;
   }
   changed_.notify_all();
   thread_.join();
 }
 
-std::future<void> LiveSession::edit(std::function<void(WorkingScene&)> change) {
+std::future<void> LiveSession::add(Transaction transaction) {
   const std::lock_guard lock(mutex_);
-  Transaction& t = queue_.emplace_back();
-  t.change = std::move(change);
-  ++edits_;
-  last_edit_ = std::chrono::steady_clock::now();
-  cancel_ = true;
+  if (transaction.kind != Kind::look) {
+    ++edits_;
+    last_edit_ = std::chrono::steady_clock::now();
+  }
+  has_news_ = true;
+  if (transaction.kind != Kind::gain) cancel_ = true;
+  Transaction& t = queue_.emplace_back(std::move(transaction));
   changed_.notify_all();
   return t.done.get_future();
 }
 
+std::future<void> LiveSession::edit(std::function<void(WorkingScene&)> change) {
+  return add({Kind::edit, std::move(change), {}});
+}
+
+std::future<void> LiveSession::gain(const std::string& group, const RGB& gain) {
+  std::string text = " \"rgb gain\" [";
+  for (int c = 0; c < 3; ++c) text += ' ' + scenefile::text_of(double(gain[c]));
+  return add(
+      {Kind::gain,
+       [group, text = text + " ]"](WorkingScene& scene) { scene.edit(scenefile::EditTarget::group, group, text); },
+       {}});
+}
+
 std::future<void> LiveSession::look(std::function<void(WorkingScene&)> look) {
-  const std::lock_guard lock(mutex_);
-  Transaction& t = queue_.emplace_back();
-  t.change = std::move(look);
-  t.is_edit = false;
-  cancel_ = true;
-  changed_.notify_all();
-  return t.done.get_future();
+  return add({Kind::look, std::move(look), {}});
 }
 
 std::shared_ptr<const LiveFrame> LiveSession::frame() const {
@@ -91,10 +109,10 @@ std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
 
 std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_; });
-  if (!ends_) cancel_ = false;
+  changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_ || needs_showing_; });
+  if (!ends_) cancel_ = has_news_ = false;
   // Who waits for edits is not told of what was wrong before them.
-  if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.is_edit; }))
+  if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.kind != Kind::look; }))
     failure_before_ = std::exchange(failure_, nullptr);
   return std::exchange(queue_, {});
 }
@@ -113,14 +131,14 @@ void LiveSession::run() {
           scene_->freeze_dicing_camera();
         build();
       }
-      for (Transaction& t : transactions) apply(t);
+      for (Transaction& t : transactions) t.kind == Kind::look ? look(t) : apply(t);
       if (needs_rendering_) render();
-    } catch (const Stopped&) {
-      needs_rendering_ = true;
-    } catch (...) {  // nothing to show until an edit makes it right
+      if (needs_showing_) show_whole();
+    } catch (const Stopped&) {  // what was under way is still needed
+    } catch (...) {             // nothing to show until an edit makes it right
       const std::lock_guard lock(mutex_);
       failure_ = outside(std::current_exception());
-      needs_rendering_ = false;
+      needs_rendering_ = needs_showing_ = false;
       changed_.notify_all();
     }
   }
@@ -130,19 +148,18 @@ std::exception_ptr LiveSession::outside(std::exception_ptr error) const {
   return options_.outside ? options_.outside(std::move(error)) : error;
 }
 
+void LiveSession::look(Transaction& t) {
+  try {
+    t.change(*scene_);
+    t.done.set_value();
+  } catch (...) {
+    t.done.set_exception(outside(std::current_exception()));
+  }
+}
+
 // One by one: each is right or wrong by itself.
 void LiveSession::apply(Transaction& t) {
-  if (!t.is_edit) {
-    try {
-      t.change(*scene_);
-      t.done.set_value();
-    } catch (...) {
-      t.done.set_exception(outside(std::current_exception()));
-    }
-    return;
-  }
   ++shown_edits_;
-  needs_rendering_ = true;
   try {
     const auto before = scene_->checkpoint();
     try {
@@ -155,7 +172,8 @@ void LiveSession::apply(Transaction& t) {
     const std::lock_guard lock(mutex_);
     failure_ = nullptr;
   } catch (...) {
-    needs_rendering_ = built_ != nullptr;
+    needs_showing_ = film_ != nullptr;
+    needs_rendering_ = built_ && !film_;
     if (!built_) {
       const std::lock_guard lock(mutex_);
       failure_ = failure_before_;
@@ -169,13 +187,34 @@ void LiveSession::apply(Transaction& t) {
   t.done.set_value();
 }
 
-// The integrator goes before the scene that it refers to, unless it will serve the new camera as well.
+void LiveSession::set_scene_gains(scene::Film& film) const {
+  if (film.settings().light_groups > 0) film.set_gains(built_->scene->light_groups.gains);
+}
+
+// The integrator goes before the scene that it refers to, unless it will serve what has changed as well.
 void LiveSession::build() {
-  const bool keeps = picture_ && only_camera(scene_->changes()) && build::outlasts_camera(*built_, picture_->request());
+  const build::Changes changes = scene_->changes();
+  bool keeps = picture_ && only_camera_or_gains(changes);
+  bool keeps_film = keeps && !changes.camera;
+  if (keeps && changes.camera) keeps = build::outlasts_camera(*built_, picture_->request());
+  if (keeps && changes.gains) {
+    const std::vector<RGB> gains = scene_->described_gains();
+    picture_->check_gains(gains);
+    keeps = picture_->keeps_for(gains);
+  }
+  keeps_film &= keeps;
+  if (!keeps_film) film_.reset();
   if (!keeps) picture_.reset();
   built_ = &scene_->built(options_.film);
-  if (picture_ && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
-  if (picture_) picture_->begin_again();
+  if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
+  if (picture_ && changes.camera) picture_->begin_again();
+  if (film_) {
+    set_scene_gains(*film_);
+    film_result_ = without_counts(film_result_);
+    noisy_is_shown_ = false;
+  }
+  needs_showing_ = film_ != nullptr;
+  needs_rendering_ = !film_;
 }
 
 void LiveSession::render() {
@@ -183,11 +222,14 @@ void LiveSession::render() {
   reduced_.clear();
   for (const int reduction : reductions)
     if (!render_reduced(reduction)) return;
-  scene::Film film = picture_->make_film();
-  RenderSession session(picture_->integrator(), film, picture_->rules());
+  auto film = std::make_unique<scene::Film>(picture_->make_film());
+  RenderSession session(picture_->integrator(), *film, picture_->rules());
+  uint32_t whole_samples = 0;
   session.on_pass([&](uint32_t samples) {
-    if (!cancel_) publish(picture_->layers(film, false), 1, samples, nullptr);
+    whole_samples = samples;
+    if (!cancel_) publish(picture_->layers(*film, false), 1, samples, nullptr);
   });
+  session.on_pause(pause_for_gains(*film, whole_samples));
   SessionResult result = session.run(cancel_, StopToken(cancel_));
   if (cancel_) {
     picture_->begin_again();
@@ -195,12 +237,46 @@ void LiveSession::render() {
   }
   for (const SessionResult& r : reduced_) add_counts(r, &result);
   if (picture_->has_opacity_cache()) result.caches.push_back(picture_->opacity_state());
-  image::OutputImage settled = picture_->layers(film, true, StopToken(cancel_));
+  film_ = std::move(film);
+  film_result_ = std::move(result);
+  noisy_is_shown_ = true;
+  needs_rendering_ = false;
+  needs_showing_ = true;
+}
+
+// Gains that came in while it rendered become true between samples.
+RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint32_t& samples) {
+  return {[this] { return has_news_ && !cancel_; },
+          [this, &film, &samples]() -> std::function<void()> {
+            if (!take_gains(film) || samples == 0) return {};
+            auto picture = std::make_shared<image::OutputImage>(picture_->layers(film, false, {}, false));
+            return [this, picture, samples] { publish(std::move(*picture), 1, samples, nullptr); };
+          }};
+}
+
+// False if there was none that the film can show. Those that need other samples, and what comes after them, stay.
+bool LiveSession::take_gains(scene::Film& film) {
+  std::deque<Transaction> gains;
   {
     const std::lock_guard lock(mutex_);
-    needs_rendering_ = !queue_.empty();
+    has_news_ = cancel_.load();
+    if (picture_->film_groups() == 0) cancel_ = cancel_ || !queue_.empty();
+    for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front())
+      gains.push_back(std::move(queue_.front()));
   }
-  publish(std::move(settled), 1, result.samples, &result);
+  for (Transaction& t : gains) apply(t);
+  if (gains.empty()) return false;
+  set_scene_gains(film);
+  return true;
+}
+
+void LiveSession::show_whole() {
+  if (!noisy_is_shown_ && picture_->denoises())
+    publish(picture_->layers(*film_, false), 1, film_result_.samples, nullptr);
+  noisy_is_shown_ = true;
+  image::OutputImage settled = picture_->layers(*film_, true, StopToken(has_news_));
+  needs_showing_ = false;
+  publish(std::move(settled), 1, film_result_.samples, &film_result_);
 }
 
 // The same camera with fewer pixels; one sample of each.
@@ -214,13 +290,16 @@ bool LiveSession::render_reduced(int reduction) {
   s.crop.max = V2i(std::min(reduced(s.crop.max.x, reduction), s.resolution.x),
                    std::min(reduced(s.crop.max.y, reduction), s.resolution.y));
   reduced_camera.resolution = s.resolution;
-  s.light_groups = options_.picture.light_groups ? int(scene.light_groups.names.size()) : 0;
+  s.light_groups = picture_->film_groups();
   picture_->begin_again();
   scene::Film film(s);
+  set_scene_gains(film);
   StopRules rules;
   rules.pixel_samples = 1;
   scene.camera = scene::Camera(reduced_camera);
   RenderSession session(picture_->integrator(), film, rules);
+  const uint32_t nothing_to_show = 0;
+  session.on_pause(pause_for_gains(film, nothing_to_show));
   try {
     reduced_.push_back(session.run(cancel_, StopToken(cancel_)));
   } catch (...) {

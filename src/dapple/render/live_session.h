@@ -29,7 +29,7 @@ struct LiveFrame {
 
 /// Renders a scene that changes: in a thread of its own, first at an eighth of the resolution, then at a quarter, a
 /// half, the whole, then pass by pass. Edits come from other threads at any time, and cancel what is under way. What
-/// they keep: docs/guide/interactive.md.
+/// they keep: docs/guide/interactive.md. Gains of light groups cancel nothing: what was sampled is summed again.
 ///
 /// A settled frame equals, bit for bit, the picture of the scene that written() gives, whatever the edits were and
 /// whatever was kept. The session begins by DicingCamera, unless the scene has its own.
@@ -38,7 +38,7 @@ class LiveSession {
   struct Options {
     PictureRequest picture;
     build::FilmOverrides film;
-    /// Called with each frame on the session's thread; short, for rendering waits for it. May be empty.
+    /// Called with each frame, on one thread of the session at a time; short, for rendering waits for it. May be empty.
     std::function<void(std::shared_ptr<const LiveFrame>)> on_frame;
     /// Makes errors what callers know. Empty: they stay.
     std::function<std::exception_ptr(std::exception_ptr)> outside;
@@ -53,6 +53,8 @@ class LiveSession {
   /// when the scene is built; it holds the error if that fails or `change` throws, and then the scene is what it was
   /// before this transaction. Returns at once.
   std::future<void> edit(std::function<void(WorkingScene&)> change);
+  /// The gain of a light group, as a transaction of its own, which lets rendering go on.
+  std::future<void> gain(const std::string& group, const RGB& gain);
   /// Calls `look` between two renderings.
   std::future<void> look(std::function<void(WorkingScene&)> look);
 
@@ -64,17 +66,25 @@ class LiveSession {
 
  private:
   struct Transaction {
+    enum class Kind : uint8_t { edit, gain, look } kind = Kind::edit;
     std::function<void(WorkingScene&)> change;
     std::promise<void> done;
-    bool is_edit = true;
   };
+
+  using Kind = Transaction::Kind;
 
   void run();
   std::deque<Transaction> take_transactions();
+  std::future<void> add(Transaction transaction);
+  void look(Transaction& transaction);
   void apply(Transaction& transaction);
   void build();
+  void set_scene_gains(scene::Film& film) const;
   void render();
   bool render_reduced(int reduction);
+  void show_whole();
+  RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
+  bool take_gains(scene::Film& film);
   std::exception_ptr outside(std::exception_ptr error) const;
   void publish(image::OutputImage picture, int reduction, uint32_t samples, const SessionResult* settled);
 
@@ -82,7 +92,11 @@ class LiveSession {
   const Options options_;
   std::unique_ptr<Picture> picture_;
   build::BuiltScene* built_ = nullptr;
-  bool needs_rendering_ = true;
+  /// Of picture_, with all its samples; null before that.
+  std::unique_ptr<scene::Film> film_;
+  SessionResult film_result_;
+  bool needs_rendering_ = true, needs_showing_ = false;
+  bool noisy_is_shown_ = false;  ///< film_ as it is now, without denoising
   uint64_t shown_edits_ = 0;
   std::vector<SessionResult> reduced_;  ///< of this picture
 
@@ -94,8 +108,8 @@ class LiveSession {
   std::shared_ptr<const LiveFrame> frame_;
   std::exception_ptr failure_, failure_before_;  ///< of the scene as it is; before the edits under way
   bool ends_ = false;
-  std::atomic<bool> cancel_{false};
-  std::thread thread_;  ///< last: it uses all of the above
+  std::atomic<bool> cancel_{false}, has_news_{false};  ///< has_news_: gains too
+  std::thread thread_;                                 ///< last: it uses all of the above
 };
 
 }  // namespace dapple::render

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "dapple/base/error.h"
+#include "dapple/base/parallel.h"
 
 namespace dapple::render {
 
@@ -17,13 +18,20 @@ namespace {
 
 // Collects one layer; `write` puts a pixel's numbers to `out`.
 ImageLayer layer(const Film& film, const std::string& name, std::vector<std::string> channels,
-                 std::optional<SampleType> type, const std::function<void(int x, int y, float* out)>& write) {
+                 std::optional<SampleType> type, bool loops,
+                 const std::function<void(int x, int y, float* out)>& write) {
   ImageLayer l{name, std::move(channels), {}, type};
   l.pixels.resize(size_t(film.width()) * size_t(film.height()) * l.channels.size());
-  float* out = l.pixels.data();
   const Box2i& crop = film.settings().crop;
-  for (int y = crop.min.y; y < crop.max.y; ++y)
-    for (int x = crop.min.x; x < crop.max.x; ++x, out += l.channels.size()) write(x, y, out);
+  const auto rows = [&](size_t begin, size_t end) {
+    float* out = &l.pixels[begin * size_t(film.width()) * l.channels.size()];
+    for (size_t row = begin; row < end; ++row)
+      for (int x = crop.min.x; x < crop.max.x; ++x, out += l.channels.size()) write(x, crop.min.y + int(row), out);
+  };
+  if (loops)
+    parallel_ranges(size_t(film.height()), 16, rows);
+  else if (film.height() > 0)
+    rows(0, size_t(film.height()));
   return l;
 }
 
@@ -125,7 +133,7 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
     if (!settings.features) throw std::logic_error("AOVs albedo and normal need OutputSettings::features");
     return layer_of(name, aov->channels, name == "albedo" ? settings.features->albedo : settings.features->normal);
   }
-  return layer(film, name, aov->channels, aov->type, [&](int x, int y, float* out) {
+  return layer(film, name, aov->channels, aov->type, settings.loops, [&](int x, int y, float* out) {
     aov->write({film, settings.origin, x, y}, out);
   });
 }
@@ -186,7 +194,7 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   out.display_height = f.resolution.y;
   out.metadata = settings.metadata;
   const auto rendered = [&](const std::string& name, std::vector<std::string> channels) {
-    return layer(film, name, std::move(channels), {}, [&](int x, int y, float* p) {
+    return layer(film, name, std::move(channels), {}, settings.loops, [&](int x, int y, float* p) {
       put(settings.cache_view ? cache_color(*settings.cache_view, film.cache_features(x, y)) : film.pixel(x, y), p);
     });
   };
@@ -200,10 +208,10 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   for (size_t g = 0; g < settings.light_groups.size(); ++g) {
     const std::string name = "light." + settings.light_groups[g];
     std::vector<std::string> channels{name + ".R", name + ".G", name + ".B"};
-    out.layers.push_back(settings.denoised ? layer_of(name, channels, settings.denoised->light_groups[g])
-                                           : layer(film, name, channels, {}, [&](int x, int y, float* p) {
-                                               put(film.light_group(x, y, int(g)), p);
-                                             }));
+    out.layers.push_back(settings.denoised
+                             ? layer_of(name, channels, settings.denoised->light_groups[g])
+                             : layer(film, name, channels, {}, settings.loops,
+                                     [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
   }
   return out;
 }

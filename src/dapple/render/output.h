@@ -31,6 +31,7 @@ struct OutputSettings {
   std::optional<CacheView> cache_view;    ///< in place of the picture
   std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
+  bool loops = true;                      ///< over rows, in parallel
   V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
   image::ExrOptions exr;
   image::PngOptions png;

@@ -6,6 +6,7 @@
 #include "dapple/base/error.h"
 #include "dapple/base/log.h"
 #include "dapple/denoise/weights.h"
+#include "dapple/render/gains.h"
 
 namespace dapple::render {
 
@@ -55,7 +56,12 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
     throw UsageError("layers cache_... need integrator distribution and its radiosity cache");
   if (asked.light_groups && request_.type != "path" && request_.type != "distribution")
     throw UsageError("light groups go with integrators path and distribution, not " + request_.type);
-  request_.light_groups = asked.light_groups;
+  const scene::LightGroups& groups = built.scene->light_groups;
+  check_gains(groups.gains);
+  const bool may_mix =
+      asked.mixes && groups.names.size() > 1 && (request_.type == "path" || request_.type == "distribution");
+  request_.light_groups = asked.light_groups || groups.has_gains() || may_mix;
+  if (request_.light_groups) film_groups_ = int(groups.names.size());
   if (wants_denoiser(request_, asked.weights_folder))
     denoiser_.emplace(denoise::weights_path(denoise::feature_weights, asked.weights_folder));
   const build::IntegratorRequest settled = request_.over(build::preset_request(request_.preset));
@@ -69,18 +75,30 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
 scene::Film Picture::make_film() const {
   scene::Film::Settings s = built_.scene->film;
   s.features = names_any(asked_.aovs, false);
-  s.light_groups = asked_.light_groups ? int(built_.scene->light_groups.names.size()) : 0;
+  s.light_groups = film_groups_;
   s.cache_use = request_.log_caches;
   s.air = show_air(asked_.aovs);
-  return scene::Film(s);
+  scene::Film film(s);
+  if (film_groups_ > 0) film.set_gains(built_.scene->light_groups.gains);
+  return film;
+}
+
+bool Picture::keeps_for(const std::vector<RGB>& gains) const {
+  return film_groups_ == int(gains.size()) ||
+         std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); });
+}
+
+void Picture::check_gains(const std::vector<RGB>& gains) const {
+  render::check_gains(*built_.scene, gains, {request_, asked_.aovs, asked_.noise_target});
 }
 
 integrate::CacheState Picture::opacity_state() const {
   return opacity_->state();
 }
 
-image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopToken stop) {
+image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopToken stop, bool loops) {
   OutputSettings output;
+  output.loops = loops;
   output.origin = built_.origin;
   output.aovs = asked_.aovs;
   if (asked_.light_groups) output.light_groups = built_.scene->light_groups.names;
@@ -93,7 +111,9 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
     }
     output.features = features_;
   }
-  if (network) output.denoised = (*denoiser_)(film, output.features ? &*output.features : nullptr, stop);
+  if (network)
+    output.denoised =
+        (*denoiser_)(film, output.features ? &*output.features : nullptr, int(output.light_groups.size()), stop);
   return make_output(film, output);
 }
 

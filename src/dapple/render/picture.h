@@ -16,7 +16,8 @@ namespace dapple::render {
 struct PictureRequest {
   build::IntegratorRequest integrator;
   std::vector<std::string> aovs;
-  bool light_groups = false;
+  bool light_groups = false;  ///< layers of them
+  bool mixes = false;         ///< gains may change: their parts of the picture are kept where the integrator knows them
   std::string weights_folder;               ///< of the denoiser, denoise::find_weights()
   double time_limit = 0, noise_target = 0;  ///< StopRules
 };
@@ -35,7 +36,13 @@ class Picture {
   const StopRules& rules() const { return rules_; }
   uint64_t seed() const { return seed_; }
   bool denoises() const { return denoiser_.has_value(); }
+  /// With the scene's gains.
   scene::Film make_film() const;
+  int film_groups() const { return film_groups_; }
+  /// Whether a film of make_film() can show these gains.
+  bool keeps_for(const std::vector<RGB>& gains) const;
+  /// UsageError where the picture cannot have them.
+  void check_gains(const std::vector<RGB>& gains) const;
   /// After the camera moved (build::outlasts_camera()), and between films.
   void begin_again() {
     features_.reset();
@@ -46,7 +53,9 @@ class Picture {
 
   /// A film of make_film() as layers, denoised if that is asked for; `denoise` false leaves that out. May throw
   /// Stopped.
-  image::OutputImage layers(const scene::Film& film, bool denoise, StopToken stop = {});
+  /// Without `loops` no loop runs in parallel, as in a RenderSession::Pause, where the picture has been asked for
+  /// layers of a film before.
+  image::OutputImage layers(const scene::Film& film, bool denoise, StopToken stop = {}, bool loops = true);
 
  private:
   build::BuiltScene& built_;
@@ -54,6 +63,7 @@ class Picture {
   build::IntegratorRequest request_;
   StopRules rules_;
   uint64_t seed_;
+  int film_groups_ = 0;
   std::optional<FrameDenoiser> denoiser_;
   std::unique_ptr<const gi::OpacityCache> opacity_;
   std::unique_ptr<const integrate::Integrator> integrator_;

@@ -125,6 +125,18 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) 
   return noisy;
 }
 
+// One thread looks; the others wait where they would begin their next samples.
+void RenderSession::pause_if_wanted() {
+  if (!pause_.wants() || pausing_.exchange(true)) return;
+  std::function<void()> afterwards;
+  {
+    const std::unique_lock all(film_in_use_);
+    afterwards = pause_.look();
+  }
+  if (afterwards) afterwards();
+  pausing_ = false;
+}
+
 SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken abandon) {
   const Timer timer;
   const double cpu_start = process_cpu_seconds();
@@ -135,6 +147,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
   std::mutex progress_mutex;
   const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
   ProgressMeter meter(most);
+  const uint32_t at_once = pause_.wants ? most_at_once_with_pauses : most_at_once;
   StopRules rules = rules_;  // of the samples that the areas are to have
   for (uint32_t samples = 0; samples < rules.pixel_samples && !interrupt;) {
     const uint32_t count = pass_size(samples, rules);
@@ -144,9 +157,15 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
       if (interrupt) return;
       auto workspace = pool.take();
       const bool whole = unless_stopped([&] {
-        for (uint32_t first = 0; first < count && !interrupt; first += most_at_once)
-          integrator_.render({areas[i], samples + first, std::min(most_at_once, count - first), most, abandon},
-                             *workspace, film_);
+        for (uint32_t first = 0; first < count && !interrupt; first += at_once) {
+          {
+            std::shared_lock<std::shared_mutex> in_use;
+            if (pause_.wants) in_use = std::shared_lock(film_in_use_);
+            integrator_.render({areas[i], samples + first, std::min(at_once, count - first), most, abandon}, *workspace,
+                               film_);
+          }
+          if (pause_.wants) pause_if_wanted();
+        }
       });
       if (!whole) given_up = true;
       pool.give(std::move(workspace));

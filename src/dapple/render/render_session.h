@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <optional>
+#include <shared_mutex>
 
 #include "dapple/integrate/integrator.h"
 
@@ -62,6 +63,14 @@ class RenderSession {
   /// Called on the thread of run(), after each whole pass with the camera samples that every pixel has: the film may be
   /// read meanwhile.
   void on_pass(std::function<void(uint32_t samples)> callback) { pass_callback_ = std::move(callback); }
+  /// Where `wants` says so, which any rendering thread asks between samples of a block, `look` is called on one of
+  /// them while no sample is under way: the film may be read, and no loop run in parallel. What it returns, if
+  /// anything, is called when samples are under way again.
+  struct Pause {
+    std::function<bool()> wants;
+    std::function<std::function<void()>()> look;
+  };
+  void on_pause(Pause pause) { pause_ = std::move(pause); }
   /// Renders until a rule stops it, or until `interrupt` becomes true: then blocks that are under way come to their
   /// next samples, and the film holds what is done, pixels with different numbers of samples. When `abandon` says so,
   /// these blocks are given up in the middle of a sample, within a batch of rays; it is to follow an interrupt.
@@ -70,6 +79,7 @@ class RenderSession {
   /// Samples of a pixel between which `interrupt` is looked at: each time costs leaves 16 camera rays a pixel
   /// (docs/design/016).
   static constexpr uint32_t most_at_once = 64;
+  static constexpr uint32_t most_at_once_with_pauses = 16;
   /// Samples of a pass when `done` are finished: 1, 127, 128, 256, 512, and so on: the first gives a whole image soon,
   /// and of the fewer parts of the scene that are left for later passes to find, the less is computed again for small
   /// caches (docs/design/018). Where passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
@@ -77,12 +87,16 @@ class RenderSession {
 
  private:
   std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas) const;
+  void pause_if_wanted();
 
   const integrate::Integrator& integrator_;
   scene::Film& film_;
   const StopRules rules_;
   std::function<void(const Progress&)> callback_;
   std::function<void(uint32_t)> pass_callback_;
+  Pause pause_;
+  std::shared_mutex film_in_use_;  ///< shared by threads that add samples, where there is a Pause
+  std::atomic<bool> pausing_{false};
 };
 
 }  // namespace dapple::render

@@ -19,10 +19,18 @@ Changes changes_of(EditTarget target, const std::string& name, scenefile::SceneE
   Changes c;
   switch (target) {
     case EditTarget::light:
-      (editor->names_area_light(name) ? c.all : c.lights) = true;
+      c.lights = true;
+      c.area_lights = editor->names_area_light(name);
       break;
     case EditTarget::material:
       c.materials = true;
+      break;
+    case EditTarget::group:
+      c.gains = true;
+      break;
+    case EditTarget::shape:
+    case EditTarget::object:
+      c.geometry = true;
       break;
     case EditTarget::camera:
       c.camera = true;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 namespace dapple::scene {
 
@@ -22,7 +24,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   const size_t count = size_t(width()) * size_t(height());
   pixels_.resize(count);
   if (settings.features) features_.resize(count);
-  group_sums_.resize(count * size_t(settings.light_groups) * 3);
+  group_sums_.resize(count * size_t(settings.light_groups));
   if (settings.cache_use) cache_features_.resize(count);
   if (settings.air) air_.resize(count);
   if (settings.indirect) indirect_.resize(count);
@@ -51,12 +53,8 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     p.sum[c] += v;
     p.square[c] += v * v;
   }
-  for (size_t g = 0; g < groups.size(); ++g) {
-    const RGB part = settings_.white_balance ? (*settings_.white_balance)(groups[g]) : groups[g];
-    for (int c = 0; c < 3; ++c)
-      group_sums_[(index(x, y) * size_t(settings_.light_groups) + g) * 3 + size_t(c)] +=
-          double(weight) * double(part[c] * scale);
-  }
+  RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
+  for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
   if (!indirect_.empty() && scale > 0) indirect_[index(x, y)] += indirect * (weight * scale);
   p.weight += double(weight);
   if (features_.empty()) return;
@@ -97,8 +95,27 @@ AirFeatures Film::air(int x, int y) const {
   return air;
 }
 
+void Film::set_gains(std::vector<RGB> gains) {
+  if (std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); })) gains.clear();
+  if (!gains.empty() && gains.size() != size_t(settings_.light_groups))
+    throw std::logic_error("the film does not keep the groups of these gains");
+  gains_ = std::move(gains);
+}
+
 RGB Film::pixel(int x, int y) const {
   const Pixel& p = pixels_[index(x, y)];
+  if (gains_.empty()) return sampled(p);
+  if (p.weight == 0) return RGB();
+  const RGB* const sums = &group_sums_[index(x, y) * gains_.size()];
+  double all[3] = {0, 0, 0};
+  for (size_t g = 0; g < gains_.size(); ++g)
+    for (int c = 0; c < 3; ++c) all[c] += double(gains_[g][c]) * double(sums[g][c]);
+  const double inv = 1 / p.weight;
+  const RGB mean(float(all[0] * inv), float(all[1] * inv), float(all[2] * inv));
+  return settings_.white_balance ? (*settings_.white_balance)(mean) : mean;
+}
+
+RGB Film::sampled(const Pixel& p) const {
   if (p.weight == 0) return RGB();
   const double inv = 1 / p.weight;
   return {float(p.sum[0] * inv), float(p.sum[1] * inv), float(p.sum[2] * inv)};
@@ -136,18 +153,22 @@ Features Film::features(int x, int y) const {
   return f;
 }
 
+RGB Film::mean_of(const RGB& sum, double weight) const {
+  const RGB mean(float(double(sum.r) / weight), float(double(sum.g) / weight), float(double(sum.b) / weight));
+  return settings_.white_balance ? (*settings_.white_balance)(mean) : mean;
+}
+
 RGB Film::light_group(int x, int y, int group) const {
   const double weight = pixels_[index(x, y)].weight;
-  const double* sum = &group_sums_[(index(x, y) * size_t(settings_.light_groups) + size_t(group)) * 3];
-  return weight == 0 ? RGB() : RGB(float(sum[0] / weight), float(sum[1] / weight), float(sum[2] / weight));
+  if (weight == 0) return RGB();
+  RGB sum = group_sums_[index(x, y) * size_t(settings_.light_groups) + size_t(group)];
+  if (!gains_.empty()) sum *= gains_[size_t(group)];
+  return mean_of(sum, weight);
 }
 
 RGB Film::indirect(int x, int y) const {
   const double weight = pixels_[index(x, y)].weight;
-  if (weight == 0) return RGB();
-  const RGB& sum = indirect_[index(x, y)];
-  const RGB mean(float(double(sum.r) / weight), float(double(sum.g) / weight), float(double(sum.b) / weight));
-  return settings_.white_balance ? (*settings_.white_balance)(mean) : mean;
+  return weight == 0 ? RGB() : mean_of(indirect_[index(x, y)], weight);
 }
 
 Film::Noise Film::noise(const Box2i& pixels) const {
@@ -157,7 +178,7 @@ Film::Noise Film::noise(const Box2i& pixels) const {
     for (int x = pixels.min.x; x < pixels.max.x; ++x, ++n) {
       const RGB v = variance(x, y);
       sum.variance += samples(x, y) < 2 ? double(infinity) : (double(v.r) + v.g + v.b) / 3;
-      sum.mean += pixel(x, y).average();
+      sum.mean += sampled(pixels_[index(x, y)]).average();
     }
   return {sum.variance / n, sum.mean / n};
 }
@@ -186,7 +207,7 @@ double Film::mean_samples() const {
 }
 
 size_t Film::bytes() const {
-  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(double) +
+  return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(RGB) +
          cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) +
          indirect_.size() * sizeof(RGB);
 }

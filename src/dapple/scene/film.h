@@ -77,6 +77,10 @@ class Film {
   int width() const { return settings_.crop.max.x - settings_.crop.min.x; }
   int height() const { return settings_.crop.max.y - settings_.crop.min.y; }
 
+  /// Factors on the light of each group, for pixel() and light_group(); none, or all 1: the sum of the samples as it
+  /// is. What noise() and variance() say is that of the samples themselves.
+  void set_gains(std::vector<RGB> gains);
+
   RGB pixel(int x, int y) const;     ///< film coordinates
   RGB variance(int x, int y) const;  ///< of the pixel's mean; samples taken as independent (an upper estimate)
   uint32_t samples(int x, int y) const;
@@ -122,10 +126,14 @@ class Film {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
   }
 
+  RGB sampled(const Pixel& pixel) const;
+  RGB mean_of(const RGB& sum, double weight) const;
+
   Settings settings_;
+  std::vector<RGB> gains_;  ///< empty: all 1
   std::vector<Pixel> pixels_;
   std::vector<FeatureSums> features_;
-  std::vector<double> group_sums_;  ///< by pixel, group and channel
+  std::vector<RGB> group_sums_;  ///< by pixel and group, before white balance
   std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
   std::vector<RGB> indirect_;  ///< sums, before white balance

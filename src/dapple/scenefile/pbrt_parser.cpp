@@ -21,14 +21,14 @@ constexpr size_t max_includes = 100000;
 // whose numbers differ, has more for each; that of one line a million times has a small part of one. Instances are
 // compact, and are not counted.
 constexpr size_t free_directives = size_t(1) << 18, bytes_a_directive = 4;
-constexpr std::array<std::string_view, 11> kept_directives = {
-    "AreaLightSource", "Attribute", "Edit",  "LightSource", "MakeNamedMaterial", "MakeNamedMedium", "Material",
-    "ObjectBegin",     "Remove",    "Shape", "Texture"};
+constexpr std::array<std::string_view, 12> kept_directives = {
+    "AreaLightSource", "Attribute", "Edit",        "LightGroup", "LightSource", "MakeNamedMaterial",
+    "MakeNamedMedium", "Material",  "ObjectBegin", "Remove",     "Shape",       "Texture"};
 
 }  // namespace
 
 // In alphabetical order, for the search.
-const std::array<PbrtParser::Directive, 43> PbrtParser::directives = {{
+const std::array<PbrtParser::Directive, 44> PbrtParser::directives = {{
     {"Accelerator", Block::options, &PbrtParser::set_once<&SceneDescription::accelerator>},
     {"ActiveTransform", Block::any, &PbrtParser::active_transform},
     {"AreaLightSource", Block::world, &PbrtParser::area_light_source},
@@ -47,6 +47,7 @@ const std::array<PbrtParser::Directive, 43> PbrtParser::directives = {{
     {"Import", Block::world, &PbrtParser::import},
     {"Include", Block::any, &PbrtParser::include},
     {"Integrator", Block::options, &PbrtParser::set_once<&SceneDescription::integrator>},
+    {"LightGroup", Block::any, &PbrtParser::light_group},
     {"LightSource", Block::world, &PbrtParser::light_source},
     {"LookAt", Block::any, &PbrtParser::look_at},
     {"MakeNamedMaterial", Block::world, &PbrtParser::make_named_material},
@@ -278,6 +279,17 @@ void PbrtParser::edit(const Token& d) {
                               one_of({edit_target_names.begin(), edit_target_names.end()}));
   e.target = EditTarget(it - edit_target_names.begin());
   if (has_name(e.target)) e.name = read_string(d, "a name");
+  e.params = read_params(d).params;
+  builder_.edit(std::move(e));
+}
+
+// Said again, it is changed: as an edit, but that no light needs to be of the group yet.
+void PbrtParser::light_group(const Token& d) {
+  SceneEdit e;
+  e.loc = d.loc;
+  e.target = EditTarget::group;
+  e.name = read_string(d, "a group's name");
+  e.declares = true;
   e.params = read_params(d).params;
   builder_.edit(std::move(e));
 }

@@ -56,7 +56,7 @@ class PbrtParser {
     Block block;
     Handler handler;
   };
-  static const std::array<Directive, 43> directives;
+  static const std::array<Directive, 44> directives;
 
   /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
   void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
@@ -90,6 +90,7 @@ class PbrtParser {
   void identity(const Token& d) { builder_.set_transform(Transform(), d.loc); }
   void import(const Token& d) { read_file(d, true); }
   void include(const Token& d) { read_file(d, false); }
+  void light_group(const Token& d);
   void light_source(const Token& d) { builder_.light(read_entity(d)); }
   void look_at(const Token& d);
   void make_named_material(const Token& d);

@@ -106,6 +106,11 @@ struct InstanceEntity {
   bool is_shown() const { return presence == Presence::shown; }
 };
 
+/// LightGroup: what is said of a group of lights (`"string group"` of lights), once each.
+struct LightGroupEntity : Entity {
+  std::string name;
+};
+
 /// DicingCamera: the camera and the film for which surfaces are diced, wherever the camera goes from there on.
 struct DicingCameraEntity {
   Entity camera, film;
@@ -143,6 +148,7 @@ struct SceneDescription {
   std::map<std::string, int32_t> named_media;
   std::vector<Entity> area_lights;  ///< one for each AreaLightSource, shared by the shapes after it
   std::vector<LightEntity> lights;
+  std::vector<LightGroupEntity> light_groups;  ///< those of which something was said
   std::vector<ShapeEntity> shapes;
   std::vector<ObjectEntity> objects;
   std::map<std::string, int32_t> named_objects;

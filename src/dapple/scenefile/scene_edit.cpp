@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "dapple/scenefile/group_names.h"
 #include "dapple/scenefile/text.h"
 
 namespace dapple::scenefile {
@@ -43,6 +44,7 @@ bool is_affine(const Transform& t) {
 }
 
 constexpr size_t most_work = size_t(1) << 21;
+constexpr size_t most_groups = 256;  // of which something is said, whether a light is of them or not
 
 }  // namespace
 
@@ -139,6 +141,8 @@ Entity* SceneEditor::entity_at(EditTarget target, Place place) {
       return &d_.textures[i];
     case EditTarget::medium:
       return &d_.media[i];
+    case EditTarget::group:
+      return &d_.light_groups[i];
     case EditTarget::camera:
       return &d_.camera;
     case EditTarget::film:
@@ -244,6 +248,7 @@ void SceneEditor::set_params(EditTarget target, Place place, const SceneEdit& ed
 const std::vector<SceneEditor::Place>& SceneEditor::find(const SceneEdit& edit) {
   static const std::vector<Place> the_only(1);
   if (!has_name(edit.target)) return the_only;
+  if (edit.target == EditTarget::group) return find_group(edit);
   update_index();
   const auto& names = index_.names[size_t(edit.target)];
   const auto found = names.find(edit.name);
@@ -251,6 +256,31 @@ const std::vector<SceneEditor::Place>& SceneEditor::find(const SceneEdit& edit) 
         return presence_at(edit.target, p) != Presence::removed;
       }))
     return found->second;
+  refuse_name(edit);
+}
+
+// One of which nothing was said yet gets an entity, which says nothing.
+const std::vector<SceneEditor::Place>& SceneEditor::find_group(const SceneEdit& edit) {
+  auto& groups = d_.light_groups;
+  auto it = std::find_if(groups.begin(), groups.end(), [&](const LightGroupEntity& g) { return g.name == edit.name; });
+  if (!edit.declares && (it == groups.end() || it->params.empty())) {
+    work_ += (d_.lights.size() + d_.area_lights.size()) / 16;
+    const std::vector<std::string> there = group_names(d_);
+    if (std::find(there.begin(), there.end(), edit.name) == there.end()) refuse_name(edit);
+  }
+  if (it == groups.end()) {
+    if (groups.size() == most_groups)
+      throw InputError(edit.loc, "light group " + in_quotes(edit.name, 100) + " is one too many; expected at most " +
+                                     std::to_string(most_groups) + " names");
+    it = groups.emplace(groups.end());
+    it->name = edit.name;
+    it->loc = edit.loc;
+  }
+  group_place_ = {{int32_t(it - groups.begin())}};
+  return group_place_;
+}
+
+void SceneEditor::refuse_name(const SceneEdit& edit) {
   const std::vector<std::string> there = this->names(edit.target);
   const std::vector<std::string_view> views(there.begin(), there.end());
   auto near = closest_names(edit.name, views);
@@ -274,6 +304,10 @@ void SceneEditor::check(const SceneEdit& edit, const Special& special, const std
       if (std::find(special.taken.begin(), special.taken.end(), p.name) == special.taken.end())
         throw InputError(
             p.loc, "an object has no parameter " + in_quotes(p.name) + "; " + one_of({"transform", "move", "visible"}));
+  if (edit.target == T::group)
+    for (const Param& p : edit.params.all())
+      if (p.name != "gain")
+        throw InputError(p.loc, "a group of lights has no parameter " + in_quotes(p.name) + "; expected gain");
   for (const auto* t : {&special.transform, &special.move})
     if (edit.target == T::object && *t && !is_affine(**t))
       refuse("the transform of an object must be affine: its last row must be 0 0 0 1");
@@ -344,6 +378,7 @@ const Param* SceneEditor::parameter(EditTarget target, const std::string& name, 
 }
 
 std::vector<std::string> SceneEditor::names(EditTarget target) {
+  if (target == EditTarget::group) return group_names(d_);
   update_index();
   std::vector<std::string> names;
   for (const std::string& name : index_.order[size_t(target)]) {

@@ -13,9 +13,21 @@
 namespace dapple::scenefile {
 
 /// What an edit is about; by these names in files.
-enum class EditTarget : uint8_t { light, shape, object, material, texture, medium, camera, film, integrator, sampler };
-inline constexpr std::array<std::string_view, 10> edit_target_names = {
-    "light", "shape", "object", "material", "texture", "medium", "camera", "film", "integrator", "sampler"};
+enum class EditTarget : uint8_t {
+  light,
+  shape,
+  object,
+  material,
+  texture,
+  medium,
+  group,
+  camera,
+  film,
+  integrator,
+  sampler
+};
+inline constexpr std::array<std::string_view, 11> edit_target_names = {
+    "light", "shape", "object", "material", "texture", "medium", "group", "camera", "film", "integrator", "sampler"};
 
 /// Of a camera, a film, an integrator and a sampler there is one, which needs no name.
 constexpr bool has_name(EditTarget target) {
@@ -27,7 +39,8 @@ struct SceneEdit {
   EditTarget target = EditTarget::light;
   std::string name;  ///< empty where there is one only
   bool remove = false;
-  ParamSet params;  ///< those to be set; without values: those to be taken out
+  bool declares = false;  ///< LightGroup: nothing needs to have the name yet
+  ParamSet params;        ///< those to be set; without values: those to be taken out
   FileLoc loc;
 };
 
@@ -35,6 +48,7 @@ struct SceneEdit {
 /// that they are defined by; those without one to `type:number`, counted from 1 within the type in the order of the
 /// file. Objects, which are instances of definitions, are called `definition:number`, and all of one definition
 /// `definition`; shapes of a definition `definition/type:number`. One name may be that of many items: all are edited.
+/// A group of lights is called as lights call it.
 class SceneEditor {
  public:
   explicit SceneEditor(SceneDescription* description) : d_(*description) {}
@@ -79,6 +93,8 @@ class SceneEditor {
   template <class E>
   void add_item(EditTarget target, const E& entity, const std::string& prefix, Place place);
   const std::vector<Place>& find(const SceneEdit& edit);
+  const std::vector<Place>& find_group(const SceneEdit& edit);
+  [[noreturn]] void refuse_name(const SceneEdit& edit);
   Entity* entity_at(EditTarget target, Place place);
   TransformPair* transform_at(EditTarget target, Place place);
   Presence presence_at(EditTarget target, Place place);
@@ -90,7 +106,8 @@ class SceneEditor {
 
   SceneDescription& d_;
   Index index_;
-  size_t work_ = 0;  ///< things edited, large parameters counting more
+  std::vector<Place> group_place_;  ///< what find_group() found
+  size_t work_ = 0;                 ///< things edited, large parameters counting more
 };
 
 }  // namespace dapple::scenefile
