@@ -43,10 +43,11 @@ FrameDenoising::FrameDenoising(const RenderOptions& o, const build::IntegratorRe
 
 void FrameDenoising::trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples,
                                     uint32_t pixel_samples, uint64_t seed, render::OutputSettings* output) {
-  if (!(denoiser_ && denoiser_->wants_features()) && !wanted(output->aovs)) return;
   const Timer timer;
-  output->features =
-      render::trace_features(scene, film.crop, {std::clamp(samples, 1, most_samples), seed, pixel_samples});
+  const integrate::FeatureTracer::Settings settings{std::clamp(samples, 1, most_samples), seed, pixel_samples};
+  if ((denoiser_ && denoiser_->wants_features()) || wanted(output->aovs))
+    output->features = render::trace_features(scene, film.crop, settings);
+  if (render::show_motion(output->aovs)) output->motion = render::trace_motion(scene, film.crop, settings);
   feature_seconds_ = timer.seconds();
 }
 

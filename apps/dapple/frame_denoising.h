@@ -18,7 +18,8 @@ class FrameDenoising {
   /// denoise.
   FrameDenoising(const RenderOptions& o, const build::IntegratorRequest& request);
 
-  /// What the network wants to know of the scene, and AOVs albedo and normal, go to output->features.
+  /// What the network wants to know of the scene, and AOVs albedo and normal, go to output->features; AOV motion goes
+  /// to output->motion.
   void trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples,
                       uint64_t seed, render::OutputSettings* output);
   /// The film without its noise goes to output->denoised; if `interrupted` is set, or becomes so, the image stays as it

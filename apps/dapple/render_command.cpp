@@ -118,6 +118,11 @@ render::OutputSettings output_settings(const RenderOptions& o, const build::Buil
   const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
   s.metadata.push_back({"worldToCamera", from_file(camera.world_to_camera, built.origin)});
   if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", from_file(*camera.world_to_ndc, built.origin)});
+  if (render::show_motion(s.aovs) && camera.world_to_ndc) {
+    s.metadata.push_back({"dapple/shuttersAFrame", built.scene->camera.shutters_a_frame()});
+    s.metadata.push_back({"dapple/worldToNDCAtClose",
+                          from_file(*scene::camera_matrices_at_close(built.scene->camera).world_to_ndc, built.origin)});
+  }
   return s;
 }
 
@@ -171,12 +176,6 @@ void keep_older_images(const RenderOptions& o, const build::BuiltScene& built, O
   }
 }
 
-// Albedo and normals come from elsewhere (FrameDenoising).
-bool keeps_features(const std::vector<std::string>& aovs) {
-  return std::any_of(aovs.begin(), aovs.end(),
-                     [](const std::string& aov) { return aov != "albedo" && aov != "normal"; });
-}
-
 build::BuildOptions build_options(const RenderOptions& o) {
   build::BuildOptions options;
   options.keep_going = o.keep_going;
@@ -206,7 +205,7 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
 scene::Film::Settings film_settings(const scene::Scene& scene, const build::IntegratorRequest& request,
                                     const render::OutputSettings& output) {
   scene::Film::Settings s = scene.film;
-  s.features = keeps_features(output.aovs);
+  s.features = std::any_of(output.aovs.begin(), output.aovs.end(), render::from_film);
   s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
   s.cache_use = request.log_caches;
   s.air = render::show_air(output.aovs);

@@ -170,6 +170,7 @@ scene::Camera camera_of(const BuildContext& context, const Entity& e, const scen
   if (!(s.shutter_close > s.shutter_open))
     throw InputError(e.loc,
                      "the shutter does not open: \"shutterclose\" (1 by default) must be above \"shutteropen\" (0)");
+  if (e.params.find("frameinterval")) s.frame_interval = positive(e, "frameinterval", 0);
   const double t0 = context.description.shutter_start_transform_time,
                t1 = context.description.shutter_end_transform_time;
   const auto normalised = [&](float t) { return t1 > t0 ? float(std::clamp((t - t0) / (t1 - t0), 0.0, 1.0)) : 0.0f; };

@@ -19,6 +19,9 @@ constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "alb
 constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal",
                                         "normals",         "shadingnormal", "nn", "n"};
 
+constexpr std::string_view motions[] = {"motion"};
+constexpr std::string_view depths[] = {"z", "depth", "depthz", "depthv"};  // channels
+
 std::string plain(std::string_view name) {
   std::string out;
   for (const char c : name)
@@ -32,6 +35,19 @@ std::pair<std::string, std::string> split(const std::string& name) {
   const size_t dot = name.find_last_of('.');
   return dot == std::string::npos ? std::pair(std::string(), name)
                                   : std::pair(name.substr(0, dot), name.substr(dot + 1));
+}
+
+std::optional<ChannelPlace> find_depth(const image::ExrFile& file, const std::string& view) {
+  const std::string prefix = view.empty() ? view : view + ".";
+  for (const std::string_view wanted : depths)
+    for (size_t p = 0; p < file.parts().size(); ++p)
+      for (size_t c = 0; c < file.parts()[p].channels.size(); ++c) {
+        const image::ExrFile::Channel& channel = file.parts()[p].channels[c];
+        if (channel.is_number && channel.name.starts_with(prefix) &&
+            plain(channel.name.substr(prefix.size())) == wanted)
+          return ChannelPlace{p, c};
+      }
+  return std::nullopt;
 }
 
 std::vector<Layer> layers_of(const image::ExrFile& file) {
@@ -90,7 +106,13 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
     const std::optional<Layer> colour = find(layers, &view, colours);
     if (!colour || (view == "light" && find(layers, &root, colours))) continue;  // a group of lights, called "color"
     const std::optional<Layer> noisy = find(layers, &view, noisy_ones);
-    Picture picture{*colour, noisy.value_or(*colour), find(layers, &view, albedos), find(layers, &view, normals), {}};
+    Picture picture{*colour,
+                    noisy.value_or(*colour),
+                    find(layers, &view, albedos),
+                    find(layers, &view, normals),
+                    find_depth(file, view),
+                    find(layers, &view, motions),
+                    {}};
     if (view.empty())
       for (const Layer& layer : layers)
         if (split(layer.name).first == "light") picture.light_groups.push_back(layer);

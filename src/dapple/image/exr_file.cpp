@@ -46,6 +46,8 @@ ExrFile::Part part_of(const OIIO::ImageSpec& spec, const std::string& path) {
   ExrFile::Part part;
   part.name = spec.get_string_attribute("oiio:subimagename");
   part.width = spec.width, part.height = spec.height, part.x = spec.x, part.y = spec.y;
+  part.display_width = spec.full_width, part.display_height = spec.full_height;
+  part.display_x = spec.full_x, part.display_y = spec.full_y;
   for (int c = 0; c < spec.nchannels; ++c) {
     const OIIO::TypeDesc type = spec.channelformat(c);
     if (type != OIIO::TypeDesc::HALF && type != OIIO::TypeDesc::FLOAT && type != OIIO::TypeDesc::UINT32)
@@ -132,6 +134,24 @@ void ExrFile::replace(size_t part, const std::array<size_t, 3>& channels, const 
                     channel.is_half ? sizeof h : sizeof v);
       }
   });
+}
+
+std::optional<M44f> ExrFile::matrix(const std::string& attribute) const {
+  const auto* found = headers_->specs[0].find_attribute(attribute, OIIO::TypeDesc::TypeMatrix);
+  if (!found) return std::nullopt;
+  M44f m;
+  std::memcpy(m.getValue(), found->data(), 16 * sizeof(float));
+  return m;
+}
+
+std::optional<float> ExrFile::number(const std::string& attribute) const {
+  const auto* found = headers_->specs[0].find_attribute(attribute, OIIO::TypeDesc::FLOAT);
+  return found ? std::optional(found->get_float()) : std::nullopt;
+}
+
+std::optional<std::string> ExrFile::text(const std::string& attribute) const {
+  const auto* found = headers_->specs[0].find_attribute(attribute, OIIO::TypeDesc::STRING);
+  return found ? std::optional(found->get_string()) : std::nullopt;
 }
 
 void ExrFile::set_text(const std::string& attribute, const std::string& text) {

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dapple/base/error.h"
+#include "dapple/base/vec.h"
 #include "dapple/image/image.h"
 
 namespace dapple::image {
@@ -25,7 +27,8 @@ class ExrFile {
   struct Part {
     std::string name;  ///< empty in files of one part, mostly
     int width = 0, height = 0;
-    int x = 0, y = 0;  ///< corner of the data window
+    int x = 0, y = 0;                                                         ///< corner of the data window
+    int display_width = 0, display_height = 0, display_x = 0, display_y = 0;  ///< display window
     std::vector<Channel> channels;
     size_t pixel_bytes = 0;
     std::vector<std::byte> pixels;
@@ -42,6 +45,10 @@ class ExrFile {
   /// `image`, of the part's size with three channels, takes their place, in the type that they have; halfs are kept
   /// within their range.
   void replace(size_t part, const std::array<size_t, 3>& channels, const Image& image);
+  /// An attribute of the first part; none where there is no such one of this type.
+  std::optional<M44f> matrix(const std::string& attribute) const;
+  std::optional<float> number(const std::string& attribute) const;
+  std::optional<std::string> text(const std::string& attribute) const;
   /// In the header of all parts.
   void set_text(const std::string& attribute, const std::string& text);
 

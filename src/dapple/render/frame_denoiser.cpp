@@ -3,6 +3,8 @@
 
 #include <optional>
 
+#include "dapple/integrate/motion_tracer.h"
+
 namespace dapple::render {
 
 using image::Image;
@@ -43,6 +45,11 @@ FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
   const auto layers = integrate::FeatureTracer(scene, settings).trace(crop);
   const int width = crop.max.x - crop.min.x, height = crop.max.y - crop.min.y;
   return {image_of(layers.albedo, width, height), image_of(layers.normal, width, height)};
+}
+
+Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings) {
+  return image_of(integrate::MotionTracer(scene, settings).trace(crop), crop.max.x - crop.min.x,
+                  crop.max.y - crop.min.y);
 }
 
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}

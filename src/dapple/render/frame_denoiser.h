@@ -20,6 +20,10 @@ struct FeatureLayers {
 FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
                              const integrate::FeatureTracer::Settings& settings);
 
+/// How what is seen moves to the next frame, as an image of three channels (integrate::MotionTracer).
+image::Image trace_motion(const scene::Scene& scene, const Box2i& crop,
+                          const integrate::FeatureTracer::Settings& settings);
+
 /// A frame without its noise, over the film's crop.
 struct DenoisedFrame {
   image::Image colour;

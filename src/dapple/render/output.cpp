@@ -42,8 +42,9 @@ void put(const V3f& v, float* out) {
   out[0] = v.x, out[1] = v.y, out[2] = v.z;
 }
 
-ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, const image::Image& pixels) {
-  return {name, std::move(channels), {pixels.pixels().begin(), pixels.pixels().end()}, {}};
+ImageLayer layer_of(const std::string& name, std::vector<std::string> channels, const image::Image& pixels,
+                    std::optional<SampleType> type = {}) {
+  return {name, std::move(channels), {pixels.pixels().begin(), pixels.pixels().end()}, type};
 }
 
 /// A pixel of a film, from which the numbers of a layer come.
@@ -57,7 +58,7 @@ struct Pixel {
   scene::CacheFeatures cache() const { return film.cache_features(x, y); }
 };
 
-enum class AovKind : uint8_t { features, film, air, cache };
+enum class AovKind : uint8_t { features, motion, film, air, cache };
 
 /// A layer that --aov names.
 struct Aov {
@@ -65,7 +66,7 @@ struct Aov {
   AovKind kind;
   std::vector<std::string> channels;
   std::optional<SampleType> type;                 ///< none: the picture's
-  void (*write)(const Pixel& pixel, float* out);  ///< null of AovKind::features
+  void (*write)(const Pixel& pixel, float* out);  ///< null of features and motion
 };
 
 const std::vector<Aov>& all_aovs() {
@@ -84,6 +85,7 @@ const std::vector<Aov>& all_aovs() {
   static const std::vector<Aov> aovs = {
       {"albedo", features, {"albedo.R", "albedo.G", "albedo.B"}, {}, nullptr},
       {"normal", features, {"normal.X", "normal.Y", "normal.Z"}, {}, nullptr},
+      {"motion", motion, {"motion.X", "motion.Y", "motion.Z"}, full, nullptr},
       {"depth", film, {"Z"}, full, [](const Pixel& p, float* out) { *out = p.seen().depth; }},
       {"position", film, {"P.X", "P.Y", "P.Z"}, full, position},
       {"variance", film, {"variance.R", "variance.G", "variance.B"}, full, variance},
@@ -133,6 +135,10 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
     if (!settings.features) throw std::logic_error("AOVs albedo and normal need OutputSettings::features");
     return layer_of(name, aov->channels, name == "albedo" ? settings.features->albedo : settings.features->normal);
   }
+  if (aov->kind == AovKind::motion) {
+    if (!settings.motion) throw std::logic_error("AOV motion needs OutputSettings::motion");
+    return layer_of(name, aov->channels, *settings.motion, aov->type);
+  }
   return layer(film, name, aov->channels, aov->type, settings.loops, [&](int x, int y, float* out) {
     aov->write({film, settings.origin, x, y}, out);
   });
@@ -155,6 +161,14 @@ const std::vector<std::string>& air_aov_names() {
   return names;
 }
 
+bool show_motion(const std::vector<std::string>& aovs) {
+  return std::find(aovs.begin(), aovs.end(), "motion") != aovs.end();
+}
+
+bool from_film(const std::string& aov) {
+  return aov != "albedo" && aov != "normal" && aov != "motion";
+}
+
 bool show_air(const std::vector<std::string>& aovs) {
   const auto& names = air_aov_names();
   return std::find_first_of(aovs.begin(), aovs.end(), names.begin(), names.end()) != aovs.end();
@@ -167,6 +181,7 @@ bool show_cache_use(const std::vector<std::string>& aovs) {
 
 std::vector<std::string> parse_aovs(const std::string& list) {
   std::vector<std::string> known = aov_names(), chosen;
+  known.push_back("motion");
   known.insert(known.end(), air_aov_names().begin(), air_aov_names().end());
   known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {

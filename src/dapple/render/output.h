@@ -14,14 +14,17 @@
 namespace dapple::render {
 
 /// Names that --aov takes, in the order they are written: those that "all" means, those of light shafts, and those of
-/// the radiosity cache.
+/// the radiosity cache. There is "motion" beside them.
 const std::vector<std::string>& aov_names();
 const std::vector<std::string>& air_aov_names();
 const std::vector<std::string>& cache_aov_names();
 
 /// Splits "albedo,normal" and checks each name. UsageError lists the legal names.
 std::vector<std::string> parse_aovs(const std::string& list);
-/// Whether these need Film::Settings::cache_use.
+/// Whether an AOV is of the film's own (Film::Settings::features, air, cache_use), not traced apart.
+bool from_film(const std::string& aov);
+/// Whether these need OutputSettings::motion, Film::Settings::air, Film::Settings::cache_use.
+bool show_motion(const std::vector<std::string>& aovs);
 bool show_air(const std::vector<std::string>& aovs);
 bool show_cache_use(const std::vector<std::string>& aovs);
 
@@ -30,6 +33,7 @@ struct OutputSettings {
   std::vector<std::string> light_groups;  ///< names, as many as the film keeps
   std::optional<CacheView> cache_view;    ///< in place of the picture
   std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop
+  std::optional<image::Image> motion;     ///< AOV motion, likewise
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
   bool loops = true;                      ///< over rows, in parallel
   V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
@@ -39,10 +43,10 @@ struct OutputSettings {
 };
 
 /// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV:
-/// albedo, normal, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
+/// albedo, normal, motion, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
 /// shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light group. Crops keep
-/// the full display window. std::logic_error for albedo and normal without OutputSettings::features, and for names that
-/// are no AOV.
+/// the full display window. std::logic_error for albedo, normal and motion without what OutputSettings hold of them,
+/// and for names that are no AOV.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.

@@ -15,9 +15,9 @@ namespace {
 // Of albedo and normals: the network cleans what is left of their noise.
 constexpr int most_feature_samples = 16;
 
-bool names_any(const std::vector<std::string>& aovs, bool albedo_or_normal) {
+bool any_feature(const std::vector<std::string>& aovs) {
   return std::any_of(aovs.begin(), aovs.end(),
-                     [&](const std::string& aov) { return (aov == "albedo" || aov == "normal") == albedo_or_normal; });
+                     [](const std::string& aov) { return aov == "albedo" || aov == "normal"; });
 }
 
 bool wants_denoiser(const build::IntegratorRequest& r, const std::string& folder) {
@@ -74,7 +74,7 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
 
 scene::Film Picture::make_film() const {
   scene::Film::Settings s = built_.scene->film;
-  s.features = names_any(asked_.aovs, false);
+  s.features = std::any_of(asked_.aovs.begin(), asked_.aovs.end(), from_film);
   s.light_groups = film_groups_;
   s.cache_use = request_.log_caches;
   s.air = show_air(asked_.aovs);
@@ -103,13 +103,15 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
   output.aovs = asked_.aovs;
   if (asked_.light_groups) output.light_groups = built_.scene->light_groups.names;
   const bool network = denoise && denoiser_;
-  if ((network && denoiser_->wants_features()) || names_any(asked_.aovs, true)) {
-    if (!features_) {
-      const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);
-      features_ = trace_features(*built_.scene, film.settings().crop,
-                                 {std::clamp(int(rules_.pixel_samples), 1, most_feature_samples), seed_, most});
-    }
+  const integrate::FeatureTracer::Settings samples{std::clamp(int(rules_.pixel_samples), 1, most_feature_samples),
+                                                   seed_, std::max(rules_.pixel_samples, rules_.max_pixel_samples)};
+  if ((network && denoiser_->wants_features()) || any_feature(asked_.aovs)) {
+    if (!features_) features_ = trace_features(*built_.scene, film.settings().crop, samples);
     output.features = features_;
+  }
+  if (show_motion(asked_.aovs)) {
+    if (!motion_) motion_ = trace_motion(*built_.scene, film.settings().crop, samples);
+    output.motion = motion_;
   }
   if (network)
     output.denoised =

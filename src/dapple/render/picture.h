@@ -45,7 +45,7 @@ class Picture {
   void check_gains(const std::vector<RGB>& gains) const;
   /// After the camera moved (build::outlasts_camera()), and between films.
   void begin_again() {
-    features_.reset();
+    features_.reset(), motion_.reset();
     integrator_->begin_again();
   }
   integrate::CacheState opacity_state() const;
@@ -68,6 +68,7 @@ class Picture {
   std::unique_ptr<const gi::OpacityCache> opacity_;
   std::unique_ptr<const integrate::Integrator> integrator_;
   std::optional<FeatureLayers> features_;
+  std::optional<image::Image> motion_;
 };
 
 }  // namespace dapple::render

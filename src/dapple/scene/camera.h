@@ -31,7 +31,8 @@ class Camera {
     float lens_radius = 0;  ///< 0 = pinhole
     float focal_distance = 1e6f;
     float shutter_open = 0,
-          shutter_close = 1;              ///< s, for information; rays carry time in [0, 1] of the moving transforms
+          shutter_close = 1;   ///< s, for information; rays carry time in [0, 1] of the moving transforms
+    float frame_interval = 0;  ///< s from frame to frame, of which AOV motion tells; 0: as long as the shutter is open
     float time_open = 0, time_close = 1;  ///< the shutter interval in units of the transforms' motion
     V2i resolution{1, 1};                 ///< of the full film
     /// Perspective: traced in place of a thin lens; the fov is that of the pinhole with the same picture near the axis.
@@ -44,6 +45,11 @@ class Camera {
   /// Ray through film position `film` (pixels from the upper left); lens and time samples uniform in [0, 1).
   CameraRay generate(const V2f& film, const V2f& lens, float time) const {
     return pinhole_ ? through_pinhole(film, time) : generate_general(film, lens, time);
+  }
+  /// How many times as far things go in a frame as while the shutter is open.
+  float shutters_a_frame() const {
+    const float open = settings_.shutter_close - settings_.shutter_open;
+    return settings_.frame_interval > 0 ? settings_.frame_interval / open : 1;
   }
   bool has_lens() const { return settings_.lens_radius > 0 || settings_.lens_system; }
   const Settings& settings() const { return settings_; }

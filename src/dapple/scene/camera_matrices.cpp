@@ -20,15 +20,23 @@ M44d ndc_of_camera(const Camera::Settings& s) {
   return M44d(x, 0, left, 0, 0, y, top, 0, 0, 0, z, -z * near, 0, 0, 1, 0);
 }
 
-}  // namespace
-
-CameraMatrices camera_matrices(const Camera& camera) {
+CameraMatrices matrices_at(const Camera& camera, float time) {
   const Camera::Settings& s = camera.settings();
-  const Transform to_camera = s.camera_to_world.at(double(s.time_open)).inverse();
+  const Transform to_camera = s.camera_to_world.at(double(time)).inverse();
   CameraMatrices m{M44f(to_camera.matrix().transposed()), std::nullopt};
   if (s.projection == Projection::perspective || s.projection == Projection::orthographic)
     m.world_to_ndc = M44f((Transform(ndc_of_camera(s)) * to_camera).matrix().transposed());
   return m;
+}
+
+}  // namespace
+
+CameraMatrices camera_matrices(const Camera& camera) {
+  return matrices_at(camera, camera.settings().time_open);
+}
+
+CameraMatrices camera_matrices_at_close(const Camera& camera) {
+  return matrices_at(camera, camera.settings().time_close);
 }
 
 }  // namespace dapple::scene

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image_denoising.h"
+
+#include <cmath>
+
+#include "dapple/base/log.h"
+#include "dapple/base/parallel.h"
+#include "dapple/denoise/weights.h"
+
+namespace dapple::app {
+
+using denoise::Denoiser;
+using denoise::Layer;
+using denoise::Picture;
+using image::ExrFile;
+
+namespace {
+
+void check_window(const std::string& path, const ExrFile& file, size_t part, const std::string& name,
+                  const Layer& colour) {
+  const ExrFile::Part &a = file.parts()[part], &b = file.parts()[colour.part];
+  if (a.width != b.width || a.height != b.height || a.x != b.x || a.y != b.y)
+    throw InputError(FileLoc{path}, "layer \"" + name + "\" has another data window than \"" + title(colour) + "\"");
+}
+
+}  // namespace
+
+Networks::Networks(const std::string& weights) : weights_(weights) {
+  if (!weights.empty()) get(weights);  // before work begins
+}
+
+const Denoiser& Networks::for_picture(const std::string& path, const ExrFile& file, const Picture& picture) {
+  const std::string found = missing_layers(picture) + "; its layers are " + denoise::list_layers(file);
+  if (!weights_.empty()) {
+    const Denoiser& network = get(weights_);
+    if ((network.inputs() > 3 && !picture.albedo) || (network.inputs() > 6 && !picture.normal))
+      throw InputError(FileLoc{path}, "there are, as \"" + weights_ + "\" wants them, " + found);
+    return network;
+  }
+  if (picture.albedo && picture.normal) return get(denoise::weights_path(denoise::feature_weights));
+  log_warning(path + ": denoised by colour alone, which keeps less detail: there are " + found);
+  return get(denoise::weights_path(denoise::color_weights));
+}
+
+const Denoiser& Networks::get(const std::string& path) {
+  std::unique_ptr<const Denoiser>& network = networks_[path];
+  if (!network) network = std::make_unique<const Denoiser>(path);
+  return *network;
+}
+
+std::string title(const Layer& layer) {
+  return layer.name.empty() ? "R G B" : layer.name;
+}
+
+std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
+  const std::vector<Picture> pictures = denoise::find_pictures(file);
+  if (pictures.empty())
+    throw InputError(FileLoc{path},
+                     "there is no picture to denoise; expected channels R, G and B, or a layer Combined, Ci, beauty, "
+                     "color or rgba; its layers are " +
+                         denoise::list_layers(file));
+  for (const Picture& p : pictures) {
+    const auto check = [&](const Layer& layer) { check_window(path, file, layer.part, title(layer), p.colour); };
+    check(p.noisy);
+    for (const auto& layer : {p.albedo, p.normal})
+      if (layer) check(*layer);
+    for (const Layer& group : p.light_groups) check(group);
+  }
+  return pictures;
+}
+
+std::string missing_layers(const Picture& picture) {
+  return !picture.albedo && !picture.normal ? "no layers of albedo and normals"
+         : picture.albedo                   ? "no layer of normals"
+                                            : "no layer of albedo";
+}
+
+void warn_of_odd(const std::string& path, const Layer& layer, const denoise::PixelRows& rows) {
+  std::vector<size_t> odd(size_t(rows.height()));
+  parallel_for(odd.size(), [&](size_t y) {
+    std::vector<float> row(3 * size_t(rows.width()));
+    rows.read(int(y), 0, rows.width(), row.data());
+    for (size_t x = 0; x < row.size(); x += 3)
+      odd[y] += !std::isfinite(row[x]) || !std::isfinite(row[x + 1]) || !std::isfinite(row[x + 2]);
+  });
+  size_t sum = 0;
+  for (const size_t n : odd) sum += n;
+  if (sum > 0)
+    log_warning(path + ": " + std::to_string(sum) + " pixels of \"" + title(layer) +
+                "\" are not finite, and count as black there");
+}
+
+}  // namespace dapple::app
