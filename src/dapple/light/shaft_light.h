@@ -8,7 +8,7 @@
 
 #include "dapple/integrate/integrator.h"
 #include "dapple/scene/scene.h"
-#include "dapple/shafts/air_light.h"
+#include "dapple/shafts/uneven_light.h"
 
 namespace dapple::light {
 
@@ -38,6 +38,8 @@ class ShaftLight {
   struct Set {
     std::unique_ptr<shafts::ScanPlanes> planes;
     std::unique_ptr<shafts::AirLight> air;
+    std::unique_ptr<shafts::UnevenLight>
+        uneven;    ///< of a medium without closed form, for which `air` tells what is lit
     RGB strength;  ///< irradiance across the beam, or a lamp's intensity
   };
   struct Source {
@@ -50,7 +52,7 @@ class ShaftLight {
   struct Parts {
     ShaftSettings settings;
     int32_t medium = scene::vacuum;
-    const media::ClosedFormMedium* air = nullptr;  ///< scene's, number `medium`
+    const media::Medium* air = nullptr;  ///< scene's, number `medium`
     std::vector<Source> sources;
     double fill_seconds = 0;
     // What is left of lights: rest().
@@ -63,7 +65,7 @@ class ShaftLight {
   bool single() const { return parts_.settings.single; }
   /// In which camera rays are answered.
   int32_t medium() const { return parts_.medium; }
-  const media::ClosedFormMedium& air() const { return *parts_.air; }
+  const media::Medium& air() const { return *parts_.air; }
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 
