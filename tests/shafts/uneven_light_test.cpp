@@ -124,6 +124,10 @@ TEST_P(UnevenSun, IsTheIntegral) {
             expected[c] += float(density(z, layered) * std::exp(-double(sigma_a[c] + sigma_s[c]) * depth) *
                                  double(sigma_s[c]) * phase(double(dot(d, sun))) * (b - a) / steps);
         }
+      if (expected.g < 1e-6f) {  // all of it along a slat
+        EXPECT_LT(light.in_scattering({d, 0, 10, in_the_plane}, eye, 1).g, 1e-6f);
+        continue;
+      }
       double mean = 0;
       for (int i = 0; i < 64; ++i) {
         const RGB found = light.in_scattering({d, 0, 10, in_the_plane}, eye, hash(k, phi, i));
