@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -25,14 +26,15 @@ using trace::no_id;
 
 namespace {
 
-constexpr float disc_spacing = 4;        // of planes to a point of a disc, to those to a point
-constexpr int disc_strata = 16;          // along the radius and around, for the light of a disc
-constexpr float opaque_depth = 16;       // nothing is seen through so much
-constexpr float even_part = 2e-2f;       // of what a scene is about: bins are even below
-constexpr float lamp_even_part = 1e-2f;  // radians
-constexpr int film_samples = 16;         // along each side of the film
-constexpr float film_margin = 4;         // pixels that filters reach beyond it
-constexpr int least_bins = 64;
+constexpr float disc_spacing = 4;         // of planes to a point of a disc, to those to a point
+constexpr int disc_strata = 16;           // along the radius and around, for the light of a disc
+constexpr float opaque_depth = 16;        // nothing is seen through so much
+constexpr float even_part = 2e-2f;        // of what a scene is about: bins are even below
+constexpr float lamp_even_part = 1e-2f;   // radians
+constexpr int film_samples = 16;          // along each side of the film
+constexpr float film_margin = 4;          // pixels that filters reach beyond it
+constexpr int least_bins = 64;            // where memory is short
+constexpr float bins_a_pixel = 2.5f;      // of the longer side of the picture
 constexpr float most_slanting = 0.9998f;  // cosine of the sun to the line of sight, of orthographic cameras
 constexpr float even_over_all = 100;      // of all bins: these are even
 constexpr float entry_error = 0.02f;      // optical depth; rays of light are at random places in bins
@@ -80,6 +82,7 @@ class Builder {
   shafts::PlaneFan fan_beside(const V3f& axis, float spacing, V3f* eye) const;
   shafts::PlaneFan fan_of(const ShaftSource& wanted, float spacing) const;
   void fit_memory();
+  int bins_of(const ShaftSource& wanted) const;
   int32_t medium_at(const V3f& P) const;
 
   const scene::Scene& scene_;
@@ -93,8 +96,8 @@ class Builder {
   V3f view_{0, 0, 0};                         // of all rays, of orthographic cameras
   int32_t far_away_ = scene::vacuum;
   bool bounded_ = false, colored_ = false;
-  float coarser_ = 1;  // spacing of planes, times
-  int bins_ = 0;
+  float coarser_ = 1;                                // spacing of planes, times
+  int most_bins_ = std::numeric_limits<int>::max();  // that memory leaves
   Box3f box_;
   std::vector<ShaftSource> wanted_;
 };
@@ -276,7 +279,7 @@ void Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
     const auto [wi, L] = radiance((float(k) + 0.5f) / ShaftLight::disc_points, float(k) * 0.618034f);
     RGB strength;
     for (int c = 0; c < 3; ++c) strength[c] = of_points[c] > 0 ? all[c] * L[c] / of_points[c] : 0;
-    add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing});
+    add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing, .of_disc = true});
   }
 }
 
@@ -356,7 +359,7 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   s.view = view_;
   s.fan = is_orthographic() && !w.is_lamp ? fan_beside(w.direction, w.spacing * coarser_, &s.eye)
                                           : fan_of(w, w.spacing * coarser_);
-  s.bins = bins_;
+  s.bins = bins_of(w);
   s.bounded = bounded_;
   s.tinted = w.patterned || colored_;
   s.entry_error = closed_ ? entry_error / std::max(closed_->sigma_t().max(), 1e-30f) : 0;
@@ -394,6 +397,17 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   return s;
 }
 
+// A pixel shows edges of shadows as finely as planes do.
+int Builder::bins_of(const ShaftSource& w) const {
+  int bins = settings_.bins;
+  if (bins <= 0) {
+    const V2i& film = scene_.camera.settings().resolution;
+    const float wanted = w.of_disc ? 0 : bins_a_pixel * float(std::max(film.x, film.y));
+    bins = int(std::clamp(wanted, float(ShaftSettings::least_bins), float(ShaftSettings::most_bins)));
+  }
+  return std::clamp(bins, 1, most_bins_);
+}
+
 // Fewer planes, then fewer bins, until all fit.
 void Builder::fit_memory() {
   const auto bytes = [&] {
@@ -406,17 +420,21 @@ void Builder::fit_memory() {
     for (const ShaftSource& w : wanted_) all += fan_of(w, w.spacing * coarser_).planes;
     return all;
   };
-  bins_ = std::max(settings_.bins, 1);
+  const auto bins = [&] {
+    int most = 1;
+    for (const ShaftSource& w : wanted_) most = std::max(most, bins_of(w));
+    return most;
+  };
   if (settings_.planes > 0)
     for (ShaftSource& w : wanted_) w.spacing *= float(fan_of(w, 1).planes) / float(settings_.planes);
-  const int asked = count(), asked_bins = bins_;
+  const int asked = count(), asked_bins = bins();
   while (bytes() > settings_.max_bytes && coarser_ < 8) coarser_ *= 1.25f;
-  while (bytes() > settings_.max_bytes && bins_ > least_bins)
-    bins_ = std::max(bins_ * 3 / 4 / Planes::block * Planes::block, least_bins);
+  while (bytes() > settings_.max_bytes && bins() > least_bins)
+    most_bins_ = std::max(bins() * 3 / 4 / Planes::block * Planes::block, least_bins);
   while (bytes() > settings_.max_bytes && coarser_ < 4096) coarser_ *= 1.5f;
   if (coarser_ > 1)
     left_.push_back(fmt::format("{} planes of {} rays do not fit in {:.0f} MB (--shaft-mb): {} of {}", asked,
-                                asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins_));
+                                asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins()));
 }
 
 // Of a disc, the first of its points is near its centre.

@@ -16,6 +16,7 @@ struct ShaftSource {
   bool is_lamp = false, patterned = false;
   V3f lamp{0, 0, 0};
   float spacing = 1;                     ///< of planes, pixels
+  bool of_disc = false;                  ///< one of its points
   int32_t start_medium = scene::vacuum;  ///< in which its light sets out
 };
 

@@ -17,7 +17,9 @@ struct ShaftSettings {
   bool single = false;  ///< nothing else scatters into straight camera rays: no noise, and dark by that much
   int planes = 0;       ///< to a light without width, 0: one a pixel along the border of the picture; to a disc a
                         ///< quarter of them, `disc_points` times
-  int bins = 1024;      ///< rays of light a plane
+  int bins = 0;         ///< rays of light a plane, 0: for light without width 2.5 a pixel of the picture's longer side,
+                        ///< within `least_bins` and `most_bins`; to a disc `least_bins`, as there are many sets
+  static constexpr int least_bins = 1024, most_bins = 4096;
   size_t max_bytes = size_t(256) << 20;  ///< of all tables: beyond, planes and then bins are fewer
   uint64_t seed = 0;
 };
