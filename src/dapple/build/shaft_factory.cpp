@@ -47,7 +47,7 @@ std::shared_ptr<const light::ShaftLight> make_shafts(const scene::Scene& scene, 
   light::ShaftSettings s;
   s.single = request.scattering.value_or("all") == "single";
   s.planes = request.planes.value_or(0);
-  s.bins = request.bins.value_or(s.bins);
+  s.bins = request.bins.value_or(0);
   if (request.mb) s.max_bytes = size_t(double(*request.mb) * (1 << 20));
   s.seed = seed;
   std::string why;

@@ -223,7 +223,7 @@ void DistributionIntegrator::add_media(DistributionWorkspace& w, scene::Film& fi
                             s.L.add(way.ray, brought, shading_.direct.group(light));
                             air[way.ray].airlight += brought;
                           });
-    if (film.settings().air) air[way.ray].transmittance *= shafts->air().transmittance(ray, length, 0);
+    if (film.settings().air) air[way.ray].transmittance *= way.transmittance;
   }
   for (int p = 0; p < s.count() && film.settings().air; ++p)
     film.add_air(s.camera.pixel[p].x, s.camera.pixel[p].y, s.camera.film_weight[p], air[p]);

@@ -118,8 +118,10 @@ RGB ImageIntegrator::look_through_air(int lane, const scene::CameraRay& seen, fl
   const CameraBatch& c = w.path->camera;
   shafts.in_scattering({seen.ray.o, seen.ray.d, length, c.seed[lane], c.index[lane]}, &w.shafts,
                        [&](uint32_t, const RGB& L) { w.L[lane] += L * weight; });
-  w.L[lane] += shafts.air().emitted(seen.ray, length) * weight;
-  return shafts.air().transmittance(seen.ray, length, 0);
+  const uint64_t key = hash(c.seed[lane], c.index[lane], 1);
+  const media::MediumCrossing air = shafts.air().cross(seen.ray, length, RGB(1), key, false);
+  w.L[lane] += air.emitted * weight;
+  return air.transmittance;
 }
 
 std::unique_ptr<integrate::Integrator::Workspace> ImageIntegrator::make_workspace() const {

@@ -2,7 +2,6 @@
 #include "dapple/integrate/ray_tracer.h"
 
 #include "dapple/integrate/ray_origin.h"
-#include "dapple/media/closed_form_medium.h"
 #include "dapple/scattering/sheet.h"
 
 namespace dapple::integrate {
@@ -120,14 +119,15 @@ bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Fl
 
 // Takes ray i through the medium in which nothing is left to chance.
 void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, float distance, Flights* flights) const {
-  const auto& air = static_cast<const media::ClosedFormMedium&>(*scene_.media[size_t(s.medium[i])]);
+  const media::Medium& air = *scene_.media[size_t(s.medium[i])];
   const int r = s.ray[i];
   const Ray ray = s.segment(i);
   const float length = s.length(i);
-  flights->ways.push_back({r, ray.d, distance, distance + length, *passed});
-  flights->emitted[r] += *passed * air.emitted(ray, length);
+  const media::MediumCrossing crossing = air.cross(ray, length, *passed, key, flights->scatters);
+  flights->ways.push_back({r, ray.d, distance, distance + length, *passed, crossing.transmittance});
+  flights->emitted[r] += *passed * crossing.emitted;
   if (flights->scatters) {
-    const media::MediumSample drawn = air.sample_scattering(ray, length, *passed, key);
+    const media::MediumSample& drawn = crossing.scattering;
     const RGB weight = *passed * drawn.weight;
     const float size = weight.max();
     if (drawn.scattered && size > 0 && weight.is_finite()) {
@@ -138,7 +138,7 @@ void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, f
       }
     }
   }
-  *passed *= air.transmittance(ray, length, 0);
+  *passed *= crossing.transmittance;
 }
 
 // Sets lane `to` <= i to what follows the surface that ray i hit.

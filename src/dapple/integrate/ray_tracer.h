@@ -63,7 +63,7 @@ class RayTracer {
     int32_t medium[capacity];
     RGB emitted[capacity];  ///< by ray
 
-    /// The medium of closed form, alone to scatter, in which rays do not gamble whether they do; all_gamble: none. What
+    /// The medium, alone to scatter, in which rays do not gamble whether they do; all_gamble: none. What
     /// they meet is weakened by all that is lost, each way through the medium is told, and of the places where it may
     /// scatter one a ray is drawn: weight[f] is that flight's in place of `passed`.
     static constexpr int32_t all_gamble = -2;
@@ -74,6 +74,7 @@ class RayTracer {
       V3f d;
       float begin, end;  ///< m from the ray's origin; the end may be infinite
       RGB passed;        ///< at its begin
+      RGB transmittance;
     };
     std::vector<Way> ways;
     RGB weight[capacity];  ///< by flight, where `certain` is a medium

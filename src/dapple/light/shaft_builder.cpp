@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 #include "dapple/base/hash.h"
@@ -20,18 +21,20 @@
 namespace dapple::light {
 
 using media::ClosedFormMedium;
+using media::UnevenMedium;
 using trace::no_id;
 
 namespace {
 
-constexpr float disc_spacing = 4;        // of planes to a point of a disc, to those to a point
-constexpr int disc_strata = 16;          // along the radius and around, for the light of a disc
-constexpr float opaque_depth = 16;       // nothing is seen through so much
-constexpr float even_part = 2e-2f;       // of what a scene is about: bins are even below
-constexpr float lamp_even_part = 1e-2f;  // radians
-constexpr int film_samples = 16;         // along each side of the film
-constexpr float film_margin = 4;         // pixels that filters reach beyond it
-constexpr int least_bins = 64;
+constexpr float disc_spacing = 4;         // of planes to a point of a disc, to those to a point
+constexpr int disc_strata = 16;           // along the radius and around, for the light of a disc
+constexpr float opaque_depth = 16;        // nothing is seen through so much
+constexpr float even_part = 2e-2f;        // of what a scene is about: bins are even below
+constexpr float lamp_even_part = 1e-2f;   // radians
+constexpr int film_samples = 16;          // along each side of the film
+constexpr float film_margin = 4;          // pixels that filters reach beyond it
+constexpr int least_bins = 64;            // where memory is short
+constexpr float bins_a_pixel = 2.5f;      // of the longer side of the picture
 constexpr float most_slanting = 0.9998f;  // cosine of the sun to the line of sight, of orthographic cameras
 constexpr float even_over_all = 100;      // of all bins: these are even
 constexpr float entry_error = 0.02f;      // optical depth; rays of light are at random places in bins
@@ -71,10 +74,15 @@ class Builder {
   bool add_lamp(uint32_t light);
   void add(const ShaftSource& wanted);
   Planes::Settings settings_of(const ShaftSource& wanted) const;
+  /// Of one light's table of depths in an uneven medium.
+  size_t depth_bytes() const { return settings_.max_bytes / 4 / std::max<size_t>(out_.sources.size(), 1); }
+  bool is_even() const { return closed_ && closed_->density().is_constant(); }
+  std::shared_ptr<const shafts::LightDepths> depths_to(const ShaftSource& source) const;
   bool is_orthographic() const { return view_ != V3f(0, 0, 0); }
   shafts::PlaneFan fan_beside(const V3f& axis, float spacing, V3f* eye) const;
-  shafts::PlaneFan fan_around(const V3f& axis, float spacing) const;
+  shafts::PlaneFan fan_of(const ShaftSource& wanted, float spacing) const;
   void fit_memory();
+  int bins_of(const ShaftSource& wanted) const;
   int32_t medium_at(const V3f& P) const;
 
   const scene::Scene& scene_;
@@ -83,11 +91,13 @@ class Builder {
   const integrate::MaterialTable materials_;
   ShaftLight::Parts out_;
   const V3f eye_;
-  V3f view_{0, 0, 0};  // of all rays, of orthographic cameras
+  const ClosedFormMedium* closed_ = nullptr;  // the medium, of which this is null
+  const UnevenMedium* uneven_ = nullptr;      // or this
+  V3f view_{0, 0, 0};                         // of all rays, of orthographic cameras
   int32_t far_away_ = scene::vacuum;
   bool bounded_ = false, colored_ = false;
-  float coarser_ = 1;  // spacing of planes, times
-  int bins_ = 0;
+  float coarser_ = 1;                                // spacing of planes, times
+  int most_bins_ = std::numeric_limits<int>::max();  // that memory leaves
   Box3f box_;
   std::vector<ShaftSource> wanted_;
 };
@@ -112,11 +122,12 @@ std::string Builder::obstacle() {
 std::string Builder::find_medium() {
   for (size_t m = 0; m < scene_.media.size(); ++m) {
     const auto* closed = dynamic_cast<const ClosedFormMedium*>(scene_.media[m].get());
-    if (closed && closed->sigma_t().is_black()) continue;
-    if (!closed) return "a medium is neither homogeneous nor exponential";
-    if (closed->sigma_s().is_black()) continue;
+    const auto* uneven = dynamic_cast<const UnevenMedium*>(scene_.media[m].get());
+    if (closed && closed->sigma_s().is_black()) continue;
+    if (!closed && !uneven) return "a medium is of a kind that planes do not know";
     if (out_.air) return "several media scatter";
-    out_.air = closed;
+    out_.air = scene_.media[m].get();
+    closed_ = closed, uneven_ = uneven;
     out_.medium = int32_t(m);
   }
   if (!out_.air) return "no medium scatters";
@@ -203,7 +214,7 @@ void Builder::find_sources() {
   if (other > 0)
     left_.push_back(fmt::format(
         "{} lights with textures, decay or programs of their own, that move, or stand in the eye (and of orthographic "
-        "cameras, all lamps, and suns in the line of sight) are left to rays",
+        "cameras, suns in the line of sight) are left to rays",
         other));
 }
 
@@ -268,7 +279,7 @@ void Builder::add_sun(uint32_t i, const emitters::NarrowBeam& beam) {
     const auto [wi, L] = radiance((float(k) + 0.5f) / ShaftLight::disc_points, float(k) * 0.618034f);
     RGB strength;
     for (int c = 0; c < 3; ++c) strength[c] = of_points[c] > 0 ? all[c] * L[c] / of_points[c] : 0;
-    add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing});
+    add({.light = i, .direction = wi, .strength = strength, .spacing = disc_spacing, .of_disc = true});
   }
 }
 
@@ -277,12 +288,11 @@ bool Builder::add_lamp(uint32_t i) {
   if (!lamp) return false;
   const V3f to_lamp = lamp->position() - eye_;
   const float distance = length(to_lamp);
-  if (is_orthographic()) return false;
   if (!(distance > 1e-5f * length(box_.isEmpty() ? V3f(1, 1, 1) : box_.size()))) return false;
   const bool alike = dynamic_cast<const emitters::PointLight*>(lamp);
   out_.sources.push_back({i, to_lamp * (1 / distance), -2, {}});
   add({.light = i,
-       .direction = to_lamp * (1 / distance),
+       .direction = is_orthographic() ? view_ : to_lamp * (1 / distance),
        .strength = alike ? lamp->intensity(V3f(0, 0, 1)) : RGB(1),
        .is_lamp = true,
        .patterned = !alike,
@@ -316,22 +326,24 @@ shafts::PlaneFan Builder::fan_beside(const V3f& axis, float spacing, V3f* eye) c
   return fan;
 }
 
-shafts::PlaneFan Builder::fan_around(const V3f& axis, float spacing) const {
-  if (V3f unused; is_orthographic()) return fan_beside(axis, spacing, &unused);
+shafts::PlaneFan Builder::fan_of(const ShaftSource& w, float spacing) const {
+  if (V3f unused; is_orthographic() && !w.is_lamp) return fan_beside(w.direction, spacing, &unused);
   const scene::Camera::Settings& camera = scene_.camera.settings();
   const V2f size(float(camera.resolution.x), float(camera.resolution.y));
   const auto look = [&](float x, float y) {
     const scene::CameraRay r = scene_.camera.generate({x, y}, {0.5f, 0.5f}, 0.5f);
+    // Of parallel rays, where they pass a lamp counts.
+    if (is_orthographic()) return shafts::FilmDirection{r.ray.o - w.lamp, scene_.camera.pixel_width(0.0f)};
     return shafts::FilmDirection{r.ray.d, r.cone_spread};
   };
   std::vector<shafts::FilmDirection> corners, inside;
-  if (camera.projection == scene::Projection::perspective)
+  if (camera.projection == scene::Projection::perspective || is_orthographic())
     for (const float x : {-film_margin, size.x + film_margin})
       for (const float y : {-film_margin, size.y + film_margin}) corners.push_back(look(x, y));
   for (int y = 0; y <= film_samples; ++y)
     for (int x = 0; x <= film_samples; ++x)
       inside.push_back(look(size.x * float(x) / film_samples, size.y * float(y) / film_samples));
-  shafts::PlaneFan fan = fit_planes(Frame(axis), corners, inside, spacing);
+  shafts::PlaneFan fan = fit_planes(Frame(w.direction), corners, inside, spacing);
   if (fan.planes < ShaftLight::least_planes) {
     const int more = ShaftLight::least_planes + (fan.closed ? 0 : 1);
     fan.step *= float(fan.closed ? fan.planes : fan.planes - 1) / float(ShaftLight::least_planes);
@@ -345,60 +357,93 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   s.eye = eye_;
   s.axis = w.direction;
   s.view = view_;
-  s.fan = is_orthographic() ? fan_beside(w.direction, w.spacing * coarser_, &s.eye)
-                            : fan_around(w.direction, w.spacing * coarser_);
-  s.bins = bins_;
+  s.fan = is_orthographic() && !w.is_lamp ? fan_beside(w.direction, w.spacing * coarser_, &s.eye)
+                                          : fan_of(w, w.spacing * coarser_);
+  s.bins = bins_of(w);
   s.bounded = bounded_;
   s.tinted = w.patterned || colored_;
-  s.entry_error = entry_error / std::max(out_.air->sigma_t().max(), 1e-30f);
+  s.entry_error = closed_ ? entry_error / std::max(closed_->sigma_t().max(), 1e-30f) : 0;
   if (w.is_lamp) {
     s.lamp = length(w.lamp - eye_);
+    if (is_orthographic()) s.eye = w.lamp - view_ * s.lamp;
     s.nearest = lamp_even_part;
     s.farthest = pi;
     return s;
   }
   s.open = far_away_ == out_.medium;
   float farthest = 0;
-  for (int corner = 0; corner < 8 && !box_.isEmpty(); ++corner) {
-    const V3f P(corner & 1 ? box_.max.x : box_.min.x, corner & 2 ? box_.max.y : box_.min.y,
-                corner & 4 ? box_.max.z : box_.min.z);
+  // Where there is no medium, nothing is lit.
+  const Box3f box = uneven_ ? uneven_->bounds() : box_;
+  for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
+    const V3f P(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                corner & 4 ? box.max.z : box.min.z);
     farthest = std::max(farthest, length(cross(P - s.eye, w.direction)));
   }
   const Box3f bulk = trace::bulk_bounds(scene_.traced);
   const float extent =
       bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
   // Where all is even, nothing is seen beyond so many lengths.
-  if (out_.air->density().is_constant() && !is_orthographic())
-    farthest = std::min(farthest, opaque_depth / std::max(out_.air->sigma_t().min(), 1e-30f));
+  if (is_even() && !is_orthographic())
+    farthest = std::min(farthest, opaque_depth / std::max(closed_->sigma_t().min(), 1e-30f));
   s.farthest = std::max(farthest, 1e-6f);
   s.nearest = is_orthographic() ? s.farthest * even_over_all
                                 : std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
+  // Nor before it begins.
+  if (uneven_) {
+    V3f near;
+    for (int k = 0; k < 3; ++k) near[k] = std::clamp(s.eye[k], box.min[k], box.max[k]);
+    s.nearest = std::max(s.nearest, length(near - s.eye));
+  }
   return s;
+}
+
+// A pixel shows edges of shadows as finely as planes do.
+int Builder::bins_of(const ShaftSource& w) const {
+  int bins = settings_.bins;
+  if (bins <= 0) {
+    const V2i& film = scene_.camera.settings().resolution;
+    const float wanted = w.of_disc ? 0 : bins_a_pixel * float(std::max(film.x, film.y));
+    bins = int(std::clamp(wanted, float(ShaftSettings::least_bins), float(ShaftSettings::most_bins)));
+  }
+  return std::clamp(bins, 1, most_bins_);
 }
 
 // Fewer planes, then fewer bins, until all fit.
 void Builder::fit_memory() {
   const auto bytes = [&] {
-    size_t all = 0;
+    size_t all = uneven_ ? depth_bytes() * out_.sources.size() : 0;
     for (const ShaftSource& w : wanted_) all += Planes::bytes_of(settings_of(w));
     return all;
   };
   const auto count = [&] {
     int all = 0;
-    for (const ShaftSource& w : wanted_) all += fan_around(w.direction, w.spacing * coarser_).planes;
+    for (const ShaftSource& w : wanted_) all += fan_of(w, w.spacing * coarser_).planes;
     return all;
   };
-  bins_ = std::max(settings_.bins, 1);
+  const auto bins = [&] {
+    int most = 1;
+    for (const ShaftSource& w : wanted_) most = std::max(most, bins_of(w));
+    return most;
+  };
   if (settings_.planes > 0)
-    for (ShaftSource& w : wanted_) w.spacing *= float(fan_around(w.direction, 1).planes) / float(settings_.planes);
-  const int asked = count(), asked_bins = bins_;
+    for (ShaftSource& w : wanted_) w.spacing *= float(fan_of(w, 1).planes) / float(settings_.planes);
+  const int asked = count(), asked_bins = bins();
   while (bytes() > settings_.max_bytes && coarser_ < 8) coarser_ *= 1.25f;
-  while (bytes() > settings_.max_bytes && bins_ > least_bins)
-    bins_ = std::max(bins_ * 3 / 4 / Planes::block * Planes::block, least_bins);
+  while (bytes() > settings_.max_bytes && bins() > least_bins)
+    most_bins_ = std::max(bins() * 3 / 4 / Planes::block * Planes::block, least_bins);
   while (bytes() > settings_.max_bytes && coarser_ < 4096) coarser_ *= 1.5f;
   if (coarser_ > 1)
     left_.push_back(fmt::format("{} planes of {} rays do not fit in {:.0f} MB (--shaft-mb): {} of {}", asked,
-                                asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins_));
+                                asked_bins, double(settings_.max_bytes) / (1 << 20), count(), bins()));
+}
+
+// Of a disc, the first of its points is near its centre.
+std::shared_ptr<const shafts::LightDepths> Builder::depths_to(const ShaftSource& w) const {
+  return std::make_shared<shafts::LightDepths>(*uneven_,
+                                               shafts::LightDepths::Settings{.is_lamp = w.is_lamp,
+                                                                             .light = w.is_lamp ? w.lamp : w.direction,
+                                                                             .max_bytes = depth_bytes(),
+                                                                             .seed = hash(settings_.seed, w.light)});
 }
 
 std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
@@ -415,14 +460,17 @@ std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
   }
   find_rest();
   fit_memory();
-  ShaftFill rays_of_light(scene_, materials_, settings_.seed, out_.medium, *out_.air);
+  ShaftFill rays_of_light(scene_, materials_, settings_.seed, out_.medium, is_even());
   uint64_t rays = 0;
   for (const ShaftSource& w : wanted_) {
     const auto source = std::find_if(out_.sources.begin(), out_.sources.end(),
                                      [&](const ShaftLight::Source& s) { return s.light == w.light; });
     ShaftLight::Set& set = source->sets.emplace_back();
     set.planes = std::make_unique<Planes>(settings_of(w));
-    set.air = std::make_unique<shafts::AirLight>(*set.planes, shafts::Haze(*out_.air));
+    set.air = std::make_unique<shafts::AirLight>(*set.planes, closed_ ? shafts::Haze(*closed_) : shafts::Haze());
+    if (uneven_)
+      set.uneven = std::make_unique<shafts::UnevenLight>(
+          *set.air, *uneven_, source->sets.size() > 1 ? source->sets.front().uneven->share_depths() : depths_to(w));
     set.strength = w.strength;
     rays_of_light.fill(w, &set);
     rays += uint64_t(set.planes->planes()) * uint64_t(set.planes->bins());
@@ -432,7 +480,7 @@ std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
     *why = "light enters the medium in several pieces, or through another medium";
     return nullptr;
   }
-  if (far_away_ == out_.medium && out_.air->density().is_constant() &&
+  if (far_away_ == out_.medium && is_even() &&
       std::any_of(wanted_.begin(), wanted_.end(), [](const ShaftSource& w) { return !w.is_lamp; }))
     left_.push_back(
         "no light of a sun at infinity gets through a homogeneous medium without bounds: give it a shape, or make it "

@@ -16,6 +16,7 @@ struct ShaftSource {
   bool is_lamp = false, patterned = false;
   V3f lamp{0, 0, 0};
   float spacing = 1;                     ///< of planes, pixels
+  bool of_disc = false;                  ///< one of its points
   int32_t start_medium = scene::vacuum;  ///< in which its light sets out
 };
 
@@ -25,12 +26,13 @@ inline bool changes_medium(const scene::Scene& scene, const integrate::MaterialT
 }
 
 /// Fills the tables of scan planes: traces a ray of light a bin, and notes where it is blocked, what it has passed, and
-/// where it enters the medium. Lanes of rays that stand side by side are traced together, planes in parallel.
+/// where it enters the medium. Rays that stand side by side are traced together, groups of planes in parallel.
 class ShaftFill {
  public:
-  /// medium, air: the one medium that scatters. The scene and the materials must outlive it.
+  /// medium: the one that scatters. endless: no light of a sun at infinity gets through it. The scene and the materials
+  /// must outlive it.
   ShaftFill(const scene::Scene& scene, const integrate::MaterialTable& materials, uint64_t seed, int32_t medium,
-            const media::ClosedFormMedium& air);
+            bool endless);
 
   void fill(const ShaftSource& source, ShaftLight::Set* set);
   /// Rays of light so far that entered the medium twice, or met another on their way.
@@ -38,14 +40,14 @@ class ShaftFill {
 
  private:
   struct Scratch;
-  void fill_plane(const ShaftSource& source, ShaftLight::Set& set, int plane, Scratch& s);
-  void find_entries(const ShaftSource& source, ShaftLight::Set& set, int plane, int first, int n, Scratch& s);
+  void fill_planes(const ShaftSource& source, ShaftLight::Set& set, int first, int count, Scratch& s);
+  void find_entries(const ShaftSource& source, ShaftLight::Set& set, int n, Scratch& s);
 
   const scene::Scene& scene_;
   const integrate::MaterialTable& materials_;
   const uint64_t seed_;
   const int32_t medium_;
-  const media::ClosedFormMedium& air_;
+  const bool endless_;
   const V3f eye_;
   const Box3f box_;
   std::atomic<uint64_t> odd_{0};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
 #include "dapple/numeric/sobol.h"
 
@@ -30,9 +31,13 @@ RGB ShaftLight::in_scattering(const Source& source, const Ray& ray, integrate::S
     segment.off = off;
   else
     segment.begin = dot(off, ray.d), segment.end += segment.begin;
-  if (counts->queries++ % timed_queries > 0) return set.strength * set.air->in_scattering(segment);
+  const auto found = [&] {
+    if (!set.uneven) return set.air->in_scattering(segment);
+    return set.uneven->in_scattering(segment, ray.o, hash(ray.seed, ray.index, shaft_dimension));
+  };
+  if (counts->queries++ % timed_queries > 0) return set.strength * found();
   const Timer timer;
-  const RGB L = set.strength * set.air->in_scattering(segment);
+  const RGB L = set.strength * found();
   counts->query_seconds += timer.seconds() * double(timed_queries);
   return L;
 }
@@ -47,6 +52,8 @@ integrate::ShaftTables ShaftLight::tables() const {
       t.bins = std::max(t.bins, planes.bins());
       t.rays += uint64_t(planes.planes()) * uint64_t(planes.bins());
       t.bytes += planes.bytes();
+      // One for all points of a disc.
+      if (set.uneven && &set == &s.sets.front()) t.bytes += set.uneven->depths().bytes();
     }
   t.capacity_bytes = parts_.settings.max_bytes;
   t.fill_seconds = parts_.fill_seconds;

@@ -8,7 +8,7 @@
 
 #include "dapple/integrate/integrator.h"
 #include "dapple/scene/scene.h"
-#include "dapple/shafts/air_light.h"
+#include "dapple/shafts/uneven_light.h"
 
 namespace dapple::light {
 
@@ -17,7 +17,9 @@ struct ShaftSettings {
   bool single = false;  ///< nothing else scatters into straight camera rays: no noise, and dark by that much
   int planes = 0;       ///< to a light without width, 0: one a pixel along the border of the picture; to a disc a
                         ///< quarter of them, `disc_points` times
-  int bins = 1024;      ///< rays of light a plane
+  int bins = 0;         ///< rays of light a plane, 0: for light without width 2.5 a pixel of the picture's longer side,
+                        ///< within `least_bins` and `most_bins`; to a disc `least_bins`, as there are many sets
+  static constexpr int least_bins = 1024, most_bins = 4096;
   size_t max_bytes = size_t(256) << 20;  ///< of all tables: beyond, planes and then bins are fewer
   uint64_t seed = 0;
 };
@@ -38,6 +40,8 @@ class ShaftLight {
   struct Set {
     std::unique_ptr<shafts::ScanPlanes> planes;
     std::unique_ptr<shafts::AirLight> air;
+    std::unique_ptr<shafts::UnevenLight>
+        uneven;    ///< of a medium without closed form, for which `air` tells what is lit
     RGB strength;  ///< irradiance across the beam, or a lamp's intensity
   };
   struct Source {
@@ -50,7 +54,7 @@ class ShaftLight {
   struct Parts {
     ShaftSettings settings;
     int32_t medium = scene::vacuum;
-    const media::ClosedFormMedium* air = nullptr;  ///< scene's, number `medium`
+    const media::Medium* air = nullptr;  ///< scene's, number `medium`
     std::vector<Source> sources;
     double fill_seconds = 0;
     // What is left of lights: rest().
@@ -63,7 +67,7 @@ class ShaftLight {
   bool single() const { return parts_.settings.single; }
   /// In which camera rays are answered.
   int32_t medium() const { return parts_.medium; }
-  const media::ClosedFormMedium& air() const { return *parts_.air; }
+  const media::Medium& air() const { return *parts_.air; }
   /// Light number `light` from direction wi (unit, towards it) is the planes'.
   bool owns(uint32_t light, const V3f& wi) const;
 

@@ -61,6 +61,13 @@ MediumSample ClosedFormMedium::sample(const Ray& ray, float t_max, const RGB& be
   return out;
 }
 
+MediumCrossing ClosedFormMedium::cross(const Ray& ray, float t_max, const RGB& beta, uint64_t key,
+                                       bool scatters) const {
+  MediumCrossing out{transmittance(ray, t_max, 0), emitted(ray, t_max), {}};
+  if (scatters) out.scattering = sample_scattering(ray, t_max, beta, key);
+  return out;
+}
+
 MediumSample ClosedFormMedium::sample_scattering(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const {
   MediumSample out;
   out.t = t_max;

@@ -20,9 +20,9 @@ class ClosedFormMedium : public Medium {
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const final;
   bool emits() const final { return !source_.is_black(); }
 
-  /// A flight that scatters before t_max for certain: weight 1 - T where one channel stands for all, so that
-  ///   E[weight f(t)] = int_0^t_max T(t) sigma_s(t) f(t) dt.
-  /// scattered is false, and the weight black, where nothing scatters.
+  /// Exact, but for the place: that is drawn so that the weight is 1 - T where one channel stands for all.
+  MediumCrossing cross(const Ray& ray, float t_max, const RGB& beta, uint64_t key, bool scatters) const final;
+  /// MediumCrossing::scattering. scattered is false, and the weight black, where nothing scatters.
   MediumSample sample_scattering(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const;
   /// Radiance that it emits along [0, t_max], seen from the ray's origin.
   RGB emitted(const Ray& ray, float t_max) const {

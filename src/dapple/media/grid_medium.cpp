@@ -16,7 +16,10 @@ V3f per_axis(const V3f& a, const V3f& b) {
 }  // namespace
 
 GridMedium::GridMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name)
-    : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()), name_(std::move(name)) {
+    : UnevenMedium(phase),
+      content_(std::move(content)),
+      world_to_medium_(medium_to_world.inverse()),
+      name_(std::move(name)) {
   build_majorants();
   if (content_.temperature.empty()) return;
   content_.emission = RGB(0);
@@ -45,6 +48,32 @@ MediumPoint GridMedium::at(const V3f& p) const {
   if (!content_.emission_scale.empty()) out.emission *= content_.emission_scale.lookup(p);
   if (!content_.emission_rgb.empty()) out.emission *= content_.emission_rgb.lookup(p);
   return out;
+}
+
+V3f GridMedium::to_cube(const V3f& P) const {
+  return per_axis(world_to_medium_.point(P) - content_.box.min, content_.box.max - content_.box.min);
+}
+
+void GridMedium::coefficients(const V3f* P, float, int n, MediumPoint* out) const {
+  for (int i = 0; i < n; ++i) {
+    const V3f p = to_cube(P[i]);
+    out[i] = is_in_cube(p) ? at(p) : MediumPoint{};
+  }
+}
+
+Box3f GridMedium::bounds() const {
+  const V3d size(content_.box.max - content_.box.min);
+  return bounds_of_cube(world_to_medium_.inverse() * Transform::translate(V3d(content_.box.min)) *
+                        Transform::scale(size));
+}
+
+std::optional<RGB> GridMedium::extinction_color() const {
+  if (!content_.sigma_a_grid.empty() || !content_.sigma_s_grid.empty()) return std::nullopt;
+  return color_of(content_.sigma_a + content_.sigma_s);
+}
+
+int GridMedium::stretches(const Ray& ray, float t_max, Stretch* out) const {
+  return UnevenMedium::stretches(walk(ray, t_max), out);
 }
 
 void GridMedium::build_majorants() {

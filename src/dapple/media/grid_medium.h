@@ -7,8 +7,7 @@
 
 #include "dapple/base/transform.h"
 #include "dapple/media/blackbody_table.h"
-#include "dapple/media/majorant_grid.h"
-#include "dapple/media/medium.h"
+#include "dapple/media/uneven_medium.h"
 #include "dapple/media/voxel_grid.h"
 
 namespace dapple::media {
@@ -19,7 +18,7 @@ namespace dapple::media {
 /// 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes"); absorption is a weight.
 /// Transmittance by ratio tracking (Novak et al. 2014). Coefficients are per unit of the world, whatever the medium's
 /// transform, as in pbrt-v4 since 2024 and as in homogeneous media.
-class GridMedium final : public Medium {
+class GridMedium final : public UnevenMedium {
  public:
   struct Content {
     Box3f box{V3f(0, 0, 0), V3f(1, 1, 1)};  ///< in the medium's space, of positive extent
@@ -43,13 +42,18 @@ class GridMedium final : public Medium {
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   bool emits() const override { return glow_ || !content_.emission.is_black(); }
   uint64_t exhausted() const { return given_up_.count(); }  ///< rays given up on; they count as absorbed
+  void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
+  Box3f bounds() const override;
+  std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 
  private:
+  int stretches(const Ray& ray, float t_max, Stretch* out) const override;
   /// `p` in the unit cube that the box is.
   MediumPoint at(const V3f& p) const;
   MajorantWalk walk(const Ray& ray, float t_max) const;
   void build_majorants();
+  V3f to_cube(const V3f& P) const;
 
   Content content_;
   Transform world_to_medium_;

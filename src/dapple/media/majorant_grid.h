@@ -50,6 +50,17 @@ class MajorantWalk {
     return false;
   }
 
+  /// What is ahead in the cell where the walk is, along the ray, and goes on to the next; false where none is left. Not
+  /// to be mixed with next().
+  bool next_cell(float* begin, float* end, float* sigma) {
+    if (!(t_ < end_)) return false;
+    *begin = t(), *sigma = majorant();
+    t_ = std::min(cell_end(), end_);
+    *end = t();
+    step();
+    return true;
+  }
+
   float majorant() const { return grid_.at(cell_); }
   V3f position() const { return o_ + d_ * t_; }
   float t() const { return first_ + t_; }  ///< along the ray

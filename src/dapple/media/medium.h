@@ -22,6 +22,15 @@ struct MediumSample {
   RGB emitted;  ///< estimate of the radiance the medium itself adds along [0, t_max], seen from the ray's origin
 };
 
+/// A ray that does not gamble: what is left of it at its end, what the medium adds, and one place at which it scatters,
+/// if it does at all: as MediumSample, but that
+///   E[weight f(t)] = int_0^t_max T(t) sigma_s(t) f(t) dt.
+struct MediumCrossing {
+  RGB transmittance{1};
+  RGB emitted;
+  MediumSample scattering;
+};
+
 /// Rays through one medium, each from its origin to its own t_max.
 struct MediumRays {
   static constexpr int capacity = pattern::ShadingPoints::capacity;
@@ -60,6 +69,10 @@ class Medium {
   virtual void transmittance_batch(const MediumRays& rays, RGB* out) const {
     for (int i = 0; i < rays.count; ++i) out[i] = transmittance(rays.ray[i], rays.ray[i].t_max, rays.key[i]);
   }
+
+  /// The whole of the ray to t_max (may be infinite) at once; without `scatters` no place is drawn. Less noisy than
+  /// sample(); media that differ from place to place may do with a quadrature (UnevenMedium).
+  virtual MediumCrossing cross(const Ray& ray, float t_max, const RGB& beta, uint64_t key, bool scatters) const = 0;
 
   virtual bool emits() const = 0;  ///< false: MediumSample::emitted is black for certain
   /// What was wrong in it so far, as warnings for the user.

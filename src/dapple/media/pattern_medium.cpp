@@ -53,6 +53,17 @@ void raise(std::atomic<float>* largest, float v) {
   }
 }
 
+/// All but places and times.
+void set_no_surface(pattern::ShadingPoints* points, int n) {
+  const V3f none(0, 0, 0);
+  pattern::ShadingPoints& p = *points;
+  for (int i = 0; i < n; ++i) {
+    for (auto* v : {&p.dPdu, &p.dPdv, &p.dNdu, &p.dNdv, &p.dPdx, &p.dPdy, &p.Ng, &p.Ns}) v->set(i, none);
+    for (auto* v : {p.u, p.v, p.dudx, p.dudy, p.dvdx, p.dvdy}) v[i] = 0;
+    p.key[i] = 0;
+  }
+}
+
 /// A ray under way in the box.
 struct Walk {
   V3f o, d;
@@ -65,7 +76,10 @@ struct Walk {
 
 PatternMedium::PatternMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase,
                              std::string name)
-    : Medium(phase), content_(std::move(content)), world_to_medium_(medium_to_world.inverse()), name_(std::move(name)) {
+    : UnevenMedium(phase),
+      content_(std::move(content)),
+      world_to_medium_(medium_to_world.inverse()),
+      name_(std::move(name)) {
   const auto bound_of = [](const auto& input, float bound) {
     return input.constant() ? most(*input.constant()) : bound;
   };
@@ -134,14 +148,7 @@ void PatternMedium::track(const MediumRays& rays, const Visit& visit, const Give
   }
   pattern::ShadingPoints points;
   Point at[capacity];
-  const V3f none(0, 0, 0);
-  for (int i = 0; i < n; ++i) {
-    for (auto* v :
-         {&points.dPdu, &points.dPdv, &points.dNdu, &points.dNdv, &points.dPdx, &points.dPdy, &points.Ng, &points.Ns})
-      v->set(i, none);
-    for (auto* v : {points.u, points.v, points.dudx, points.dudy, points.dvdx, points.dvdy}) v[i] = 0;
-    points.key[i] = 0;
-  }
+  set_no_surface(&points, n);
   const float inverse = 1 / majorant_;
   for (int collisions = 0; n > 0; ++collisions) {
     if (collisions == most_collisions) {
@@ -164,6 +171,53 @@ void PatternMedium::track(const MediumRays& rays, const Visit& visit, const Give
     for (int i = 0; i < kept; ++i)
       if (visit(walks[i].ray, walks[i].t, at[i], walks[i].rng)) walks[n++] = walks[i];
   }
+}
+
+void PatternMedium::coefficients(const V3f* P, float time, int n, MediumPoint* out) const {
+  pattern::ShadingPoints points;
+  set_no_surface(&points, n);
+  int lane[capacity], inside = 0;
+  for (int i = 0; i < n; ++i) {
+    const V3f p = world_to_medium_.point(P[i]);
+    const Box3f& box = content_.box;
+    out[i] = {};
+    if (!(p.x >= box.min.x && p.x < box.max.x && p.y >= box.min.y && p.y < box.max.y && p.z >= box.min.z &&
+          p.z < box.max.z))
+      continue;
+    points.P.set(inside, P[i]);
+    points.time[inside] = time;
+    lane[inside++] = i;
+  }
+  points.count = inside;
+  if (inside == 0) return;
+  Point found[capacity];
+  evaluate(points, found);
+  for (int k = 0; k < inside; ++k) out[lane[k]] = found[k];
+}
+
+Box3f PatternMedium::bounds() const {
+  const Box3f& box = content_.box;
+  return bounds_of_cube(world_to_medium_.inverse() * Transform::translate(V3d(box.min)) *
+                        Transform::scale(V3d(box.max - box.min)));
+}
+
+std::optional<RGB> PatternMedium::extinction_color() const {
+  if (!content_.sigma_a.constant() || !content_.sigma_s.constant()) return std::nullopt;
+  return color_of(*content_.sigma_a.constant() + *content_.sigma_s.constant());
+}
+
+// All of it has one bound: so many for the diagonal of the box.
+int PatternMedium::stretches(const Ray& ray, float t_max, Stretch* out) const {
+  float first = 0, end = t_max;
+  if (!(majorant_ > 0) ||
+      !clip(world_to_medium_.point(ray.o), world_to_medium_.vector(ray.d), content_.box, &first, &end))
+    return 0;
+  constexpr int most = most_strata / 2;
+  const float across = length(bounds().size());
+  const int n = std::clamp(int(std::ceil(float(most) * (end - first) / across)), 1, most);
+  const auto edge = [&](int i) { return i == n ? end : first + (end - first) * float(i) / float(n); };
+  for (int i = 0; i < n; ++i) out[i] = {edge(i), edge(i + 1), majorant_};
+  return n;
 }
 
 void PatternMedium::sample_batch(const MediumRays& rays, MediumSample* out) const {

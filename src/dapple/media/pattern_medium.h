@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dapple/base/transform.h"
-#include "dapple/media/medium.h"
+#include "dapple/media/uneven_medium.h"
 #include "dapple/pattern/input.h"
 
 namespace dapple::media {
@@ -17,7 +17,7 @@ namespace dapple::media {
 /// Distances are drawn by null-collision tracking, transmittance by ratio tracking (null_collision.h), with one
 /// majorant for the whole box, which follows from stated bounds. A pattern above its bound is cut to it, one that is
 /// negative or not finite counts as 0: both are counted, and reported by warnings().
-class PatternMedium final : public Medium {
+class PatternMedium final : public UnevenMedium {
  public:
   struct Content {
     Box3f box{V3f(0, 0, 0), V3f(1, 1, 1)};                 ///< in the medium's space, of positive extent
@@ -38,6 +38,9 @@ class PatternMedium final : public Medium {
   bool emits() const override { return !content_.emission.constant() || !content_.emission.constant()->is_black(); }
 
   float majorant() const { return majorant_; }  ///< 1/m
+  void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
+  Box3f bounds() const override;
+  std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override;
 
   /// What was cut or replaced so far, by parameter.
@@ -55,9 +58,8 @@ class PatternMedium final : public Medium {
   }  ///< rays given up on; they count as absorbed
 
  private:
-  struct Point {
-    RGB sigma_a, sigma_s, emission;
-  };
+  int stretches(const Ray& ray, float t_max, Stretch* out) const override;
+  using Point = MediumPoint;
   struct Count {
     std::atomic<uint64_t> above{0}, bad{0};
     std::atomic<float> largest{0};

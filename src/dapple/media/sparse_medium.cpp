@@ -80,7 +80,7 @@ SparseMedium::IndexMap::IndexMap(const Transform& t)
     : x(t.vector(V3f(1, 0, 0))), y(t.vector(V3f(0, 1, 0))), z(t.vector(V3f(0, 0, 1))), origin(t.point(V3f(0, 0, 0))) {}
 
 SparseMedium::SparseMedium(Content content, const Transform& medium_to_world, HenyeyGreenstein phase, std::string name)
-    : Medium(phase),
+    : UnevenMedium(phase),
       content_(std::move(content)),
       cube_to_world_(medium_to_world * content_.density.index_to_world() * cube_to_index(content_.density.active())),
       world_to_cube_(cube_to_world_.inverse()),
@@ -118,6 +118,28 @@ float SparseMedium::most_extinction() const {
 
 MajorantWalk SparseMedium::walk(const Ray& ray, float t_max) const {
   return {majorants_, world_to_cube_.point(ray.o), world_to_cube_.vector(ray.d), t_max};
+}
+
+void SparseMedium::coefficients(const V3f* P, float, int n, MediumPoint* out) const {
+  for (int i = 0; i < n; ++i) {
+    const V3f p = world_to_cube_.point(P[i]);
+    out[i] = {};
+    if (!is_in_cube(p)) continue;
+    const float density = content_.density.lookup(density_index_(p));
+    out[i] = {content_.sigma_a * density, content_.sigma_s * density, glow_ ? emission(p) : RGB(0)};
+  }
+}
+
+Box3f SparseMedium::bounds() const {
+  return bounds_of_cube(cube_to_world_);
+}
+
+std::optional<RGB> SparseMedium::extinction_color() const {
+  return color_of(content_.sigma_a + content_.sigma_s);
+}
+
+int SparseMedium::stretches(const Ray& ray, float t_max, Stretch* out) const {
+  return UnevenMedium::stretches(walk(ray, t_max), out);
 }
 
 RGB SparseMedium::emission(const V3f& p) const {

@@ -7,16 +7,15 @@
 
 #include "dapple/base/transform.h"
 #include "dapple/media/blackbody_table.h"
-#include "dapple/media/majorant_grid.h"
-#include "dapple/media/medium.h"
 #include "dapple/media/sparse_grid.h"
+#include "dapple/media/uneven_medium.h"
 
 namespace dapple::media {
 
 /// Coefficients times a sparse grid of density, which glows as black bodies of a second grid's temperatures; pbrt-v4's
 /// `nanovdb`. It is within the active voxels of density, from the first lattice point to one step beyond the last, and
 /// empty outside. Flights and transmittance as GridMedium's, with majorants for at most 64^3 cells.
-class SparseMedium final : public Medium {
+class SparseMedium final : public UnevenMedium {
  public:
   struct Content {
     RGB sigma_a{1}, sigma_s{1};  ///< 1/m of the world, times density
@@ -33,11 +32,15 @@ class SparseMedium final : public Medium {
   MediumSample sample(const Ray& ray, float t_max, const RGB& beta, uint64_t key) const override;
   RGB transmittance(const Ray& ray, float t_max, uint64_t key) const override;
   bool emits() const override { return glow_.has_value(); }
+  void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
+  Box3f bounds() const override;
+  std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 
   float most_extinction() const;  ///< 1/m, the largest majorant
 
  private:
+  int stretches(const Ray& ray, float t_max, Stretch* out) const override;
   /// From the unit cube that the active voxels are to a grid's index space.
   struct IndexMap {
     V3f x, y, z, origin;

@@ -12,11 +12,12 @@ float StraightFlights::light_probability(int p, uint32_t light, const PathWorksp
 
 bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const light::ShaftLight& shafts = *shafts_;
-  const media::ClosedFormMedium& air = shafts.air();
   const int p = w.now->path[i];
   const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
   const float length = w.hit.geometry[i] == trace::no_id ? infinity : w.hit.t[i];
-  w.add_light(p, trace::no_id, w.beta[p] * air.emitted(ray, length), false);
+  const uint64_t key = w.vertex_key(p, 0);
+  const media::MediumCrossing air = shafts.air().cross(ray, length, w.beta[p], key, !shafts.single());
+  w.add_light(p, trace::no_id, w.beta[p] * air.emitted, false);
   if (!w.points_found) {
     shafts.in_scattering({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, &w.shafts,
                          [&](uint32_t light, const RGB& L) {
@@ -25,8 +26,7 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
                          });
   }
   if (!shafts.single()) {
-    const uint64_t key = w.vertex_key(p, 0);
-    const media::MediumSample s = air.sample_scattering(ray, length, w.beta[p], key);
+    const media::MediumSample& s = air.scattering;
     const RGB beta = w.beta[p] * s.weight;
     const float size = beta.max();
     PathWorkspace::StraightFlight& kept = w.straight[p];
@@ -38,9 +38,8 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
       }
     }
   }
-  const RGB through = air.transmittance(ray, length, 0);
-  w.beta[p] *= through;
-  if (w.wants_air) w.air[p].transmittance *= through;
+  w.beta[p] *= air.transmittance;
+  if (w.wants_air) w.air[p].transmittance *= air.transmittance;
   return !w.beta[p].is_black() && w.beta[p].is_finite();
 }
 

@@ -36,17 +36,20 @@ float AirLight::entry_of(const V3f& P) const {
 
 ViewRay AirLight::view_of(const Segment& s) const {
   ViewRay v;
-  v.plane = planes_.is_orthographic() ? planes_.plane_beside(s.off, s.xi) : planes_.plane_of(s.d, s.xi);
+  v.plane = planes_.is_sheaf() ? planes_.plane_beside(s.off, s.xi)
+                               : planes_.plane_of(planes_.is_orthographic() ? s.off : s.d, s.xi);
   v.cosine = std::clamp(dot(s.d, planes_.frame().n), -1.0f, 1.0f);
   v.sine = std::max(length(cross(s.d, planes_.frame().n)), least_sine);
   v.begin = s.begin, v.end = s.end;
-  if (planes_.is_orthographic()) {
+  if (planes_.is_sheaf()) {
     const float before = dot(s.off, planes_.across(v.plane)) / v.sine;
     v.begin += before, v.end += before;
     v.lift = dot(s.off, planes_.frame().n) - before * v.cosine;
   }
+  if (lamp_) lamp_->set_distance(s.off, &v);
   v.density = haze_.density.at(planes_.settings().eye + s.off + s.d * s.begin);
   v.rate = dot(haze_.density.slope, s.d);
+  if (lamp_) return v;
   if (haze_.density.is_constant()) {
     // 1 - cos, which would lose its digits near the sun.
     v.k = v.cosine > 0 ? v.sine * v.sine / (1 + v.cosine) : 1 - v.cosine;
@@ -273,13 +276,18 @@ void AirLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) con
   }
 }
 
+void AirLight::set_coordinates(ViewRay* view) const {
+  ViewRay& v = *view;
+  v.first = v.begin * v.sine, v.last = v.end * v.sine;
+  v.slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
+}
+
 RGB AirLight::parallel(const Segment& segment) const {
   if (unbounded_ && (haze_.density.is_constant() ? haze_.sigma_t.max() > 0 : rise_ < 0)) return {};
   ViewRay v = view_of(segment);
   const float absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
-  v.first = v.begin * v.sine, v.last = v.end * v.sine;
-  v.slant = v.cosine == 0 ? most_slant : std::clamp(v.sine / v.cosine, -most_slant, most_slant);
+  set_coordinates(&v);
   LightSums sums;
   const float last_edge = planes_.edge(planes_.bins()), per_u = 1 / v.sine;
   if (v.first < last_edge) scan(v, &sums);
@@ -293,6 +301,62 @@ RGB AirLight::parallel(const Segment& segment) const {
     out[c] = haze_.sigma_s[c] * phase * (float(sums.of[c]) + sums.bins.sum(from) * per_u);
   }
   return out;
+}
+
+int AirLight::lit(const Segment& segment, const float* begin, const float* end, int n, RGB* out) const {
+  ViewRay v = view_of(segment);
+  const float start = v.begin;
+  int at = 0;  // the block where a piece begins
+  for (int i = 0; i < n; ++i) {
+    v.begin = start + begin[i], v.end = start + end[i];
+    lamp_ ? lamp_->place(&v) : set_coordinates(&v);
+    if (i == 0) {
+      at = std::min(planes_.bin_of(v.first) / block, planes_.blocks() - 1);
+      while (at > 0 && planes_.block_edges()[at] > v.first) --at;
+    }
+    out[i] = lit_of(v, &at);
+    // By its length, which its coordinates tell with fewer digits.
+    if (!lamp_)
+      out[i] *= (end[i] - begin[i]) / std::max(v.last - v.first, 1e-30f);
+    else
+      out[i] *= 1 / v.nearest;
+  }
+  return v.plane;
+}
+
+// What of [first, last] is lit, times tints. `at`: the block of `first`, or one before; moved on.
+RGB AirLight::lit_of(const ViewRay& v, int* at) const {
+  const float* const edges = planes_.block_edges();
+  const int all = planes_.blocks();
+  while (*at + 1 < all && edges[*at + 1] <= v.first) ++*at;
+  RGB sum;
+  for (int b = *at; b < all && edges[b] < v.last; ++b) {
+    const float most = planes_.most(v.plane)[b], least = planes_.least(v.plane)[b];
+    if (least == infinity) continue;
+    const float from = std::max(edges[b], v.first), to = std::min(edges[b + 1], v.last);
+    const auto height = [&](float u) { return u / v.slant + v.lift; };
+    const bool free = most == -infinity || (!lamp_ && std::min(height(from), height(to)) >= most);
+    const bool even = planes_.marks(v.plane)[b] & ScanPlanes::even_tint;
+    const RGB* const tint = planes_.tinted() ? planes_.tint(v.plane) + b * block : nullptr;
+    if (free && even) {
+      sum += (tint ? *tint : RGB(1)) * (to - from);
+      continue;
+    }
+    if (!lamp_ && std::max(height(from), height(to)) < least) continue;
+    LitBins lit;
+    lamp_ ? lamp_->cut_bins(v, b, &lit) : cut_bins(v, b, &lit);
+    if (even) {
+      float length = 0;
+      for (int i = 0; i < block; ++i) length += lit.end[i] - lit.begin[i];
+      sum += (tint ? *tint : RGB(1)) * length;
+    } else {
+      for (int i = 0; i < block; ++i) sum += tint[i] * (lit.end[i] - lit.begin[i]);
+    }
+  }
+  // Beyond the bins nothing stands in the way.
+  const float beyond = std::max(planes_.edge(planes_.bins()), v.first);
+  if (!lamp_ && v.last > beyond) sum += RGB(v.last - beyond);
+  return sum;
 }
 
 RGB AirLight::from_lamp(const Segment& segment) const {

@@ -34,6 +34,10 @@ class AirLight {
   /// Of a beam of irradiance 1 across it, or a lamp of intensity 1 (1/sr; 1/(m2 sr)).
   RGB in_scattering(const Segment& segment) const;
 
+  /// What is lit of pieces of the ray, one behind the other, from begin[i] to end[i] m behind `segment.begin`: metres,
+  /// or of a lamp int ds / r^2, 1/m; times the tint of its rays of light. Returns the plane.
+  int lit(const Segment& segment, const float* begin, const float* end, int n, RGB* out) const;
+
   /// What entry() of the planes holds for a ray of light that enters the medium at point P.
   float entry_of(const V3f& P) const;
 
@@ -41,6 +45,8 @@ class AirLight {
 
  private:
   ViewRay view_of(const Segment& segment) const;
+  void set_coordinates(ViewRay* view) const;
+  RGB lit_of(const ViewRay& view, int* block) const;
   RGB parallel(const Segment& segment) const;
   RGB from_lamp(const Segment& segment) const;
   void scan(const ViewRay& view, LightSums* sums) const;

@@ -21,7 +21,6 @@ LampLight::LampLight(const ScanPlanes& planes, const Haze& haze) : planes_(plane
   channels_ = t.r == t.g && t.g == t.b ? 1 : 3;
   const V3f way = planes.frame().n * planes.settings().lamp;
   at_lamp_ = haze.density.at(planes.settings().eye + way);
-  to_lamp_ = dot(haze.density.slope, way);
 }
 
 float LampLight::entry_of(const V3f& P) const {
@@ -37,7 +36,7 @@ void LampLight::find_states(const ViewRay& v, int first, int n, BlockStates* sta
   const float* const cosines = planes_.block_cosines() + first;
   const float* const least = planes_.least(v.plane) + first;
   const float* const most = planes_.most(v.plane) + first;
-  const float nearest = planes_.settings().lamp * v.sine;
+  const float nearest = v.nearest;
   // At angle psi the ray is D sin phi / sin(phi + psi) from the lamp.
   alignas(64) float of_sum[half + 1];
   for (int i = 0; i <= half; ++i) of_sum[i] = v.sine * cosines[i] + v.cosine * sines[i];
@@ -56,7 +55,7 @@ void LampLight::cut_bins(const ViewRay& v, int number, LitBins* lit) const {
   const float* const sines = planes_.sines() + number * block;
   const float* const cosines = planes_.cosines() + number * block;
   const float* const blocked = planes_.blocked(v.plane) + number * block;
-  const float nearest = planes_.settings().lamp * v.sine;
+  const float nearest = v.nearest;
   alignas(64) float of_sum[block + 1];
   for (int i = 0; i <= block; ++i) of_sum[i] = v.sine * cosines[i] + v.cosine * sines[i];
   for (int i = 0; i < block; ++i) {
@@ -91,15 +90,16 @@ void LampLight::find_nodes(const ViewRay& v, int first, BlockNodes* nodes) const
     const float scale = 1 / lane::sqrt(sum[i] * sum[i] + other_sum[i] * other_sum[i]);
     sines[half + i] = sum[i] * scale, cosines[half + i] = other_sum[i] * scale;
   }
-  const float D = planes_.settings().lamp, nearest = D * v.sine, g = haze_.phase.g;
+  const float D = planes_.settings().lamp, nearest = v.nearest, g = haze_.phase.g;
+  const bool beside = planes_.is_orthographic();
   const float scale = at_lamp_ * (1 - g * g) / (4 * pi * nearest);
   for (int i = 0; i < n; ++i) {
     const float per_sum = 1 / lane::max(v.sine * cosines[i] + v.cosine * sines[i], least_sine_of_sum);
     const float base = 1 + g * g - 2 * g * (v.cosine * cosines[i] - v.sine * sines[i]);
-    const float s = D * sines[i] * per_sum;
+    const float s = beside ? v.foot - nearest * cosines[i] * per_sum : D * sines[i] * per_sum;
     r[i] = nearest * per_sum;
     column[i] = lane::max(s - v.begin, 0);
-    thinner[i] = v.rate * s - to_lamp_;  // slope . (X - lamp), X = s d
+    thinner[i] = v.rate * s - v.ahead;  // slope . (X - lamp)
     o.weight[i] = scale / (base * lane::sqrt(base));
   }
   if (haze_.density.is_constant()) {
@@ -131,7 +131,8 @@ void LampLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) co
   const float* const cosines = planes_.cosines() + at;
   const float* const middle_sines = sines + planes_.bins() + 1;
   const float* const middle_cosines = cosines + planes_.bins() + 1;
-  const float D = planes_.settings().lamp, g = haze_.phase.g;
+  const float D = planes_.settings().lamp, nearest = v.nearest, g = haze_.phase.g;
+  const bool beside = planes_.is_orthographic();
   const auto between = [](float a, float middle, float b, float f) {
     return a + f * (b - a) + 4 * f * (1 - f) * (middle - 0.5f * (a + b));
   };
@@ -143,14 +144,15 @@ void LampLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) co
     const float width = edges[i + 1] - edges[i];
     const float f0 = lane::clamp((v.first - edges[i]) / width, 0, 1),
                 f1 = lane::clamp((v.last - edges[i]) / width, 0, 1);
-    const float h0 = -D * v.sine / sine_of_sum(f0), h1 = -D * v.sine / sine_of_sum(f1), growth = h1 - h0;
+    const float h0 = -nearest / sine_of_sum(f0), h1 = -nearest / sine_of_sum(f1), growth = h1 - h0;
     const float t = lane::clamp((blocked[i] - h0) / (growth != 0 ? growth : 1.0f), 0, 1), cut = f0 + t * (f1 - f0);
     const bool lit = blocked[i] <= h0;
     const float begin = growth > 0 ? cut : f0, end = growth > 0 ? f1 : growth < 0 ? cut : lit ? f1 : f0;
     const float f = 0.5f * (begin + end), sum = sine_of_sum(f);
-    s[i] = D * sine(f) / sum, r[i] = D * v.sine / sum;
+    s[i] = beside ? v.foot - nearest * cosine(f) / sum : D * sine(f) / sum;
+    r[i] = nearest / sum;
     const float base = 1 + g * g - 2 * g * (v.cosine * cosine(f) - v.sine * sine(f));
-    weight[i] = (end - begin) * width * (1 - g * g) / (4 * pi * base * lane::sqrt(base) * D * v.sine);
+    weight[i] = (end - begin) * width * (1 - g * g) / (4 * pi * base * lane::sqrt(base) * nearest);
   }
   if (haze_.density.is_constant()) {
     for (int i = 0; i < block; ++i) l[i] = lane::max(s[i] - v.begin, 0), thinner[i] = 0;
@@ -158,7 +160,7 @@ void LampLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) co
   } else {
     for (int i = 0; i < block; ++i) {
       l[i] = column_of(v.density, v.rate, lane::max(s[i] - v.begin, 0));
-      thinner[i] = v.rate * s[i] - to_lamp_;  // slope . (X - lamp), X = s d
+      thinner[i] = v.rate * s[i] - v.ahead;  // slope . (X - lamp)
       way[i] = column_of(at_lamp_, thinner[i] / lane::max(r[i], 1e-20f), r[i]) - (entry ? entry[i] : 0.0f);
       weight[i] *= at_lamp_;
     }
@@ -179,15 +181,30 @@ void LampLight::add_steep_bins(const ViewRay& v, int number, LightSums* sums) co
   }
 }
 
+void LampLight::set_distance(const V3f& off, ViewRay* view) const {
+  ViewRay& v = *view;
+  const float D = planes_.settings().lamp;
+  const V3f& axis = planes_.frame().n;
+  const V3f way = axis * D - off;
+  v.ahead = dot(haze_.density.slope, way);
+  if (planes_.is_orthographic()) {
+    v.foot = dot(way, axis);
+    v.nearest = std::max(length(way - axis * v.foot), least_lamp_sine * D);
+    v.sine = 0, v.cosine = 1;
+    return;
+  }
+  v.sine = std::max(v.sine, least_lamp_sine);
+  v.foot = D * v.cosine, v.nearest = D * v.sine;
+}
+
 void LampLight::place(ViewRay* view) const {
   ViewRay& v = *view;
-  v.sine = std::max(v.sine, least_lamp_sine);
   const float D = planes_.settings().lamp, absorbs = haze_.density.is_constant() ? haze_.sigma_t.min() : 0;
   if (absorbs > 0) v.end = std::min(v.end, v.begin + spent_depth / absorbs);
   // Sine and cosine of the angle at the lamp at which a place of the ray is seen.
   const auto turn = [&](float s) {
     if (!(s < infinity)) return V2f(v.sine, -v.cosine);
-    const V2f t(s * v.sine, D - s * v.cosine);
+    const V2f t = planes_.is_orthographic() ? V2f(v.nearest, v.foot - s) : V2f(s * v.sine, D - s * v.cosine);
     return t * (1 / std::max(std::hypot(t.x, t.y), 1e-30f));
   };
   v.first_turn = turn(v.begin), v.last_turn = turn(v.end);

@@ -13,7 +13,9 @@ class LampLight {
   /// The planes, to a lamp, must outlive it.
   LampLight(const ScanPlanes& planes, const Haze& haze);
 
-  /// The ray's ends as angles, and where it is nearest.
+  /// How near the ray comes to the lamp, and where. off: of parallel rays, of their origins from the eye.
+  void set_distance(const V3f& off, ViewRay* view) const;
+  /// The ray's ends as angles, after that.
   void place(ViewRay* view) const;
   /// Of `n` blocks from `first` on; what is dark and lit.
   void find_states(const ViewRay& view, int first, int n, BlockStates* states) const;
@@ -28,8 +30,8 @@ class LampLight {
  private:
   const ScanPlanes& planes_;
   const Haze haze_;
-  int channels_;                     // 1: all alike
-  float at_lamp_ = 1, to_lamp_ = 0;  // density there, and slope . way from the eye
+  int channels_;       // 1: all alike
+  float at_lamp_ = 1;  // density there
 };
 
 }  // namespace dapple::shafts

@@ -36,7 +36,7 @@ ScanPlanes::ScanPlanes(const Settings& settings) : settings_(whole(settings)), f
     block_edges_.push_back(edges_[j]);
     if (is_lamp()) block_sines_.push_back(sines_[j]), block_cosines_.push_back(cosines_[j]);
   }
-  if (is_orthographic()) {
+  if (is_sheaf()) {
     side_ = normalize(cross(settings_.axis, settings_.view));
     ahead_ = normalize(settings_.view - settings_.axis * dot(settings_.axis, settings_.view));
   }
@@ -67,7 +67,7 @@ int ScanPlanes::bin_of(float u) const {
 }
 
 V3f ScanPlanes::across(int plane) const {
-  if (is_orthographic()) return ahead_;
+  if (is_sheaf()) return ahead_;
   const double a = double(settings_.fan.first) + plane * double(settings_.fan.step);
   return frame_.s * float(std::cos(a)) + frame_.t * float(std::sin(a));
 }

@@ -33,10 +33,12 @@ class ScanPlanes {
 
   struct Settings {
     V3f eye{0, 0, 0};
-    V3f axis{0, 0, 1};      ///< unit, from the eye to the light
+    V3f axis{0, 0, 1};      ///< unit, from the eye to the light; of parallel rays beside a lamp, along them
     float lamp = infinity;  ///< distance of a lamp; infinite for parallel light
-    V3f view{0, 0, 0};      ///< unit, of all view rays, which are parallel: orthographic; 0: they come from the eye
-    PlaneFan fan;           ///< around Frame(axis); of parallel rays along side(), m
+    /// Unit, of all view rays, which are parallel: orthographic; 0: they come from the eye. Beside a lamp the eye is a
+    /// place before it.
+    V3f view{0, 0, 0};
+    PlaneFan fan;           ///< around Frame(axis); of parallel rays under parallel light along side(), m
     int bins = 1024;        ///< made a multiple of `block`
     float nearest = 0.01f;  ///< c: bins are even below this u
     float farthest = 1;     ///< u of the last bin's end, which of a lamp is pi; beyond, nothing stands in the way
@@ -50,6 +52,8 @@ class ScanPlanes {
   const Settings& settings() const { return settings_; }
   const Frame& frame() const { return frame_; }
   bool is_orthographic() const { return settings_.view != V3f(0, 0, 0); }
+  /// Planes side by side, not around an axis.
+  bool is_sheaf() const { return is_orthographic() && !is_lamp(); }
   bool is_lamp() const { return settings_.lamp < infinity; }
   int planes() const { return settings_.fan.planes; }
   int bins() const { return settings_.bins; }
@@ -71,11 +75,11 @@ class ScanPlanes {
   int bin_of(float u) const;
   /// Unit vector across the axis, in plane k.
   V3f across(int plane) const;
-  /// Of parallel view rays: unit, across all planes.
+  /// Of a sheaf: unit, across all planes.
   V3f side() const { return side_; }
   /// Where a ray of light passes: the point of height 0 of parallel light; the direction in which a lamp sends it.
   V3f foot(int plane, float u) const {
-    const float off = is_orthographic() ? settings_.fan.first + float(plane) * settings_.fan.step : 0;
+    const float off = is_sheaf() ? settings_.fan.first + float(plane) * settings_.fan.step : 0;
     return settings_.eye + side_ * off + across(plane) * u;
   }
   V3f lamp_direction(int plane, float u) const { return frame_.n * -std::cos(u) + across(plane) * std::sin(u); }
@@ -108,7 +112,7 @@ class ScanPlanes {
   }
 
   /// The plane for a ray along d: that before or after it, by xi in [0, 1), so that the mean is linear between planes.
-  /// Of parallel rays: for one whose origin is so far from the eye.
+  /// Of a sheaf: for a ray whose origin is so far from the eye.
   int plane_of(const V3f& d, float xi) const;
   int plane_beside(const V3f& off, float xi) const;
 

@@ -13,10 +13,11 @@ struct ViewRay {
   float begin = 0, end = 0;               ///< from where it meets the axis
   float lift = 0;                         ///< height there
   float density = 1, rate = 0;            ///< where it begins, and along it
-  float k = 0, ahead = 0;                 ///< depths: sigma_t (k l + ahead - entry)
+  float k = 0, ahead = 0;                 ///< depths: sigma_t (k l + ahead - entry); of lamps: slope . way to it
   float first = 0, last = 0;              ///< coordinates of rays of light
   float slant = 0;                        ///< of parallel light: u over the height there
   float peak = 0;                         ///< of lamps: the angle at which the ray is nearest
+  float nearest = 0, foot = 0;            ///< of lamps: how near, and how far from where the ray's lengths count
   V2f first_turn{0, 1}, last_turn{0, 1};  ///< of lamps: their sines and cosines
 };
 
