@@ -59,6 +59,10 @@ bool same(const scenefile::InstanceEntity& a, const scenefile::InstanceEntity& b
   return a.object == b.object && a.presence == b.presence && a.transform == b.transform;
 }
 
+bool same(const scenefile::PlacementsEntity& a, const scenefile::PlacementsEntity& b) {
+  return a.object == b.object && a.filename == b.filename && a.transform == b.transform;
+}
+
 bool same(const scenefile::ObjectEntity& a, const scenefile::ObjectEntity& b);
 
 template <class T>
@@ -67,7 +71,8 @@ bool same_list(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 bool same(const scenefile::ObjectEntity& a, const scenefile::ObjectEntity& b) {
-  return a.name == b.name && same_list(a.shapes, b.shapes);
+  return a.name == b.name && same_list(a.shapes, b.shapes) && same_list(a.instances, b.instances) &&
+         same_list(a.placements, b.placements);
 }
 
 bool same_dicing(const SceneDescription& a, const SceneDescription& b) {
@@ -92,7 +97,8 @@ Changes difference(const SceneDescription& a, const SceneDescription& b) {
           a.camera_medium != b.camera_medium || a.materials.size() != b.materials.size() ||
           !same_list(a.textures, b.textures) || !same_list(a.media, b.media) ||
           !same_list(a.area_lights, b.area_lights) || !same_list(a.shapes, b.shapes) ||
-          !same_list(a.objects, b.objects) || !same_list(a.instances, b.instances);
+          !same_list(a.objects, b.objects) || !same_list(a.instances, b.instances) ||
+          !same_list(a.placements, b.placements);
   return c;
 }
 

@@ -56,7 +56,7 @@ class PbrtParser {
     Block block;
     Handler handler;
   };
-  static const std::array<Directive, 43> directives;
+  static const std::array<Directive, 44> directives;
 
   /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
   void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
@@ -100,6 +100,7 @@ class PbrtParser {
   void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
   void object_end(const Token& d) { builder_.object_end(d.loc); }
   void object_instance(const Token& d);
+  void object_instances(const Token& d);
   void option(const Token&);
   void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
   void rotate(const Token& d);

@@ -96,6 +96,7 @@ class TracedScene {
   void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const { shapes_.face_curve(hits, i, eye, time); }
 
   size_t geometry_count() const { return shapes_.size(); }
+  size_t object_count() const { return objects_.size(); }
   /// After commit().
   size_t instance_count() const { return shapes_.instance_count(); }
   /// Those of add_instance().
