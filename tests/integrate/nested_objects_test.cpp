@@ -76,7 +76,7 @@ TEST_F(NestedPictures, HaveTheLeavesOfFlatOnes) {
 TEST_F(NestedPictures, OfImagesAreSeenByRays) {
   path::PathIntegrator::Settings rays = canopy_settings(*nested.scene);
   const impostor::ImageIntegrator images(
-      *nested.scene, impostor::make_tree_images(*nested.scene, {.resolution = 32}, {}), {rays, 1, 16, false});
+      *nested.scene, impostor::make_tree_images(*nested.scene, {.resolution = 32}, {}), {rays, 1, 16});
   EXPECT_EQ(images.view().by_rays, text.paths());
   EXPECT_EQ(images.view().by_images, 0u);
   const auto a = render_built(nested, render::StopRules{.pixel_samples = 16}, images),

@@ -11,14 +11,35 @@ namespace dapple::trace {
 namespace {
 
 constexpr int width = PlacementSet::width;
-using Lanes = float[width];
 constexpr float rounding = 0x1p-20f;  // of a ray that was taken into an object's space
+
+/// Four numbers, of a placement each. Loops over arrays of these stay scalar in compilers of today.
+using Four = float __attribute__((vector_size(16)));
+static_assert(sizeof(Four) == width * sizeof(float));
+
+Four load(const float (&from)[width]) {
+  Four out;
+  std::memcpy(&out, from, sizeof out);
+  return out;
+}
+Four all(float x) {
+  return Four{x, x, x, x};
+}
+Four least_of(Four a, Four b) {
+  return a < b ? a : b;
+}
+Four most_of(Four a, Four b) {
+  return a > b ? a : b;
+}
+Four magnitude(Four a) {
+  return most_of(a, -a);
+}
 
 }  // namespace
 
 /// The placements of a block whose objects' boxes a ray meets, with the ray in the space of each.
 struct Portal::Entries {
-  alignas(16) float o[3][width], d[3][width], near[width], far[width];
+  Four o[3], d[3], near;
   int order[width];  ///< by where the ray enters
   int count = 0;
 };
@@ -26,46 +47,40 @@ struct Portal::Entries {
 // Four at once. Beyond its box an object has nothing: the box is a little larger than what rounding may take away.
 void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
   const auto& m = set_.placements.blocks()[block].m;
-  alignas(16) Lanes grown, near, far;
-  for (int k = 0; k < width; ++k) {
-    const float ax = m[0][0][k], ay = m[1][0][k], az = m[2][0][k], bx = m[0][1][k], by = m[1][1][k], bz = m[2][1][k],
-                cx = m[0][2][k], cy = m[1][2][k], cz = m[2][2][k];
-    // Rows of the inverse, times the determinant.
-    const float px = by * cz - bz * cy, py = bz * cx - bx * cz, pz = bx * cy - by * cx;
-    const float qx = cy * az - cz * ay, qy = cz * ax - cx * az, qz = cx * ay - cy * ax;
-    const float rx = ay * bz - az * by, ry = az * bx - ax * bz, rz = ax * by - ay * bx;
-    const float inverse = 1 / (ax * px + ay * py + az * pz);
-    const float ox = ray.org_x - m[0][3][k], oy = ray.org_y - m[1][3][k], oz = ray.org_z - m[2][3][k];
-    e->o[0][k] = (px * ox + py * oy + pz * oz) * inverse;
-    e->o[1][k] = (qx * ox + qy * oy + qz * oz) * inverse;
-    e->o[2][k] = (rx * ox + ry * oy + rz * oz) * inverse;
-    e->d[0][k] = (px * ray.dir_x + py * ray.dir_y + pz * ray.dir_z) * inverse;
-    e->d[1][k] = (qx * ray.dir_x + qy * ray.dir_y + qz * ray.dir_z) * inverse;
-    e->d[2][k] = (rx * ray.dir_x + ry * ray.dir_y + rz * ray.dir_z) * inverse;
-    grown[k] = rounding * (std::abs(e->o[0][k]) + std::abs(e->o[1][k]) + std::abs(e->o[2][k]));
-    near[k] = ray.tnear, far[k] = ray.tfar;
+  const Four ax = load(m[0][0]), ay = load(m[1][0]), az = load(m[2][0]), bx = load(m[0][1]), by = load(m[1][1]),
+             bz = load(m[2][1]), cx = load(m[0][2]), cy = load(m[1][2]), cz = load(m[2][2]);
+  // Rows of the inverse, times the determinant.
+  const Four rows[3][3] = {{by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx},
+                           {cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax},
+                           {ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx}};
+  const Four inverse = 1.0f / (ax * rows[0][0] + ay * rows[0][1] + az * rows[0][2]);
+  const Four x = ray.org_x - load(m[0][3]), y = ray.org_y - load(m[1][3]), z = ray.org_z - load(m[2][3]);
+  Four size = all(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Four* row = rows[axis];
+    e->o[axis] = (row[0] * x + row[1] * y + row[2] * z) * inverse;
+    e->d[axis] = (row[0] * ray.dir_x + row[1] * ray.dir_y + row[2] * ray.dir_z) * inverse;
+    size += magnitude(e->o[axis]);
   }
+  Four near = all(ray.tnear), far = all(ray.tfar);
   for (int axis = 0; axis < 3; ++axis) {
     const float least = box_.min[axis], most = box_.max[axis];
-    const float border = rounding * (std::abs(least) + std::abs(most));
-    for (int k = 0; k < width; ++k) {
-      constexpr float tiny = std::numeric_limits<float>::min();
-      const float d = e->d[axis][k], along = std::abs(d) < tiny ? tiny : d, inverse = 1 / along;
-      const float s = (least - border - grown[k] - e->o[axis][k]) * inverse,
-                  t = (most + border + grown[k] - e->o[axis][k]) * inverse;
-      const float first = s < t ? s : t, last = s < t ? t : s;
-      near[k] = near[k] > first ? near[k] : first;
-      far[k] = far[k] < last ? far[k] : last;
-    }
+    const Four grown = rounding * (size + (std::abs(least) + std::abs(most)));
+    const Four tiny = all(std::numeric_limits<float>::min());
+    const Four slope = 1.0f / (magnitude(e->d[axis]) < tiny ? tiny : e->d[axis]);
+    const Four s = (least - grown - e->o[axis]) * slope, t = (most + grown - e->o[axis]) * slope;
+    near = most_of(near, least_of(s, t));
+    far = least_of(far, most_of(s, t));
   }
+  e->near = near;
+  const auto meets = near <= far * (1 + rounding);
   const int lanes = int(set_.placements.lanes(block));
   for (int k = 0; k < lanes; ++k) {
-    if (!(near[k] <= far[k] * (1 + rounding))) continue;
+    if (!meets[k]) continue;
     int at = e->count++;
     for (; at > 0 && near[e->order[at - 1]] > near[k]; --at) e->order[at] = e->order[at - 1];
     e->order[at] = k;
   }
-  std::memcpy(e->near, near, sizeof near);
 }
 
 template <class Query>
