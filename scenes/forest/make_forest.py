@@ -139,7 +139,7 @@ class Mesh:
         self.indices += [first + i for i in other.indices]
 
     def text(self):
-        numbers = " ".join(f"{x:.5g}" for p in self.points for x in p)
+        numbers = " ".join(f"{x:.7g}" for p in self.points for x in p)
         return (f'Shape "trianglemesh" "point3 P" [ {numbers} ] "integer indices" [ '
                 f'{" ".join(map(str, self.indices))} ]\n')
 
