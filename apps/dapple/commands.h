@@ -21,5 +21,6 @@ Command add_canopy_reflect(CLI::App& app);
 Command add_canopy_measure(CLI::App& app);
 Command add_plugin_info(CLI::App& app);
 Command add_trees(CLI::App& app);
+Command add_places(CLI::App& app);
 
 }  // namespace dapple::app

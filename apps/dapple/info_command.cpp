@@ -115,6 +115,15 @@ int show(const InfoOptions& o) {
                          " micropolygons");
   line("objects", std::to_string(description.objects.size()) + " definitions, " +
                       std::to_string(scene.traced.instance_count()) + " instances");
+  if (scene.traced.instance_count() > scene.traced.single_count()) {
+    const trace::PlacementTree& placements = scene.traced.placements();
+    size_t placed = 0;
+    for (uint32_t owner = 0; owner < scene.traced.object_count(); ++owner)
+      for (const auto* set : placements.sets_of(owner)) placed += set->placements.size();
+    for (const auto* set : placements.sets_of(trace::no_id)) placed += set->placements.size();
+    line("placements", std::to_string(placed) + " in " + std::to_string(placements.levels(trace::no_id)) + " levels, " +
+                           megabytes(placements.bytes()));
+  }
   char bounds[160];
   const V3d& origin = built.origin;
   const V3d least = V3d(box.min) + origin, most = V3d(box.max) + origin;

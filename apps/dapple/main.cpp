@@ -43,6 +43,8 @@ int run(int argc, char** argv) {
   commands.emplace_back(penumbra, dapple::app::add_penumbra(*penumbra, quoted(argc, argv)));
   auto* trees = app.add_subcommand("trees", "Multilayer images of trees, for --integrator images");
   commands.emplace_back(trees, dapple::app::add_trees(*trees));
+  auto* places = app.add_subcommand("places", "Files of placements, for ObjectInstances");
+  commands.emplace_back(places, dapple::app::add_places(*places));
   auto* plugin = app.add_subcommand("plugin-info", "Say what a shader plug-in is and which parameters it has");
   commands.emplace_back(plugin, dapple::app::add_plugin_info(*plugin));
 

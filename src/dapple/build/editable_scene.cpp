@@ -199,9 +199,10 @@ bool EditableScene::build_geometry() {
 void EditableScene::warn_of_emptiness() const {
   const scene::Scene& scene = *built_.scene;
   const auto has_shape = [&](const scenefile::InstanceEntity& i) {
-    return !description_.objects[size_t(i.object)].shapes.empty();
+    const auto& object = description_.objects[size_t(i.object)];
+    return !object.shapes.empty() || object.holds_objects();
   };
-  if (description_.shapes.empty() &&
+  if (description_.shapes.empty() && description_.placements.empty() &&
       std::none_of(description_.instances.begin(), description_.instances.end(), has_shape))
     diagnostics_.warn(whole(description_), "the scene has no shape", "no shape");
   const bool glows = std::any_of(scene.media.begin(), scene.media.end(), [](const auto& m) { return m && m->emits(); });

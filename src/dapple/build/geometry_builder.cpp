@@ -8,6 +8,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/camera_view.h"
+#include "dapple/build/placement_builder.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/build/subdivision_levels.h"
 #include "dapple/emitters/light_motion.h"
@@ -62,6 +63,12 @@ uint64_t fingerprint_of(const trace::Shape& shape) {
     add((*disks)->disks), add((*disks)->normals);
   }
   return h;
+}
+
+bool deforms(const trace::Shape& shape) {
+  const auto* mesh = std::get_if<trace::MeshPtr>(&shape);
+  const auto* grids = std::get_if<trace::GridsPtr>(&shape);
+  return (mesh && !(*mesh)->P_end.empty()) || (grids && !(*grids)->P_end.empty());
 }
 
 // Of all surfaces that are diced.
@@ -132,6 +139,8 @@ void GeometryBuilder::make_views() {
   for (const auto& instance : d.instances)
     if (wanted[size_t(instance.object)])
       placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
+  const auto deep = deep_placements(context_, wanted);
+  for (size_t i = 0; i < deep.size(); ++i) placements[i].insert(placements[i].end(), deep[i].begin(), deep[i].end());
   for (const auto& list : placements)
     object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));
 }
@@ -207,8 +216,6 @@ void GeometryBuilder::dice(std::vector<Job>* jobs) {
 void GeometryBuilder::build() {
   const Timer timer;
   const auto& d = context_.description;
-  std::vector<uint8_t> used(d.objects.size(), 0);
-  for (const auto& instance : d.instances) used[size_t(instance.object)] = 1;
   for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
 
   make_views();
@@ -226,6 +233,7 @@ void GeometryBuilder::build() {
 void GeometryBuilder::place_instances() {
   const auto& d = context_.description;
   const std::vector<bool> repeated = find_repeated_instances();
+  place_objects_in_objects(repeated);
   for (size_t i = 0; i < d.instances.size(); ++i) {
     const auto& instance = d.instances[i];
     if (!instance.is_shown()) continue;
@@ -234,6 +242,7 @@ void GeometryBuilder::place_instances() {
                                 "repeated instance");
       continue;
     }
+    if (d.objects[size_t(instance.object)].holds_objects()) continue;
     const TransformPair transform = context_.origins.of_instance(instance);
     check_transform(transform, instance.loc);
     note_reach(check_placement(transform, instance.loc), instance.loc);
@@ -247,6 +256,28 @@ void GeometryBuilder::place_instances() {
       place(m.object, both, instance.loc);
     }
   }
+}
+
+void GeometryBuilder::place_objects_in_objects(const std::vector<bool>& repeated) {
+  const auto& d = context_.description;
+  if (repetition_) {
+    const auto refuse = [](const FileLoc& loc) {
+      throw InputError(loc, "objects in objects, and placements from files, cannot be in a scene that is repeated");
+    };
+    for (const auto& p : d.placements) refuse(p.loc);
+    for (const auto& i : d.instances)
+      if (d.objects[size_t(i.object)].holds_objects()) refuse(i.loc);
+  }
+  PlacementBuilder placements(
+      context_, objects_, [this](uint32_t object) { return moving_in(object); }, &scene_.traced);
+  placements.place_all(repeated);
+  note_reach(placements.reach(), placements.narrowest());
+}
+
+const FileLoc* GeometryBuilder::moving_in(uint32_t object) const {
+  if (const auto moving = movers_.find(object); moving != movers_.end()) return &moving->second.front().loc;
+  const auto deforming = deforming_.find(object);
+  return deforming != deforming_.end() ? &deforming->second : nullptr;
 }
 
 // Which instances are copies of earlier ones in the same place. Every ray there would have to try them all.
@@ -337,6 +368,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
                                 const trace::Shape* emitter) {
   const ShapeEntity& e = *job.entity;
   bytes_ += bytes_of(shape);
+  if (object != no_id && deforms(shape)) deforming_.emplace(object, e.loc);
   fingerprint_ = hash(fingerprint_, job.fingerprint);
   scene::GeometryBinding binding;
   binding.material = int32_t(materials_.material_of(e));

@@ -61,6 +61,8 @@ class GeometryBuilder {
   Job job_of(const scenefile::ShapeEntity& entity, uint32_t object, const V3d& origin);
   void check_size(const Job& job) const;
   void place_instances();
+  void place_objects_in_objects(const std::vector<bool>& repeated);
+  const FileLoc* moving_in(uint32_t object) const;
   void make_views();
   void make_job(Job* job) const;
   void dice(std::vector<Job>* jobs);
@@ -95,6 +97,7 @@ class GeometryBuilder {
     FileLoc loc;
   };
   std::map<uint32_t, std::vector<Mover>> movers_;  ///< what moves in a definition, by its traced object
+  std::map<uint32_t, FileLoc> deforming_;          ///< the same of what deforms
   float shading_rate_ = 1;
   int most_levels_ = 0;  ///< of Loop subdivision
   std::shared_ptr<const geom::DicingView> camera_view_;

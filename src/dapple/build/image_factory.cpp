@@ -77,6 +77,9 @@ std::unique_ptr<const integrate::Integrator> make_image_integrator(const scene::
   impostor::TreeImages images =
       impostor::make_tree_images(scene, device ? glimpostor::bake_settings(path) : impostor::BakeSettings(), baked);
   report(images, timer.seconds());
+  if (const size_t others = scene.traced.instance_count() - scene.traced.single_count())
+    log_warning(
+        fmt::format("images: {} instances stand in objects or are placed by files: they are seen by rays", others));
   if (request.file && images.from_file == 0)
     log_warning("\"" + *request.file + "\" has no images of this scene's objects as they are now");
   impostor::ImageIntegrator::Settings s;

@@ -62,6 +62,10 @@ bool same(const scenefile::InstanceEntity& a, const scenefile::InstanceEntity& b
   return a.object == b.object && a.presence == b.presence && a.transform == b.transform;
 }
 
+bool same(const scenefile::PlacementsEntity& a, const scenefile::PlacementsEntity& b) {
+  return a.object == b.object && a.filename == b.filename && a.transform == b.transform;
+}
+
 bool same(const scenefile::ObjectEntity& a, const scenefile::ObjectEntity& b);
 
 template <class T>
@@ -70,7 +74,8 @@ bool same_list(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 bool same(const scenefile::ObjectEntity& a, const scenefile::ObjectEntity& b) {
-  return a.name == b.name && same_list(a.shapes, b.shapes);
+  return a.name == b.name && same_list(a.shapes, b.shapes) && same_list(a.instances, b.instances) &&
+         same_list(a.placements, b.placements);
 }
 
 bool same_dicing(const SceneDescription& a, const SceneDescription& b) {
@@ -97,8 +102,8 @@ Changes difference(const SceneDescription& a, const SceneDescription& b) {
           a.camera_medium != b.camera_medium || a.materials.size() != b.materials.size() ||
           !same_list(a.textures, b.textures) || !same_list(a.media, b.media) ||
           a.area_lights.size() != b.area_lights.size();
-  c.geometry =
-      !same_list(a.shapes, b.shapes) || !same_list(a.objects, b.objects) || !same_list(a.instances, b.instances);
+  c.geometry = !same_list(a.shapes, b.shapes) || !same_list(a.objects, b.objects) ||
+               !same_list(a.instances, b.instances) || !same_list(a.placements, b.placements);
   return c;
 }
 

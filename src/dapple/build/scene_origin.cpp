@@ -7,6 +7,7 @@
 
 #include "dapple/base/parallel.h"
 #include "dapple/scenefile/first_points.h"
+#include "dapple/scenefile/placement_file.h"
 
 namespace dapple::build {
 
@@ -68,12 +69,42 @@ void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d&
   diagnostics.warn({d.files.empty() ? "" : std::string_view(d.files.front()), 0, 0}, text);
 }
 
+/// Boxes that a file of placements, or some of its places, give an object whose own box is `inner`.
+std::vector<Box3d> placed_boxes(const SceneDescription& d, const scenefile::PlacementsEntity& p, const Box3d& inner) {
+  std::vector<Box3d> boxes;
+  const V3d half = inner.isEmpty() ? V3d(0, 0, 0) : (inner.max - inner.min) * 0.5;
+  const M44d& m = p.transform.matrix();
+  for (const V3d& at : scenefile::PlacementFile(d.resolve(p.filename), p.loc).sample()) {
+    V3d q;
+    for (int i = 0; i < 3; ++i) q[i] = m[i][0] * at.x + m[i][1] * at.y + m[i][2] * at.z + m[i][3];
+    boxes.emplace_back(q - half, q + half);
+  }
+  return boxes;
+}
+
+/// Adds to the box of a definition what stands in it, whose own boxes come first.
+void extend_by_objects(const SceneDescription& d, size_t object, std::vector<uint8_t>* done,
+                       std::vector<Box3d>* boxes) {
+  if ((*done)[object]) return;
+  (*done)[object] = 1;
+  for (const InstanceEntity& i : d.objects[object].instances) {
+    extend_by_objects(d, size_t(i.object), done, boxes);
+    (*boxes)[object].extendBy(moved((*boxes)[size_t(i.object)], i.transform.exact()));
+  }
+  for (const scenefile::PlacementsEntity& p : d.objects[object].placements) {
+    extend_by_objects(d, size_t(p.object), done, boxes);
+    for (const Box3d& box : placed_boxes(d, p, (*boxes)[size_t(p.object)])) (*boxes)[object].extendBy(box);
+  }
+}
+
 /// Boxes of the definitions, in their own spaces; their origins go to `origins`.
 std::vector<Box3d> object_boxes(const SceneDescription& d, std::vector<V3d>* origins) {
   std::vector<Box3d> boxes(d.objects.size());
   parallel_for(d.objects.size(), [&](size_t i) {
     for (const ShapeEntity& e : d.objects[i].shapes) boxes[i].extendBy(moved(estimated_bounds(d, e), e.transform));
   });
+  std::vector<uint8_t> done(boxes.size(), 0);
+  for (size_t i = 0; i < boxes.size(); ++i) extend_by_objects(d, i, &done, &boxes);
   for (const Box3d& box : boxes) origins->push_back(origin_of(box));
   for (const InstanceEntity& i : d.instances)
     if (V3d& origin = (*origins)[size_t(i.object)]; origin != V3d(0, 0, 0) && !only_translates(i.transform.exact()))
@@ -153,6 +184,10 @@ Origins find_origins(const SceneDescription& d, Diagnostics& diagnostics) {
       if (!box.isEmpty()) boxes[first + i] = moved(box, d.instances[i].transform.exact());
     }
   });
+  for (const scenefile::PlacementsEntity& p : d.placements) {
+    const std::vector<Box3d> placed = placed_boxes(d, p, objects[size_t(p.object)]);
+    boxes.insert(boxes.end(), placed.begin(), placed.end());
+  }
   Box3d all;
   for (const Box3d& box : boxes) all.extendBy(box);
   origins.scene = d.options.find("origin") ? d.options.get_point3("origin", V3d(0, 0, 0)) : origin_of(all);

@@ -76,7 +76,7 @@ ImageView::ImageView(const scene::Scene& scene, const TreeImages& images, float 
 }
 
 void ImageView::place_instances(const scene::Scene& scene, const TreeImages& images, float texel_pixels) {
-  const size_t count = scene.traced.instance_count();
+  const size_t count = scene.traced.single_count();
   std::vector<LevelChoice> choices(count);
   std::vector<Placement> worlds(count);
   const auto object_of = [&](size_t i) -> const SplatObject* {
@@ -92,6 +92,7 @@ void ImageView::place_instances(const scene::Scene& scene, const TreeImages& ima
       choices[i] = LevelChoice(*object, worlds[i], camera_, resolution_, texel_pixels, i);
     }
   });
+  by_rays += scene.traced.instance_count() - count;
   ray_shares_.assign(count, LevelChoice::ray_steps);
   for (size_t i = 0; i < count; ++i) {
     const SplatObject* object = object_of(i);

@@ -12,7 +12,7 @@ using depthimage::SplatObject;
 
 std::vector<uint8_t> placed_objects(const scene::Scene& scene) {
   std::vector<uint8_t> placed;
-  for (uint32_t i = 0; i < scene.traced.instance_count(); ++i) {
+  for (uint32_t i = 0; i < scene.traced.single_count(); ++i) {
     if (scene.traced.is_animated(i)) continue;
     const uint32_t object = scene.traced.object_of(i);
     if (object >= placed.size()) placed.resize(object + 1, 0);

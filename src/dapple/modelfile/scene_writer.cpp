@@ -100,16 +100,15 @@ class SceneWriter {
     for (const ObjectEntity& o : d_.objects) {
       out_ << "ObjectBegin " << quoted(o.name) << "\n";
       for (const ShapeEntity& s : o.shapes) shape(s);
+      for (const InstanceEntity& i : o.instances) instance(i);
+      for (const PlacementsEntity& p : o.placements) placements(p);
       out_ << "ObjectEnd\n";
     }
     section("Shapes", d_.shapes.size());
     for (const ShapeEntity& s : d_.shapes) shape(s);
     section("Instances", d_.instances.size());
-    for (const InstanceEntity& i : d_.instances) {
-      out_ << "AttributeBegin\n";
-      transform(i.transform.exact(), "ConcatTransform");
-      out_ << "ObjectInstance " << quoted(d_.objects[size_t(i.object)].name) << "\nAttributeEnd\n";
-    }
+    for (const InstanceEntity& i : d_.instances) instance(i);
+    for (const PlacementsEntity& p : d_.placements) placements(p);
     write_file(path_, out_.str());
     return written_;
   }
@@ -191,6 +190,18 @@ class SceneWriter {
   void texture(const TextureEntity& t) {
     out_ << "Texture " << quoted(t.name) << (t.is_spectrum ? " \"spectrum\" " : " \"float\" ") << quoted(t.type);
     params(t.params);
+  }
+
+  void instance(const InstanceEntity& i) {
+    out_ << "AttributeBegin\n";
+    transform(i.transform.exact(), "ConcatTransform");
+    out_ << "ObjectInstance " << quoted(d_.objects[size_t(i.object)].name) << "\nAttributeEnd\n";
+  }
+  void placements(const PlacementsEntity& p) {
+    out_ << "AttributeBegin\n";
+    if (!p.transform.is_identity()) matrix(p.transform, "ConcatTransform");
+    out_ << "ObjectInstances " << quoted(d_.objects[size_t(p.object)].name) << " \"string filename\" "
+         << quoted(file(p.filename)) << "\nAttributeEnd\n";
   }
 
   void light(const LightEntity& l) {

@@ -56,7 +56,7 @@ V3f cell_normal(const geom::GridMesh::Grid& grid, size_t x, size_t y, const Poin
 Motion::Motion(const Scene& scene)
     : open_(scene.camera.settings().time_open), close_(scene.camera.settings().time_close) {
   const trace::TracedScene& traced = scene.traced;
-  const size_t geometries = traced.geometry_count(), instances = traced.instance_count();
+  const size_t geometries = traced.geometry_count(), instances = traced.single_count();
   bool deforms = false, travels = false;
   std::vector<Amount> of_geometry(geometries);
   for (uint32_t g = 0; g < geometries; ++g) deforms |= (of_geometry[g] = deformation(traced.shape(g))).travel > 0;
@@ -177,9 +177,9 @@ Motion::Amount Motion::amount(uint32_t instance, uint32_t geometry) const {
   Amount a;
   if (!of_geometry_.empty()) {
     a = of_geometry_[geometry];
-    if (instance != no_id) a.travel *= scale_[instance];
+    if (instance < scale_.size()) a.travel *= scale_[instance];
   }
-  if (!of_instance_.empty() && instance != no_id)
+  if (instance < of_instance_.size())
     a.travel += of_instance_[instance].travel, a.turn += of_instance_[instance].turn;
   return a;
 }

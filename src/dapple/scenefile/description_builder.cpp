@@ -270,7 +270,7 @@ void DescriptionBuilder::shape(Entity entity) {
 int32_t DescriptionBuilder::object_index(const std::string& name, const FileLoc& loc) {
   const auto [it, is_new] = description_.named_objects.emplace(name, int32_t(description_.objects.size()));
   if (is_new) {
-    description_.objects.push_back({name, loc, {}});
+    description_.objects.push_back({name, loc, {}, {}, {}});
     object_defined_.push_back(false);
   }
   return it->second;
@@ -297,17 +297,34 @@ void DescriptionBuilder::object_end(const FileLoc& loc) {
 }
 
 void DescriptionBuilder::object_instance(const std::string& name, const FileLoc& loc, const std::string& own_name) {
-  if (active_object_ >= 0)
-    throw InputError(loc, "ObjectInstance inside of the definition of " +
-                              in_quotes(description_.objects[size_t(active_object_)].name) +
-                              "; definitions hold no instances");
+  check_affine(loc);
+  if (active_object_ >= 0) {
+    if (!own_name.empty())
+      diagnostics_.warn(loc, "an instance inside of a definition has no name that edits know",
+                        "name inside definition");
+    const int32_t object = object_index(name, loc);
+    description_.objects[size_t(active_object_)].instances.push_back({CompactTransform(state_.ctm), loc, object});
+    return;
+  }
+  if (!own_name.empty()) description_.instance_names.emplace(uint32_t(description_.instances.size()), own_name);
+  description_.instances.push_back({CompactTransform(state_.ctm), loc, object_index(name, loc)});
+}
+
+void DescriptionBuilder::object_instances(const std::string& name, const std::string& filename, const FileLoc& loc) {
+  check_affine(loc);
+  if (state_.ctm.is_animated())
+    throw InputError(loc, "ObjectInstances: the transform moves; expected one that stands still");
+  PlacementsEntity entity{state_.ctm.start, loc, object_index(name, loc), filename};
+  auto& all = active_object_ < 0 ? description_.placements : description_.objects[size_t(active_object_)].placements;
+  all.push_back(std::move(entity));
+}
+
+void DescriptionBuilder::check_affine(const FileLoc& loc) const {
   for (const Transform* t : {&state_.ctm.start, &state_.ctm.end}) {
     const M44d& m = t->matrix();
     if (m[3][0] != 0 || m[3][1] != 0 || m[3][2] != 0 || m[3][3] != 1)
       throw InputError(loc, "the transform of an instance must be affine: its last row must be 0 0 0 1");
   }
-  if (!own_name.empty()) description_.instance_names.emplace(uint32_t(description_.instances.size()), own_name);
-  description_.instances.push_back({CompactTransform(state_.ctm), loc, object_index(name, loc)});
 }
 
 void DescriptionBuilder::edit(SceneEdit edit) {
@@ -345,17 +362,18 @@ struct DescriptionBuilder::Checkpoint {
   std::string base_directory;
   std::optional<DicingCameraEntity> dicing_camera;
   size_t stack = 0, stack_floor = 0;
-  size_t materials = 0, textures = 0, media = 0, area_lights = 0, lights = 0, shapes = 0, objects = 0, instances = 0;
+  size_t materials = 0, textures = 0, media = 0, area_lights = 0, lights = 0, shapes = 0, objects = 0, instances = 0,
+         placements = 0;
 };
 
 std::shared_ptr<const DescriptionBuilder::Checkpoint> DescriptionBuilder::checkpoint() {
   const SceneDescription& d = description_;
   has_checkpoint_ = true;
   editor_.reset_bound();
-  return std::make_shared<const Checkpoint>(
-      Checkpoint{edits_.size(), state_, coordinate_systems_, mentioned_media_, d.options, d.base_directory,
-                 d.dicing_camera, stack_.size(), stack_floor_, d.materials.size(), d.textures.size(), d.media.size(),
-                 d.area_lights.size(), d.lights.size(), d.shapes.size(), d.objects.size(), d.instances.size()});
+  return std::make_shared<const Checkpoint>(Checkpoint{
+      edits_.size(), state_, coordinate_systems_, mentioned_media_, d.options, d.base_directory, d.dicing_camera,
+      stack_.size(), stack_floor_, d.materials.size(), d.textures.size(), d.media.size(), d.area_lights.size(),
+      d.lights.size(), d.shapes.size(), d.objects.size(), d.instances.size(), d.placements.size()});
 }
 
 void DescriptionBuilder::restore(const Checkpoint& c) {
@@ -381,10 +399,61 @@ void DescriptionBuilder::restore(const Checkpoint& c) {
   d.lights.resize(c.lights);
   d.shapes.resize(c.shapes);
   d.instances.erase(d.instances.begin() + std::ptrdiff_t(c.instances), d.instances.end());
+  d.placements.resize(std::min(d.placements.size(), c.placements));
   std::erase_if(d.instance_names, [&](const auto& n) { return n.first >= c.instances; });
   material_defined_.resize(c.materials);
   object_defined_.resize(c.objects);
   editor_.forget();
+}
+
+namespace {
+
+/// Measures how many objects stand inside of each other, and finds those that stand in themselves.
+class ObjectLevels {
+ public:
+  explicit ObjectLevels(const std::vector<ObjectEntity>& objects)
+      : objects_(objects), levels_(objects.size(), unknown) {}
+
+  /// Of an object that is placed at `loc`: 1 where it holds no others.
+  int of(int32_t object, const FileLoc& loc) {
+    int& levels = levels_[size_t(object)];
+    const ObjectEntity& o = objects_[size_t(object)];
+    if (levels == under_way)
+      throw InputError(loc, "object " + in_quotes(o.name) +
+                                " holds itself: it is placed here inside of its own "
+                                "definition, at " +
+                                o.loc.to_string() + ", or in that of an object that it holds");
+    if (levels != unknown) return levels;
+    if (depth_ == most_object_levels) fail(loc);
+    levels = under_way;
+    ++depth_;
+    int inside = 0;
+    const auto visit = [&](const auto& placed) {
+      for (const auto& i : placed) {
+        inside = std::max(inside, of(i.object, i.loc));
+        if (inside + 1 > most_object_levels) fail(i.loc);
+      }
+    };
+    visit(o.instances), visit(o.placements);
+    --depth_;
+    return levels = inside + 1;
+  }
+
+ private:
+  [[noreturn]] static void fail(const FileLoc& loc) {
+    throw InputError(loc, "objects are placed in objects more than " + std::to_string(most_object_levels) + " deep");
+  }
+  static constexpr int unknown = 0, under_way = -1;
+  const std::vector<ObjectEntity>& objects_;
+  std::vector<int> levels_;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+void DescriptionBuilder::check_levels() const {
+  ObjectLevels levels(description_.objects);
+  for (size_t i = 0; i < description_.objects.size(); ++i) levels.of(int32_t(i), description_.objects[i].loc);
 }
 
 void DescriptionBuilder::finish(const FileLoc& loc) {
@@ -398,6 +467,7 @@ void DescriptionBuilder::finish(const FileLoc& loc) {
     if (!object_defined_[i])
       throw InputError(description_.objects[i].loc,
                        "object " + in_quotes(description_.objects[i].name) + " is not defined");
+  check_levels();
   for (const auto& [name, first_use] : mentioned_media_)
     if (!description_.named_media.contains(name))
       throw InputError(first_use, "medium " + in_quotes(name) + " is not defined");

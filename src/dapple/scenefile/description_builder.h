@@ -82,6 +82,7 @@ class DescriptionBuilder {
   void shape(Entity entity);
   /// `own_name`: what the instance is called; empty: by its number.
   void object_instance(const std::string& name, const FileLoc& loc, const std::string& own_name = {});
+  void object_instances(const std::string& name, const std::string& filename, const FileLoc& loc);
 
   // Changes (scene_edit.h).
   void edit(SceneEdit edit);
@@ -125,6 +126,8 @@ class DescriptionBuilder {
   void apply(const Transform& t, bool replace, const FileLoc& loc);
   MaterialIndex material_index(const std::string& name, const FileLoc& loc);
   int32_t object_index(const std::string& name, const FileLoc& loc);
+  void check_affine(const FileLoc& loc) const;
+  void check_levels() const;
   void mention_medium(const std::string& name, const FileLoc& loc);
   std::string take_type(Entity* entity, const char* directive, const std::string& name) const;
 

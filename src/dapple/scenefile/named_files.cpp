@@ -48,7 +48,11 @@ std::vector<std::string> named_files(const SceneDescription& d) {
   c.add_all(d.area_lights);
   c.add_all(d.lights);
   c.add_all(d.shapes);
-  for (const ObjectEntity& object : d.objects) c.add_all(object.shapes);
+  const auto add_placements = [&](const std::vector<PlacementsEntity>& all) {
+    for (const PlacementsEntity& p : all) c.add(d.resolve(p.filename));
+  };
+  add_placements(d.placements);
+  for (const ObjectEntity& object : d.objects) c.add_all(object.shapes), add_placements(object.placements);
   return c.paths();
 }
 

@@ -58,6 +58,7 @@ const std::array<PbrtParser::Directive, 44> PbrtParser::directives = {{
     {"ObjectBegin", Block::world, &PbrtParser::object_begin},
     {"ObjectEnd", Block::world, &PbrtParser::object_end},
     {"ObjectInstance", Block::world, &PbrtParser::object_instance},
+    {"ObjectInstances", Block::world, &PbrtParser::object_instances},
     {"Option", Block::any, &PbrtParser::option},
     {"PixelFilter", Block::options, &PbrtParser::set_once<&SceneDescription::pixel_filter>},
     {"Remove", Block::any, &PbrtParser::edit},
@@ -300,6 +301,16 @@ void PbrtParser::object_instance(const Token& d) {
   const std::string own_name = own.params.item_name();
   if (!own.params.empty()) own.params.find("name"), own.params.report_unused("ObjectInstance", diagnostics_);
   builder_.object_instance(name, d.loc, own_name);
+}
+
+void PbrtParser::object_instances(const Token& d) {
+  const std::string name = read_string(d, "an object's name");
+  const Entity own = read_params(d);
+  const Param* file = own.params.find("filename", ParamType::string);
+  if (!file || file->strings.size() != 1)
+    throw InputError(d.loc, "ObjectInstances " + in_quotes(name) + ": expected a parameter \"string filename\"");
+  own.params.report_unused("ObjectInstances", diagnostics_);
+  builder_.object_instances(name, file->strings[0], d.loc);
 }
 
 // Files are named relative to that folder, which is named relative to the file where that stands: what a scene includes

@@ -101,6 +101,7 @@ class PbrtParser {
   void object_begin(const Token& d) { builder_.object_begin(read_string(d, "a name"), d.loc); }
   void object_end(const Token& d) { builder_.object_end(d.loc); }
   void object_instance(const Token& d);
+  void object_instances(const Token& d);
   void option(const Token&);
   void reverse_orientation(const Token&) { builder_.reverse_orientation(); }
   void rotate(const Token& d);

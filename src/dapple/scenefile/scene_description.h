@@ -66,14 +66,6 @@ struct ShapeEntity : Entity {
   std::string inside_medium, outside_medium;
 };
 
-/// ObjectBegin ... ObjectEnd. `loc` is that of ObjectBegin. Definitions do not nest and hold no instances (as in
-/// pbrt-v4).
-struct ObjectEntity {
-  std::string name;
-  FileLoc loc;
-  std::vector<ShapeEntity> shapes;
-};
-
 /// An affine TransformPair in the space of 12 floats, and of 12 more only where it moves: there may be millions of
 /// instances. Where a translation is 256 or more, 24 doubles are kept as well.
 class CompactTransform {
@@ -110,6 +102,28 @@ struct InstanceEntity {
 struct LightGroupEntity : Entity {
   std::string name;
 };
+
+/// ObjectInstances: an object at all places of a file (placement_file.h), which stays where it is until it is built.
+struct PlacementsEntity {
+  Transform transform;  ///< to the world, or inside a definition to its space; it does not move
+  FileLoc loc;
+  int32_t object = 0;
+  std::string filename;  ///< as the scene has it
+};
+
+/// ObjectBegin ... ObjectEnd. `loc` is that of ObjectBegin. The text of definitions does not nest; unlike pbrt-v4's
+/// they may hold other objects, most_object_levels of them one inside of the other at most, and never themselves.
+struct ObjectEntity {
+  std::string name;
+  FileLoc loc;
+  std::vector<ShapeEntity> shapes;
+  std::vector<InstanceEntity> instances{};
+  std::vector<PlacementsEntity> placements{};
+  bool holds_objects() const { return !instances.empty() || !placements.empty(); }
+};
+
+/// Of placements on the way from the scene to a shape: forest, tree, branch, leaf.
+inline constexpr int most_object_levels = 4;
 
 /// DicingCamera: the camera and the film for which surfaces are diced, wherever the camera goes from there on.
 struct DicingCameraEntity {
@@ -153,6 +167,7 @@ struct SceneDescription {
   std::vector<ObjectEntity> objects;
   std::map<std::string, int32_t> named_objects;
   std::vector<InstanceEntity> instances;
+  std::vector<PlacementsEntity> placements;
   std::map<uint32_t, std::string> instance_names;  ///< of those that have one, by their place in instances
 
   /// Whether a shape shines.

@@ -13,5 +13,7 @@ inline constexpr double least_scale = 1e-10, most_scale = 1e9;
 /// most_reach. 0 where the motion passes through a map without an inverse, or the scale along an axis leaves
 /// [least_scale, most_scale]: floats would not hold what is computed of it.
 float instance_reach(const AnimatedTransform& motion);
+/// The same of a map that stands still, by its rows, into a space in which rays may begin as far off as `inside`.
+float placement_reach(const float rows[3][4], float inside);
 
 }  // namespace dapple::trace

@@ -13,6 +13,7 @@ namespace dapple::trace {
 struct RayContext {
   RTCIntersectContext embree;  ///< first: Embree hands it back
   float width = 0, spread = 0;
+  float scale = 1;  ///< of the object that the ray is in, by portals; kept where something is cut out
   OpacityTest::Counts counts{};
 
   // Of a shadow ray under way. In whole numbers, since sums of these do not depend on the order of hits.

@@ -132,13 +132,14 @@ TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
 
 TracedScene::~TracedScene() {
   for (RTCGeometry g : instance_geometries_) rtcReleaseGeometry(g);
+  for (RTCGeometry g : top_portals_) rtcReleaseGeometry(g);
   for (Object& o : objects_) rtcReleaseScene(o.scene);
   rtcReleaseScene(top_.scene);
   rtcReleaseDevice(device_);
 }
 
 uint32_t TracedScene::add_object() {
-  objects_.push_back({rtcNewScene(device_), {}});
+  objects_.push_back({rtcNewScene(device_), {}, {}});
   return uint32_t(objects_.size() - 1);
 }
 
@@ -183,7 +184,51 @@ uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& mot
   RTCGeometry g = make_instance(device_, objects_[object].scene, motion);
   shapes_.add(instance_of(object, motion, motion.is_animated() ? g : nullptr));
   instance_geometries_.push_back(g);
-  return uint32_t(shapes_.instance_count() - 1);
+  return shapes_.single_count() - 1;
+}
+
+float TracedScene::reach_of_placement(uint32_t object, const float rows[3][4]) const {
+  return placement_reach(rows, objects_[object].reach);
+}
+
+uint32_t TracedScene::add_placements(uint32_t object, PlacementSet placements, uint32_t owner) {
+  Object& inner = objects_[object];
+  if (inner.box.isEmpty()) {
+    for (const uint32_t g : inner.geometries) inner.box.extendBy(bounds_of(shapes_[g]));
+    for (const PlacementTree::Set* set : shapes_.placements().sets_of(object))
+      for (uint32_t block = 0; block < set->placements.blocks().size(); ++block)
+        inner.box.extendBy(set->placements.bounds(block, objects_[set->object].box));
+  }
+  float& reach = owner == no_id ? reach_ : objects_[owner].reach;
+  for (uint32_t i = 0; i < placements.size(); ++i) {
+    float rows[3][4];
+    placements.rows(i, rows);
+    reach = std::min(reach, reach_of_placement(object, rows));
+  }
+  if (!(reach > 0)) throw Error(ExitCode::bad_input, "ray tracing: a placement's transform leaves the range of floats");
+  const uint32_t repeated = placements.arrange();
+  if (placements.size() > 0) shapes_.placements().add(std::move(placements), object, owner);
+  return repeated;
+}
+
+// What stands in an object comes before it.
+void TracedScene::commit_object(uint32_t object) {
+  if (objects_[object].is_committed) return;
+  objects_[object].is_committed = true;
+  for (const PlacementTree::Set* set : shapes_.placements().sets_of(object)) commit_object(set->object);
+  attach_portals(object, uint32_t(objects_[object].geometries.size()));
+  build(objects_[object].scene);
+}
+
+void TracedScene::attach_portals(uint32_t owner, uint32_t number) {
+  for (const PlacementTree::Set* set : shapes_.placements().sets_of(owner)) {
+    const Object& inner = objects_[set->object];
+    if (inner.box.isEmpty()) continue;
+    portals_.push_back(std::make_unique<Portal>(*set, inner.scene, inner.box, first_instance_, has_cut_outs_));
+    RTCGeometry g = portals_.back()->make_geometry(device_);
+    rtcAttachGeometryByID(owner == no_id ? top_.scene : objects_[owner].scene, g, number++);
+    owner == no_id ? top_portals_.push_back(g) : rtcReleaseGeometry(g);
+  }
 }
 
 class TracedScene::Part {
@@ -202,6 +247,9 @@ std::shared_ptr<const TracedScene::Part> TracedScene::make_part(const std::vecto
   for (unsigned g = 0; g < first_instance_; ++g) rtcAttachGeometryByID(part->scene, rtcGetGeometry(top_.scene, g), g);
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     if (with_instance[i]) rtcAttachGeometryByID(part->scene, instance_geometries_[i], first_instance_ + unsigned(i));
+  const unsigned first_portal = first_instance_ + single_count();
+  for (size_t i = 0; i < top_portals_.size(); ++i)
+    rtcAttachGeometryByID(part->scene, top_portals_[i], first_portal + unsigned(i));
   build(part->scene);
   check(device_);
   return part;
@@ -212,7 +260,9 @@ void TracedScene::commit() {
   first_instance_ = uint32_t(top_.geometries.size());
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     rtcAttachGeometryByID(top_.scene, instance_geometries_[i], first_instance_ + unsigned(i));
-  for (Object& object : objects_) build(object.scene);
+  shapes_.placements().count_from(single_count());
+  for (uint32_t object = 0; object < objects_.size(); ++object) commit_object(object);
+  attach_portals(no_id, first_instance_ + single_count());
   build(top_.scene);
   check(device_);
   bounds_ = bounds();
@@ -254,7 +304,9 @@ bool TracedScene::keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float
 // The ray's footprint at distance t, in the space of what it hit. `instance`: Embree's number.
 float TracedScene::local_width(const RayContext& context, float t, uint32_t instance) const {
   const float width = context.width + context.spread * t;
-  return instance == RTC_INVALID_GEOMETRY_ID ? width : width / shapes_.instance(instance - first_instance_).scale;
+  if (instance == RTC_INVALID_GEOMETRY_ID) return width;
+  const uint32_t i = instance - first_instance_;
+  return width / (i < single_count() ? shapes_.instance(i).scale : context.scale);
 }
 
 float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const {
@@ -282,7 +334,7 @@ void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, ui
     return;
   }
   h->instance[i] = embree_instance - first_instance_;
-  h->geometry[i] = objects_[shapes_.instance(h->instance[i]).object].geometries[embree_geometry];
+  h->geometry[i] = objects_[shapes_.object_of(h->instance[i])].geometries[embree_geometry];
 }
 
 void TracedScene::load(const RayBatch& r, int begin, int end, int* valid, RTCRay16* q) const {
@@ -434,7 +486,7 @@ Box3f TracedScene::bounds() const {
 }
 
 size_t TracedScene::acceleration_bytes() const {
-  return size_t(std::max<int64_t>(0, memory_->bytes.load()));
+  return size_t(std::max<int64_t>(0, memory_->bytes.load())) + shapes_.placements().bytes();
 }
 
 }  // namespace dapple::trace

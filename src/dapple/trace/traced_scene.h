@@ -9,6 +9,7 @@
 
 #include "dapple/base/animated_transform.h"
 #include "dapple/trace/instance_reach.h"
+#include "dapple/trace/portal.h"
 #include "dapple/trace/ray_context.h"
 #include "dapple/trace/traced_shapes.h"
 
@@ -25,8 +26,8 @@ class RayRecorder {
 };
 
 /// Everything rays can hit, on Embree 3.13. Life cycle: add objects, shapes and instances; commit(); then trace from
-/// any number of threads. One level of instances, as Debian's Embree has. Geometry memory is shared with the shapes
-/// where Embree allows.
+/// any number of threads. Debian's Embree has one level of instances: what is placed in objects, or in great numbers,
+/// stands behind portals (portal.h). Geometry memory is shared with the shapes where Embree allows.
 class TracedScene {
  public:
   TracedScene();
@@ -40,7 +41,15 @@ class TracedScene {
   uint32_t add(const Shape& shape, CutOut cut_out, uint32_t object = no_id);
   /// Places an object; motion is world from object space, and instance_reach() of it is above 0. Returns the instance's
   /// index.
+  /// It must hold no placements.
   uint32_t add_instance(uint32_t object, const AnimatedTransform& motion);
+  /// Places an object many times, in the scene (owner = no_id) or in another object, in little memory: nothing here
+  /// moves or deforms, and of each placement reach_of_placement() is above 0. To `object` nothing is added afterwards.
+  /// All that is placed becomes instances of the numbers that follow those of add_instance(): PlacementTree. Returns
+  /// how many placements were left out, since others stand in the very same place.
+  uint32_t add_placements(uint32_t object, PlacementSet placements, uint32_t owner = no_id);
+  /// instance_reach() of a placement, all the way to what its object holds.
+  float reach_of_placement(uint32_t object, const float rows[3][4]) const;
   /// What lies in `cell` (x and y, world) is repeated without end along x and y: rays that leave the cell come in again
   /// on its other side, and hits are those in the cell. Whoever sets it before commit() also sees to it that what
   /// crosses a border is there on both sides. Distances along rays count on; positions of hits may lie in any copy.
@@ -60,8 +69,8 @@ class TracedScene {
   void intersect(const RayBatch& rays, int n, HitBatch* hits) const;
   /// The scene's own shapes and some of its instances.
   class Part;
-  /// After commit(); with_instance: by instance, whether it is there. Not of a scene with a period. The scene must
-  /// outlive it.
+  /// After commit(); with_instance: by instance below single_count(), whether it is there; others are. Not of a scene
+  /// with a period. The scene must outlive it.
   std::shared_ptr<const Part> make_part(const std::vector<uint8_t>& with_instance) const;
   /// intersect() where nothing but a part is there. Hits are named as in the whole scene.
   void intersect(const Part& part, const RayBatch& rays, int n, HitBatch* hits) const;
@@ -87,14 +96,19 @@ class TracedScene {
   void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const { shapes_.face_curve(hits, i, eye, time); }
 
   size_t geometry_count() const { return shapes_.size(); }
+  size_t object_count() const { return objects_.size(); }
+  /// After commit().
   size_t instance_count() const { return shapes_.instance_count(); }
+  /// Those of add_instance().
+  uint32_t single_count() const { return shapes_.single_count(); }
+  const PlacementTree& placements() const { return shapes_.placements(); }
   /// The geometries of an object, or of the scene itself (no_id).
   const std::vector<uint32_t>& geometries_in(uint32_t object) const {
     return object == no_id ? top_.geometries : objects_[object].geometries;
   }
   /// The object that an instance places, and where: world from object space at shutter open.
-  uint32_t object_of(uint32_t instance) const { return shapes_.instance(instance).object; }
-  bool is_animated(uint32_t instance) const { return shapes_.instance(instance).animated; }
+  uint32_t object_of(uint32_t instance) const { return shapes_.object_of(instance); }
+  bool is_animated(uint32_t instance) const { return instance < single_count() && shapes_.instance(instance).animated; }
   V3f instance_point(uint32_t instance, const V3f& p) const { return shapes_.instance(instance).world_point(p); }
   /// Largest scale along an axis of an instance's transform at shutter open; 1 for no_id.
   float instance_scale(uint32_t instance) const { return instance == no_id ? 1 : shapes_.instance(instance).scale; }
@@ -119,6 +133,9 @@ class TracedScene {
   struct Object {
     RTCScene scene;
     std::vector<uint32_t> geometries;  ///< by Embree's geometry number
+    Box3f box;                         ///< of an object that was placed
+    float reach = most_reach;          ///< of what is placed in it
+    bool is_committed = false;
   };
   struct Callbacks;
   struct MemoryUse;
@@ -133,6 +150,8 @@ class TracedScene {
   }
   /// The end of the packet that begins with ray i; i + 1 if it is to be traced by itself.
   int packet_end(const RayBatch& rays, int i, int n) const;
+  void commit_object(uint32_t object);
+  void attach_portals(uint32_t owner, uint32_t first_number);
   void set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* hits, int i) const;
   void load(const RayBatch& rays, int begin, int end, int* valid, RTCRay16* q) const;
   void intersect_packet(RTCScene top, const RayBatch& rays, int begin, int end, RayContext* context,
@@ -153,6 +172,8 @@ class TracedScene {
   Object top_;
   std::vector<Object> objects_;
   std::vector<RTCGeometry> instance_geometries_;
+  std::vector<std::unique_ptr<const Portal>> portals_;
+  std::vector<RTCGeometry> top_portals_;
   std::vector<std::unique_ptr<Geometry>> geometries_;
   TracedShapes shapes_;
   const OpacityTest* opacity_test_ = nullptr;

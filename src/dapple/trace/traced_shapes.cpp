@@ -14,7 +14,7 @@ void TracedShapes::complete(const RayBatch& r, int n, HitBatch* h) const {
     const Shape& shape = shapes_[h->geometry[i]];
     if (const auto* disks = std::get_if<DisksPtr>(&shape)) {
       V3f p = r.origin(i) + r.direction(i) * h->t[i];
-      if (h->instance[i] != no_id) p = instances_[h->instance[i]].object_point(p, r.time[i]);
+      if (h->instance[i] != no_id) p = instance(h->instance[i]).object_point(p, r.time[i]);
       const V2f uv = (*disks)->parameters(h->primitive[i], p);
       h->u[i] = uv.x, h->v[i] = uv.y;
     } else if (const auto* curves = std::get_if<CurvesPtr>(&shape)) {
@@ -24,7 +24,7 @@ void TracedShapes::complete(const RayBatch& r, int n, HitBatch* h) const {
       }
       V3f view = -r.direction(i);
       if (h->instance[i] != no_id) {
-        const Instance& at = instances_[h->instance[i]];
+        const Instance at = instance(h->instance[i]);
         view = at.object_point(view, r.time[i]) - at.object_point(V3f(0, 0, 0), r.time[i]);
       }
       if ((*curves)->kind == geom::CurveKind::flat) {
@@ -49,7 +49,7 @@ geom::SurfacePoint TracedShapes::local_surface(uint32_t geometry, uint32_t primi
 geom::SurfacePoint TracedShapes::surface(const HitBatch& h, int i, float time, bool tangents) const {
   const geom::SurfacePoint s =
       local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], time, V3f(h.nx[i], h.ny[i], h.nz[i]), tangents);
-  return h.instance[i] == no_id ? s : instances_[h.instance[i]].to_world(s, time, tangents);
+  return h.instance[i] == no_id ? s : instance(h.instance[i]).to_world(s, time, tangents);
 }
 
 void TracedShapes::surfaces(const HitBatch& h, int i, std::span<const float> times, geom::SurfacePoint* out) const {
@@ -62,7 +62,7 @@ void TracedShapes::surfaces(const HitBatch& h, int i, std::span<const float> tim
     if (k == 0 || deforms)
       local =
           local_surface(h.geometry[i], h.primitive[i], h.u[i], h.v[i], times[k], V3f(h.nx[i], h.ny[i], h.nz[i]), false);
-    out[k] = h.instance[i] == no_id ? local : instances_[h.instance[i]].to_world(local, times[k], false);
+    out[k] = h.instance[i] == no_id ? local : instance(h.instance[i]).to_world(local, times[k], false);
   }
 }
 
@@ -71,7 +71,7 @@ geom::SurfacePoint TracedShapes::surface_without_tangents(const RayBatch& rays, 
   const Shape& shape = shapes_[h.geometry[i]];
   if (const auto* grids = std::get_if<GridsPtr>(&shape)) {
     const auto s = (*grids)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
-    return h.instance[i] == no_id ? s : instances_[h.instance[i]].to_world(s, rays.time[i], false);
+    return h.instance[i] == no_id ? s : instance(h.instance[i]).to_world(s, rays.time[i], false);
   }
   const auto* mesh = std::get_if<MeshPtr>(&shape);
   if (!mesh) return surface(h, i, rays.time[i]);
@@ -79,7 +79,7 @@ geom::SurfacePoint TracedShapes::surface_without_tangents(const RayBatch& rays, 
   const float n2 = length2(n);
   if (!is_straight || !(*mesh)->N.empty() || h.instance[i] != no_id || !(n2 > 0) || !(n2 < infinity)) {
     const auto s = (*mesh)->at(h.primitive[i], h.u[i], h.v[i], rays.time[i], false);
-    return h.instance[i] == no_id ? s : instances_[h.instance[i]].to_world(s, rays.time[i], false);
+    return h.instance[i] == no_id ? s : instance(h.instance[i]).to_world(s, rays.time[i], false);
   }
   geom::SurfacePoint s;
   const V3f o = rays.origin(i), along = rays.direction(i) * h.t[i];
@@ -93,7 +93,7 @@ void TracedShapes::face_curve(HitBatch* h, int i, const V3f& eye, float time) co
   const geom::CurveSet& curves = *std::get<CurvesPtr>(shapes_[h->geometry[i]]);
   const geom::SurfacePoint s = curves.at(h->primitive[i], h->u[i], h->v[i], V3f(0, 0, 0));
   V3f e = eye;
-  if (h->instance[i] != no_id) e = instances_[h->instance[i]].object_point(eye, time);
+  if (h->instance[i] != no_id) e = instance(h->instance[i]).object_point(eye, time);
   V3f n = e - s.P;
   n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
   if (curves.kind == geom::CurveKind::ribbon && !curves.normals.empty()) {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dapple/trace/instance.h"
+#include "dapple/trace/placement_tree.h"
 #include "dapple/trace/ray_batch.h"
 #include "dapple/trace/shape.h"
 
@@ -17,9 +17,17 @@ class TracedShapes {
   void add(const Shape& shape) { shapes_.push_back(shape); }
   void add(const Instance& instance) { instances_.push_back(instance); }
   size_t size() const { return shapes_.size(); }
-  size_t instance_count() const { return instances_.size(); }
   const Shape& operator[](uint32_t geometry) const { return shapes_[geometry]; }
-  const Instance& instance(uint32_t i) const { return instances_[i]; }
+  /// Instances that were added; those that come of placements have the numbers from here on.
+  uint32_t single_count() const { return uint32_t(instances_.size()); }
+  /// All.
+  size_t instance_count() const { return instances_.size() + placements_.paths(no_id); }
+  Instance instance(uint32_t i) const { return i < instances_.size() ? instances_[i] : placements_.instance(i); }
+  uint32_t object_of(uint32_t i) const {
+    return i < instances_.size() ? instances_[i].object : placements_.object_of(i);
+  }
+  PlacementTree& placements() { return placements_; }
+  const PlacementTree& placements() const { return placements_; }
 
   /// The surface in the space of its shape. `eye`: of curves, the normal that Embree found, or any other.
   geom::SurfacePoint local_surface(uint32_t geometry, uint32_t primitive, float u, float v, float time,
@@ -42,6 +50,7 @@ class TracedShapes {
  private:
   std::vector<Shape> shapes_;
   std::vector<Instance> instances_;
+  PlacementTree placements_;
 };
 
 }  // namespace dapple::trace

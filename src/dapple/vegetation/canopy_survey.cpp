@@ -35,13 +35,27 @@ struct Inventory {
   const std::vector<SurfaceOptics>& optics;  // by geometry
   std::vector<Box3f> boxes;                  // by geometry, in its own space
   std::vector<Placed> placed;
+  uint32_t stretch = 1;  // instances for which one stands, of those that are placed in great numbers
 
   Inventory(const scene::Scene& of, const std::vector<SurfaceOptics>& its_optics)
       : scene(of), traced(of.traced), optics(its_optics), boxes(traced.geometry_count()) {
     parallel_for(boxes.size(), [&](size_t g) { boxes[g] = trace::bounds_of(traced.shape(uint32_t(g))); });
     for (const uint32_t g : traced.geometries_in(no_id)) placed.push_back({g, no_id});
-    for (uint32_t i = 0; i < traced.instance_count(); ++i)
+    const auto add = [this](uint32_t i) {
       for (const uint32_t g : traced.geometries_in(traced.object_of(i))) placed.push_back({g, i});
+    };
+    const uint32_t singles = traced.single_count();
+    for (uint32_t i = 0; i < singles; ++i) add(i);
+    const size_t others = traced.instance_count() - singles;
+    stretch = uint32_t((others + CanopyNumbers::most_placed - 1) / CanopyNumbers::most_placed);
+    if (stretch < 2) stretch = 1;
+    // One at random of each stretch: paths follow each other in a pattern.
+    for (size_t first = 0; first + stretch <= others; first += stretch)
+      add(singles + uint32_t(first) + uint32_t(stretch > 1 ? hash(uint64_t(first)) % stretch : 0));
+  }
+  // For how many of its like a placed thing counts by itself.
+  float count(const Placed& p) const {
+    return p.instance == no_id || p.instance < traced.single_count() ? 1 : float(stretch);
   }
 
   int32_t material(uint32_t geometry) const { return scene.bindings[geometry].material; }
@@ -164,7 +178,13 @@ std::vector<float> draw_placed(const Inventory& all, const std::vector<int>& kin
     total += double(facets[all.placed[i].geometry]);
   }
   const double share = most_facets / total;
-  if (!(share < 1)) return weights;
+  const auto weigh = [&] {
+    for (size_t i = 0; i < weights.size(); ++i) weights[i] *= all.count(all.placed[i]);
+  };
+  if (!(share < 1)) {
+    weigh();
+    return weights;
+  }
   for (size_t i = 0; i < weights.size(); ++i) {
     const Placed& p = all.placed[i];
     if (weights[i] == 0 || p.instance == no_id) continue;
@@ -178,6 +198,7 @@ std::vector<float> draw_placed(const Inventory& all, const std::vector<int>& kin
     const Placed& p = all.placed[i];
     if (p.instance != no_id && weights[i] > 0) weights[i] = float(there[p.geometry]) / float(drawn[p.geometry]);
   }
+  weigh();
   return weights;
 }
 

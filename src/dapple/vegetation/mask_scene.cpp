@@ -127,6 +127,10 @@ std::unique_ptr<const forest::FacetScene> make_mask_scene(const scene::Scene& sc
                       std::to_string(max_bytes >> 20) + " MB allowed");
   for (const uint32_t g : traced.geometries_in(no_id))
     if (clusters[g]) out->place(index[g], {});
+  if (traced.instance_count() > max_bytes / sizeof(forest::AffineRows))
+    throw MemoryError("the places of " + std::to_string(traced.instance_count()) +
+                      " instances for shadow masks take more than the " + std::to_string(max_bytes >> 20) +
+                      " MB allowed");
   for (uint32_t i = 0; i < traced.instance_count(); ++i) {
     forest::AffineRows world;
     traced.instance_rows(i, time, world.m);

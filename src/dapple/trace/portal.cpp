@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/trace/portal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace dapple::trace {
+
+namespace {
+
+constexpr int width = PlacementSet::width;
+constexpr float rounding = 0x1p-20f;  // of a ray that was taken into an object's space
+
+/// Four numbers, of a placement each. Loops over arrays of these stay scalar in compilers of today.
+using Four = float __attribute__((vector_size(16)));
+static_assert(sizeof(Four) == width * sizeof(float));
+
+Four load(const float (&from)[width]) {
+  Four out;
+  std::memcpy(&out, from, sizeof out);
+  return out;
+}
+Four all(float x) {
+  return Four{x, x, x, x};
+}
+Four least_of(Four a, Four b) {
+  return a < b ? a : b;
+}
+Four most_of(Four a, Four b) {
+  return a > b ? a : b;
+}
+Four magnitude(Four a) {
+  return most_of(a, -a);
+}
+
+}  // namespace
+
+/// The placements of a block whose objects' boxes a ray meets, with the ray in the space of each.
+struct Portal::Entries {
+  Four o[3], d[3], near;
+  int order[width];  ///< by where the ray enters
+  int count = 0;
+};
+
+// Four at once. Beyond its box an object has nothing: the box is a little larger than what rounding may take away.
+void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
+  const auto& m = set_.placements.blocks()[block].m;
+  const Four ax = load(m[0][0]), ay = load(m[1][0]), az = load(m[2][0]), bx = load(m[0][1]), by = load(m[1][1]),
+             bz = load(m[2][1]), cx = load(m[0][2]), cy = load(m[1][2]), cz = load(m[2][2]);
+  // Rows of the inverse, times the determinant.
+  const Four rows[3][3] = {{by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx},
+                           {cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax},
+                           {ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx}};
+  const Four inverse = 1.0f / (ax * rows[0][0] + ay * rows[0][1] + az * rows[0][2]);
+  const Four x = ray.org_x - load(m[0][3]), y = ray.org_y - load(m[1][3]), z = ray.org_z - load(m[2][3]);
+  Four size = all(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Four* row = rows[axis];
+    e->o[axis] = (row[0] * x + row[1] * y + row[2] * z) * inverse;
+    e->d[axis] = (row[0] * ray.dir_x + row[1] * ray.dir_y + row[2] * ray.dir_z) * inverse;
+    size += magnitude(e->o[axis]);
+  }
+  Four near = all(ray.tnear), far = all(ray.tfar);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float least = box_.min[axis], most = box_.max[axis];
+    const Four grown = rounding * (size + (std::abs(least) + std::abs(most)));
+    const Four tiny = all(std::numeric_limits<float>::min());
+    const Four slope = 1.0f / (magnitude(e->d[axis]) < tiny ? tiny : e->d[axis]);
+    const Four s = (least - grown - e->o[axis]) * slope, t = (most + grown - e->o[axis]) * slope;
+    near = most_of(near, least_of(s, t));
+    far = least_of(far, most_of(s, t));
+  }
+  e->near = near;
+  const auto meets = near <= far * (1 + rounding);
+  const int lanes = int(set_.placements.lanes(block));
+  for (int k = 0; k < lanes; ++k) {
+    if (!meets[k]) continue;
+    int at = e->count++;
+    for (; at > 0 && near[e->order[at - 1]] > near[k]; --at) e->order[at] = e->order[at - 1];
+    e->order[at] = k;
+  }
+}
+
+template <class Query>
+void Portal::trace(uint32_t block, RayContext* context, RTCRay* ray, const Query& query) const {
+  Entries e;
+  enter(block, *ray, &e);
+  if (e.count == 0) return;
+  const V3f o(ray->org_x, ray->org_y, ray->org_z), d(ray->dir_x, ray->dir_y, ray->dir_z);
+  const uint32_t outside = context->embree.instID[0];
+  const uint32_t first = set_.first + (outside == RTC_INVALID_GEOMETRY_ID ? path_offset_ : outside);
+  const float scale = context->scale;
+  for (int i = 0; i < e.count; ++i) {
+    const int k = e.order[i];
+    if (!(e.near[k] <= ray->tfar)) break;  // nothing nearer is left, or light has met something
+    ray->org_x = e.o[0][k], ray->org_y = e.o[1][k], ray->org_z = e.o[2][k];
+    ray->dir_x = e.d[0][k], ray->dir_y = e.d[1][k], ray->dir_z = e.d[2][k];
+    const uint32_t placement = block * width + uint32_t(k);
+    context->embree.instID[0] = first + placement * set_.paths;
+    if (scales_) {
+      float rows[3][4];
+      set_.placements.rows(placement, rows);
+      context->scale = scale * largest_scale(rows);
+    }
+    query(inside_, &context->embree, ray);
+  }
+  ray->org_x = o.x, ray->org_y = o.y, ray->org_z = o.z;
+  ray->dir_x = d.x, ray->dir_y = d.y, ray->dir_z = d.z;
+  context->embree.instID[0] = outside;
+  context->scale = scale;
+}
+
+struct Portal::Callbacks {
+  static const Portal& portal_of(void* user) { return *static_cast<const Portal*>(user); }
+  static RayContext* context_of(RTCIntersectContext* embree) { return reinterpret_cast<RayContext*>(embree); }
+
+  static void bounds(const RTCBoundsFunctionArguments* a) {
+    const Portal& portal = portal_of(a->geometryUserPtr);
+    const Box3f box = portal.set_.placements.bounds(a->primID, portal.box_);
+    *a->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+  }
+
+  static void nearest(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
+    rtcIntersect1(scene, context, reinterpret_cast<RTCRayHit*>(ray));
+  }
+
+  // Of a packet each ray goes on by itself.
+  static void intersect(const RTCIntersectFunctionNArguments* a) {
+    const Portal& portal = portal_of(a->geometryUserPtr);
+    RayContext* const context = context_of(a->context);
+    if (a->N == 1) {
+      portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->rayhit), nearest);
+      return;
+    }
+    RTCRayN* rays = RTCRayHitN_RayN(a->rayhit, a->N);
+    RTCHitN* hits = RTCRayHitN_HitN(a->rayhit, a->N);
+    for (unsigned i = 0; i < a->N; ++i) {
+      if (!a->valid[i]) continue;
+      RTCRayHit q;
+      q.ray = rtcGetRayFromRayN(rays, a->N, i);
+      const float before = q.ray.tfar;
+      q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      portal.trace(a->primID, context, &q.ray, nearest);
+      if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(q.ray.tfar <= before)) continue;
+      RTCRayN_tfar(rays, a->N, i) = q.ray.tfar;
+      RTCHitN_Ng_x(hits, a->N, i) = q.hit.Ng_x;
+      RTCHitN_Ng_y(hits, a->N, i) = q.hit.Ng_y;
+      RTCHitN_Ng_z(hits, a->N, i) = q.hit.Ng_z;
+      RTCHitN_u(hits, a->N, i) = q.hit.u;
+      RTCHitN_v(hits, a->N, i) = q.hit.v;
+      RTCHitN_primID(hits, a->N, i) = q.hit.primID;
+      RTCHitN_geomID(hits, a->N, i) = q.hit.geomID;
+      RTCHitN_instID(hits, a->N, i, 0) = q.hit.instID[0];
+    }
+  }
+
+  static void occluded(const RTCOccludedFunctionNArguments* a) {
+    const Portal& portal = portal_of(a->geometryUserPtr);
+    RayContext* const context = context_of(a->context);
+    if (a->N == 1) {
+      portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->ray), rtcOccluded1);
+      return;
+    }
+    for (unsigned i = 0; i < a->N; ++i) {
+      if (!a->valid[i]) continue;
+      RTCRay q = rtcGetRayFromRayN(a->ray, a->N, i);
+      portal.trace(a->primID, context, &q, rtcOccluded1);
+      if (q.tfar < 0) RTCRayN_tfar(a->ray, a->N, i) = -infinity;
+    }
+  }
+};
+
+RTCGeometry Portal::make_geometry(RTCDevice device) const {
+  RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(g, unsigned(set_.placements.blocks().size()));
+  rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_MEDIUM);
+  rtcSetGeometryUserData(g, const_cast<Portal*>(this));
+  rtcSetGeometryBoundsFunction(g, Callbacks::bounds, nullptr);
+  rtcSetGeometryIntersectFunction(g, Callbacks::intersect);
+  rtcSetGeometryOccludedFunction(g, Callbacks::occluded);
+  rtcCommitGeometry(g);
+  return g;
+}
+
+}  // namespace dapple::trace
