@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/sequence_numbers.h"
 #include "dapple/image/image_writer.h"
 #include "denoise_sequence.h"
@@ -41,7 +42,12 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
   const auto denoised = [&](const denoise::PixelRows& rows) {
     return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {});
   };
-  const image::Image whole = denoised(colour);
+  const auto without_noise = [&] {
+    if (!picture.indirect) return denoised(colour);
+    return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.indirect), albedo ? &*albedo : nullptr,
+                                  normal ? &*normal : nullptr, {});
+  };
+  const image::Image whole = without_noise();
   std::vector<image::Image> groups;
   for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group)));
   denoise::add_up_to(whole, groups);

@@ -26,6 +26,7 @@ class FrameDenoising {
   /// is, which is said.
   void denoise(const scene::Film& film, const std::atomic<bool>& interrupted, render::OutputSettings* output);
 
+  bool is_on() const { return denoiser_.has_value(); }
   double feature_seconds() const { return feature_seconds_; }
   double seconds() const { return seconds_; }  ///< of the network
 

@@ -13,6 +13,7 @@
 #include "dapple/path/path_integrator.h"
 #include "dapple/render/gains.h"
 #include "dapple/render/output.h"
+#include "dapple/render/picture.h"
 #include "dapple/render/report.h"
 #include "dapple/render/tev_display.h"
 #include "dapple/render/watched_scene.h"
@@ -203,11 +204,13 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
 }
 
 scene::Film::Settings film_settings(const scene::Scene& scene, const build::IntegratorRequest& request,
-                                    const render::OutputSettings& output) {
+                                    const render::OutputSettings& output, const integrate::Integrator& integrator,
+                                    bool denoises) {
   scene::Film::Settings s = scene.film;
   s.features = std::any_of(output.aovs.begin(), output.aovs.end(), render::from_film);
   s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
   s.cache_use = request.log_caches;
+  s.indirect = render::keeps_indirect(integrator, output.aovs, denoises);
   s.air = render::show_air(output.aovs);
   return s;
 }
@@ -301,7 +304,7 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   rules.seconds_before = set_up.seconds();
 
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
-  scene::Film film(film_settings(*built.scene, request, output));
+  scene::Film film(film_settings(*built.scene, request, output, *integrator, denoising.is_on()));
   if (request.light_groups) film.set_gains(built.scene->light_groups.gains);
 
   interrupts.begin_rendering();

@@ -313,7 +313,8 @@ void add_shaft_options(CLI::App& app, RenderOptions& o) {
                  "scan planes: all, or single: nothing else scatters to the camera [all]");
   app.add_option("--shaft-planes", o.shafts.planes,
                  "scan planes: through eye and light [one a pixel along the border]");
-  app.add_option("--shaft-bins", o.shafts.bins, "scan planes: rays of light in each [1024 to 4096, by the size of the picture]");
+  app.add_option("--shaft-bins", o.shafts.bins,
+                 "scan planes: rays of light in each [1024 to 4096, by the size of the picture]");
   app.add_option("--shaft-mb", o.shafts.mb, "scan planes: memory of their tables, MB [256]");
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "dapple/denoise/denoise_apart.h"
 #include "dapple/integrate/motion_tracer.h"
 
 namespace dapple::render {
@@ -12,22 +13,25 @@ using scene::Film;
 
 namespace {
 
-/// A film's picture, or that of a light group.
+/// A film's picture, the part of it that is indirect light, or that of a light group.
 class FilmRows final : public denoise::PixelRows {
  public:
-  FilmRows(const Film& film, int group) : PixelRows(film.width(), film.height()), film_(film), group_(group) {}
+  static constexpr int all = -1, indirect = -2;
+  FilmRows(const Film& film, int part) : PixelRows(film.width(), film.height()), film_(film), part_(part) {}
   void read(int y, int begin, int end, float* out) const override {
     const V2i corner = film_.settings().crop.min;
     for (int x = begin; x < end; ++x) {
       const int px = corner.x + x, py = corner.y + y;
-      const RGB c = group_ < 0 ? film_.pixel(px, py) : film_.light_group(px, py, group_);
+      const RGB c = part_ == all        ? film_.pixel(px, py)
+                    : part_ == indirect ? film_.indirect(px, py)
+                                        : film_.light_group(px, py, part_);
       for (int i = 0; i < 3; ++i) *out++ = c[i];
     }
   }
 
  private:
   const Film& film_;
-  const int group_;  ///< below 0: all
+  const int part_;  ///< a group's number, or one of the above
 };
 
 template <class Triple>
@@ -58,11 +62,13 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
                                         StopToken stop) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
-  const auto denoised = [&](int group) {
-    return denoiser_(FilmRows(film, group), albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.stop = stop});
-  };
+  const denoise::PixelRows *const a = albedo ? &*albedo : nullptr, *const n = normal ? &*normal : nullptr;
+  const auto denoised = [&](int part) { return denoiser_(FilmRows(film, part), a, n, {.stop = stop}); };
   DenoisedFrame frame;
-  frame.colour = denoised(-1);
+  frame.colour = film.settings().indirect && !film.has_gains()
+                     ? denoise::denoise_apart(denoiser_, FilmRows(film, FilmRows::all),
+                                              FilmRows(film, FilmRows::indirect), a, n, {.stop = stop})
+                     : denoised(FilmRows::all);
   for (int g = 0; g < light_groups; ++g) frame.light_groups.push_back(denoised(g));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;

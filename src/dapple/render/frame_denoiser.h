@@ -38,6 +38,7 @@ class FrameDenoiser {
 
   bool wants_features() const { return denoiser_.inputs() > 3; }
   std::string description() const { return denoiser_.description(); }
+  /// Indirect light is denoised by itself where the film keeps it (denoise::denoise_apart).
   /// `features` may be null where they are not wanted. The first `light_groups` of the film, all or none, are denoised
   /// each by itself and then scaled, pixel by pixel, to add up to the whole; where none has light the first gets what
   /// there is. May throw Stopped.

@@ -80,6 +80,7 @@ class Film {
   /// Factors on the light of each group, for pixel() and light_group(); none, or all 1: the sum of the samples as it
   /// is. What noise() and variance() say is that of the samples themselves.
   void set_gains(std::vector<RGB> gains);
+  bool has_gains() const { return !gains_.empty(); }  ///< other than 1
 
   RGB pixel(int x, int y) const;     ///< film coordinates
   RGB variance(int x, int y) const;  ///< of the pixel's mean; samples taken as independent (an upper estimate)
@@ -87,7 +88,7 @@ class Film {
   Features features(int x, int y) const;
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
-  RGB indirect(int x, int y) const;  ///< with Settings::indirect
+  RGB indirect(int x, int y) const;  ///< with Settings::indirect; gains do not count
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use

@@ -28,7 +28,7 @@ constexpr std::array<std::string_view, 12> kept_directives = {
 }  // namespace
 
 // In alphabetical order, for the search.
-const std::array<PbrtParser::Directive, 44> PbrtParser::directives = {{
+const std::array<PbrtParser::Directive, 45> PbrtParser::directives = {{
     {"Accelerator", Block::options, &PbrtParser::set_once<&SceneDescription::accelerator>},
     {"ActiveTransform", Block::any, &PbrtParser::active_transform},
     {"AreaLightSource", Block::world, &PbrtParser::area_light_source},

@@ -56,7 +56,7 @@ class PbrtParser {
     Block block;
     Handler handler;
   };
-  static const std::array<Directive, 44> directives;
+  static const std::array<Directive, 45> directives;
 
   /// Up to its end; the parameters of its last directive go on in `includers`, whose last is the nearest.
   void parse_directives(Tokenizer* tokenizer, std::vector<Tokenizer*> includers);
