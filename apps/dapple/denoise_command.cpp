@@ -38,12 +38,12 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
   if (network.inputs() > 3) albedo.emplace(*file, *picture.albedo);
   if (network.inputs() > 6) normal.emplace(*file, *picture.normal);
   warn_of_odd(path, picture.noisy, colour);
-  const auto denoised = [&](const denoise::PixelRows& rows) {
-    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {});
+  const auto denoised = [&](const denoise::PixelRows& rows, float exposure) {
+    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.exposure = exposure});
   };
-  const image::Image whole = denoised(colour);
+  const image::Image whole = denoised(colour, exposure_of(*file, picture));
   std::vector<image::Image> groups;
-  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group)));
+  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
   denoise::add_up_to(whole, groups);
   file->replace(picture.colour.part, picture.colour.channels, whole);
   for (size_t g = 0; g < groups.size(); ++g)

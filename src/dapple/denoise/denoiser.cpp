@@ -145,7 +145,8 @@ image::Image Denoiser::operator()(const PixelRows& colour, const PixelRows* albe
 
   const int w = colour.width(), h = colour.height();
   const Tiles tiles = options.tile > 0 ? Tiles{options.tile, options.tile} : choose_tiles(w, h);
-  const Frame frame{colour, albedo, normal, auto_exposure(colour), inputs()};
+  const float exposure = options.exposure > 0 ? options.exposure : auto_exposure(colour);
+  const Frame frame{colour, albedo, normal, exposure, inputs()};
   image::Image out(w, h, 3, {"R", "G", "B"});
   if (is_black(colour)) return out;
   for (int y = 0; y < h; y += tiles.height)

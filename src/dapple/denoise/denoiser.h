@@ -14,7 +14,8 @@ namespace dapple::denoise {
 class Denoiser {
  public:
   struct Options {
-    int tile = 0;  ///< side of a tile without overlap, a multiple of 16; 0: chosen, for memory
+    int tile = 0;        ///< side of a tile without overlap, a multiple of 16; 0: chosen, for memory
+    float exposure = 0;  ///< before the curve; 0: auto_exposure(), of which crops are better given the whole frame's
     StopToken stop{};
   };
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "dapple/denoise/transfer.h"
 #include "dapple/integrate/motion_tracer.h"
 
 namespace dapple::render {
@@ -54,15 +55,18 @@ Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate
 
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 
-DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop) const {
+DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop,
+                                        float exposure) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
-  const auto denoised = [&](int group) {
-    return denoiser_(FilmRows(film, group), albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.stop = stop});
+  const auto denoised = [&](int group, float group_exposure) {
+    return denoiser_(FilmRows(film, group), albedo ? &*albedo : nullptr, normal ? &*normal : nullptr,
+                     {.exposure = group_exposure, .stop = stop});
   };
   DenoisedFrame frame;
-  frame.colour = denoised(-1);
-  for (int g = 0; g < film.settings().light_groups; ++g) frame.light_groups.push_back(denoised(g));
+  frame.exposure = exposure > 0 ? exposure : denoise::auto_exposure(FilmRows(film, -1));
+  frame.colour = denoised(-1, frame.exposure);
+  for (int g = 0; g < film.settings().light_groups; ++g) frame.light_groups.push_back(denoised(g, 0));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;
 }

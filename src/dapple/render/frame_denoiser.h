@@ -28,6 +28,7 @@ image::Image trace_motion(const scene::Scene& scene, const Box2i& crop,
 struct DenoisedFrame {
   image::Image colour;
   std::vector<image::Image> light_groups;  ///< of which colour is the sum
+  float exposure = 1;                      ///< that the network took colour with
 };
 
 /// Denoises films: a pure function of film and layers.
@@ -40,7 +41,9 @@ class FrameDenoiser {
   std::string description() const { return denoiser_.description(); }
   /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel
   /// by pixel, to add up to the whole; where none has light the first gets what there is. May throw Stopped.
-  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {}) const;
+  /// `exposure` 0: denoise::auto_exposure() of the film.
+  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {},
+                           float exposure = 0) const;
 
  private:
   denoise::Denoiser denoiser_;
