@@ -39,17 +39,18 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
   if (network.inputs() > 3) albedo.emplace(*file, *picture.albedo);
   if (network.inputs() > 6) normal.emplace(*file, *picture.normal);
   warn_of_odd(path, picture.noisy, colour);
-  const auto denoised = [&](const denoise::PixelRows& rows) {
-    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {});
+  const auto denoised = [&](const denoise::PixelRows& rows, float exposure) {
+    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.exposure = exposure});
   };
+  const float exposure = exposure_of(*file, picture);
   const auto without_noise = [&] {
-    if (!picture.indirect) return denoised(colour);
+    if (!picture.indirect) return denoised(colour, exposure);
     return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.indirect), albedo ? &*albedo : nullptr,
-                                  normal ? &*normal : nullptr, {});
+                                  normal ? &*normal : nullptr, {.exposure = exposure});
   };
   const image::Image whole = without_noise();
   std::vector<image::Image> groups;
-  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group)));
+  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
   denoise::add_up_to(whole, groups);
   file->replace(picture.colour.part, picture.colour.channels, whole);
   for (size_t g = 0; g < groups.size(); ++g)

@@ -161,6 +161,7 @@ class Sequence {
     const ExrFile::Part& part = file.parts()[picture.colour.part];
     SequenceFrame f;
     f.number = frames_.numbers[i];
+    f.exposure = exposure_of(file, picture);
     f.noisy = image_of(file, picture.noisy);
     warn_of_odd(path, picture.noisy, denoise::ImageRows(f.noisy));
     if (picture.albedo) f.albedo = image_of(file, *picture.albedo);

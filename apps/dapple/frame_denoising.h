@@ -18,6 +18,8 @@ class FrameDenoising {
   /// denoise.
   FrameDenoising(const RenderOptions& o, const build::IntegratorRequest& request);
 
+  /// The pixels to render: those of `crop` and, where the image is to be denoised, a border around them.
+  Box2i rendered(const Box2i& crop, const V2i& resolution) const;
   /// What the network wants to know of the scene, and AOVs albedo and normal, go to output->features; AOV motion goes
   /// to output->motion.
   void trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples,
@@ -32,6 +34,7 @@ class FrameDenoising {
 
  private:
   std::optional<render::FrameDenoiser> denoiser_;
+  float exposure_ = 0;  ///< 0: the frame's own
   bool weights_missing_ = false;
   double feature_seconds_ = 0, seconds_ = 0;
 };

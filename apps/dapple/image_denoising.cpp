@@ -69,6 +69,11 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
   return pictures;
 }
 
+float exposure_of(const ExrFile& file, const Picture& picture) {
+  const float told = picture.colour.name.empty() ? file.number("dapple/denoiseExposure").value_or(0) : 0;
+  return told > 0 && std::isfinite(told) ? told : 0;
+}
+
 std::string missing_layers(const Picture& picture) {
   return !picture.albedo && !picture.normal ? "no layers of albedo and normals"
          : picture.albedo                   ? "no layer of normals"

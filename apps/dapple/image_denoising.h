@@ -47,6 +47,8 @@ class Networks {
 std::string title(const denoise::Layer& layer);
 /// The pictures of a file. InputError where there is none, or one of whose layers has another data window.
 std::vector<denoise::Picture> pictures_of(const std::string& path, const image::ExrFile& file);
+/// Denoiser::Options::exposure, as the header of Dapple's denoised images tells it; else 0.
+float exposure_of(const image::ExrFile& file, const denoise::Picture& picture);
 /// "no layer of normals", say.
 std::string missing_layers(const denoise::Picture& picture);
 /// Warns of pixels that are not finite.

@@ -203,10 +203,10 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
   return request;
 }
 
-scene::Film::Settings film_settings(const scene::Scene& scene, const build::IntegratorRequest& request,
-                                    const render::OutputSettings& output, const integrate::Integrator& integrator,
-                                    bool denoises) {
-  scene::Film::Settings s = scene.film;
+scene::Film::Settings film_settings(const scene::Film::Settings& film, const scene::Scene& scene,
+                                    const build::IntegratorRequest& request, const render::OutputSettings& output,
+                                    const integrate::Integrator& integrator, bool denoises) {
+  scene::Film::Settings s = film;
   s.features = std::any_of(output.aovs.begin(), output.aovs.end(), render::from_film);
   s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
   s.cache_use = request.log_caches;
@@ -223,11 +223,11 @@ void warn_of_dropped(const scene::Film& film) {
 }
 
 // "a.exr: 640 x 480, 64 samples a pixel, 12 s (14 s with loading)"
-std::string summary_of(const std::vector<std::string>& paths, const scene::Film& film, const render::SessionResult& r,
-                       double wall_seconds) {
-  return joined(paths) + ": " + std::to_string(film.width()) + " x " + std::to_string(film.height()) + ", " +
-         samples_text(r, film) + ", " + format_seconds(r.seconds) + " (" + format_seconds(wall_seconds) +
-         " with loading)";
+std::string summary_of(const std::vector<std::string>& paths, const scene::Film& film, const Box2i& crop,
+                       const render::SessionResult& r, double wall_seconds) {
+  return joined(paths) + ": " + std::to_string(crop.max.x - crop.min.x) + " x " +
+         std::to_string(crop.max.y - crop.min.y) + ", " + samples_text(r, film) + ", " + format_seconds(r.seconds) +
+         " (" + format_seconds(wall_seconds) + " with loading)";
 }
 
 /// Shows a film in a viewer now and then while it is rendered, and what became of it.
@@ -299,12 +299,15 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
         "keeps the cache)");
   if (render::show_air(output.aovs) && integrator->shaft_tables().lights == 0)
     log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
-  denoising.trace_features(*built.scene, built.scene->film, int(rules.pixel_samples),
+  scene::Film::Settings film_part = built.scene->film;
+  film_part.crop = denoising.rendered(film_part.crop, film_part.resolution);
+  if (film_part.crop != built.scene->film.crop) output.window = built.scene->film.crop;
+  denoising.trace_features(*built.scene, film_part, int(rules.pixel_samples),
                            std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
   rules.seconds_before = set_up.seconds();
 
   if (o.light_groups) output.light_groups = built.scene->light_groups.names;
-  scene::Film film(film_settings(*built.scene, request, output, *integrator, denoising.is_on()));
+  scene::Film film(film_settings(film_part, *built.scene, request, output, *integrator, denoising.is_on()));
   if (request.light_groups) film.set_gains(built.scene->light_groups.gains);
 
   interrupts.begin_rendering();
@@ -343,7 +346,7 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());
-  const std::string summary = summary_of(paths, film, result, report.wall_seconds);
+  const std::string summary = summary_of(paths, film, built.scene->film.crop, result, report.wall_seconds);
   if (is_partial || interrupts.flag()) {
     log_warning(summary +
                 (is_partial ? "; interrupted: the image is partial" : "; interrupted when the image was whole"));

@@ -388,6 +388,11 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
                  "The image without its noise, and as rendered in layer noisy of an EXR: on, off "
                  "[on with distribution in presets draft and preview, else off]")
       ->check(CLI::IsMember({"on", "off"}));
+  app.add_option(
+         "--denoise-exposure", o.denoise_exposure,
+         "With --crop: dapple/denoiseExposure of the whole frame's header, for the same brightness in dark parts "
+         "[the crop's own]")
+      ->check(positive());
   app.add_option("--denoise-weights", o.denoise_weights,
                  "Network for that, .tza of 3, 6 or 9 channels: colour, albedo, normals [that of all 9]");
   app.add_option("--stats", o.stats, "Write a JSON run report to this file [none]");

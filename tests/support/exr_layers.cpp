@@ -15,7 +15,8 @@ ExrLayers::ExrLayers(const std::string& path) {
     if (parts_ == 0) {
       width_ = spec.width, height_ = spec.height;
       for (const auto& attribute : spec.extra_attribs)
-        if (attribute.type() == OIIO::TypeString) texts_[attribute.name().string()] = attribute.get_string();
+        if (attribute.type() == OIIO::TypeString || attribute.type() == OIIO::TypeFloat)
+          texts_[attribute.name().string()] = attribute.get_string();
     }
     std::vector<float> pixels(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
     if (!in->read_image(parts_, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data()))

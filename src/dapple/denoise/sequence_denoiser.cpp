@@ -45,16 +45,16 @@ const SequenceDenoiser::Part& SequenceDenoiser::denoised(size_t i) {
   if (const auto found = denoised_.find(i); found != denoised_.end()) return found->second;
   const Means& mean = means(i);
   const SequenceFrame& f = loaded(i);
-  const auto network = [&](const auto& noisy_of) {
+  const auto network = [&](float exposure, const auto& noisy_of) {
     std::vector<const Image*> others;
     for (const size_t j : mean.others) others.push_back(&noisy_of(loaded(j)));
     return denoiser_(mean.blend(noisy_of(f), others), f.albedo.empty() ? nullptr : &f.albedo,
-                     f.normal.empty() ? nullptr : &f.normal);
+                     f.normal.empty() ? nullptr : &f.normal, {.exposure = exposure});
   };
   Part part;
-  part.colour = network([](const SequenceFrame& of) -> const Image& { return of.noisy; });
+  part.colour = network(f.exposure, [](const SequenceFrame& of) -> const Image& { return of.noisy; });
   for (size_t g = 0; g < f.light_groups.size(); ++g)
-    part.groups.push_back(network([g](const SequenceFrame& of) -> const Image& { return of.light_groups[g]; }));
+    part.groups.push_back(network(0, [g](const SequenceFrame& of) -> const Image& { return of.light_groups[g]; }));
   return denoised_.emplace(i, std::move(part)).first->second;
 }
 

@@ -14,6 +14,7 @@ struct SequenceFrame {
   double number = 0;
   image::Image noisy, albedo, normal, depth;
   std::vector<image::Image> light_groups;  ///< noisy too
+  float exposure = 0;                      ///< Denoiser::Options
   std::optional<FrameCamera> camera;
   image::Image motion;  ///< AOV motion: pixels and depth to the next frame
   /// Where the motion is not empty: the camera when the shutter closes, and how far it then is on its way to the next

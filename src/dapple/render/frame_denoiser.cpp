@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "dapple/denoise/denoise_apart.h"
+#include "dapple/denoise/transfer.h"
 #include "dapple/integrate/motion_tracer.h"
 
 namespace dapple::render {
@@ -59,17 +60,19 @@ Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 
 DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, int light_groups,
-                                        StopToken stop) const {
+                                        StopToken stop, float exposure) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
   const denoise::PixelRows *const a = albedo ? &*albedo : nullptr, *const n = normal ? &*normal : nullptr;
-  const auto denoised = [&](int part) { return denoiser_(FilmRows(film, part), a, n, {.stop = stop}); };
+  const FilmRows all(film, FilmRows::all);
   DenoisedFrame frame;
+  frame.exposure = exposure > 0 ? exposure : denoise::auto_exposure(all);
+  const denoise::Denoiser::Options of_all{.exposure = frame.exposure, .stop = stop};
   frame.colour = film.settings().indirect && !film.has_gains()
-                     ? denoise::denoise_apart(denoiser_, FilmRows(film, FilmRows::all),
-                                              FilmRows(film, FilmRows::indirect), a, n, {.stop = stop})
-                     : denoised(FilmRows::all);
-  for (int g = 0; g < light_groups; ++g) frame.light_groups.push_back(denoised(g));
+                     ? denoise::denoise_apart(denoiser_, all, FilmRows(film, FilmRows::indirect), a, n, of_all)
+                     : denoiser_(all, a, n, of_all);
+  for (int g = 0; g < light_groups; ++g)
+    frame.light_groups.push_back(denoiser_(FilmRows(film, g), a, n, {.stop = stop}));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;
 }

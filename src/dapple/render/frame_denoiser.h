@@ -28,6 +28,7 @@ image::Image trace_motion(const scene::Scene& scene, const Box2i& crop,
 struct DenoisedFrame {
   image::Image colour;
   std::vector<image::Image> light_groups;  ///< of which colour is the sum
+  float exposure = 1;                      ///< that the network took colour with
 };
 
 /// Denoises films: a pure function of film and layers.
@@ -41,9 +42,10 @@ class FrameDenoiser {
   /// Indirect light is denoised by itself where the film keeps it (denoise::denoise_apart).
   /// `features` may be null where they are not wanted. The first `light_groups` of the film, all or none, are denoised
   /// each by itself and then scaled, pixel by pixel, to add up to the whole; where none has light the first gets what
-  /// there is. May throw Stopped.
+  /// there is. May throw Stopped. `exposure` 0:
+  /// denoise::auto_exposure() of the film.
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, int light_groups,
-                           StopToken stop = {}) const;
+                           StopToken stop = {}, float exposure = 0) const;
 
  private:
   denoise::Denoiser denoiser_;

@@ -149,6 +149,23 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
   });
 }
 
+/// Leaves out all but the pixels of `window`.
+void cut(const Box2i& window, image::OutputImage* out) {
+  const int width = window.max.x - window.min.x, height = window.max.y - window.min.y;
+  const V2i corner = window.min - out->origin;
+  for (ImageLayer& l : out->layers) {
+    const size_t n = l.channels.size();
+    std::vector<float> pixels;
+    pixels.reserve(size_t(width) * size_t(height) * n);
+    for (int y = 0; y < height; ++y) {
+      const float* row = &l.pixels[(size_t(y + corner.y) * size_t(out->width) + size_t(corner.x)) * n];
+      pixels.insert(pixels.end(), row, row + size_t(width) * n);
+    }
+    l.pixels = std::move(pixels);
+  }
+  out->origin = window.min, out->width = width, out->height = height;
+}
+
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
@@ -238,6 +255,7 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
                              : layer(film, name, channels, {}, settings.loops,
                                      [&](int x, int y, float* p) { put(film.light_group(x, y, int(g)), p); }));
   }
+  if (settings.window) cut(*settings.window, &out);
   return out;
 }
 

@@ -35,6 +35,7 @@ struct OutputSettings {
   std::optional<CacheView> cache_view;    ///< in place of the picture
   std::optional<FeatureLayers> features;  ///< AOVs albedo and normal, over the film's crop
   std::optional<image::Image> motion;     ///< AOV motion, likewise
+  std::optional<Box2i> window;            ///< pixels to write, of the film's; all if none
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
   bool loops = true;                      ///< over rows, in parallel
   V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
@@ -46,8 +47,8 @@ struct OutputSettings {
 /// The film as a picture: R, G, B; where these are denoised, "noisy" as it was rendered; then a layer for each AOV:
 /// albedo, normal, motion, depth ("Z"), position ("P"), variance, samples, alpha ("A"), patch, grid_point, dice_level,
 /// shading_rate, cache_level, cache_age, cache_fills, cache_reuse; then "light.NAME" for each light group. Crops keep
-/// the full display window. std::logic_error for albedo, normal and motion without what OutputSettings hold of them,
-/// and for names that are no AOV.
+/// the full display window; of a film with a border around them, `window` is what is written. std::logic_error for
+/// albedo, normal and motion without what OutputSettings hold of them, and for names that are no AOV.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
 
 /// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.
