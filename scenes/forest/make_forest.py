@@ -18,7 +18,7 @@ import struct
 import sys
 from pathlib import Path
 
-BRANCH_KINDS, TWIG_KINDS, CHUNK = 3, 3, 4096
+BRANCH_KINDS, TWIG_KINDS, CHUNK, LARGE_MESH = 3, 3, 4096, 3000
 COUNTS = {"height": 1, "trunk": 1, "crown": 2, "branches": 2, "twigs": 2, "leaves": 4, "bark": 3, "reflectance": 3,
           "transmittance": 3}
 
@@ -143,6 +143,17 @@ class Mesh:
         return (f'Shape "trianglemesh" "point3 P" [ {numbers} ] "integer indices" [ '
                 f'{" ".join(map(str, self.indices))} ]\n')
 
+    def ply(self, path):
+        head = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(self.points)}\nproperty float x\n"
+                f"property float y\nproperty float z\nelement face {len(self.indices) // 3}\n"
+                "property list uchar int vertex_indices\nend_header\n")
+        with open(path, "wb") as out:
+            out.write(head.encode())
+            out.write(struct.pack(f"<{3 * len(self.points)}f", *(x for p in self.points for x in p)))
+            for i in range(0, len(self.indices), 3):
+                out.write(struct.pack("<B3i", 3, *self.indices[i:i + 3]))
+        return f'Shape "plymesh" "string filename" "{path.name}"\n'
+
 
 def instance(name, m):
     columns = [m[r][c] if r < 3 else (1 if c == 3 else 0) for c in range(4) for r in range(4)]
@@ -156,11 +167,13 @@ class Part:
     def __init__(self):
         self.wood, self.leaves, self.inner = Mesh(), Mesh(), []
 
-    def text(self, s):
+    def text(self, s, name, folder):
         out = ""
         for mesh, material in ((self.wood, "bark"), (self.leaves, "leaf")):
             if mesh.points:
-                out += f'NamedMaterial "{s["name"]}-{material}"\n' + mesh.text()
+                large = len(mesh.indices) > LARGE_MESH
+                shape = mesh.ply(folder / f"{s['name']}-{name}-{material}.ply") if large else mesh.text()
+                out += f'NamedMaterial "{s["name"]}-{material}"\n' + shape
         return out + "".join(instance(f"{s['name']}-{name}", m) for name, m in self.inner)
 
     def flat(self, parts):
@@ -299,7 +312,7 @@ def write_species(s, rng, options):
     if options.flat:
         parts = {name: part.flat(parts) for name, part in parts.items() if name.startswith("tree")}
     for name, part in parts.items():
-        text += f'ObjectBegin "{s["name"]}-{name}"\n{part.text(s)}ObjectEnd\n'
+        text += f'ObjectBegin "{s["name"]}-{name}"\n{part.text(s, name, options.output)}ObjectEnd\n'
     (options.output / f"{s['name']}.pbrt").write_text(text)
 
 

@@ -75,5 +75,32 @@ TEST_F(PlacesCommand, RefusesDamagedFiles) {
   EXPECT_NE(packed.output.find("bad.txt:2"), std::string::npos) << packed.output;
 }
 
+// scenes/forest: a wood of shared trees, nested and flat, is the same; trees that are all distinct have no tree of
+// their own.
+TEST_F(PlacesCommand, RendersWoodsOfTheGenerator) {
+  const auto make = [&](const char* name, const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"/usr/bin/python3", source_path("scenes/forest/make_forest.py"),
+                                       folder.file("wood.txt"), "-o", folder.file(name)};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    Process process(arguments);
+    const ProcessResult made = process.wait(120);
+    EXPECT_EQ(made.exit_code, 0) << made.output;
+    return folder.file(name) + "/forest.pbrt";
+  };
+  write("wood.txt", "trees 6\nbirch 2\npoplar 1\n");
+  const std::string nested = make("nested", {"--kinds", "1"}), flat = make("flat", {"--kinds", "1", "--flat"}),
+                    distinct = make("distinct", {"--distinct"});
+  const std::vector<std::string> options{"--resolution", "48x27", "--pixel-samples", "4",
+                                         "--integrator", "path",  "--bounces",       "1"};
+  const Picture a = render(nested, options), b = render(flat, options);
+  double sum_a = 0, sum_b = 0;
+  for (const float x : a.rgb) sum_a += double(x);
+  for (const float x : b.rgb) sum_b += double(x);
+  EXPECT_NEAR(sum_a, sum_b, 0.005 * sum_b);
+  const ProcessResult info = run({"info", distinct});
+  EXPECT_EQ(info.exit_code, 0) << info.output;
+  EXPECT_NE(info.output.find("in 2 levels"), std::string::npos) << info.output;
+}
+
 }  // namespace
 }  // namespace dapple::test

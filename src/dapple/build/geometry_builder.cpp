@@ -272,6 +272,7 @@ void GeometryBuilder::place_objects_in_objects(const std::vector<bool>& repeated
       context_, objects_, [this](uint32_t object) { return moving_in(object); }, &scene_.traced);
   placements.place_all(repeated);
   note_reach(placements.reach(), placements.narrowest());
+  if (placements.fingerprint() != 0) fingerprint_ = hash(fingerprint_, placements.fingerprint());
 }
 
 const FileLoc* GeometryBuilder::moving_in(uint32_t object) const {

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "dapple/base/hash.h"
+
 namespace dapple::build {
 
 using scenefile::InstanceEntity;
@@ -112,7 +114,7 @@ void PlacementBuilder::place(const PlacementsEntity& p, int32_t owner) {
   trace::PlacementSet set;
   set.reserve(file.size());
   const OuterMap map(p.transform, origin(owner), origin(p.object));
-  for (const PlacementFile::Chunk& chunk : file.chunks())
+  for (const PlacementFile::Chunk& chunk : file.chunks()) {
     for (size_t i = 0; i < chunk.size(); ++i) {
       float rows[3][4];
       map.apply(chunk[i], chunk.origin, rows);
@@ -122,6 +124,9 @@ void PlacementBuilder::place(const PlacementsEntity& p, int32_t owner) {
       if (owner == in_scene && reach < reach_) reach_ = reach, narrowest_ = p.loc;
       set.add(rows);
     }
+    fingerprint_ = hash_bytes({reinterpret_cast<const char*>(chunk.rows.data()), chunk.rows.size()}, fingerprint_);
+    file.drop(chunk);
+  }
   add(p.object, std::move(set), owner, p.loc);
 }
 

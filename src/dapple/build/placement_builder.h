@@ -28,6 +28,8 @@ class PlacementBuilder {
   /// Of all in the scene.
   float reach() const { return reach_; }
   const FileLoc& narrowest() const { return narrowest_; }
+  /// Of the files' placements; 0 without any.
+  uint64_t fingerprint() const { return fingerprint_; }
 
  private:
   static constexpr int32_t in_scene = -1;
@@ -48,6 +50,7 @@ class PlacementBuilder {
   std::vector<uint8_t> placed_;
   float reach_ = infinity;
   FileLoc narrowest_;
+  uint64_t fingerprint_ = 0;
 };
 
 /// World from object space for objects that stand in objects, or are placed by files: of those that are wanted, by

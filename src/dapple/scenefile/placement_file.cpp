@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/placement_file.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -103,6 +106,14 @@ void PlacementFile::parse(std::string_view bytes, const std::string& name, const
   if (found != size_)
     in.fail("chunks hold " + std::to_string(found) + " placements, the head says " + std::to_string(size_));
   if (in.left() > 0) in.fail("more bytes than chunks hold");
+}
+
+void PlacementFile::drop(const Chunk& chunk) const {
+  if (!file_ || !file_->is_mapped()) return;
+  const auto page = uintptr_t(sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<uintptr_t>(chunk.rows.data());
+  const uintptr_t first = (begin + page - 1) / page * page, end = (begin + chunk.rows.size()) / page * page;
+  if (first < end) madvise(reinterpret_cast<void*>(first), end - first, MADV_DONTNEED);
 }
 
 std::vector<V3d> PlacementFile::sample() const {

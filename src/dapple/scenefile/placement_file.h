@@ -40,6 +40,8 @@ class PlacementFile {
 
   uint64_t size() const { return size_; }
   const std::vector<Chunk>& chunks() const { return chunks_; }
+  /// A chunk has been read: the system may have its pages back.
+  void drop(const Chunk& chunk) const;
   /// Of the origins of some placements, spread over the file.
   std::vector<V3d> sample() const;
 

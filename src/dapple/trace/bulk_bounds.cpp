@@ -3,11 +3,14 @@
 
 #include <algorithm>
 
+#include "dapple/base/hash.h"
+
 namespace dapple::trace {
 
 namespace {
 
 constexpr size_t about_points = 4096;
+constexpr size_t most_placed = size_t(1) << 20;
 constexpr size_t left_out = 20;  // one of so many, at each end of an axis
 
 size_t primitive_count(const Shape& shape) {
@@ -32,8 +35,17 @@ Box3f bulk_bounds(const TracedScene& scene) {
   for (uint32_t g = 0; g < primitives.size(); ++g) primitives[g] = primitive_count(scene.shape(g));
   const auto each_placed = [&scene](const auto& visit) {
     for (const uint32_t g : scene.geometries_in(no_id)) visit(no_id, g);
-    for (uint32_t i = 0; i < scene.instance_count(); ++i)
+    // Of a great many placements one at random of each stretch, since paths follow each other in a pattern.
+    const size_t singles = scene.single_count(), others = scene.instance_count() - singles;
+    const size_t stretch = (others + most_placed - 1) / most_placed;
+    const auto visit_all = [&](uint32_t i) {
       for (const uint32_t g : scene.geometries_in(scene.object_of(i))) visit(i, g);
+    };
+    for (uint32_t i = 0; i < singles; ++i) visit_all(i);
+    for (size_t first = 0; first < others; first += std::max<size_t>(stretch, 1)) {
+      const size_t length = std::min(stretch, others - first);
+      visit_all(uint32_t(singles + first + (length > 1 ? hash(uint64_t(first)) % length : 0)));
+    }
   };
   size_t total = 0;
   each_placed([&](uint32_t, uint32_t g) { total += primitives[g]; });
