@@ -8,6 +8,7 @@
 For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel) and to the
 settled one, medians of the rounds; seconds of a fresh session from reading to its first and settled picture; how many fills of the
 radiosity cache the edit took, of those of the fresh session. `cancel`: from an edit to the end of what was under way. Not denoised.
+`gain`: of the first light, which is a group of its own; `gain, while it renders`: from the gain to the frame that shows it.
 """
 import argparse
 import os
@@ -37,6 +38,37 @@ def edits(scene):
 
 
 EXTENT = (1, 1, 1)
+
+
+def load(name):
+    import dapple
+    scene = dapple.load(SCENES[name])
+    list(scene.lights.values())[0]["string group"] = "key"
+    return scene
+
+
+def bench_gains(live, count, rounds):
+    """Seconds to settled frames, and to frames while it renders."""
+    settled, meanwhile = [], []
+    for k in range(rounds):
+        begin = time.monotonic()
+        live.gains["key"] = 1 + 0.2 * k
+        count += 1
+        frame = live.wait()
+        settled.append(time.monotonic() - begin)
+        assert frame.statistics["rays"] == 0
+    for k in range(rounds):
+        live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
+        count += 1
+        while live.frame().edits < count or live.frame().reduction > 1:
+            time.sleep(0.001)
+        begin = time.monotonic()
+        live.gains["key"] = 2 + 0.2 * k
+        count += 1
+        first_picture(live, count)
+        meanwhile.append(time.monotonic() - begin)
+        live.wait()
+    return count, settled, meanwhile
 
 
 def fills(frame):
@@ -82,12 +114,15 @@ def main():
             continue
         EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
         begin = time.monotonic()
-        live = dapple.LiveSession(dapple.load(SCENES[name]), **options)
+        live = dapple.LiveSession(load(name), **options)
         first_picture(live, 0)
         fresh_first = time.monotonic() - begin
         frame = live.wait()
         fresh_settled, fresh_fills = time.monotonic() - begin, fills(frame)
-        count = 0
+        m = statistics.median
+        count, settled, meanwhile = bench_gains(live, 0, o.rounds)
+        print(f"| {name} | gain | {m(settled):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
+        print(f"| {name} | gain, while it renders | {m(meanwhile):.3f} | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
         for kind, change in edits(dapple.load(SCENES[name])).items():
             firsts, settled, parts, cancels = [], [], [], []
             for k in range(o.rounds):
@@ -106,7 +141,6 @@ def main():
                 cancels.append(time.monotonic() - begin)
                 count += 2
                 live.wait()
-            m = statistics.median
             print(f"| {name} | {kind} | {m(firsts):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
                   f"{100 * m(parts):.0f} % | {m(cancels):.3f} |", flush=True)
 

@@ -11,6 +11,7 @@
 #include <regex>
 
 #include "tests/support/dapple_program.h"
+#include "tests/support/exr_layers.h"
 
 namespace dapple::test {
 namespace {
@@ -46,6 +47,30 @@ TEST(ExitCode, WrongUseIs2) {
   for (const char* option : {"--shading-rate", "--cache-mb", "--cache-width", "--irradiance-accuracy", "--max-distance",
                              "--pixel-noise", "--time-limit", "--noise-target"})
     EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", option, "nan"}).exit_code, 2) << option;
+}
+
+TEST(ExitCode, GainsOfLightGroups) {
+  ScratchFolder folder;
+  const auto render = [&](const std::string& name, std::vector<std::string> options) {
+    options.insert(options.begin(), {cornell, "-o", folder.file(name), "--float", "--integrator", "path"});
+    return render_quickly(options);
+  };
+  ASSERT_EQ(render("plain.exr", {}).exit_code, 0);
+  const ProcessResult mixed = render("mixed.exr", {"--gain", "default=2,1,.25"});
+  ASSERT_EQ(mixed.exit_code, 0) << mixed.output;
+  const ExrLayers plain(folder.file("plain.exr")), twice(folder.file("mixed.exr"));
+  const std::pair<const char*, float> gains[] = {{"R", 2}, {"G", 1}, {"B", .25f}};
+  for (const auto& [channel, gain] : gains)
+    for (size_t i = 0; i < plain[channel].size(); ++i)
+      ASSERT_NEAR(twice[channel][i], gain * plain[channel][i], 1e-5f * (1 + plain[channel][i]));
+  for (const char* wrong :
+       {"default", "default=", "default=x", "default=-1", "default=1,2", "kay=2", "=2", "default=1e30"})
+    EXPECT_EQ(render("wrong.exr", {"--gain", wrong}).exit_code, 2) << wrong;
+  EXPECT_NE(render("wrong.exr", {"--gain", "kay=2"}).output.find("no light is of the group \"kay\""),
+            std::string::npos);
+  const ProcessResult noise = render("wrong.exr", {"--gain", "default=2", "--noise-target", ".1"});
+  EXPECT_EQ(noise.exit_code, 2);
+  EXPECT_NE(noise.output.find("a noise target is judged by samples"), std::string::npos) << noise.output;
 }
 
 // Rationale: limits of the number format are no help.
