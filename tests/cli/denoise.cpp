@@ -65,6 +65,28 @@ TEST_F(Denoise, GivesTheDenoisedImageAndTheNoisyOneBesideIt) {
   for (const char* c : {"R", "G", "B"}) EXPECT_LT(rms(on[c], reference[c]), .5 * rms(off[c], reference[c])) << c;
 }
 
+// Of paths of the same random numbers, those without bounces are what is not indirect.
+TEST_F(Denoise, IndirectLightIsWhatDiffuseRaysBring) {
+  const auto rendered = [&](const std::string& integrator, const std::string& bounces) {
+    return layers(integrator + bounces + ".exr", {"--integrator", integrator, "--pixel-samples", "16", "--bounces",
+                                                  bounces, "--denoise", "off", "--aov", "indirect"});
+  };
+  const ExrLayers all = rendered("path", "4"), direct = rendered("path", "0"), cached = rendered("distribution", "4");
+  double indirect = 0, of_cache = 0;
+  for (const char* c : {"R", "G", "B"}) {
+    const auto &whole = all[c], &part = all[std::string("indirect.") + c], &rest = direct[c];
+    for (size_t i = 0; i < whole.size(); ++i) ASSERT_NEAR(whole[i] - part[i], rest[i], 1e-4f * (1 + whole[i])) << i;
+    for (const float v : direct[std::string("indirect.") + c]) ASSERT_EQ(v, 0);
+    for (const float v : part) indirect += double(v);
+    for (const float v : cached[std::string("indirect.") + c]) of_cache += double(v);
+  }
+  EXPECT_GT(indirect, 0);
+  EXPECT_NEAR(of_cache / indirect, 1, .05);
+  const ProcessResult grids = render_to("no.exr", {"--preset", "final", "--aov", "indirect"});
+  EXPECT_EQ(grids.exit_code, 2) << grids.output;
+  EXPECT_NE(grids.output.find("indirect"), std::string::npos) << grids.output;
+}
+
 TEST_F(Denoise, PngGetsTheDenoisedImage) {
   ASSERT_EQ(render_to("a.exr", {"-o", file("a.png"), "--integrator", "path", "--pixel-samples", "2", "--denoise", "on"})
                 .exit_code,
