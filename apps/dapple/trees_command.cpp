@@ -62,9 +62,10 @@ int bake(const BakeOptions& o) {
                          double(objects.back().bytes()) / 1e6, timer.seconds()));
   }
   if (objects.empty())
-    throw InputError(FileLoc{o.scene, 0, 0},
-                     "there is nothing to make images of; expected objects (ObjectBegin) that are placed "
-                     "(ObjectInstance) and of diffuse materials");
+    throw InputError(
+        FileLoc{o.scene, 0, 0},
+        "there is nothing to make images of; expected objects (ObjectBegin) without objects in them, that are placed "
+        "(ObjectInstance) and of diffuse materials");
   interrupts.begin_writing({o.output});
   depthimage::write_images(o.output, objects);
   interrupts.end_writing();

@@ -65,11 +65,23 @@ TEST(Placements, FromFilesStandWhereTheySay) {
   const BuiltScene built =
       folder.build(ball + "Translate 1 2 3 ObjectInstances \"ball\" \"string filename\" \"three.places\"\n");
   EXPECT_EQ(built.scene->traced.instance_count(), 3u);
-  EXPECT_EQ(built.scene->traced.single_count(), 0u);
+  EXPECT_EQ(built.scene->traced.single_count(), 3u);  // few are instances as others are
   EXPECT_FLOAT_EQ(depth(built, 1, 2), 96);
   EXPECT_FLOAT_EQ(depth(built, 11, 2), 91);
   EXPECT_FLOAT_EQ(depth(built, 1, 12), 94);
   EXPECT_LT(depth(built, 4, 2), 0);
+}
+
+TEST(Placements, InGreatNumbersStandBehindPortals) {
+  const TemporaryFolder folder;
+  std::vector<ExactPlacement> field;
+  for (int i = 0; i < 140000; ++i) field.push_back(at(3 * (i % 400), 3 * (i / 400), 0));
+  folder.write("field.places", encode_placements(field));
+  const BuiltScene built = folder.build(ball + "ObjectInstances \"ball\" \"string filename\" \"field.places\"\n");
+  EXPECT_EQ(built.scene->traced.instance_count(), 140000u);
+  EXPECT_EQ(built.scene->traced.single_count(), 0u);
+  EXPECT_FLOAT_EQ(depth(built, 300, 603), 99);
+  EXPECT_LT(depth(built, 301.5, 604.5), 0);
 }
 
 // Far off, where floats have steps of half a metre; in objects too, whose own shapes may be far from their origins.

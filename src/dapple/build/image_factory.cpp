@@ -22,7 +22,9 @@ void report(const impostor::TreeImages& images, double seconds) {
   log_info(fmt::format("images: {} objects from the file, {} made now, {:.1f} MB, {:.2f} s", images.from_file,
                        images.baked, double(images.bytes()) / 1e6, seconds));
   if (images.from_file + images.baked == 0 && images.refused.empty())
-    log_warning("images have no effect: the scene has no instances of objects (ObjectInstance); all is seen by rays");
+    log_warning(
+        "images have no effect: the scene has no instances (ObjectInstance) of objects that hold no others; all is "
+        "seen by rays");
   for (const std::string& why : images.refused) log_warning("images: " + why + ": it is seen by rays");
 }
 

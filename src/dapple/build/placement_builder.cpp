@@ -17,6 +17,12 @@ using trace::PlacementTree;
 namespace {
 
 constexpr size_t most_views = 1 << 16;
+// Placements from files that become Embree's own instances: there images can stand for them, and rays are up to a sixth
+// faster where objects overlap, for half a kilobyte each.
+constexpr size_t most_singles = 1 << 17;
+const char* const bad_transform =
+    "the transform of what is placed is too small, too large or too flat for single precision, or no number; expected "
+    "scales from 1e-10 to 1e9";
 
 void set_rows(const Transform& t, float rows[3][4]) {
   for (int r = 0; r < 3; ++r)
@@ -143,9 +149,7 @@ float PlacementBuilder::checked_reach(int32_t object, const float rows[3][4], co
                                       const std::string& which) const {
   const float reach = traced_.reach_of_placement(objects_[size_t(object)], rows);
   if (reach > 0) return reach;
-  throw InputError(loc, which +
-                            "the transform of what is placed is too small, too large or too flat for single "
-                            "precision, or no number; expected scales from 1e-10 to 1e9");
+  throw InputError(loc, which + bad_transform);
 }
 
 uint32_t PlacementBuilder::traced_object(int32_t owner) const {
@@ -165,12 +169,32 @@ void PlacementBuilder::check_paths(int32_t object, uint64_t placements, int32_t 
 
 void PlacementBuilder::add(int32_t object, trace::PlacementSet set, int32_t owner, const FileLoc& loc) {
   check_paths(object, set.size(), owner, loc);
-  if (const uint32_t repeated = traced_.add_placements(objects_[size_t(object)], std::move(set), traced_object(owner)))
+  const uint32_t inner = objects_[size_t(object)];
+  const bool as_singles = owner == in_scene && !context_.description.objects[size_t(object)].holds_objects() &&
+                          traced_.single_count() + set.size() <= most_singles;
+  if (const uint32_t repeated = as_singles ? add_singles(inner, std::move(set), loc)
+                                           : traced_.add_placements(inner, std::move(set), traced_object(owner)))
     context_.diagnostics.warn(loc,
                               std::to_string(repeated) +
                                   " placements stand at the very same place as others of "
                                   "their object; once is enough",
                               "repeated instance");
+}
+
+uint32_t PlacementBuilder::add_singles(uint32_t object, trace::PlacementSet set, const FileLoc& loc) {
+  const uint32_t repeated = set.arrange();
+  for (uint32_t i = 0; i < set.size(); ++i) {
+    float rows[3][4];
+    set.rows(i, rows);
+    M44d m;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) m[r][c] = double(rows[r][c]);
+    const Transform t(m);
+    const AnimatedTransform still(t, t);
+    if (!(trace::instance_reach(still) > 0)) throw InputError(loc, bad_transform);
+    traced_.add_instance(object, still);
+  }
+  return repeated;
 }
 
 namespace {

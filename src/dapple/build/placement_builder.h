@@ -40,6 +40,7 @@ class PlacementBuilder {
   float checked_reach(int32_t object, const float rows[3][4], const FileLoc& loc, const std::string& which) const;
   void check_paths(int32_t object, uint64_t placements, int32_t owner, const FileLoc& loc) const;
   uint32_t traced_object(int32_t owner) const;
+  uint32_t add_singles(uint32_t object, trace::PlacementSet set, const FileLoc& loc);
   void add(int32_t object, trace::PlacementSet set, int32_t owner, const FileLoc& loc);
   V3d origin(int32_t owner) const;
 

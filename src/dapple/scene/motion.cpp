@@ -179,8 +179,7 @@ Motion::Amount Motion::amount(uint32_t instance, uint32_t geometry) const {
     a = of_geometry_[geometry];
     if (instance < scale_.size()) a.travel *= scale_[instance];
   }
-  if (instance < of_instance_.size())
-    a.travel += of_instance_[instance].travel, a.turn += of_instance_[instance].turn;
+  if (instance < of_instance_.size()) a.travel += of_instance_[instance].travel, a.turn += of_instance_[instance].turn;
   return a;
 }
 
