@@ -169,7 +169,20 @@ def flicker(air):
                     f"8 x 8 blocks {100 * result['blocks']:.2f} % RMS from frame to frame.")
 
 
-PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "flicker": flicker}
+def marching(air):
+    """By planes and by marching with 128 shadow rays a sample, along the same camera rays."""
+    width, height = air.size.split("x")
+    scene = air.scene("forest", air_alone(forest_text()))
+    result, rows = {}, []
+    for samples in (4, 16):
+        found = json.loads(common.run([air.context.program("bench_shaft_marching"), scene, "--samples", samples, "--width", width, "--height", height]))
+        result[samples] = found
+        p, m = found["planes"], found["marching"]
+        rows.append([samples, f"{p['seconds']:.2f} s", f"{100 * p['rmse']:.2f} %", f"{m['seconds']:.1f} s", f"{100 * m['rmse']:.2f} %", f"{found['times']:.0f}"])
+    return result, common.table(["samples", "planes", "RMSE", "marching", "RMSE", "times the time"], rows)
+
+
+PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "flicker": flicker, "marching": marching}
 
 
 def bench(context, parts=tuple(PARTS)):

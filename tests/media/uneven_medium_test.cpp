@@ -73,7 +73,7 @@ TEST(UnevenMedium, IsExactWhereItIsEven) {
 }
 
 // Rationale: clumps with nothing between them, of colours. Expectation: the quadrature's transmittance is
-// e^-(depth) by fine sums within 1 % on the mean and 6 % RMS; what it emits and where it scatters, weighed by a
+// e^-(depth) by fine sums within 1 % on the mean and 12 % RMS; what it emits and where it scatters, weighed by a
 // function of the place, as unbiased flights say: Z-tests with 1 % for what a quadrature leaves out.
 TEST(UnevenMedium, StandsForFlights) {
   const GridMedium medium = clumps(RGB(0.2f, 0, 0.6f), RGB(1, 1.6f, 0.3f), RGB(1, 2, 3));
@@ -101,7 +101,7 @@ TEST(UnevenMedium, StandsForFlights) {
   for (int c = 0; c < 3; ++c) {
     const double expected = std::exp(-double(depth[c]));
     EXPECT_NEAR(T[c].mean(), expected, 0.01 * expected) << c;
-    EXPECT_LT(std::sqrt(T[c].variance()), 0.06 * expected) << c;
+    EXPECT_LT(std::sqrt(T[c].variance()), 0.12 * expected) << c;
     const auto agree = [&](const test::Moments& a, const test::Moments& b) {
       const double error = std::sqrt((a.variance() + b.variance()) / 100000) * 4 + 0.01 * b.mean();
       EXPECT_NEAR(a.mean(), b.mean(), error) << c;

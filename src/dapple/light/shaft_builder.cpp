@@ -34,7 +34,7 @@ constexpr float lamp_even_part = 1e-2f;   // radians
 constexpr int film_samples = 16;          // along each side of the film
 constexpr float film_margin = 4;          // pixels that filters reach beyond it
 constexpr int least_bins = 64;            // where memory is short
-constexpr float bins_a_pixel = 2.5f;      // of the longer side of the picture
+constexpr float bins_a_pixel = 3;         // of the longer side of the picture
 constexpr float most_slanting = 0.9998f;  // cosine of the sun to the line of sight, of orthographic cameras
 constexpr float even_over_all = 100;      // of all bins: these are even
 constexpr float entry_error = 0.02f;      // optical depth; rays of light are at random places in bins
@@ -127,7 +127,7 @@ std::string Builder::find_medium() {
     if (!closed && !uneven) return "a medium is of a kind that planes do not know";
     if (out_.air) return "several media scatter";
     out_.air = scene_.media[m].get();
-    closed_ = closed, uneven_ = uneven;
+    closed_ = closed, uneven_ = out_.uneven = uneven;
     out_.medium = int32_t(m);
   }
   if (!out_.air) return "no medium scatters";

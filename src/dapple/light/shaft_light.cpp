@@ -33,7 +33,7 @@ RGB ShaftLight::in_scattering(const Source& source, const Ray& ray, integrate::S
     segment.begin = dot(off, ray.d), segment.end += segment.begin;
   const auto found = [&] {
     if (!set.uneven) return set.air->in_scattering(segment);
-    return set.uneven->in_scattering(segment, ray.o, hash(ray.seed, ray.index, shaft_dimension));
+    return set.uneven->in_scattering(segment, ray.o, hash(ray.seed, ray.index, shaft_dimension), ray.strata);
   };
   if (counts->queries++ % timed_queries > 0) return set.strength * found();
   const Timer timer;

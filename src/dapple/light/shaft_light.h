@@ -17,7 +17,7 @@ struct ShaftSettings {
   bool single = false;  ///< nothing else scatters into straight camera rays: no noise, and dark by that much
   int planes = 0;       ///< to a light without width, 0: one a pixel along the border of the picture; to a disc a
                         ///< quarter of them, `disc_points` times
-  int bins = 0;         ///< rays of light a plane, 0: for light without width 2.5 a pixel of the picture's longer side,
+  int bins = 0;         ///< rays of light a plane, 0: for light without width 3 a pixel of the picture's longer side,
                         ///< within `least_bins` and `most_bins`; to a disc `least_bins`, as there are many sets
   static constexpr int least_bins = 1024, most_bins = 4096;
   size_t max_bytes = size_t(256) << 20;  ///< of all tables: beyond, planes and then bins are fewer
@@ -54,7 +54,8 @@ class ShaftLight {
   struct Parts {
     ShaftSettings settings;
     int32_t medium = scene::vacuum;
-    const media::Medium* air = nullptr;  ///< scene's, number `medium`
+    const media::UnevenMedium* uneven = nullptr;  ///< the same, where it is of this kind
+    const media::Medium* air = nullptr;           ///< scene's, number `medium`
     std::vector<Source> sources;
     double fill_seconds = 0;
     // What is left of lights: rest().
@@ -83,6 +84,7 @@ class ShaftLight {
     V3f o, d;
     float length = 0;
     uint32_t seed = 0, index = 0;
+    const media::RayStrata* strata = nullptr;  ///< of an uneven medium, where they are known
   };
   /// Calls add(light, radiance at o) for each light that the planes have.
   template <class Add>
@@ -91,6 +93,23 @@ class ShaftLight {
       const RGB L = in_scattering(source, ray, counts);
       if (!L.is_black()) add(source.light, L);
     }
+  }
+
+  /// The same, where `counts` are given, and what air().cross() says, in an uneven medium by the same strata.
+  template <class Add>
+  media::MediumCrossing look_through(const Ray& ray, float time, const RGB& beta, uint64_t key,
+                                     integrate::ShaftCounts* counts, const Add& add) const {
+    const dapple::Ray along{ray.o, ray.d, infinity, time};
+    if (!parts_.uneven) {
+      if (counts) in_scattering(ray, counts, add);
+      return parts_.air->cross(along, ray.length, beta, key, !single());
+    }
+    media::RayStrata strata;
+    parts_.uneven->stratify(along, ray.length, key, {}, &strata);
+    Ray known = ray;
+    known.strata = &strata;
+    if (counts) in_scattering(known, counts, add);
+    return media::UnevenMedium::cross(strata, beta, key, !single());
   }
 
   integrate::ShaftTables tables() const;

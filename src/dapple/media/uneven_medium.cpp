@@ -109,9 +109,13 @@ void UnevenMedium::stratify(const Ray& ray, float t_max, uint64_t key, std::span
 MediumCrossing UnevenMedium::cross(const Ray& ray, float t_max, const RGB& beta, uint64_t key, bool scatters) const {
   RayStrata strata;
   stratify(ray, t_max, key, {}, &strata);
+  return cross(strata, beta, key, scatters);
+}
+
+MediumCrossing UnevenMedium::cross(const RayStrata& strata, const RGB& beta, uint64_t key, bool scatters) {
   MediumCrossing out;
   out.transmittance = strata.through[strata.count];
-  if (emits()) out.emitted = strata.emitted();
+  out.emitted = strata.emitted();
   if (scatters) out.scattering = strata.scattering(beta, hash(key, 1, 1));
   return out;
 }

@@ -13,7 +13,7 @@ namespace dapple::media {
 /// over pieces estimate integrals: depths without bias, what hangs on e^-depth with one that falls with the square of
 /// their length.
 struct RayStrata {
-  static constexpr int capacity = 192;
+  static constexpr int capacity = 160;
   int count = 0;
   float begin[capacity], end[capacity], at[capacity];  ///< m along the ray
   MediumPoint point[capacity];                         ///< at `at`
@@ -31,7 +31,7 @@ struct RayStrata {
 /// quadrature by RayStrata; sample() and transmittance() are unbiased.
 class UnevenMedium : public Medium {
  public:
-  static constexpr int least_strata = 16, most_strata = 64;  ///< of a ray, without those at gaps
+  static constexpr int least_strata = 8, most_strata = 32;  ///< of a ray, without those at gaps
 
   using Medium::Medium;
 
@@ -47,6 +47,8 @@ class UnevenMedium : public Medium {
   void stratify(const Ray& ray, float t_max, uint64_t key, std::span<const float> also, RayStrata* out) const;
 
   MediumCrossing cross(const Ray& ray, float t_max, const RGB& beta, uint64_t key, bool scatters) const final;
+  /// The same of strata that are known; key: theirs.
+  static MediumCrossing cross(const RayStrata& strata, const RGB& beta, uint64_t key, bool scatters);
 
  protected:
   /// A part of a ray, and a bound of extinction there, above 0.

@@ -16,15 +16,13 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const Ray ray{w.now->batch.origin(i), w.now->batch.direction(i), infinity, w.time[p]};
   const float length = w.hit.geometry[i] == trace::no_id ? infinity : w.hit.t[i];
   const uint64_t key = w.vertex_key(p, 0);
-  const media::MediumCrossing air = shafts.air().cross(ray, length, w.beta[p], key, !shafts.single());
+  const media::MediumCrossing air =
+      shafts.look_through({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, ray.time, w.beta[p], key,
+                          w.points_found ? nullptr : &w.shafts, [&](uint32_t light, const RGB& L) {
+                            w.add_light(p, light, w.beta[p] * L);
+                            if (w.wants_air) w.air[p].airlight += w.beta[p] * L;
+                          });
   w.add_light(p, trace::no_id, w.beta[p] * air.emitted, false);
-  if (!w.points_found) {
-    shafts.in_scattering({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, &w.shafts,
-                         [&](uint32_t light, const RGB& L) {
-                           w.add_light(p, light, w.beta[p] * L, false);
-                           if (w.wants_air) w.air[p].airlight += w.beta[p] * L;
-                         });
-  }
   if (!shafts.single()) {
     const media::MediumSample& s = air.scattering;
     const RGB beta = w.beta[p] * s.weight;

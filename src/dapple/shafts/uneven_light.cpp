@@ -8,24 +8,31 @@ namespace dapple::shafts {
 using media::RayStrata;
 
 namespace {
-constexpr int turns = 32;            // of a lamp: pieces of half a turn
+constexpr int turns = 16;            // of a lamp: pieces of half a turn
 constexpr float least_seen = 1e-6f;  // of the light of the farthest strata
 }  // namespace
 
-RGB UnevenLight::in_scattering(const Segment& s, const V3f& o, uint64_t key) const {
+RGB UnevenLight::in_scattering(const Segment& s, const V3f& o, uint64_t key, const RayStrata* known) const {
+  if (known && !lit_.planes().is_lamp()) return light_of(*known, s, o);
   const ScanPlanes& planes = lit_.planes();
-  const V3f& axis = planes.frame().n;
   // Beside a lamp pieces are alike in the angle at it.
   std::array<float, turns> also;
   size_t cuts = 0;
-  const V3f lamp = planes.is_lamp() ? planes.settings().eye + axis * planes.settings().lamp : V3f(0, 0, 0);
   if (planes.is_lamp()) {
-    const float nearest = dot(lamp - o, s.d), off = length(lamp - o - s.d * nearest);
+    const V3f way = planes.settings().eye + planes.frame().n * planes.settings().lamp - o;
+    const float nearest = dot(way, s.d), off = length(way - s.d * nearest);
     for (int i = 1; i < turns; ++i) also[cuts++] = nearest + off * std::tan(pi * (float(i) / turns - 0.5f));
   }
   RayStrata strata;
   medium_.stratify(Ray{o, s.d, infinity, 0}, s.end - s.begin, key, {also.data(), cuts}, &strata);
+  return light_of(strata, s, o);
+}
+
+RGB UnevenLight::light_of(const RayStrata& strata, const Segment& s, const V3f& o) const {
   if (strata.count == 0) return {};
+  const ScanPlanes& planes = lit_.planes();
+  const V3f& axis = planes.frame().n;
+  const V3f lamp = planes.is_lamp() ? planes.settings().eye + axis * planes.settings().lamp : V3f(0, 0, 0);
   RGB lit[RayStrata::capacity];
   const int plane = lit_.lit(s, strata.begin, strata.end, strata.count, lit);
   const auto& phase = medium_.phase();

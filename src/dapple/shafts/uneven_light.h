@@ -17,13 +17,15 @@ class UnevenLight {
   UnevenLight(const AirLight& lit, const media::UnevenMedium& medium, std::shared_ptr<const LightDepths> depths)
       : lit_(lit), medium_(medium), depths_(std::move(depths)) {}
 
-  /// As AirLight::in_scattering(), of the ray from o, which is segment.begin from the eye.
-  RGB in_scattering(const Segment& segment, const V3f& o, uint64_t key) const;
+  /// As AirLight::in_scattering(), of the ray from o, which is segment.begin from the eye. known: strata of the ray
+  /// that will do for parallel light; null: none.
+  RGB in_scattering(const Segment& segment, const V3f& o, uint64_t key, const media::RayStrata* known = nullptr) const;
 
   const LightDepths& depths() const { return *depths_; }
   std::shared_ptr<const LightDepths> share_depths() const { return depths_; }
 
  private:
+  RGB light_of(const media::RayStrata& strata, const Segment& segment, const V3f& o) const;
   RGB depth_of(const V3f& P, int plane) const;
 
   const AirLight& lit_;
