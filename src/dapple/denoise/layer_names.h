@@ -28,8 +28,8 @@ struct Picture {
   Layer noisy;   ///< what is read: colour, or what was kept of it before it was denoised
   std::optional<Layer> albedo, normal;
   std::optional<ChannelPlace> depth;
-  std::optional<Layer> motion;      ///< Dapple's AOV
-  std::vector<Layer> light_groups;  ///< Dapple's, "light.NAME"
+  std::optional<Layer> motion, variance;  ///< Dapple's AOVs
+  std::vector<Layer> light_groups;        ///< Dapple's, "light.NAME"
 };
 
 /// Pictures in a file, with the names that renderers give to layers: Dapple (R; noisy.R, albedo.R, normal.X,

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/transfer.h"
 #include "dapple/integrate/motion_tracer.h"
 
@@ -31,6 +32,30 @@ class FilmRows final : public denoise::PixelRows {
   const int group_;  ///< below 0: all
 };
 
+/// Variances of a film's pixels.
+class VarianceRows final : public denoise::PixelRows {
+ public:
+  explicit VarianceRows(const Film& film) : PixelRows(film.width(), film.height()), film_(film) {}
+  void read(int y, int begin, int end, float* out) const override {
+    const V2i corner = film_.settings().crop.min;
+    for (int x = begin; x < end; ++x) {
+      const RGB v = film_.variance(corner.x + x, corner.y + y);
+      for (int i = 0; i < 3; ++i) *out++ = v[i];
+    }
+  }
+
+ private:
+  const Film& film_;
+};
+
+bool tells_variance(const Film& film) {
+  const Box2i& crop = film.settings().crop;
+  for (int y = crop.min.y; y < crop.max.y; ++y)
+    for (int x = crop.min.x; x < crop.max.x; ++x)
+      if (film.samples(x, y) < denoise::least_samples_for_variance) return false;
+  return true;
+}
+
 template <class Triple>
 Image image_of(const std::vector<Triple>& values, int width, int height) {
   Image picture(width, height, 3);
@@ -55,8 +80,8 @@ Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate
 
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 
-DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop,
-                                        float exposure) const {
+DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, StopToken stop, float exposure,
+                                        bool independent) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
   const auto denoised = [&](int group, float group_exposure) {
@@ -66,6 +91,8 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
   DenoisedFrame frame;
   frame.exposure = exposure > 0 ? exposure : denoise::auto_exposure(FilmRows(film, -1));
   frame.colour = denoised(-1, frame.exposure);
+  if (independent && tells_variance(film))
+    denoise::keep_clean_pixels(FilmRows(film, -1), VarianceRows(film), &frame.colour);
   for (int g = 0; g < film.settings().light_groups; ++g) frame.light_groups.push_back(denoised(g, 0));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;

@@ -41,9 +41,10 @@ class FrameDenoiser {
   std::string description() const { return denoiser_.description(); }
   /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel
   /// by pixel, to add up to the whole; where none has light the first gets what there is. May throw Stopped.
-  /// `exposure` 0: denoise::auto_exposure() of the film.
+  /// `exposure` 0: denoise::auto_exposure() of the film. `independent`: its samples are, so that what the network would
+  /// only harm stays (denoise::keep_clean_pixels).
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, StopToken stop = {},
-                           float exposure = 0) const;
+                           float exposure = 0, bool independent = false) const;
 
  private:
   denoise::Denoiser denoiser_;
