@@ -13,6 +13,7 @@ import against_cycles
 import against_povray
 import bare_rays
 import canopy
+import clean
 import common
 import constants
 import equal_time
@@ -32,7 +33,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "live": live, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "live": live, "motion": motion,
               "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 

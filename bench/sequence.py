@@ -94,6 +94,22 @@ def variation(geometry, first, second=None):
     return math.sqrt(max(0, total) / count / 6), count / sum(m.size for m in maps), maps
 
 
+def write_strip(path, geometry, kinds):
+    """Two frames of each kind, and 12 times their second differences."""
+    import numpy as np
+    import OpenImageIO as oiio
+
+    rows = []
+    for lights in kinds:
+        change = np.repeat(np.clip(12 * variation(geometry, lights)[2][0].mean(-1, keepdims=True), 0, 1), 3, -1)
+        rows.append(np.concatenate([lights[1], lights[2], change], 1))
+    pixels = np.ascontiguousarray((255 * np.clip(np.concatenate(rows), 0, 1) + 0.5).astype(np.uint8))
+    out = oiio.ImageOutput.create(str(path))
+    if not out or not out.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], 3, "uint8")) or not out.write_image(pixels):
+        raise RuntimeError(f"{path} could not be written")
+    out.close()
+
+
 def bench(context):
     try:
         import numpy as np
@@ -125,12 +141,15 @@ def bench(context):
     converged, points, _ = variation(geometry[:halved], *cleaned)
     rows, result = [["converged", f"{100 * converged:.3f} %", "", "1.00", ""]], {"converged": converged, "points": points}
 
+    strips = {}
+
     def add(title, lights):
         lights = [shown(light, scale) for light in lights]
         noise = variation(geometry, lights)[0]
         error = math.sqrt(max(0, np.mean([((x - a) * (x - b)).mean() for x, a, b in zip(lights, *halves)])))
         worst = max(variation(geometry[k:k + 3], lights[k:k + 3])[0] for k in range(count - 2))
         rows.append([title, f"{100 * noise:.3f} %", f"{100 * worst:.3f} %", f"{noise / max(converged, 1e-9):.2f}", f"{100 * error:.2f} %"])
+        strips[title] = lights[3:7]
         result[title] = {"variation": noise, "ratio": noise / max(converged, 1e-9), "display_error": error}
 
     add("as rendered", [read_channels(file, "noisy.R", "noisy.G", "noisy.B") for file in geometry])
@@ -140,6 +159,8 @@ def bench(context):
                     context.threads, "-q"])
         add(f"denoised, {n} neighbours each way" if n else "denoised one by one",
             [read_channels(name(f"denoised{n}", f), "R", "G", "B") for f in range(1, count + 1)])
+    if count >= 7:
+        write_strip(context.out / "sequence.png", geometry[3:7], list(strips.values())[:3])
     text = (f"{ROOM}, {size}, {count} frames, preset preview; what changes from frame to frame at the points seen ({100 * points:.0f} % of pixels), "
             f"in displayed values; converged: {halved} frames of {2 * samples} samples, denoised, their noise taken out; display error of {halved} frames.\n\n"
             + common.table(["frames", "temporal variation", "worst three frames", "of converged", "display error"], rows))

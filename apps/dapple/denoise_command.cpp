@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
+#include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/sequence_numbers.h"
 #include "dapple/image/image_writer.h"
@@ -48,7 +49,8 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
     return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.indirect), albedo ? &*albedo : nullptr,
                                   normal ? &*normal : nullptr, {.exposure = exposure});
   };
-  const image::Image whole = without_noise();
+  image::Image whole = without_noise();
+  if (tells_variance(*file, picture)) denoise::keep_clean_pixels(colour, LayerRows(*file, *picture.variance), &whole);
   std::vector<image::Image> groups;
   for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
   denoise::add_up_to(whole, groups);

@@ -65,7 +65,7 @@ void FrameDenoising::trace_features(const scene::Scene& scene, const scene::Film
   feature_seconds_ = timer.seconds();
 }
 
-void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& interrupted,
+void FrameDenoising::denoise(const scene::Film& film, bool independent, const std::atomic<bool>& interrupted,
                              render::OutputSettings* output) {
   const auto say = [&](const std::string& text) { output->metadata.push_back({"dapple/denoised", text}); };
   if (!denoiser_) return say(weights_missing_ ? "no: the weights are missing" : "no");
@@ -74,7 +74,10 @@ void FrameDenoising::denoise(const scene::Film& film, const std::atomic<bool>& i
     const StopToken stop(interrupted);
     stop.check();
     output->denoised = (*denoiser_)(film, output->features ? &*output->features : nullptr,
-                                    int(output->light_groups.size()), stop, exposure_);
+                                    {.light_groups = int(output->light_groups.size()),
+                                     .exposure = exposure_,
+                                     .independent = independent,
+                                     .stop = stop});
     output->metadata.push_back({"dapple/denoiseExposure", output->denoised->exposure});
     const bool crop = output->window || film.settings().crop != Box2i(V2i(0, 0), film.settings().resolution);
     say("by " + denoiser_->description() +

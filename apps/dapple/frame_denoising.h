@@ -24,9 +24,10 @@ class FrameDenoising {
   /// to output->motion.
   void trace_features(const scene::Scene& scene, const scene::Film::Settings& film, int samples, uint32_t pixel_samples,
                       uint64_t seed, render::OutputSettings* output);
-  /// The film without its noise goes to output->denoised; if `interrupted` is set, or becomes so, the image stays as it
-  /// is, which is said.
-  void denoise(const scene::Film& film, const std::atomic<bool>& interrupted, render::OutputSettings* output);
+  /// The film without its noise goes to output->denoised; `independent`: FrameDenoiser. If `interrupted` is set, or
+  /// becomes so, the image stays as it is, which is said.
+  void denoise(const scene::Film& film, bool independent, const std::atomic<bool>& interrupted,
+               render::OutputSettings* output);
 
   bool is_on() const { return denoiser_.has_value(); }
   double feature_seconds() const { return feature_seconds_; }

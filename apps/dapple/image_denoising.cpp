@@ -5,6 +5,7 @@
 
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
+#include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/weights.h"
 
 namespace dapple::app {
@@ -62,7 +63,7 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
   for (const Picture& p : pictures) {
     const auto check = [&](const Layer& layer) { check_window(path, file, layer.part, title(layer), p.colour); };
     check(p.noisy);
-    for (const auto& layer : {p.albedo, p.normal, p.indirect})
+    for (const auto& layer : {p.albedo, p.normal, p.indirect, p.variance, p.motion})
       if (layer) check(*layer);
     for (const Layer& group : p.light_groups) check(group);
   }
@@ -72,6 +73,11 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
 float exposure_of(const ExrFile& file, const Picture& picture) {
   const float told = picture.colour.name.empty() ? file.number("dapple/denoiseExposure").value_or(0) : 0;
   return told > 0 && std::isfinite(told) ? told : 0;
+}
+
+bool tells_variance(const ExrFile& file, const Picture& picture) {
+  return picture.variance && picture.colour.name.empty() && file.number("dapple/independentSamples").value_or(0) == 1 &&
+         file.number("dapple/samples").value_or(0) >= denoise::least_samples_for_variance;
 }
 
 std::string missing_layers(const Picture& picture) {

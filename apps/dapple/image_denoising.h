@@ -49,6 +49,8 @@ std::string title(const denoise::Layer& layer);
 std::vector<denoise::Picture> pictures_of(const std::string& path, const image::ExrFile& file);
 /// Denoiser::Options::exposure, as the header of Dapple's denoised images tells it; else 0.
 float exposure_of(const image::ExrFile& file, const denoise::Picture& picture);
+/// Whether the file has variances of independent samples, and enough of these, as Dapple's path tracer writes them.
+bool tells_variance(const image::ExrFile& file, const denoise::Picture& picture);
 /// "no layer of normals", say.
 std::string missing_layers(const denoise::Picture& picture);
 /// Warns of pixels that are not finite.

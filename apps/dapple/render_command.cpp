@@ -320,7 +320,9 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   bar.finish();
   output.metadata.push_back({"dapple/samples", int(result.samples)});
   output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
-  denoising.denoise(film, interrupts.flag(), &output);
+  const bool independent = integrator->samples_are_independent();
+  if (independent) output.metadata.push_back({"dapple/independentSamples", 1});
+  denoising.denoise(film, independent, interrupts.flag(), &output);
   job.viewer.show(output, film);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
   if (is_partial && result.samples == 0) keep_older_images(o, built, job.outputs, &paths);

@@ -145,8 +145,9 @@ std::optional<M44f> ExrFile::matrix(const std::string& attribute) const {
 }
 
 std::optional<float> ExrFile::number(const std::string& attribute) const {
-  const auto* found = headers_->specs[0].find_attribute(attribute, OIIO::TypeDesc::FLOAT);
-  return found ? std::optional(found->get_float()) : std::nullopt;
+  const auto* found = headers_->specs[0].find_attribute(attribute);
+  if (found && found->type() == OIIO::TypeDesc::INT) return float(found->get_int());
+  return found && found->type() == OIIO::TypeDesc::FLOAT ? std::optional(found->get_float()) : std::nullopt;
 }
 
 std::optional<std::string> ExrFile::text(const std::string& attribute) const {

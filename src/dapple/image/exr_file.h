@@ -47,7 +47,7 @@ class ExrFile {
   void replace(size_t part, const std::array<size_t, 3>& channels, const Image& image);
   /// An attribute of the first part; none where there is no such one of this type.
   std::optional<M44f> matrix(const std::string& attribute) const;
-  std::optional<float> number(const std::string& attribute) const;
+  std::optional<float> number(const std::string& attribute) const;  ///< float or int
   std::optional<std::string> text(const std::string& attribute) const;
   /// In the header of all parts.
   void set_text(const std::string& attribute, const std::string& text);

@@ -130,6 +130,8 @@ class Integrator {
   virtual std::vector<CacheState> caches() const { return {}; }
   /// render() knows the part of light that is indirect (Film::Settings::indirect).
   virtual bool tells_indirect() const { return false; }
+  /// No two camera samples share what they find: the variance of a pixel's samples is that of its error.
+  virtual bool samples_are_independent() const { return false; }
   virtual ShaftTables shaft_tables() const { return {}; }
   /// After the last call of render(): writes what caches did for each pixel, where the film keeps that
   /// (Film::Settings::cache_use). `pixel_samples`: of the work.

@@ -39,13 +39,17 @@ class FrameDenoiser {
 
   bool wants_features() const { return denoiser_.inputs() > 3; }
   std::string description() const { return denoiser_.description(); }
-  /// Indirect light is denoised by itself where the film keeps it (denoise::denoise_apart).
-  /// `features` may be null where they are not wanted. The first `light_groups` of the film, all or none, are denoised
-  /// each by itself and then scaled, pixel by pixel, to add up to the whole; where none has light the first gets what
-  /// there is. May throw Stopped. `exposure` 0:
-  /// denoise::auto_exposure() of the film.
-  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, int light_groups,
-                           StopToken stop = {}, float exposure = 0) const;
+  struct Options {
+    int light_groups = 0;      ///< the first of the film, all or none
+    float exposure = 0;        ///< 0: denoise::auto_exposure() of the film
+    bool independent = false;  ///< Integrator::samples_are_independent(): what the network would only harm stays
+                               ///< (denoise::keep_clean_pixels)
+    StopToken stop{};
+  };
+  /// Indirect light is denoised by itself where the film keeps it (denoise::denoise_apart). `features` may be null
+  /// where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up to
+  /// the whole; where none has light the first gets what there is. May throw Stopped.
+  DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, const Options& options) const;
 
  private:
   denoise::Denoiser denoiser_;

@@ -123,8 +123,10 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
     output.motion = motion_;
   }
   if (network)
-    output.denoised =
-        (*denoiser_)(film, output.features ? &*output.features : nullptr, int(output.light_groups.size()), stop);
+    output.denoised = (*denoiser_)(film, output.features ? &*output.features : nullptr,
+                                   {.light_groups = int(output.light_groups.size()),
+                                    .independent = integrator_->samples_are_independent(),
+                                    .stop = stop});
   return make_output(film, output);
 }
 
