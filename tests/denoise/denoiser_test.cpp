@@ -84,26 +84,26 @@ TEST(Denoiser, IsTheSameForAnyThreads) {
   set_thread_count(0);
 }
 
-// The overlap covers all that the network sees; only the order of sums may differ with the place in a band.
 TEST(Denoiser, PartsAddUp) {
-  const Denoiser denoiser(folder + "rt_hdr_alb_nrm.tza");
+  const denoise::Denoiser denoiser(folder + "rt_hdr_alb_nrm.tza");
   const Picture p = picture();
-  const ImageRows colour(p.colour), albedo(p.albedo), normal(p.normal);
+  const denoise::ImageRows colour(p.colour), albedo(p.albedo), normal(p.normal);
   const auto apart = [&](const Image& part) {
-    return denoise_apart(denoiser, colour, ImageRows(part), &albedo, &normal, {});
+    return denoise::denoise_apart(denoiser, colour, denoise::ImageRows(part), &albedo, &normal, {});
   };
   const Image whole = denoiser(p.colour, &p.albedo, &p.normal);
   EXPECT_TRUE(same(apart(plain(p.colour.width(), p.colour.height(), 0)), whole));  // no such part
   EXPECT_TRUE(same(apart(p.colour), whole));                                       // nothing else
   Image half = p.colour;
   for (float& v : half.pixels()) v *= .5f;
-  Denoiser::Options exposed;
-  exposed.exposure = auto_exposure(colour);
+  denoise::Denoiser::Options exposed;
+  exposed.exposure = denoise::auto_exposure(colour);
   const Image of_half = denoiser(half, &p.albedo, &p.normal, exposed), both = apart(half);
   for (size_t i = 0; i < both.pixels().size(); ++i) ASSERT_EQ(both.pixels()[i], 2 * of_half.pixels()[i]) << i;
   EXPECT_THROW(apart(plain(p.colour.width(), p.colour.height() + 1, 0)), UsageError);
 }
 
+// The overlap covers all that the network sees; only the order of sums may differ with the place in a band.
 TEST(Denoiser, TilesShowNoSeams) {
   Image colour(300, 40, 3);
   for (int y = 0; y < 40; ++y)
