@@ -45,8 +45,8 @@ void denoise_picture(const std::string& path, const Picture& picture, Networks& 
   };
   const float exposure = exposure_of(*file, picture);
   const auto without_noise = [&] {
-    if (!picture.indirect) return denoised(colour, exposure);
-    return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.indirect), albedo ? &*albedo : nullptr,
+    if (!picture.direct) return denoised(colour, exposure);
+    return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.direct), albedo ? &*albedo : nullptr,
                                   normal ? &*normal : nullptr, {.exposure = exposure});
   };
   image::Image whole = without_noise();

@@ -63,7 +63,7 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
   for (const Picture& p : pictures) {
     const auto check = [&](const Layer& layer) { check_window(path, file, layer.part, title(layer), p.colour); };
     check(p.noisy);
-    for (const auto& layer : {p.albedo, p.normal, p.indirect, p.variance, p.motion})
+    for (const auto& layer : {p.albedo, p.normal, p.direct, p.variance, p.motion})
       if (layer) check(*layer);
     for (const Layer& group : p.light_groups) check(group);
   }

@@ -210,7 +210,7 @@ scene::Film::Settings film_settings(const scene::Film::Settings& film, const sce
   s.features = std::any_of(output.aovs.begin(), output.aovs.end(), render::from_film);
   s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
   s.cache_use = request.log_caches;
-  s.indirect = render::keeps_indirect(integrator, output.aovs, denoises);
+  s.direct = render::keeps_direct(integrator, output.aovs, denoises);
   s.air = render::show_air(output.aovs);
   return s;
 }

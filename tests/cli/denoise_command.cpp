@@ -117,11 +117,11 @@ TEST_F(DenoiseCommand, GivesWhatRenderGives) {
                       60)
         .exit_code;
   };
-  ASSERT_EQ(render("noisy.exr", "off", "albedo,normal,indirect,depth"), 0);
+  ASSERT_EQ(render("noisy.exr", "off", "albedo,normal,direct,depth"), 0);
   ASSERT_EQ(render("render.exr", "on", "depth"), 0);
   ASSERT_EQ(denoise("noisy.exr", "out.exr", {"--threads", "3"}).exit_code, 0);
   ASSERT_EQ(run_dapple({"render", cornell, "-o", file("full.exr"), "--integrator", "path", "--pixel-samples", "2",
-                        "--resolution", "60x44", "--float", "--denoise", "on", "--aov", "albedo,normal,indirect"},
+                        "--resolution", "60x44", "--float", "--denoise", "on", "--aov", "albedo,normal,direct"},
                        60)
                 .exit_code,
             0);

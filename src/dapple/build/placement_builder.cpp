@@ -131,6 +131,7 @@ void PlacementBuilder::place(const PlacementsEntity& p, int32_t owner) {
       set.add(rows);
     }
     fingerprint_ = hash_bytes({reinterpret_cast<const char*>(chunk.rows.data()), chunk.rows.size()}, fingerprint_);
+    fingerprint_ = hash_bytes({reinterpret_cast<const char*>(&chunk.origin), sizeof chunk.origin}, fingerprint_);
     file.drop(chunk);
   }
   add(p.object, std::move(set), owner, p.loc);

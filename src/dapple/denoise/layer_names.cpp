@@ -19,7 +19,7 @@ constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "alb
 constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal",
                                         "normals",         "shadingnormal", "nn", "n"};
 
-constexpr std::string_view motions[] = {"motion"}, indirects[] = {"indirect"}, variances[] = {"variance"};
+constexpr std::string_view motions[] = {"motion"}, directs[] = {"direct"}, variances[] = {"variance"};
 constexpr std::string_view depths[] = {"z", "depth", "depthz", "depthv"};  // channels
 
 std::string plain(std::string_view name) {
@@ -112,7 +112,7 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
                     find(layers, &view, normals),
                     find_depth(file, view),
                     find(layers, &view, motions),
-                    find(layers, &view, indirects),
+                    find(layers, &view, directs),
                     find(layers, &view, variances),
                     {}};
     if (view.empty())

@@ -29,7 +29,7 @@ struct Picture {
   std::optional<Layer> albedo, normal;
   std::optional<ChannelPlace> depth;
   std::optional<Layer> motion;      ///< Dapple's AOV
-  std::optional<Layer> indirect;    ///< likewise: the part of noisy that is indirect light
+  std::optional<Layer> direct;      ///< likewise: the part of noisy that is direct light
   std::optional<Layer> variance;    ///< likewise
   std::vector<Layer> light_groups;  ///< Dapple's, "light.NAME"
 };

@@ -128,8 +128,8 @@ class Integrator {
   virtual void begin_again() const {}
   /// The caches, without their counts.
   virtual std::vector<CacheState> caches() const { return {}; }
-  /// render() knows the part of light that is indirect (Film::Settings::indirect).
-  virtual bool tells_indirect() const { return false; }
+  /// render() knows the part of light that is direct (Film::Settings::direct).
+  virtual bool tells_direct() const { return false; }
   /// No two camera samples share what they find: the variance of a pixel's samples is that of its error.
   virtual bool samples_are_independent() const { return false; }
   virtual ShaftTables shaft_tables() const { return {}; }

@@ -382,14 +382,15 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
   const Box3f bulk = trace::bulk_bounds(scene_.traced);
   const float extent =
       bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
-  // Where all is even, nothing is seen beyond so many lengths.
-  if (is_even() && !is_orthographic())
+  // Where all is even around the camera, nothing is seen beyond so many lengths.
+  const bool inside = scene_.camera_medium == out_.medium;
+  if (is_even() && !is_orthographic() && inside && !bounded_)
     farthest = std::min(farthest, opaque_depth / std::max(closed_->sigma_t().min(), 1e-30f));
   s.farthest = std::max(farthest, 1e-6f);
   s.nearest = is_orthographic() ? s.farthest * even_over_all
                                 : std::max(std::min(s.farthest, extent) * even_part, s.farthest * 1e-9f);
   // Nor before it begins.
-  if (uneven_) {
+  if (!box.isEmpty() && (uneven_ || !inside)) {
     V3f near;
     for (int k = 0; k < 3; ++k) near[k] = std::clamp(s.eye[k], box.min[k], box.max[k]);
     s.nearest = std::max(s.nearest, length(near - s.eye));

@@ -90,6 +90,7 @@ PatternMedium::PatternMedium(Content content, const Transform& medium_to_world, 
   const bool constant = content_.sigma_a.constant() && content_.sigma_s.constant();
   const float sum = constant ? (*content_.sigma_a.constant() + *content_.sigma_s.constant()).max()
                              : bounds_[absorption] + bounds_[scattering];
+  across_ = length(bounds().size());
   majorant_ = sum * bounds_[density] * (1 + 1e-6f);  // above what products round up to
 }
 
@@ -213,7 +214,7 @@ int PatternMedium::stretches(const Ray& ray, float t_max, Stretch* out) const {
       !clip(world_to_medium_.point(ray.o), world_to_medium_.vector(ray.d), content_.box, &first, &end))
     return 0;
   constexpr int most = most_strata / 2;
-  const float across = length(bounds().size());
+  const float across = across_;
   const int n = std::clamp(int(std::ceil(float(most) * (end - first) / across)), 1, most);
   const auto edge = [&](int i) { return i == n ? end : first + (end - first) * float(i) / float(n); };
   for (int i = 0; i < n; ++i) out[i] = {edge(i), edge(i + 1), majorant_};

@@ -75,6 +75,7 @@ class PatternMedium final : public UnevenMedium {
   Transform world_to_medium_;
   float bounds_[parameter_count];
   float majorant_;
+  float across_;  ///< diagonal of bounds()
   std::string name_;
   mutable Count counts_[parameter_count];
   mutable std::atomic<uint64_t> exhausted_{0};

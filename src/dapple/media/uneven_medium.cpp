@@ -82,8 +82,10 @@ void UnevenMedium::stratify(const Ray& ray, float t_max, uint64_t key, std::span
     }
     close(end);
   };
-  // x counts pieces: piece k is where it is in [k, k + 1].
-  const float pieces = float(std::clamp(2 * n, least_strata, most_strata));
+  // x counts pieces: piece k is where it is in [k, k + 1]. Within one, weakening towards the eye and towards the light
+  // count as independent: none is to be much deeper than a half.
+  const int by_depth = int(std::min(2 * depth, float(most_strata)));
+  const float pieces = float(std::clamp(std::max(2 * n, by_depth), least_strata, most_strata));
   float x = 0;
   for (int i = 0; i < n; ++i) {
     const Stretch& part = stretch[i];

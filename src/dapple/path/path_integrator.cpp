@@ -103,7 +103,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
       trace_camera_rays(w);
       for (int p = 0; p < w.path_count; ++p)
         film.add(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.L[p], w.features[p], w.parts(p),
-                 w.indirect[p]);
+                 w.direct[p]);
       for (int p = 0; p < w.path_count && w.wants_air; ++p)
         film.add_air(w.camera.pixel[p].x, w.camera.pixel[p].y, w.camera.film_weight[p], w.air[p]);
     });
@@ -240,7 +240,7 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   if (flights_.is_straight(p, w)) return flights_.arrive(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const media::MediumSample& s = w.flown[i];
-  w.add_light(p, no_id, w.beta[p] * s.emitted, w.after_diffuse[p]);
+  w.add_light(p, no_id, w.beta[p] * s.emitted, false);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
@@ -277,7 +277,7 @@ void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWork
                         emitters::light_pdf(drawn, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
       weight = power_heuristic(w.bsdf_pdf[p], pdf);
     }
-    w.add_light(p, index, w.beta[p] * Le * weight, w.after_diffuse[p]);
+    w.add_light(p, index, w.beta[p] * Le * weight, w.finds_direct(p));
   }
 }
 
@@ -291,7 +291,7 @@ void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoin
     const float pdf = flights_.light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
-  w.add_light(p, index, w.beta[p] * Le * weight, w.after_diffuse[p]);
+  w.add_light(p, index, w.beta[p] * Le * weight, w.finds_direct(p));
 }
 
 void PathIntegrator::prelight(PathWorkspace& w) const {
@@ -405,7 +405,7 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
   w.add_light(p, no_id,
               w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
                                              : bsdf.albedo() * E.front * inv_pi),
-              true);
+              false);
 }
 
 // Where a path ends: the canopy's light, and at some of these points that of one light.
@@ -553,7 +553,7 @@ void PathIntegrator::trace_shadows(PathWorkspace& w) const {
   w.rays.shadow += uint64_t(w.shadow_count - masked);
   for (int i = 0; i < w.shadow_count; ++i)
     if (!w.shadow_light[i].is_black())
-      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i], w.shadow_indirect[i]);
+      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i], w.shadow_direct[i]);
 }
 
 }  // namespace dapple::path

@@ -52,7 +52,7 @@ class PathIntegrator final : public integrate::Integrator {
   std::unique_ptr<Workspace> make_workspace() const override;
   void render(const integrate::TileWork& work, Workspace& workspace, scene::Film& film) const override;
   std::vector<integrate::CacheState> caches() const override;
-  bool tells_indirect() const override { return true; }
+  bool tells_direct() const override { return true; }
   bool samples_are_independent() const override { return !ends_in_cache(); }
   integrate::ShaftTables shaft_tables() const override { return flights_.tables(); }
   bool ends_in_cache() const { return bool(ends_); }

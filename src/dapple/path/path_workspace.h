@@ -48,8 +48,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   scene::Features features[capacity];
   bool wants_air = false;
   scene::AirFeatures air[capacity];
-  RGB indirect[capacity];        ///< the part of L that is (scene::Film::add)
-  bool after_diffuse[capacity];  ///< what shines where the ray ends is such light
+  RGB direct[capacity];          ///< the part of L that is (scene::Film::add)
+  bool after_diffuse[capacity];  ///< what shines where the ray ends was scattered diffusely before the last scattering
 
   // The parts of L by groups of lights, where the film keeps them.
   int group_count = 0;
@@ -108,7 +108,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
   RGB shadow_light[capacity];   ///< fraction that arrives
-  bool shadow_indirect[capacity];
+  bool shadow_direct[capacity];
   integrate::RayTracer::Scratch shadow_scratch;
 
   // Random numbers of a step, by dimension and point.
@@ -121,17 +121,18 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
     group_count = count;
     group_L.resize(size_t(count) * capacity);
   }
+  /// What the path's ray meets that shines lights what sent the ray: shadow rays could have found it.
+  bool finds_direct(int p) const { return bsdf_pdf[p] > 0 && !after_diffuse[p]; }
   /// Adds what path p brings of a light; trace::no_id: of none, media say.
-  void add_light(int p, uint32_t light, const RGB& brought, bool is_indirect) {
+  void add_light(int p, uint32_t light, const RGB& brought, bool is_direct) {
     L[p] += brought;
-    if (is_indirect) indirect[p] += brought;
+    if (is_direct) direct[p] += brought;
     if (group_count > 0)
       group_L[size_t(p * group_count + (light == trace::no_id ? 0 : groups->of_light[light]))] += brought;
   }
   /// The same of indirect light whose parts by group are known.
   void add_light(int p, const RGB& weight, const integrate::LightSums& light, int i) {
     L[p] += weight * light[i];
-    indirect[p] += weight * light[i];
     const std::span<const RGB> of = light.parts(i);
     for (int g = 0; g < std::min(group_count, int(of.size())); ++g)
       group_L[size_t(p * group_count + g)] += weight * of[size_t(g)];
@@ -139,7 +140,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   std::span<const RGB> parts(int p) const { return {group_L.data() + p * group_count, size_t(group_count)}; }
 
   void start_path(int p) {
-    L[p] = indirect[p] = RGB();
+    L[p] = direct[p] = RGB();
     std::fill_n(group_L.begin() + p * group_count, group_count, RGB());
     ray_number[p] = 0;
     straight[p].all = 0;
@@ -177,7 +178,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   void push_shadow(int p, uint32_t light, const V3f& o, const V3f& Ng, const V3f& d, float distance, RGB contribution,
                    int32_t in_medium) {
     shadow_source[shadow_count] = light;
-    shadow_indirect[shadow_count] = diffuse_depth[p] > 0;
+    shadow_direct[shadow_count] = diffuse_depth[p] == 0;
     shadow_medium[shadow_count] = in_medium;
     shadow_normal[shadow_count] = Ng;
     shadow.set(shadow_count, o, d, distance, time[p], next_key(p), cone_width[p], cone_spread[p]);

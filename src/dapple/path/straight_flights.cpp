@@ -19,7 +19,7 @@ bool StraightFlights::arrive(int i, PathWorkspace& w) const {
   const media::MediumCrossing air =
       shafts.look_through({ray.o, ray.d, length, w.camera.seed[p], w.camera.index[p]}, ray.time, w.beta[p], key,
                           w.points_found ? nullptr : &w.shafts, [&](uint32_t light, const RGB& L) {
-                            w.add_light(p, light, w.beta[p] * L, false);
+                            w.add_light(p, light, w.beta[p] * L, true);
                             if (w.wants_air) w.air[p].airlight += w.beta[p] * L;
                           });
   w.add_light(p, trace::no_id, w.beta[p] * air.emitted, false);

@@ -15,18 +15,18 @@ using scene::Film;
 
 namespace {
 
-/// A film's picture, the part of it that is indirect light, or that of a light group.
+/// A film's picture, the part of it that is direct light, or that of a light group.
 class FilmRows final : public denoise::PixelRows {
  public:
-  static constexpr int all = -1, indirect = -2;
+  static constexpr int all = -1, direct = -2;
   FilmRows(const Film& film, int part) : PixelRows(film.width(), film.height()), film_(film), part_(part) {}
   void read(int y, int begin, int end, float* out) const override {
     const V2i corner = film_.settings().crop.min;
     for (int x = begin; x < end; ++x) {
       const int px = corner.x + x, py = corner.y + y;
-      const RGB c = part_ == all        ? film_.pixel(px, py)
-                    : part_ == indirect ? film_.indirect(px, py)
-                                        : film_.light_group(px, py, part_);
+      const RGB c = part_ == all      ? film_.pixel(px, py)
+                    : part_ == direct ? film_.direct(px, py)
+                                      : film_.light_group(px, py, part_);
       for (int i = 0; i < 3; ++i) *out++ = c[i];
     }
   }
@@ -92,8 +92,8 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
   DenoisedFrame frame;
   frame.exposure = options.exposure > 0 ? options.exposure : denoise::auto_exposure(all);
   const denoise::Denoiser::Options of_all{.exposure = frame.exposure, .stop = options.stop};
-  frame.colour = film.settings().indirect && !film.has_gains()
-                     ? denoise::denoise_apart(denoiser_, all, FilmRows(film, FilmRows::indirect), a, n, of_all)
+  frame.colour = film.settings().direct && !film.has_gains()
+                     ? denoise::denoise_apart(denoiser_, all, FilmRows(film, FilmRows::direct), a, n, of_all)
                      : denoiser_(all, a, n, of_all);
   if (options.independent && !film.has_gains() && tells_variance(film))
     denoise::keep_clean_pixels(all, VarianceRows(film), &frame.colour);

@@ -46,7 +46,8 @@ class FrameDenoiser {
                                ///< (denoise::keep_clean_pixels)
     StopToken stop{};
   };
-  /// Indirect light is denoised by itself where the film keeps it (denoise::denoise_apart). `features` may be null
+  /// Direct light is denoised by itself where the film keeps it and no gains change it (denoise::denoise_apart); with
+  /// gains nothing is kept clean either. `features` may be null
   /// where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up to
   /// the whole; where none has light the first gets what there is. May throw Stopped.
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, const Options& options) const;

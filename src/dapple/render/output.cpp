@@ -58,7 +58,7 @@ struct Pixel {
   scene::CacheFeatures cache() const { return film.cache_features(x, y); }
 };
 
-enum class AovKind : uint8_t { features, motion, film, indirect, air, cache };
+enum class AovKind : uint8_t { features, motion, film, direct, air, cache };
 
 /// A layer that --aov names.
 struct Aov {
@@ -99,11 +99,11 @@ const std::vector<Aov>& all_aovs() {
        {"shading_rate"},
        full,
        [](const Pixel& p, float* out) { *out = p.seen().grid.shading_rate; }},
-      {"indirect",
-       AovKind::indirect,
-       {"indirect.R", "indirect.G", "indirect.B"},
+      {"direct",
+       AovKind::direct,
+       {"direct.R", "direct.G", "direct.B"},
        {},
-       [](const Pixel& p, float* out) { put(p.film.indirect(p.x, p.y), out); }},
+       [](const Pixel& p, float* out) { put(p.film.direct(p.x, p.y), out); }},
       {"airlight",
        air,
        {"airlight.R", "airlight.G", "airlight.B"},
@@ -183,8 +183,8 @@ const std::vector<std::string>& air_aov_names() {
   return names;
 }
 
-bool show_indirect(const std::vector<std::string>& aovs) {
-  return std::find(aovs.begin(), aovs.end(), "indirect") != aovs.end();
+bool show_direct(const std::vector<std::string>& aovs) {
+  return std::find(aovs.begin(), aovs.end(), "direct") != aovs.end();
 }
 
 bool show_motion(const std::vector<std::string>& aovs) {
@@ -192,7 +192,7 @@ bool show_motion(const std::vector<std::string>& aovs) {
 }
 
 bool from_film(const std::string& aov) {
-  return aov != "albedo" && aov != "normal" && aov != "motion" && aov != "indirect";
+  return aov != "albedo" && aov != "normal" && aov != "motion" && aov != "direct";
 }
 
 bool show_air(const std::vector<std::string>& aovs) {
@@ -208,7 +208,7 @@ bool show_cache_use(const std::vector<std::string>& aovs) {
 std::vector<std::string> parse_aovs(const std::string& list) {
   std::vector<std::string> known = aov_names(), chosen;
   known.push_back("motion");
-  known.push_back("indirect");
+  known.push_back("direct");
   known.insert(known.end(), air_aov_names().begin(), air_aov_names().end());
   known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {

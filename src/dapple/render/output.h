@@ -25,7 +25,7 @@ std::vector<std::string> parse_aovs(const std::string& list);
 bool from_film(const std::string& aov);
 /// Whether these need OutputSettings::motion, Film::Settings::air, Film::Settings::cache_use.
 bool show_motion(const std::vector<std::string>& aovs);
-bool show_indirect(const std::vector<std::string>& aovs);
+bool show_direct(const std::vector<std::string>& aovs);
 bool show_air(const std::vector<std::string>& aovs);
 bool show_cache_use(const std::vector<std::string>& aovs);
 

@@ -49,12 +49,12 @@ StopRules make_rules(const PictureRequest& asked, const build::IntegratorRequest
 
 Picture::~Picture() = default;
 
-bool keeps_indirect(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises) {
-  if (show_indirect(aovs) && !integrator.tells_indirect())
+bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises) {
+  if (show_direct(aovs) && !integrator.tells_direct())
     throw UsageError(
-        "layer indirect needs camera samples that are traced as paths, as path, canopy and the presets draft and "
+        "layer direct needs camera samples that are traced as paths, as path, canopy and the presets draft and "
         "preview of distribution do");
-  return integrator.tells_indirect() && (denoises || show_indirect(aovs));
+  return integrator.tells_direct() && (denoises || show_direct(aovs));
 }
 
 Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
@@ -85,7 +85,7 @@ scene::Film Picture::make_film() const {
   s.features = std::any_of(asked_.aovs.begin(), asked_.aovs.end(), from_film);
   s.light_groups = film_groups_;
   s.cache_use = request_.log_caches;
-  s.indirect = keeps_indirect(*integrator_, asked_.aovs, denoises());
+  s.direct = keeps_direct(*integrator_, asked_.aovs, denoises());
   s.air = show_air(asked_.aovs);
   scene::Film film(s);
   if (film_groups_ > 0) film.set_gains(built_.scene->light_groups.gains);

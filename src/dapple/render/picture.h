@@ -22,9 +22,9 @@ struct PictureRequest {
   double time_limit = 0, noise_target = 0;  ///< StopRules
 };
 
-/// Film::Settings::indirect: for its layer, or to be denoised by itself. UsageError for the layer where the integrator
+/// Film::Settings::direct: for its layer, or to be denoised by itself. UsageError for the layer where the integrator
 /// does not know it.
-bool keeps_indirect(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises);
+bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises);
 
 /// All between a built scene and a picture with its layers: integrator, rules, film, albedo and normals, denoising. The
 /// scene outlives it; it is what `dapple render` does of the same options.

@@ -28,7 +28,8 @@ WatchedScene::WatchedScene(const std::string& path, const build::BuildOptions& o
       diagnostics_(diagnostics),
       description_(read(path, options, diagnostics)),
       scene_(description_, options, diagnostics),
-      stamps_(stamps()) {}
+      stamps_(stamps()),
+      built_(stamps_) {}
 
 WatchedScene::Stamps WatchedScene::stamps() const {
   Stamps all;
@@ -43,7 +44,8 @@ WatchedScene::Stamps WatchedScene::stamps() const {
 }
 
 build::Changes WatchedScene::reload() {
-  const Stamps before = std::exchange(stamps_, stamps());
+  stamps_ = stamps();
+  const Stamps& before = built_;
   scenefile::SceneDescription fresh = read(path_, options_, diagnostics_);
   build::Changes changes = build::difference(description_, fresh);
   const auto is_text = [&](const std::string& path) {
@@ -67,7 +69,7 @@ build::Changes WatchedScene::reload() {
   Stamps now = stamps();
   for (auto& [path, stamp] : now)
     if (const auto known = stamps_.find(path); known != stamps_.end()) stamp = known->second;
-  stamps_ = std::move(now);
+  stamps_ = built_ = std::move(now);
   return changes;
 }
 

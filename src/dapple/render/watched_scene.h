@@ -36,7 +36,8 @@ class WatchedScene {
   Diagnostics& diagnostics_;
   scenefile::SceneDescription description_;
   build::EditableScene scene_;
-  Stamps stamps_;
+  Stamps stamps_;  ///< when it was looked at last
+  Stamps built_;   ///< of what is built: what changed before an error still counts
 };
 
 }  // namespace dapple::render

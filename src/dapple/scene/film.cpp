@@ -27,11 +27,11 @@ Film::Film(const Settings& settings) : settings_(settings) {
   group_sums_.resize(count * size_t(settings.light_groups));
   if (settings.cache_use) cache_features_.resize(count);
   if (settings.air) air_.resize(count);
-  if (settings.indirect) indirect_.resize(count);
+  if (settings.direct) direct_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups,
-               const RGB& indirect) {
+               const RGB& direct) {
   Pixel& p = pixels_[index(x, y)];
   ++p.samples;
   RGB L = radiance;
@@ -55,7 +55,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   }
   RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
   for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
-  if (!indirect_.empty() && scale > 0) indirect_[index(x, y)] += indirect * (weight * scale);
+  if (!direct_.empty() && scale > 0) direct_[index(x, y)] += direct * (weight * scale);
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
@@ -166,9 +166,9 @@ RGB Film::light_group(int x, int y, int group) const {
   return mean_of(sum, weight);
 }
 
-RGB Film::indirect(int x, int y) const {
+RGB Film::direct(int x, int y) const {
   const double weight = pixels_[index(x, y)].weight;
-  return weight == 0 ? RGB() : mean_of(indirect_[index(x, y)], weight);
+  return weight == 0 ? RGB() : mean_of(direct_[index(x, y)], weight);
 }
 
 Film::Noise Film::noise(const Box2i& pixels) const {
@@ -208,8 +208,7 @@ double Film::mean_samples() const {
 
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(RGB) +
-         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) +
-         indirect_.size() * sizeof(RGB);
+         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) + direct_.size() * sizeof(RGB);
 }
 
 }  // namespace dapple::scene

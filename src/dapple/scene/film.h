@@ -58,7 +58,7 @@ class Film {
     int light_groups = 0;    ///< images beside the picture, one for each group of lights, whose sum it is
     bool cache_use = false;  ///< keep what the radiosity cache did
     bool air = false;        ///< keep AirFeatures
-    bool indirect = false;   ///< keep the part of radiance that is indirect light
+    bool direct = false;     ///< keep the part of radiance that is direct light
   };
 
   Film() = default;
@@ -66,9 +66,10 @@ class Film {
 
   /// Adds one camera sample. L in scene units. NaN, infinite and negative samples are counted and dropped; numbers of
   /// features that are not finite are counted and become 0. `groups`: the parts of L, as many as the settings say.
-  /// `indirect`: the part of L that a diffuse scattering sent on to where it was scattered again.
+  /// `direct`: the part of L that light sources sent straight to where it was scattered towards the camera, with only
+  /// mirroring in between.
   void add(int x, int y, float weight, const RGB& L, const Features& features, std::span<const RGB> groups = {},
-           const RGB& indirect = {});
+           const RGB& direct = {});
 
   /// Of the camera sample of such a weight, once a sample, with Settings::air. Light is scaled as radiance is.
   void add_air(int x, int y, float weight, const AirFeatures& air);
@@ -88,7 +89,7 @@ class Film {
   Features features(int x, int y) const;
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
-  RGB indirect(int x, int y) const;  ///< with Settings::indirect; gains do not count
+  RGB direct(int x, int y) const;  ///< with Settings::direct; gains do not count
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
@@ -137,7 +138,7 @@ class Film {
   std::vector<RGB> group_sums_;  ///< by pixel and group, before white balance
   std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
-  std::vector<RGB> indirect_;  ///< sums, before white balance
+  std::vector<RGB> direct_;  ///< sums, before white balance
 };
 
 }  // namespace dapple::scene

@@ -21,9 +21,10 @@ constexpr size_t max_includes = 100000;
 // whose numbers differ, has more for each; that of one line a million times has a small part of one. Instances are
 // compact, and are not counted.
 constexpr size_t free_directives = size_t(1) << 18, bytes_a_directive = 4;
-constexpr std::array<std::string_view, 12> kept_directives = {
-    "AreaLightSource", "Attribute", "Edit",        "LightGroup", "LightSource", "MakeNamedMaterial",
-    "MakeNamedMedium", "Material",  "ObjectBegin", "Remove",     "Shape",       "Texture"};
+constexpr std::array<std::string_view, 13> kept_directives = {
+    "AreaLightSource", "Attribute", "Edit",        "LightGroup",      "LightSource", "MakeNamedMaterial",
+    "MakeNamedMedium", "Material",  "ObjectBegin", "ObjectInstances", "Remove",      "Shape",
+    "Texture"};
 
 }  // namespace
 

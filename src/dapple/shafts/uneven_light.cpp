@@ -64,7 +64,8 @@ RGB UnevenLight::depth_of(const V3f& P, int plane) const {
     if (!(known > 0) || !(known < infinity)) return depth;
     entry = lamp + d * known;
   } else {
-    const float height = dot(P - s.eye, axis), u = length(P - s.eye - axis * height);
+    const float height = dot(P - s.eye, axis),
+                u = planes.is_sheaf() ? dot(P - s.eye, planes.across(plane)) : length(P - s.eye - axis * height);
     const float known = planes.entry(plane)[std::min(planes.bin_of(u), planes.bins() - 1)];
     if (known == 0 || !(known < infinity)) return depth;
     entry = P + axis * (-known - height);

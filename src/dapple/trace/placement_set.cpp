@@ -29,7 +29,7 @@ class Curve {
     for (int k = 0; k < 3; ++k) {
       const float extent = box.max[k] - box.min[k];
       most_[k] = std::ldexp(1.0f, bits[k]);
-      cells_[k] = extent > 0 ? most_[k] / extent : 0;
+      cells_[k] = extent > 1e-20f ? most_[k] / extent : 0;
       top_[k] = bits[k] - 1;
     }
   }
