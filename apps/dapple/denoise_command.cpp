@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
-#include <optional>
 
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
-#include "dapple/denoise/clean_pixels.h"
-#include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/sequence_numbers.h"
 #include "dapple/image/image_writer.h"
 #include "denoise_sequence.h"
@@ -21,8 +18,6 @@ namespace dapple::app {
 
 namespace {
 
-using denoise::Denoiser;
-using denoise::Layer;
 using denoise::Picture;
 using image::ExrFile;
 
@@ -32,33 +27,6 @@ struct DenoiseOptions {
   int threads = 0;
   bool quiet = false;
 };
-
-void denoise_picture(const std::string& path, const Picture& picture, Networks& networks, ExrFile* file) {
-  const Denoiser& network = networks.for_picture(path, *file, picture);
-  std::optional<LayerRows> albedo, normal;
-  const LayerRows colour(*file, picture.noisy);
-  if (network.inputs() > 3) albedo.emplace(*file, *picture.albedo);
-  if (network.inputs() > 6) normal.emplace(*file, *picture.normal);
-  warn_of_odd(path, picture.noisy, colour);
-  const auto denoised = [&](const denoise::PixelRows& rows, float exposure) {
-    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.exposure = exposure});
-  };
-  const float exposure = exposure_of(*file, picture);
-  const auto without_noise = [&] {
-    if (!picture.direct) return denoised(colour, exposure);
-    return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.direct), albedo ? &*albedo : nullptr,
-                                  normal ? &*normal : nullptr, {.exposure = exposure});
-  };
-  image::Image whole = without_noise();
-  if (tells_variance(*file, picture)) denoise::keep_clean_pixels(colour, LayerRows(*file, *picture.variance), &whole);
-  std::vector<image::Image> groups;
-  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
-  denoise::add_up_to(whole, groups);
-  file->replace(picture.colour.part, picture.colour.channels, whole);
-  for (size_t g = 0; g < groups.size(); ++g)
-    file->replace(picture.light_groups[g].part, picture.light_groups[g].channels, groups[g]);
-  file->set_text("dapple/denoised", "by " + network.description());
-}
 
 int denoise_file(const DenoiseOptions& o) {
   const Timer timer;
@@ -71,7 +39,9 @@ int denoise_file(const DenoiseOptions& o) {
   const std::vector<Picture> pictures = pictures_of(o.input, file);
   std::string done;
   for (const Picture& picture : pictures) {
-    denoise_picture(o.input, picture, networks, &file);
+    warn_of_odd(o.input, picture.noisy, LayerRows(file, picture.noisy));
+    const std::string by = denoise_picture(o.input, picture, networks, &file);
+    file.set_text("dapple/denoised", "by " + by);
     done += (done.empty() ? "" : ", ") + title(picture.colour);
   }
   interrupts.begin_writing({o.output});

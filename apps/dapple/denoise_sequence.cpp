@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "dapple/base/log.h"
@@ -119,30 +120,41 @@ class Sequence {
                               o.neighbours, frames.step, [this, p](size_t i) { return load(i, p); });
   }
 
-  /// Denoises frame i and writes it to `path`. Returns the share of its neighbours that counts.
-  double write(size_t i, const std::string& path, Interrupts* interrupts) {
-    std::vector<SequenceDenoiser::Result> results;
-    double share = 0;
+  /// Denoises frame i and writes it to `path`. Returns what was done.
+  std::string write(size_t i, const std::string& path, Interrupts* interrupts) {
+    std::vector<std::optional<SequenceDenoiser::Result>> results;
     for (SequenceDenoiser& denoiser : denoisers_) {
-      results.push_back(denoiser(i));
-      share += results.back().share / double(denoisers_.size());
+      results.emplace_back();
+      if (denoiser.has_neighbours(i))
+        results.back() = denoiser(i);
+      else
+        denoiser.skip(i);
     }
     ExrFile file(frames_.paths[i]);
     const std::vector<Picture> pictures = checked(i, file);
+    std::string by;
+    double share = 0;
+    bool alone = true;
     for (size_t p = 0; p < pictures.size(); ++p) {
-      file.replace(pictures[p].colour.part, pictures[p].colour.channels, results[p].colour);
+      if (!results[p]) {
+        by = denoise_picture(frames_.paths[i], pictures[p], networks_, &file);
+        continue;
+      }
+      file.replace(pictures[p].colour.part, pictures[p].colour.channels, results[p]->colour);
       for (size_t g = 0; g < pictures[p].light_groups.size(); ++g) {
         const Layer& group = pictures[p].light_groups[g];
-        file.replace(group.part, group.channels, results[p].light_groups[g]);
+        file.replace(group.part, group.channels, results[p]->light_groups[g]);
       }
+      by = networks_.for_picture(frames_.paths[i], file, pictures[p]).description();
+      share += results[p]->share / double(pictures.size());
+      alone = false;
     }
-    file.set_text("dapple/denoised", "by " + networks_.for_picture(frames_.paths[i], file, pictures[0]).description() +
-                                         ", and by its neighbours: " + std::to_string(int(100 * share + .5)) +
-                                         " % of them");
+    const std::string percent = std::to_string(int(100 * share + .5));
+    file.set_text("dapple/denoised", "by " + by + (alone ? "" : ", and by its neighbours: " + percent + " % of them"));
     interrupts->begin_writing({path});
     file.write(path);
     interrupts->end_writing();
-    return share;
+    return alone ? "denoised by itself" : percent + " % of its neighbours count";
   }
 
  private:
@@ -212,8 +224,7 @@ int denoise_sequence(const SequenceOptions& o) {
   Sequence sequence(o, frames);
   for (size_t i = 0; i < frames.numbers.size(); ++i) {
     const std::string path = output.path(frames.numbers[i]);
-    const double share = sequence.write(i, path, &interrupts);
-    log_info(path + ": " + std::to_string(int(100 * share + .5)) + " % of its neighbours count");
+    log_info(path + ": " + sequence.write(i, path, &interrupts));
   }
   log_info(std::to_string(frames.numbers.size()) + " frames denoised in " + format_seconds(timer.seconds()));
   return static_cast<int>(ExitCode::done);

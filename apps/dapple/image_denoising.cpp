@@ -2,10 +2,12 @@
 #include "image_denoising.h"
 
 #include <cmath>
+#include <optional>
 
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
 #include "dapple/denoise/clean_pixels.h"
+#include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/weights.h"
 
 namespace dapple::app {
@@ -99,6 +101,32 @@ void warn_of_odd(const std::string& path, const Layer& layer, const denoise::Pix
   if (sum > 0)
     log_warning(path + ": " + std::to_string(sum) + " pixels of \"" + title(layer) +
                 "\" are not finite, and count as black there");
+}
+
+std::string denoise_picture(const std::string& path, const Picture& picture, Networks& networks, ExrFile* file) {
+  const Denoiser& network = networks.for_picture(path, *file, picture);
+  std::optional<LayerRows> albedo, normal;
+  const LayerRows colour(*file, picture.noisy);
+  if (network.inputs() > 3) albedo.emplace(*file, *picture.albedo);
+  if (network.inputs() > 6) normal.emplace(*file, *picture.normal);
+  const auto denoised = [&](const denoise::PixelRows& rows, float exposure) {
+    return network(rows, albedo ? &*albedo : nullptr, normal ? &*normal : nullptr, {.exposure = exposure});
+  };
+  const float exposure = exposure_of(*file, picture);
+  const auto without_noise = [&] {
+    if (!picture.direct) return denoised(colour, exposure);
+    return denoise::denoise_apart(network, colour, LayerRows(*file, *picture.direct), albedo ? &*albedo : nullptr,
+                                  normal ? &*normal : nullptr, {.exposure = exposure});
+  };
+  image::Image whole = without_noise();
+  if (tells_variance(*file, picture)) denoise::keep_clean_pixels(colour, LayerRows(*file, *picture.variance), &whole);
+  std::vector<image::Image> groups;
+  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
+  denoise::add_up_to(whole, groups);
+  file->replace(picture.colour.part, picture.colour.channels, whole);
+  for (size_t g = 0; g < groups.size(); ++g)
+    file->replace(picture.light_groups[g].part, picture.light_groups[g].channels, groups[g]);
+  return network.description();
 }
 
 }  // namespace dapple::app

@@ -53,6 +53,9 @@ float exposure_of(const image::ExrFile& file, const denoise::Picture& picture);
 bool tells_variance(const image::ExrFile& file, const denoise::Picture& picture);
 /// "no layer of normals", say.
 std::string missing_layers(const denoise::Picture& picture);
+/// Denoises a picture of a file, and its light groups, by itself. Returns Denoiser::description().
+std::string denoise_picture(const std::string& path, const denoise::Picture& picture, Networks& networks,
+                            image::ExrFile* file);
 /// Warns of pixels that are not finite.
 void warn_of_odd(const std::string& path, const denoise::Layer& layer, const denoise::PixelRows& rows);
 

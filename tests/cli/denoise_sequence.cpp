@@ -157,6 +157,35 @@ TEST_F(DenoiseSequence, DoesWithoutWhatHasNoNeighbours) {
   }
 }
 
+// Layers direct and variance too.
+TEST_F(DenoiseSequence, WithoutNeighboursIsAsOneImage) {
+  for (int f = 1; f <= 2; ++f) {
+    const ProcessResult rendered =
+        run_dapple({"render", file("scene.pbrt"), "-o", file(name("rich", f)), "--resolution", "64x48", "--integrator",
+                    "path", "--pixel-samples", "16", "--seed", std::to_string(f), "--float", "--light-groups", "--aov",
+                    "albedo,normal,depth,direct,variance"},
+                   120);
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.output;
+    change(name("rich", f), name("plain", f), "variance.R");
+    change(name("rich", f), name("whole", f), "direct.R");
+  }
+  const auto single = [&](const std::string& of) {
+    EXPECT_EQ(run_dapple({"denoise", file(name(of, 2)), "-o", file(of + ".exr")}, 120).exit_code, 0);
+    return ExrLayers(file(of + ".exr"));
+  };
+  const ExrLayers one = single("rich");
+  EXPECT_NE(one["G"], single("plain")["G"]);
+  EXPECT_NE(one["G"], single("whole")["G"]);
+  const ProcessResult result = denoise("rich.####.exr", "rich_alone.####.exr", {"--neighbours", "0"});
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const ExrLayers alone(file(name("rich_alone", 2)));
+  for (const char* c : {"R", "G", "B", "light.lamp.R", "light.sky.B"}) EXPECT_EQ(alone[c], one[c]) << c;
+  EXPECT_EQ(alone.text("dapple/denoised"), one.text("dapple/denoised"));
+  EXPECT_NE(result.output.find("denoised by itself"), std::string::npos) << result.output;
+  ASSERT_EQ(denoise("rich.####.exr", "rich_clean.####.exr").exit_code, 0);
+  EXPECT_NE(ExrLayers(file(name("rich_clean", 2)))["G"], one["G"]);
+}
+
 TEST_F(DenoiseSequence, SaysWhatIsWrong) {
   expect_refused(2, denoise("shot.exr", "out.####.exr"), {"--frames", "\"#\""});
   expect_refused(2, denoise("shot.####.exr", "out.exr"), {"--output", "\"#\""});

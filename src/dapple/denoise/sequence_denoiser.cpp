@@ -74,11 +74,15 @@ SequenceDenoiser::Result SequenceDenoiser::operator()(size_t i) {
     result.light_groups.push_back(blended([g](const Part& p) -> const Image& { return p.groups[g]; }));
   add_up_to(result.colour, result.light_groups);
   result.share = mean.blend.share();
+  skip(i);
+  return result;
+}
+
+void SequenceDenoiser::skip(size_t i) {
   const size_t oldest = i + 1 - std::min(i + 1, size_t(neighbours_));
   means_.erase(means_.begin(), means_.upper_bound(i));
   loaded_.erase(loaded_.begin(), loaded_.lower_bound(oldest));
   denoised_.erase(denoised_.begin(), denoised_.lower_bound(oldest));
-  return result;
 }
 
 }  // namespace dapple::denoise

@@ -29,8 +29,12 @@ class SequenceDenoiser {
   /// numbers say that they are so near: neighbours times `step`.
   SequenceDenoiser(const Denoiser& denoiser, size_t count, int neighbours, double step, Load load);
 
+  /// Whether any frame counts beside this one.
+  bool has_neighbours(size_t frame) { return !around(frame).empty(); }
   /// Of one frame after the other. A function of the frames around it alone. UsageError as Denoiser and TemporalBlend.
   Result operator()(size_t frame);
+  /// In place of operator(), for a frame that has_neighbours() says none of and that is denoised otherwise.
+  void skip(size_t frame);
 
  private:
   struct Part {
