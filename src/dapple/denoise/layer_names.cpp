@@ -37,17 +37,37 @@ std::pair<std::string, std::string> split(const std::string& name) {
                                   : std::pair(name.substr(0, dot), name.substr(dot + 1));
 }
 
+/// Whether a channel is the Z of X, Y and Z.
+bool is_of_vector(const image::ExrFile::Part& part, const std::string& channel) {
+  const auto [layer, component] = split(channel);
+  if (plain(component) != "z") return false;
+  const auto has = [&](std::string_view other) {
+    return std::any_of(part.channels.begin(), part.channels.end(), [&](const image::ExrFile::Channel& c) {
+      const auto [in, name] = split(c.name);
+      return in == layer && plain(name) == other;
+    });
+  };
+  return has("x") && has("y");
+}
+
+/// Parts that are called depth come first.
 std::optional<ChannelPlace> find_depth(const image::ExrFile& file, const std::string& view) {
   const std::string prefix = view.empty() ? view : view + ".";
+  std::optional<ChannelPlace> elsewhere;
   for (const std::string_view wanted : depths)
-    for (size_t p = 0; p < file.parts().size(); ++p)
-      for (size_t c = 0; c < file.parts()[p].channels.size(); ++c) {
-        const image::ExrFile::Channel& channel = file.parts()[p].channels[c];
-        if (channel.is_number && channel.name.starts_with(prefix) &&
-            plain(channel.name.substr(prefix.size())) == wanted)
-          return ChannelPlace{p, c};
+    for (size_t p = 0; p < file.parts().size(); ++p) {
+      const image::ExrFile::Part& part = file.parts()[p];
+      const bool is_depth = std::find(std::begin(depths), std::end(depths), plain(part.name)) != std::end(depths);
+      for (size_t c = 0; c < part.channels.size(); ++c) {
+        const image::ExrFile::Channel& channel = part.channels[c];
+        if (!channel.is_number || !channel.name.starts_with(prefix) ||
+            plain(channel.name.substr(prefix.size())) != wanted || is_of_vector(part, channel.name))
+          continue;
+        if (is_depth) return ChannelPlace{p, c};
+        if (!elsewhere) elsewhere = ChannelPlace{p, c};
       }
-  return std::nullopt;
+    }
+  return elsewhere;
 }
 
 std::vector<Layer> layers_of(const image::ExrFile& file) {
@@ -75,6 +95,11 @@ std::vector<Layer> layers_of(const image::ExrFile& file) {
       }
   }
   return layers;
+}
+
+/// Whether the header says that Dapple rendered it, whose layers mean what its guide says.
+bool is_of_dapple(const image::ExrFile& file) {
+  return file.text("dapple/commandLine") || file.text("Software").value_or("").starts_with("Dapple ");
 }
 
 /// The layer of a view with the first of these names that there is one of; of any view if `view` is null and there is
@@ -111,10 +136,15 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
                     find(layers, &view, albedos),
                     find(layers, &view, normals),
                     find_depth(file, view),
-                    find(layers, &view, motions),
-                    find(layers, &view, directs),
-                    find(layers, &view, variances),
+                    {},
+                    {},
+                    {},
                     {}};
+    if (view.empty() && is_of_dapple(file)) {
+      picture.motion = find(layers, &view, motions);
+      picture.direct = find(layers, &view, directs);
+      picture.variance = find(layers, &view, variances);
+    }
     if (view.empty())
       for (const Layer& layer : layers)
         if (split(layer.name).first == "light") picture.light_groups.push_back(layer);

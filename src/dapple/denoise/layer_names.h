@@ -28,7 +28,7 @@ struct Picture {
   Layer noisy;   ///< what is read: colour, or what was kept of it before it was denoised
   std::optional<Layer> albedo, normal;
   std::optional<ChannelPlace> depth;
-  std::optional<Layer> motion;      ///< Dapple's AOV
+  std::optional<Layer> motion;      ///< AOV of Dapple, where the header says that it is one
   std::optional<Layer> direct;      ///< likewise: the part of noisy that is direct light
   std::optional<Layer> variance;    ///< likewise
   std::vector<Layer> light_groups;  ///< Dapple's, "light.NAME"
@@ -37,7 +37,8 @@ struct Picture {
 /// Pictures in a file, with the names that renderers give to layers: Dapple (R; noisy.R, albedo.R, normal.X,
 /// light.NAME.R), Cycles (View.Combined.R, View.Noisy Image.R, View.Denoising Albedo.R, View.Denoising Normal.X, for
 /// each view layer), pbrt-v4 (Albedo.R, Ns.X before N.X), RenderMan (Ci.r, albedo.r, normal.r) and others that are
-/// alike but for spaces, underscores and capitals; depth is Z, Depth.Z or the like. In files of many parts, part names
+/// alike but for spaces, underscores and capitals; depth is Z, Depth.Z or the like, but not the Z of
+/// X, Y, Z. In files of many parts, part names
 /// stand for what channels leave out. Where one picture has albedo or normals only those that have are given.
 std::vector<Picture> find_pictures(const image::ExrFile& file);
 
