@@ -92,10 +92,13 @@ Image image_of(const ExrFile& file, const denoise::ChannelPlace& place) {
   return three.select(first);
 }
 
-std::string layers_of(const std::vector<Picture>& pictures) {
+/// "R G B of 64 x 48 pixels, albedo, normals"
+std::string layers_of(const ExrFile& file, const std::vector<Picture>& pictures) {
   std::string text;
   for (const Picture& p : pictures) {
-    text += (text.empty() ? "" : "; ") + title(p.colour) + (p.albedo ? ", albedo" : "") + (p.normal ? ", normals" : "");
+    const ExrFile::Part& part = file.parts()[p.colour.part];
+    text += (text.empty() ? "" : "; ") + title(p.colour) + " of " + std::to_string(part.width) + " x " +
+            std::to_string(part.height) + " pixels" + (p.albedo ? ", albedo" : "") + (p.normal ? ", normals" : "");
     for (const Layer& group : p.light_groups) text += ", " + group.name;
   }
   return text;
@@ -114,9 +117,10 @@ class Sequence {
  public:
   Sequence(const SequenceOptions& o, const Frames& frames) : frames_(frames), networks_(o.weights) {
     const ExrFile first(frames.paths[0]);
-    pictures_ = pictures_of(frames.paths[0], first);
-    for (size_t p = 0; p < pictures_.size(); ++p)
-      denoisers_.emplace_back(networks_.for_picture(frames.paths[0], first, pictures_[p]), frames.paths.size(),
+    const std::vector<Picture> pictures = pictures_of(frames.paths[0], first);
+    layers_ = layers_of(first, pictures);
+    for (size_t p = 0; p < pictures.size(); ++p)
+      denoisers_.emplace_back(networks_.for_picture(frames.paths[0], first, pictures[p]), frames.paths.size(),
                               o.neighbours, frames.step, [this, p](size_t i) { return load(i, p); });
   }
 
@@ -160,9 +164,9 @@ class Sequence {
  private:
   std::vector<Picture> checked(size_t i, const ExrFile& file) const {
     const std::vector<Picture> pictures = pictures_of(frames_.paths[i], file);
-    if (layers_of(pictures) != layers_of(pictures_))
-      throw InputError(FileLoc{frames_.paths[i]}, "the frame has layers " + layers_of(pictures) + "; expected " +
-                                                      layers_of(pictures_) + " as in \"" + frames_.paths[0] + "\"");
+    if (const std::string layers = layers_of(file, pictures); layers != layers_)
+      throw InputError(FileLoc{frames_.paths[i]}, "the frame has layers " + layers + "; expected " + layers_ +
+                                                      " as in \"" + frames_.paths[0] + "\"");
     return pictures;
   }
 
@@ -193,8 +197,8 @@ class Sequence {
       return f;
     }
     f.depth = image_of(file, *picture.depth);
-    if (picture.motion && file.parts()[picture.motion->part].width == part.width &&
-        file.parts()[picture.motion->part].height == part.height) {
+    if (picture.motion) {
+      check_window(path, file, picture.motion->part, picture.motion->name, picture.colour);
       f.motion = image_of(file, *picture.motion);
       f.camera_at_close = camera("dapple/worldToNDCAtClose");
       f.shutters_a_frame = file.number("dapple/shuttersAFrame").value_or(1);
@@ -204,7 +208,7 @@ class Sequence {
 
   const Frames& frames_;
   Networks networks_;
-  std::vector<Picture> pictures_;  ///< of the first frame
+  std::string layers_;  ///< of the first frame
   std::vector<SequenceDenoiser> denoisers_;
   bool lacks_ = false;  ///< said so
 };

@@ -17,8 +17,6 @@ using denoise::Layer;
 using denoise::Picture;
 using image::ExrFile;
 
-namespace {
-
 void check_window(const std::string& path, const ExrFile& file, size_t part, const std::string& name,
                   const Layer& colour) {
   const ExrFile::Part &a = file.parts()[part], &b = file.parts()[colour.part];
@@ -26,22 +24,21 @@ void check_window(const std::string& path, const ExrFile& file, size_t part, con
     throw InputError(FileLoc{path}, "layer \"" + name + "\" has another data window than \"" + title(colour) + "\"");
 }
 
-}  // namespace
-
 Networks::Networks(const std::string& weights) : weights_(weights) {
   if (!weights.empty()) get(weights);  // before work begins
 }
 
 const Denoiser& Networks::for_picture(const std::string& path, const ExrFile& file, const Picture& picture) {
-  const std::string found = missing_layers(picture) + "; its layers are " + denoise::list_layers(file);
+  const std::string missing = missing_layers(picture), layers = "; its layers are " + denoise::list_layers(file);
   if (!weights_.empty()) {
     const Denoiser& network = get(weights_);
     if ((network.inputs() > 3 && !picture.albedo) || (network.inputs() > 6 && !picture.normal))
-      throw InputError(FileLoc{path}, "there are, as \"" + weights_ + "\" wants them, " + found);
+      throw InputError(FileLoc{path}, "there is " + missing + " for \"" + weights_ + "\"" + layers);
     return network;
   }
   if (picture.albedo && picture.normal) return get(denoise::weights_path(denoise::feature_weights));
-  log_warning(path + ": denoised by colour alone, which keeps less detail: there are " + found);
+  if (warned_of_.insert(title(picture.colour)).second)
+    log_warning(path + ": denoised by colour alone, which keeps less detail: there is " + missing + layers);
   return get(denoise::weights_path(denoise::color_weights));
 }
 
@@ -65,8 +62,9 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
   for (const Picture& p : pictures) {
     const auto check = [&](const Layer& layer) { check_window(path, file, layer.part, title(layer), p.colour); };
     check(p.noisy);
-    for (const auto& layer : {p.albedo, p.normal, p.direct, p.variance, p.motion})
+    for (const auto& layer : {p.albedo, p.normal, p.direct})
       if (layer) check(*layer);
+    if (tells_variance(file, p)) check(*p.variance);
     for (const Layer& group : p.light_groups) check(group);
   }
   return pictures;
@@ -74,16 +72,16 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
 
 float exposure_of(const ExrFile& file, const Picture& picture) {
   const float told = picture.colour.name.empty() ? file.number("dapple/denoiseExposure").value_or(0) : 0;
-  return told > 0 && std::isfinite(told) ? told : 0;
+  return told >= least_exposure && told <= most_exposure ? told : 0;
 }
 
 bool tells_variance(const ExrFile& file, const Picture& picture) {
-  return picture.variance && picture.colour.name.empty() && file.number("dapple/independentSamples").value_or(0) == 1 &&
+  return picture.variance && file.number("dapple/independentSamples").value_or(0) == 1 &&
          file.number("dapple/samples").value_or(0) >= denoise::least_samples_for_variance;
 }
 
 std::string missing_layers(const Picture& picture) {
-  return !picture.albedo && !picture.normal ? "no layers of albedo and normals"
+  return !picture.albedo && !picture.normal ? "no layer of albedo and none of normals"
          : picture.albedo                   ? "no layer of normals"
                                             : "no layer of albedo";
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,8 @@ class Networks {
   /// Of no weights: those that go with each picture. Errors as denoise::Denoiser.
   explicit Networks(const std::string& weights);
 
-  /// InputError where the network wants more than the picture has; a warning where it is done by colour alone.
+  /// InputError where the network wants more than the picture has; a warning where it is done by colour alone, once for
+  /// all pictures of a name.
   const denoise::Denoiser& for_picture(const std::string& path, const image::ExrFile& file,
                                        const denoise::Picture& picture);
 
@@ -41,13 +43,20 @@ class Networks {
 
   std::string weights_;
   std::map<std::string, std::unique_ptr<const denoise::Denoiser>> networks_;
+  std::set<std::string> warned_of_;
 };
 
 /// "R G B", or the layer's name.
 std::string title(const denoise::Layer& layer);
-/// The pictures of a file. InputError where there is none, or one of whose layers has another data window.
+/// InputError where a layer has another data window than `colour`.
+void check_window(const std::string& path, const image::ExrFile& file, size_t part, const std::string& name,
+                  const denoise::Layer& colour);
+/// The pictures of a file. InputError where there is none, or one that has another data window than a layer by which
+/// dapple denoise IMAGE denoises it.
 std::vector<denoise::Picture> pictures_of(const std::string& path, const image::ExrFile& file);
-/// Denoiser::Options::exposure, as the header of Dapple's denoised images tells it; else 0.
+/// Exposures beyond these would leave nothing of a picture in single precision.
+inline constexpr float least_exposure = 1e-9f, most_exposure = 1e9f;
+/// Denoiser::Options::exposure, as the header of Dapple's denoised images tells it; else, or beyond bounds, 0.
 float exposure_of(const image::ExrFile& file, const denoise::Picture& picture);
 /// Whether the file has variances of independent samples, and enough of these, as Dapple's path tracer writes them.
 bool tells_variance(const image::ExrFile& file, const denoise::Picture& picture);

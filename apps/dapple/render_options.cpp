@@ -391,9 +391,10 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
       ->check(CLI::IsMember({"on", "off"}));
   app.add_option(
          "--denoise-exposure", o.denoise_exposure,
-         "With --crop: dapple/denoiseExposure of the whole frame's header, for the same brightness in dark parts "
-         "[the crop's own]")
-      ->check(positive());
+         "What the network sees colour multiplied by, 1e-9 to 1e9; with --crop dapple/denoiseExposure of the whole "
+         "frame's header, for the same brightness in dark parts [the picture's own]")
+      ->check(positive())
+      ->check(CLI::Range(1e-9, 1e9));
   app.add_option("--denoise-weights", o.denoise_weights,
                  "Network for that, .tza of 3, 6 or 9 channels: colour, albedo, normals [that of all 9]");
   app.add_option("--stats", o.stats, "Write a JSON run report to this file [none]");

@@ -120,6 +120,15 @@ TEST_F(Denoise, IsOnInPresetsOfFewSamples) {
   EXPECT_EQ(said({"--integrator", "path"}), "no");
 }
 
+TEST_F(Denoise, ExposureHasBounds) {
+  for (const char* exposure : {"1e38", "1e-38", "0", "-1", "nan"}) {
+    const ProcessResult result =
+        run_dapple({"render", cornell, "-o", file("a.exr"), "--denoise", "on", "--denoise-exposure", exposure}, 60);
+    EXPECT_EQ(result.exit_code, 2) << exposure << "\n" << result.output;
+    EXPECT_NE(result.output.find("--denoise-exposure"), std::string::npos) << result.output;
+  }
+}
+
 TEST_F(Denoise, ScenesAskForIt) {
   const auto said =
       [&](const std::string& integrator, const std::vector<std::string>& options) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 
 #include "tests/support/dapple_program.h"
 #include "tests/support/exr_layers.h"
@@ -25,6 +26,8 @@ struct Part {
   OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT;
   int tile = 0, w = width, h = height;
   std::string compression = "zip";
+  std::map<std::string, float> numbers = {};  ///< of the header
+  std::string software = {};
 };
 
 void write_parts(const std::string& path, const std::vector<Part>& parts) {
@@ -34,6 +37,8 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
     spec.channelnames = part.channels;
     spec.attribute("compression", part.compression);
     spec.attribute("shot", "seven");
+    if (!part.software.empty()) spec.attribute("Software", part.software);
+    for (const auto& [attribute, number] : part.numbers) spec.attribute(attribute, number);
     spec.full_width = parts[0].w, spec.full_height = parts[0].h;
     if (!part.name.empty()) spec.attribute("oiio:subimagename", part.name);
     spec.tile_width = spec.tile_height = part.tile;
@@ -258,6 +263,53 @@ TEST_F(DenoiseCommand, DoesSmallAndLongPictures) {
     EXPECT_EQ(out.width(), w);
     for (const float v : out["G"]) ASSERT_TRUE(v >= 0 && v < 2) << w << " " << v;
   }
+}
+
+// What other renderers call direct light need not be a part of the colour.
+TEST_F(DenoiseCommand, DirectLightIsThatOfDapple) {
+  Names names = dapple_names;
+  names.insert(names.end(), {"direct.R", "direct.G", "direct.B"});
+  std::vector<float> pixels;
+  const std::vector<float> nine = picture();
+  for (size_t i = 0; i < nine.size(); i += 9) {
+    pixels.insert(pixels.end(), &nine[i], &nine[i] + 9);
+    for (size_t c = 0; c < 3; ++c) pixels.push_back(.5f * nine[i + c]);
+  }
+  const ExrLayers expected = denoised({{"", dapple_names, nine}});
+  Part part{"", names, pixels};
+  EXPECT_EQ(denoised({part})["G"], expected["G"]);
+  part.software = "Other 1.2";
+  EXPECT_EQ(denoised({part})["G"], expected["G"]);
+  part.software = "Dapple 0.1";
+  EXPECT_NE(denoised({part})["G"], expected["G"]);
+}
+
+TEST_F(DenoiseCommand, WindowsOfLayersThatAreNotUsedMayDiffer) {
+  Part whole{"rgb", dapple_names, picture()};
+  whole.software = "Dapple 0.1";
+  for (const std::string name : {"variance", "motion", "direct"}) {
+    Part small{name, {name + ".R", name + ".G", name + ".B"}, channels_of(picture(9, 9), 0, 3)};
+    small.w = small.h = 9;
+    if (name == "direct")
+      expect_refused(3, {whole, small}, {"direct", "another data window"});
+    else
+      EXPECT_EQ(denoised({whole, small}).parts(), 2);
+  }
+  whole.numbers = {{"dapple/independentSamples", 1.f}, {"dapple/samples", 64.f}};
+  Part small{"variance", {"variance.R", "variance.G", "variance.B"}, channels_of(picture(9, 9), 0, 3)};
+  small.w = small.h = 9;
+  expect_refused(3, {whole, small}, {"variance", "another data window"});
+}
+
+TEST_F(DenoiseCommand, ExposuresOfHeadersHaveBounds) {
+  Part part{"", dapple_names, picture()};
+  const ExrLayers expected = denoised({part});
+  for (const float exposure : {1e38f, 1e-38f, -1.f, 0.f, std::nanf("")}) {
+    part.numbers = {{"dapple/denoiseExposure", exposure}};
+    EXPECT_EQ(denoised({part})["G"], expected["G"]) << exposure;
+  }
+  part.numbers = {{"dapple/denoiseExposure", .01f}};
+  EXPECT_NE(denoised({part})["G"], expected["G"]);
 }
 
 TEST_F(DenoiseCommand, SaysWhatIsMissing) {

@@ -127,6 +127,10 @@ TEST_F(DenoiseSequence, IsTheSameForAnyThreadsAndAnyPartOfTheFrames) {
   ASSERT_EQ(denoise("shot.####.exr", "three.####.exr", {"--threads", "3", "-q"}).exit_code, 0);
   for (int f = 1; f <= frames; ++f)
     EXPECT_EQ(ExrLayers(file(name("one", f)))["G"], ExrLayers(file(name("three", f)))["G"]) << f;
+  // Frame 4 depends on 2 and 3, frame 2 on the first too.
+  ASSERT_EQ(denoise("shot.####.exr", "part.####.exr", {"--range", "2-4"}).exit_code, 0);
+  EXPECT_EQ(ExrLayers(file(name("one", 4)))["G"], ExrLayers(file(name("part", 4)))["G"]);
+  EXPECT_NE(ExrLayers(file(name("one", 2)))["G"], ExrLayers(file(name("part", 2)))["G"]);
 }
 
 TEST_F(DenoiseSequence, TakesRangesAndSteps) {
@@ -143,6 +147,17 @@ TEST_F(DenoiseSequence, TakesRangesAndSteps) {
   // Frame 4 has no neighbour: it is what the network makes of it alone.
   ASSERT_EQ(run_dapple({"denoise", file(name("shot", 4)), "-o", file("fourth.exr")}, 120).exit_code, 0);
   EXPECT_EQ(ExrLayers(file(name("gap_clean", 4)))["G"], ExrLayers(file("fourth.exr"))["G"]);
+}
+
+TEST_F(DenoiseSequence, WarnsOnceOfWhatAllFramesLack) {
+  for (int f = 1; f <= 3; ++f) change(name("shot", f), name("bare", f), "normal.X");
+  const ProcessResult result = denoise("bare.####.exr", "bare_clean.####.exr");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  for (const std::string said : {"denoised by colour alone", "without its neighbours: there is no layer of normals"}) {
+    const size_t at = result.output.find(said);
+    ASSERT_NE(at, std::string::npos) << said << result.output;
+    EXPECT_EQ(result.output.find(said, at + 1), std::string::npos) << result.output;
+  }
 }
 
 TEST_F(DenoiseSequence, DoesWithoutWhatHasNoNeighbours) {
