@@ -105,7 +105,8 @@ TEST(MotionLayer, SphericalCamerasHaveNone) {
                     V3f(0, 0, 0), 0);
 }
 
-TEST(MotionLayer, RefusesIntervalsBelowZero) {
+TEST(MotionLayer, RefusesIntervalsBeyondBounds) {
+  EXPECT_THROW(motion_of(head("\"float shutterclose\" 1e-20 \"float frameinterval\" 1e30") + floor_), InputError);
   EXPECT_THROW(motion_of(head("\"float frameinterval\" -1") + floor_), InputError);
   EXPECT_THROW(motion_of(head("\"float frameinterval\" 0") + floor_), InputError);
 }

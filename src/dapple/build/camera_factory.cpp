@@ -51,6 +51,7 @@ Box2i crop_box(const Entity& e, const V2i& resolution) {
 }
 
 constexpr float farthest_camera = 1e15f, farthest_focus = 1e12f;
+constexpr float most_shutters_a_frame = 1e9f;
 
 // Rays from the corners and the middle of the picture, all over the lens and the time.
 void check_rays(const scene::Camera& camera, const FileLoc& loc) {
@@ -170,7 +171,11 @@ scene::Camera camera_of(const BuildContext& context, const Entity& e, const scen
   if (!(s.shutter_close > s.shutter_open))
     throw InputError(e.loc,
                      "the shutter does not open: \"shutterclose\" (1 by default) must be above \"shutteropen\" (0)");
-  if (e.params.find("frameinterval")) s.frame_interval = positive(e, "frameinterval", 0);
+  if (e.params.find("frameinterval")) {
+    s.frame_interval = positive(e, "frameinterval", 0);
+    if (!(s.frame_interval / (s.shutter_close - s.shutter_open) <= most_shutters_a_frame))
+      throw InputError(e.loc, "\"frameinterval\" is more than 1e9 times as long as the shutter is open");
+  }
   const double t0 = context.description.shutter_start_transform_time,
                t1 = context.description.shutter_end_transform_time;
   const auto normalised = [&](float t) { return t1 > t0 ? float(std::clamp((t - t0) / (t1 - t0), 0.0, 1.0)) : 0.0f; };

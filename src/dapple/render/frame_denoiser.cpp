@@ -71,14 +71,15 @@ Image image_of(const std::vector<Triple>& values, int width, int height) {
 }  // namespace
 
 FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
-                             const integrate::FeatureTracer::Settings& settings) {
-  const auto layers = integrate::FeatureTracer(scene, settings).trace(crop);
+                             const integrate::FeatureTracer::Settings& settings, StopToken stop) {
+  const auto layers = integrate::FeatureTracer(scene, settings).trace(crop, stop);
   const int width = crop.max.x - crop.min.x, height = crop.max.y - crop.min.y;
   return {image_of(layers.albedo, width, height), image_of(layers.normal, width, height)};
 }
 
-Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings) {
-  return image_of(integrate::MotionTracer(scene, settings).trace(crop), crop.max.x - crop.min.x,
+Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings,
+                   StopToken stop) {
+  return image_of(integrate::MotionTracer(scene, settings).trace(crop, stop), crop.max.x - crop.min.x,
                   crop.max.y - crop.min.y);
 }
 

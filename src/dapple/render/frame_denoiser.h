@@ -13,16 +13,17 @@
 
 namespace dapple::render {
 
-/// Albedo and normals of the film's crop (integrate::FeatureTracer), as images of three channels.
+/// Albedo and normals of the film's crop (integrate::FeatureTracer), as images of three channels. May throw Stopped.
 struct FeatureLayers {
   image::Image albedo, normal;
 };
 FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
-                             const integrate::FeatureTracer::Settings& settings);
+                             const integrate::FeatureTracer::Settings& settings, StopToken stop = {});
 
-/// How what is seen moves to the next frame, as an image of three channels (integrate::MotionTracer).
+/// How what is seen moves to the next frame, as an image of three channels (integrate::MotionTracer). May
+/// throw Stopped.
 image::Image trace_motion(const scene::Scene& scene, const Box2i& crop,
-                          const integrate::FeatureTracer::Settings& settings);
+                          const integrate::FeatureTracer::Settings& settings, StopToken stop = {});
 
 /// A frame without its noise, over the film's crop.
 struct DenoisedFrame {

@@ -115,11 +115,11 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
   const integrate::FeatureTracer::Settings samples{std::clamp(int(rules_.pixel_samples), 1, most_feature_samples),
                                                    seed_, std::max(rules_.pixel_samples, rules_.max_pixel_samples)};
   if ((network && denoiser_->wants_features()) || any_feature(asked_.aovs)) {
-    if (!features_) features_ = trace_features(*built_.scene, film.settings().crop, samples);
+    if (!features_) features_ = trace_features(*built_.scene, film.settings().crop, samples, stop);
     output.features = features_;
   }
   if (show_motion(asked_.aovs)) {
-    if (!motion_) motion_ = trace_motion(*built_.scene, film.settings().crop, samples);
+    if (!motion_) motion_ = trace_motion(*built_.scene, film.settings().crop, samples, stop);
     output.motion = motion_;
   }
   if (network)
