@@ -198,7 +198,7 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   const scene::LightGroups& groups = built.scene->light_groups;
-  render::check_gains(*built.scene, groups.gains, {request, aovs, o.noise_target});
+  render::check_gains(built.scene.get(), groups.gains, {request, aovs, o.noise_target});
   request.light_groups = o.light_groups || groups.has_gains();
   return request;
 }
