@@ -157,6 +157,28 @@ TEST_F(DenoiseSequence, DoesWithoutWhatHasNoNeighbours) {
   }
 }
 
+// Single images are denoised otherwise by these layers, sequences are not.
+TEST_F(DenoiseSequence, UsesNeitherIndirectNorVariance) {
+  for (const bool more : {false, true})
+    for (int f = 1; f <= 2; ++f) {
+      const std::string aovs = std::string("albedo,normal,depth") + (more ? ",indirect,variance" : "");
+      ASSERT_EQ(run_dapple({"render", file("scene.pbrt"), "-o", file(name(more ? "more" : "less", f)), "--resolution",
+                            "64x48", "--integrator", "path", "--pixel-samples", "16", "--seed", std::to_string(f),
+                            "--float", "--aov", aovs},
+                           120)
+                    .exit_code,
+                0);
+    }
+  for (const char* neighbours : {"0", "1"}) {
+    ASSERT_EQ(denoise("more.####.exr", "more_clean.####.exr", {"--neighbours", neighbours}).exit_code, 0);
+    ASSERT_EQ(denoise("less.####.exr", "less_clean.####.exr", {"--neighbours", neighbours}).exit_code, 0);
+    EXPECT_EQ(ExrLayers(file(name("more_clean", 2)))["G"], ExrLayers(file(name("less_clean", 2)))["G"]);
+  }
+  ASSERT_EQ(run_dapple({"denoise", file(name("more", 2)), "-o", file("more.exr")}, 120).exit_code, 0);
+  ASSERT_EQ(run_dapple({"denoise", file(name("less", 2)), "-o", file("less.exr")}, 120).exit_code, 0);
+  EXPECT_NE(ExrLayers(file("more.exr"))["G"], ExrLayers(file("less.exr"))["G"]);
+}
+
 TEST_F(DenoiseSequence, SaysWhatIsWrong) {
   expect_refused(2, denoise("shot.exr", "out.####.exr"), {"--frames", "\"#\""});
   expect_refused(2, denoise("shot.####.exr", "out.exr"), {"--output", "\"#\""});
