@@ -198,7 +198,7 @@ build::IntegratorRequest settled_request(const RenderOptions& o, const build::Bu
   if (o.light_groups && request.type != "path" && request.type != "distribution")
     throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
   const scene::LightGroups& groups = built.scene->light_groups;
-  render::check_gains(*built.scene, groups.gains, {request, aovs, o.noise_target});
+  render::check_gains(built.scene.get(), groups.gains, {request, aovs, o.noise_target});
   request.light_groups = o.light_groups || groups.has_gains();
   return request;
 }
@@ -233,35 +233,43 @@ std::string summary_of(const std::vector<std::string>& paths, const scene::Film&
 /// Shows a film in a viewer now and then while it is rendered, and what became of it.
 class Viewer {
  public:
-  Viewer(const std::string& where, const std::string& name) {
-    if (!where.empty()) display_.emplace(render::TevAddress(where), name);
+  Viewer(const std::string& where, const std::string& name, StopToken stop) {
+    if (!where.empty()) display_.emplace(render::TevAddress(where), name, stop);
   }
-  void follow(render::RenderSession& session, const scene::Film& film, const render::OutputSettings& output) {
+  /// Film and output outlive the session's run.
+  void follow(render::RenderSession& session, const scene::Film& film, render::OutputSettings& output) {
     if (!display_) return;
-    render::OutputSettings without_loops = output;
-    without_loops.loops = false;
-    session.on_pause({[this] { return clock_.seconds() > due_ && display_->is_open(); },
-                      [this, &film, without_loops]() -> std::function<void()> {
-                        auto picture = std::make_shared<image::OutputImage>(render::make_output(film, without_loops));
+    output.loops = false;
+    session.on_pause({[this] { return wants(); },
+                      [this, &film, &output]() -> std::function<void()> {
+                        auto picture = std::make_shared<image::OutputImage>(render::make_output(film, output));
                         return [this, picture] { show(*picture); };
                       }});
   }
-  void show(const render::OutputSettings& output, const scene::Film& film) {
-    if (display_) display_->show(render::make_output(film, output));
+  void show(render::OutputSettings& output, const scene::Film& film) {
+    output.loops = true;
+    if (display_ && display_->is_open()) display_->show(render::make_output(film, output));
   }
 
  private:
-  // At most a tenth of one thread's time.
+  bool wants() {
+    const double now = clock_.seconds();
+    if (now <= due_ || !display_->is_open()) return false;
+    double none = 0;
+    asked_.compare_exchange_strong(none, now);
+    return true;
+  }
+  // At most a tenth of the time, from the moment when the first thread waits for the others.
   void show(const image::OutputImage& picture) {
-    const double begin = clock_.seconds();
     display_->show(picture);
     const double end = clock_.seconds();
-    due_ = end + std::max(0.25, 10 * (end - begin));
+    due_ = end + std::max(0.25, 10 * (end - std::max(asked_.load(), due_.load())));
+    asked_ = 0;
   }
 
   std::optional<render::TevDisplay> display_;
   const Timer clock_;
-  std::atomic<double> due_{0};
+  std::atomic<double> due_{0}, asked_{0};  ///< s; 0: not asked
 };
 
 // What stays from picture to picture of a watched scene.
@@ -398,7 +406,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
     loaded.emplace(build::load_scene(o.scene, build_options(o), diagnostics));
   build::BuiltScene& built = watched ? watched->built() : *loaded;
   std::vector<std::string> paths = output_paths(o, built, diagnostics);
-  Job job{o, command_line, interrupts, outputs, diagnostics, paths, {o.tev, paths[0]}};
+  Job job{o, command_line, interrupts, outputs, diagnostics, paths, {o.tev, paths[0], StopToken(interrupts.flag())}};
   if (o.outputs.empty()) outputs.add_image_of_scene(job.paths[0], built.film.place);
   const ExitCode code = render_picture(job, built, wall);
   if (!watched || code == ExitCode::interrupted) return static_cast<int>(code);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import math
 import os
+import threading
 import weakref
 from collections.abc import Mapping, MutableMapping
 from typing import Any, Callable, Iterable, Iterator, Optional, Sequence, Union
@@ -182,8 +183,6 @@ class Gains(MutableMapping[str, NDArray[np.float64]]):
         self._names, self._get, self._put = names, get, put
 
     def __getitem__(self, group: str) -> NDArray[np.float64]:
-        if group not in list(self._names()):
-            raise KeyError(group)
         return np.array(_gain(self._get(group)))
 
     def __setitem__(self, group: str, gain: ArrayLike) -> None:
@@ -201,7 +200,10 @@ class Gains(MutableMapping[str, NDArray[np.float64]]):
 
 def _gains_of(scene: _core.Scene) -> Gains:
     def get(group: str) -> ArrayLike:
-        found = scene.parameter("group", group, "gain")
+        try:
+            found = scene.parameter("group", group, "gain")
+        except SceneError as error:
+            raise KeyError(str(error)) from None
         return 1.0 if found is None else found[1]
 
     return Gains(lambda: scene.names("group"), get, lambda group, gain: scene.edit("group", group, {"rgb gain": gain}))
@@ -371,6 +373,10 @@ class LiveSession:
         """Options as of Session, but progress."""
         session = Session(scene, **options)
         self._known_gains: dict[str, ArrayLike] = dict(scene.gains)
+        # What is not done yet, in its order: edits with the gains after them, if they succeed, and gains that were set.
+        self._under_way: list[tuple[_core.Edit, dict[str, ArrayLike], bool]] = []
+        self._refusal: Optional[SceneError] = None
+        self._lock = threading.Lock()
         self._core = _core.LiveSession(scene._core, session._options)
         _open_sessions.add(self)
 
@@ -378,24 +384,57 @@ class LiveSession:
         """A transaction: `change` is called soon, on the session's thread, with the scene; all of it counts or nothing.
         `.result()` of what is returned waits until the scene is built, and raises its error."""
 
+        after: dict[str, ArrayLike] = {}
+
         def changed(core: _core.Scene) -> None:
             scene = Scene(core)
             change(scene)
-            self._known_gains = dict(scene.gains)
+            after.update(scene.gains)
 
-        return self._core.edit(changed)
+        with self._lock:
+            self._look_at_done()
+            done = self._core.edit(changed)
+            self._under_way.append((done, after, False))
+            return done
+
+    def _look_at_done(self) -> None:
+        while self._under_way and self._under_way[0][0].done():
+            done, gains, is_put = self._under_way.pop(0)
+            try:
+                done.result()
+                self._known_gains = {**self._known_gains, **gains} if is_put else gains
+            except Exception as error:  # of edits their owners know; of a session that was closed there is none
+                if is_put and self._refusal is None and isinstance(error, SceneError):
+                    self._refusal = error
+
+    def _raise_refusal(self) -> None:
+        refusal, self._refusal = self._refusal, None
+        if refusal is not None:
+            raise refusal
 
     @property
     def gains(self) -> Gains:
-        """Of light groups. One that is set shows at once, in frames of what has been sampled: nothing is traced for it."""
+        """Of light groups. One that is set shows at once, in frames of what has been sampled: nothing is traced for it.
+        If it is refused, the next one that is set or wait() raises the error."""
+
+        def known() -> dict[str, ArrayLike]:
+            with self._lock:
+                self._look_at_done()
+                gains = self._known_gains
+                for _, more, is_put in self._under_way:
+                    if is_put:
+                        gains = {**gains, **more}
+                return gains
 
         def put(group: str, gain: list[float]) -> None:
-            if group not in self._known_gains:
-                raise KeyError(group)
-            self._core.gain(group, gain)
-            self._known_gains[group] = gain
+            with self._lock:
+                self._look_at_done()
+                self._raise_refusal()
+                if group not in self._known_gains and not self._under_way:
+                    raise KeyError(group)
+                self._under_way.append((self._core.gain(group, gain), {group: gain}, True))
 
-        return Gains(lambda: self._known_gains, lambda group: self._known_gains[group], put)
+        return Gains(known, lambda group: known()[group], put)
 
     def frame(self) -> Optional[LiveFrame]:
         """The latest; None before the first."""
@@ -403,8 +442,12 @@ class LiveSession:
         return None if values is None else LiveFrame(values)
 
     def wait(self, seconds: float = 1e9) -> Optional[LiveFrame]:
-        """Waits for the settled picture of all edits so far; None after `seconds`."""
+        """Waits for the settled picture of all edits so far; None after `seconds`. Raises the error of a scene that cannot
+        be rendered, or of a gain that was set and refused."""
         values = self._core.wait(seconds)
+        with self._lock:
+            self._look_at_done()
+            self._raise_refusal()
         return None if values is None else LiveFrame(values)
 
     def write(self, path: Union[str, os.PathLike[str]]) -> None:

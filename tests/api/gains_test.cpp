@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gains of light groups: factors on sums, which no sample knows of; in sessions nothing is traced for them.
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <future>
@@ -134,17 +136,27 @@ TEST(Gains, LetRenderingGoOn) {
     RenderOptions o = layers("distribution");
     o.pixel_samples = 200;
     o.width = 48, o.height = 36;
-    std::promise<void> whole;
+    using Clock = std::chrono::steady_clock;
+    std::promise<void> whole, asked;
     int reduced = 0, shown = 0;
     uint64_t edits = 0;
+    Clock::time_point begin, first, pass_end;
     Scene scene = lit_room();
     scene.edit("integrator", "", {{"string visiblepoints", points}});
     LiveSession session(std::move(scene), o, [&](const LiveFrame& f) {
       if (f.reduction > 1) ++reduced;
       if (f.reduction == 1 && f.edits > edits && !f.settled) edits = f.edits, ++shown;
-      if (f.reduction == 1 && f.pixel_samples == 1 && f.edits == 0) whole.set_value();
+      if (edits > 0 && first == Clock::time_point()) first = Clock::now();
+      if (f.pixel_samples > 1 && pass_end == Clock::time_point()) pass_end = Clock::now();
+      if (f.reduction > 1 || f.pixel_samples > 1 || f.edits > 0) return;
+      whole.set_value();
+      asked.get_future().wait_for(std::chrono::seconds(60));
+      begin = Clock::now();
     });
     whole.get_future().wait();
+    std::future<void> soon = session.gain("key", {.5, 1, 1});
+    asked.set_value();
+    soon.get();
     for (int i = 1; i <= 4; ++i) {
       session.gain("key", {1. + i, 1, 1}).get();
       session.gain("kay", {1, 1, 1});  // refused by itself
@@ -152,6 +164,7 @@ TEST(Gains, LetRenderingGoOn) {
     const Picture last = settled(session);
     EXPECT_EQ(reduced, 3);
     EXPECT_GE(shown, 1);
+    EXPECT_LT(first - begin, (pass_end - begin) / 2);
     EXPECT_GT(last.statistics.rays, 0u);
     EXPECT_EQ(last.statistics.pixel_samples, 200u);
     expect_same(last, fresh(session, o));
@@ -195,6 +208,21 @@ TEST(Gains, AreRefusedWhereLightDoesNotAddUp) {
     const Picture before = settled(session);
     EXPECT_THROW(session.gain("key", {2, 2, 2}).get(), SceneError);
     EXPECT_THROW(session.edit("group", "key", {{"float gain", 2}}).get(), SceneError);
+    for (const char* beside : {"light", "camera", "integrator"})
+      EXPECT_THROW(session
+                       .edit([&](Scene& s) {
+                         s.gain("key", {2, 2, 2});
+                         const std::string target = beside;
+                         if (target == "light")
+                           s.edit("light", "key", {{"float scale", 2}});
+                         else if (target == "camera")
+                           s.edit("camera", "", {{"float fov", 30}});
+                         else
+                           s.edit("integrator", "", {{"integer bounces", 1}});
+                       })
+                       .get(),
+                   SceneError)
+          << beside;
     session.gain("key", {1, 1, 1}).get();
     expect_same(settled(session), before);
   };
@@ -205,10 +233,42 @@ TEST(Gains, AreRefusedWhereLightDoesNotAddUp) {
   o.integrator = "path";
   o.aovs = {"variance"};
   refused(o, "variance");
+  o.aovs = {"direct"};
+  refused(o, "direct");
   o.aovs = {};
   o.pixel_samples = 8;
   o.noise_target = 10;
   refused(o, "noise target");
+}
+
+// Those that are refused cancel nothing, where the film keeps no groups either.
+TEST(Gains, AreRefusedWhileRenderingGoesOn) {
+  RenderOptions o;
+  o.integrator = "path";
+  o.denoise = false;
+  o.pixel_samples = 200;
+  for (const bool variance : {false, true}) {
+    o.aovs.clear();
+    if (variance) o.aovs = {"variance"};
+    std::promise<void> whole;
+    std::promise<void> asked;
+    std::atomic<int> reduced = 0;
+    LiveSession session(Scene::parse(test::room), o, [&](const LiveFrame& f) {
+      if (f.reduction > 1) ++reduced;
+      if (f.reduction > 1 || f.pixel_samples > 1 || f.edits > 0) return;
+      whole.set_value();
+      asked.get_future().wait_for(std::chrono::seconds(60));
+    });
+    whole.get_future().wait();
+    std::vector<std::future<void>> gains;
+    gains.push_back(session.gain("default", {-1, 0, 0}));
+    gains.push_back(session.gain("kay", {1, 1, 1}));
+    if (variance) gains.push_back(session.gain("default", {2, 2, 2}));
+    asked.set_value();
+    for (std::future<void>& f : gains) EXPECT_THROW(f.get(), SceneError);
+    EXPECT_EQ(settled(session).statistics.pixel_samples, 200u);
+    EXPECT_EQ(reduced, 3);
+  }
 }
 
 TEST(Gains, WrongOnesAreNamed) {

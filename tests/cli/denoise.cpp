@@ -82,7 +82,9 @@ TEST_F(Denoise, DirectLightIsWhatLampsSendToWhatIsSeen) {
       lamps += double(seen);
       indirect += double(all[c][i] - all[direct][i] - seen);
       of_cache += double(cached[c][i] - cached[direct][i] - seen);
-      if (seen > 1e-3f * first[c][i]) EXPECT_LT(i / 64, 20) << i;  // it is on the ceiling
+      if (seen > 1e-3f * first[c][i]) {
+        EXPECT_LT(i / 64, 20) << i;  // it is on the ceiling
+      }
     }
   }
   EXPECT_GT(lamps, 0);

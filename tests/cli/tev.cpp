@@ -2,9 +2,11 @@
 // dapple render --display tev: a viewer of our own takes what is sent, and has the picture that is written.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstring>
 #include <map>
 #include <thread>
@@ -118,9 +120,11 @@ TEST(Tev, HasAllLayersOfTheImageThatIsWritten) {
   Viewer viewer;
   viewer.start();
   const ProcessResult run =
-      run_dapple({"render", cornell, "-o", image, "--float", "--integrator", "path", "--resolution", "48x40", "--crop",
-                  "8,4,40,36", "--pixel-samples", "600", "--light-groups", "--aov", "depth,albedo", "--display",
-                  "tev:127.0.0.1:" + std::to_string(viewer.port())},
+      run_dapple({"render",  cornell,        "-o",        image,
+                  "--float", "--integrator", "path",      "--resolution",
+                  "48x40",   "--crop",       "8,4,40,36", "--pixel-samples",
+                  "600",     "--threads",    "4",         "--light-groups",
+                  "--aov",   "depth,albedo", "--display", "tev:127.0.0.1:" + std::to_string(viewer.port())},
                  120);
   ASSERT_EQ(run.exit_code, 0) << run.output;
   viewer.finish();
@@ -131,6 +135,7 @@ TEST(Tev, HasAllLayersOfTheImageThatIsWritten) {
   EXPECT_EQ(viewer.height, 40u);
   const ExrLayers written(image);
   EXPECT_EQ(viewer.channels.size(), written.names().size());
+  EXPECT_GE(viewer.updates, 2 * int(viewer.channels.size()));  // of the first picture and the last at least
   for (const auto& [channel, pixels] : viewer.channels) {
     ASSERT_TRUE(written.has(channel)) << channel;
     size_t i = 0;
@@ -138,6 +143,21 @@ TEST(Tev, HasAllLayersOfTheImageThatIsWritten) {
       for (size_t x = 8; x < 40; ++x) ASSERT_EQ(pixels[y * 48 + x], written[channel][i++]) << channel;
     EXPECT_EQ(pixels[0], 0);
   }
+}
+
+// It connects, and then takes less than a picture.
+TEST(Tev, StuckHoldsUpNoInterrupt) {
+  ScratchFolder folder;
+  const Viewer viewer;
+  Process process({DAPPLE_BINARY, "render", cornell, "-o", folder.file("image.exr"), "--integrator", "path",
+                   "--resolution", "2048x2048", "--denoise", "off", "--pixel-samples", "1000000", "--light-groups",
+                   "--display", "tev:127.0.0.1:" + std::to_string(viewer.port())});
+  std::this_thread::sleep_for(std::chrono::milliseconds(sanitized() ? 15000 : 1500));
+  process.send(SIGINT);
+  const auto begin = std::chrono::steady_clock::now();
+  const ProcessResult result = process.wait(60);
+  EXPECT_EQ(result.exit_code, 130) << result.output;
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(sanitized() ? 30 : 3)) << result.output;
 }
 
 TEST(Tev, MayGoAwayOrNotBeThere) {
@@ -156,10 +176,11 @@ TEST(Tev, MayGoAwayOrNotBeThere) {
       run_dapple({"render", cornell, "-o", folder.file("none.png"), "--display", "tev:127.0.0.1:9"}, 60);
   EXPECT_EQ(none.exit_code, 4) << none.output;
   EXPECT_NE(none.output.find("does not answer at 127.0.0.1:9"), std::string::npos) << none.output;
-  for (const char* wrong : {"tev:host:x", "tev:host:70000", "tev:"}) {
+  for (const char* wrong : {"tev:host:x", "tev:host:70000", "tev:", "tev:::1"}) {
     const ProcessResult r = run_dapple({"render", cornell, "-o", "unused.png", "--display", wrong}, 60);
     EXPECT_EQ(r.exit_code, 2) << r.output;
-    EXPECT_NE(r.output.find("no place of the viewer"), std::string::npos) << r.output;
+    EXPECT_NE(r.output.find(wrong == std::string("tev:::1") ? "IPv6" : "no place of the viewer"), std::string::npos)
+        << r.output;
   }
 }
 

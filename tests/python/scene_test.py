@@ -83,6 +83,33 @@ class SceneTest(unittest.TestCase):
             live.gains["kay"] = 1
         live.close()
 
+    def test_refused_gains(self):
+        live = dapple.LiveSession(self.scene)
+        for wrong in (-1, float("nan"), 1e12):
+            live.gains["key"] = wrong
+            with self.assertRaises(dapple.SceneError):
+                live.wait()
+            np.testing.assert_array_equal(live.gains["key"], (1, 1, 1))
+        live.gains["key"] = -1
+        with self.assertRaises(dapple.SceneError):
+            while True:
+                live.gains["sky"] = 2
+                time.sleep(.01)
+        live.wait()
+        with self.assertRaises(dapple.SceneError):
+            live.edit(lambda s: s.gains.__setitem__("key", -1)).result()
+        np.testing.assert_array_equal(live.gains["key"], (1, 1, 1))
+        live.edit(lambda s: time.sleep(.2))
+        live.gains["key"] = 2
+        np.testing.assert_array_equal(live.gains["key"], (2, 2, 2))
+        live.wait()
+        np.testing.assert_array_equal(live.gains["key"], (2, 2, 2))
+        live.edit(lambda s: (time.sleep(.2), s.lights["key"].__setitem__("string group", "sun")))
+        live.gains["sun"] = 3
+        live.wait()
+        np.testing.assert_array_equal(live.gains["sun"], (3, 3, 3))
+        live.close()
+
     def test_items(self):
         s = self.scene
         self.assertEqual(list(s.lights), ["key", "infinite:1"])

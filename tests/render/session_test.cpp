@@ -127,6 +127,30 @@ TEST(Session, InterruptKeepsWhatIsDone) {
   EXPECT_GE(film.samples(0, 0), result.samples);
 }
 
+// Rationale: threads overlap, so there is hardly a moment when none of four is within its samples, unless they wait.
+TEST(Session, PausesComeBeforeThePassEnds) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(3));
+  scene::Film film(built.scene->film);
+  render::RenderSession session(integrator, film, {.pixel_samples = 128});
+  std::atomic<bool> asks{false};
+  double samples = 0;
+  session.on_pass([&](uint32_t done) { asks = done == 1; });
+  session.on_pause({[&] { return asks.load(); },
+                    [&]() -> std::function<void()> {
+                      asks = false;
+                      samples = film.mean_samples();
+                      return {};
+                    }});
+  set_thread_count(4);
+  const std::atomic<bool> interrupt{false};
+  session.run(interrupt);
+  set_thread_count(0);
+  EXPECT_GT(samples, 1);
+  EXPECT_LT(samples, 1 + 16);  // four batches of 16 in 20 blocks
+  EXPECT_EQ(film.mean_samples(), 128);
+}
+
 // Rationale: noise is where it is; whole blocks of 16 x 16 pixels get more samples there, up to the most that are
 // allowed. The upper half of this picture is a plain sky, the lower a floor under a lamp that only paths find.
 constexpr const char* horizon = R"(LookAt 0 0 1  0 1 1  0 0 1

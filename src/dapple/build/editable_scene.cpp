@@ -231,6 +231,10 @@ std::vector<RGB> EditableScene::described_gains() const {
   return read_gains(*context_, built_.scene->light_groups, options_.gains);
 }
 
+IntegratorRequest EditableScene::described_request() const {
+  return make_integrator_request(*context_);
+}
+
 Changes EditableScene::update(Changes changes) {
   if (!changes.any()) return changes;
   Parts parts;

@@ -43,6 +43,8 @@ class EditableScene {
   const BuildOptions& options() const { return options_; }
   /// Of the scene's groups, by the description as it is. InputError for what is no gain.
   std::vector<RGB> described_gains() const;
+  /// BuiltScene::request by the description as it is. InputError.
+  IntegratorRequest described_request() const;
 
   /// Makes again what changed. InputError: built() is what it was. Nobody may use the scene meanwhile. Returns what was
   /// made again: some edits of materials take the geometry with them.

@@ -7,8 +7,7 @@
 
 namespace dapple::render {
 
-std::string why_no_gains(const scene::Scene& scene, const GainUse& use) {
-  using shading::Stage;
+std::string why_no_gains(const GainUse& use) {
   const build::IntegratorRequest& r = use.request;
   if (r.type != "path" && r.type != "distribution")
     return "they go with integrators path and distribution, not " + r.type;
@@ -16,7 +15,12 @@ std::string why_no_gains(const scene::Scene& scene, const GainUse& use) {
   for (const char* aov : {"variance", "airlight", "direct"})
     if (std::find(use.aovs.begin(), use.aovs.end(), aov) != use.aovs.end())
       return "layer " + std::string(aov) + " is not known by groups";
-  if (r.type != "distribution") return "";
+  return "";
+}
+
+std::string why_no_gains(const scene::Scene& scene, const GainUse& use) {
+  using shading::Stage;
+  if (const std::string why = why_no_gains(use); !why.empty() || use.request.type != "distribution") return why;
   for (const shading::MaterialPtr& material : scene.materials)
     for (const Stage stage : {Stage::diffuselighting, Stage::specularlighting, Stage::postlighting})
       if (material->stages().has(stage))
@@ -25,9 +29,10 @@ std::string why_no_gains(const scene::Scene& scene, const GainUse& use) {
   return "";
 }
 
-void check_gains(const scene::Scene& scene, const std::vector<RGB>& gains, const GainUse& use) {
+void check_gains(const scene::Scene* scene, const std::vector<RGB>& gains, const GainUse& use) {
   if (std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); })) return;
-  if (const std::string why = why_no_gains(scene, use); !why.empty()) throw UsageError("gains of light groups: " + why);
+  const std::string why = scene ? why_no_gains(*scene, use) : why_no_gains(use);
+  if (!why.empty()) throw UsageError("gains of light groups: " + why);
 }
 
 }  // namespace dapple::render

@@ -19,7 +19,9 @@ struct GainUse {
 /// Light of groups adds up, and so gains are factors on sums. Says what of a picture is no such sum: integrators that
 /// know no groups, shaders with stages of their own, estimates of noise. Empty: nothing is.
 std::string why_no_gains(const scene::Scene& scene, const GainUse& use);
-/// UsageError with that, if some gain is not 1.
-void check_gains(const scene::Scene& scene, const std::vector<RGB>& gains, const GainUse& use);
+/// The same by what is asked for alone.
+std::string why_no_gains(const GainUse& use);
+/// UsageError with that, if some gain is not 1. Null: of a scene whose materials are not known yet.
+void check_gains(const scene::Scene* scene, const std::vector<RGB>& gains, const GainUse& use);
 
 }  // namespace dapple::render

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "dapple/base/timer.h"
+#include "dapple/render/gains.h"
 #include "dapple/scenefile/scene_writing.h"
 
 namespace dapple::render {
@@ -191,17 +192,27 @@ void LiveSession::set_scene_gains(scene::Film& film) const {
   if (film.settings().light_groups > 0) film.set_gains(built_->scene->light_groups.gains);
 }
 
+// While what is built is as it was: then a transaction can still be taken back. Gains of groups that come with it are
+// judged when the picture is made.
+void LiveSession::check_gains() const {
+  const build::Changes& c = scene_->changes();
+  if (!built_ || !c.gains) return;
+  const PictureRequest& asked = options_.picture;
+  const build::IntegratorRequest request =
+      asked.integrator.over(c.settings || c.all ? scene_->described_request() : built_->request);
+  const bool keeps_materials = !c.materials && !c.geometry && !c.all;
+  render::check_gains(keeps_materials ? built_->scene.get() : nullptr, scene_->described_gains(),
+                      {request, asked.aovs, asked.noise_target});
+}
+
 // The integrator goes before the scene that it refers to, unless it will serve what has changed as well.
 void LiveSession::build() {
+  check_gains();
   const build::Changes changes = scene_->changes();
   bool keeps = picture_ && only_camera_or_gains(changes);
   bool keeps_film = keeps && !changes.camera;
   if (keeps && changes.camera) keeps = build::outlasts_camera(*built_, picture_->request());
-  if (keeps && changes.gains) {
-    const std::vector<RGB> gains = scene_->described_gains();
-    picture_->check_gains(gains);
-    keeps = picture_->keeps_for(gains);
-  }
+  if (keeps && changes.gains) keeps = picture_->keeps_for(scene_->described_gains());
   keeps_film &= keeps;
   if (!keeps_film) film_.reset();
   if (!keeps) picture_.reset();
@@ -254,15 +265,33 @@ RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint3
           }};
 }
 
+// Of gains that films without groups cannot show; not of those that will be refused.
+bool LiveSession::needs_samples(Transaction& gain) {
+  const auto before = scene_->checkpoint();
+  bool needs = false;
+  try {
+    gain.change(*scene_);
+    check_gains();
+    needs = !picture_->keeps_for(scene_->described_gains());
+  } catch (...) {  // which is told when it is applied
+  }
+  scene_->restore(before);
+  return needs;
+}
+
 // False if there was none that the film can show. Those that need other samples, and what comes after them, stay.
 bool LiveSession::take_gains(scene::Film& film) {
   std::deque<Transaction> gains;
   {
     const std::lock_guard lock(mutex_);
     has_news_ = cancel_.load();
-    if (picture_->film_groups() == 0) cancel_ = cancel_ || !queue_.empty();
-    for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front())
+    for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front()) {
+      if (picture_->film_groups() == 0 && needs_samples(queue_.front())) {
+        cancel_ = true;
+        break;
+      }
       gains.push_back(std::move(queue_.front()));
+    }
   }
   for (Transaction& t : gains) apply(t);
   if (gains.empty()) return false;

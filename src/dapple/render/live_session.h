@@ -85,6 +85,8 @@ class LiveSession {
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
   bool take_gains(scene::Film& film);
+  bool needs_samples(Transaction& gain);
+  void check_gains() const;
   std::exception_ptr outside(std::exception_ptr error) const;
   void publish(image::OutputImage picture, int reduction, uint32_t samples, const SessionResult* settled);
 

@@ -65,7 +65,7 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
   if (asked.light_groups && request_.type != "path" && request_.type != "distribution")
     throw UsageError("light groups go with integrators path and distribution, not " + request_.type);
   const scene::LightGroups& groups = built.scene->light_groups;
-  check_gains(groups.gains);
+  check_gains(built.scene.get(), groups.gains, {request_, asked.aovs, asked.noise_target});
   const bool may_mix =
       asked.mixes && groups.names.size() > 1 && (request_.type == "path" || request_.type == "distribution");
   request_.light_groups = asked.light_groups || groups.has_gains() || may_mix;
@@ -95,10 +95,6 @@ scene::Film Picture::make_film() const {
 bool Picture::keeps_for(const std::vector<RGB>& gains) const {
   return film_groups_ == int(gains.size()) ||
          std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); });
-}
-
-void Picture::check_gains(const std::vector<RGB>& gains) const {
-  render::check_gains(*built_.scene, gains, {request_, asked_.aovs, asked_.noise_target});
 }
 
 integrate::CacheState Picture::opacity_state() const {

@@ -45,8 +45,6 @@ class Picture {
   int film_groups() const { return film_groups_; }
   /// Whether a film of make_film() can show these gains.
   bool keeps_for(const std::vector<RGB>& gains) const;
-  /// UsageError where the picture cannot have them.
-  void check_gains(const std::vector<RGB>& gains) const;
   /// After the camera moved (build::outlasts_camera()), and between films.
   void begin_again() {
     features_.reset(), motion_.reset();

@@ -125,11 +125,18 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) 
   return noisy;
 }
 
-// One thread looks; the others wait where they would begin their next samples.
+std::shared_lock<std::shared_mutex> RenderSession::use_film() {
+  const std::lock_guard gate(gate_);
+  return std::shared_lock(film_in_use_);
+}
+
+// One thread looks; the others wait where they would begin their next samples. Without the gate they would go on for as
+// long as some thread is within its samples: shared locks do not wait for one that wants all.
 void RenderSession::pause_if_wanted() {
   if (!pause_.wants() || pausing_.exchange(true)) return;
   std::function<void()> afterwards;
   {
+    const std::lock_guard gate(gate_);
     const std::unique_lock all(film_in_use_);
     afterwards = pause_.look();
   }
@@ -160,7 +167,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
         for (uint32_t first = 0; first < count && !interrupt; first += at_once) {
           {
             std::shared_lock<std::shared_mutex> in_use;
-            if (pause_.wants) in_use = std::shared_lock(film_in_use_);
+            if (pause_.wants) in_use = use_film();
             integrator_.render({areas[i], samples + first, std::min(at_once, count - first), most, abandon}, *workspace,
                                film_);
           }

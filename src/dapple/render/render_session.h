@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <shared_mutex>
 
@@ -64,8 +65,8 @@ class RenderSession {
   /// read meanwhile.
   void on_pass(std::function<void(uint32_t samples)> callback) { pass_callback_ = std::move(callback); }
   /// Where `wants` says so, which any rendering thread asks between samples of a block, `look` is called on one of
-  /// them while no sample is under way: the film may be read, and no loop run in parallel. What it returns, if
-  /// anything, is called when samples are under way again.
+  /// them while no sample is under way, once the others are between theirs, too: the film may be read, and no loop run
+  /// in parallel. What it returns, if anything, is called when samples are under way again.
   struct Pause {
     std::function<bool()> wants;
     std::function<std::function<void()>()> look;
@@ -87,6 +88,7 @@ class RenderSession {
 
  private:
   std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas) const;
+  std::shared_lock<std::shared_mutex> use_film();
   void pause_if_wanted();
 
   const integrate::Integrator& integrator_;
@@ -95,6 +97,7 @@ class RenderSession {
   std::function<void(const Progress&)> callback_;
   std::function<void(uint32_t)> pass_callback_;
   Pause pause_;
+  std::mutex gate_;                ///< before film_in_use_; held by who waits for all of it
   std::shared_mutex film_in_use_;  ///< shared by threads that add samples, where there is a Pause
   std::atomic<bool> pausing_{false};
 };

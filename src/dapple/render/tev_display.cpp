@@ -11,6 +11,7 @@
 #include <bit>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -22,7 +23,9 @@ namespace dapple::render {
 
 namespace {
 
-constexpr int patience_ms = 5000;
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds patience{5};  // with a channel, and with connecting
+constexpr std::chrono::milliseconds slice{50};
 
 enum class Operation : uint8_t { update_image = 3, create_image = 4 };
 
@@ -40,16 +43,17 @@ class Payload {
   std::string bytes;
 };
 
-bool wait_for(int socket, short events) {
-  pollfd p{socket, events, 0};
-  int ready = 0;
-  do ready = poll(&p, 1, patience_ms);
-  while (ready < 0 && errno == EINTR);
-  return ready > 0;
+// False after the deadline, or when stopped.
+bool wait_for(int socket, short events, Clock::time_point deadline, const StopToken& stop) {
+  while (!stop.stopped() && Clock::now() < deadline) {
+    pollfd p{socket, events, 0};
+    if (poll(&p, 1, int(slice.count())) > 0) return true;
+  }
+  return false;
 }
 
 // -1 where nobody listens; errno says why.
-int connect_to(const addrinfo& address) {
+int connect_to(const addrinfo& address, const StopToken& stop) {
   const int socket =
       ::socket(address.ai_family, address.ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, address.ai_protocol);
   if (socket < 0) return -1;
@@ -57,7 +61,8 @@ int connect_to(const addrinfo& address) {
   if (error == EINPROGRESS) {
     error = ETIMEDOUT;
     socklen_t size = sizeof error;
-    if (wait_for(socket, POLLOUT)) getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+    if (wait_for(socket, POLLOUT, Clock::now() + patience, stop))
+      getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
   }
   if (error == 0) return socket;
   close(socket);
@@ -73,14 +78,16 @@ TevAddress::TevAddress(const std::string& text) {
   const size_t colon = where.rfind(':');
   host = where.substr(0, colon);
   if (colon != std::string::npos) port = where.substr(colon + 1);
+  if (host.find(':') != std::string::npos)
+    throw UsageError("\"" + text + "\": addresses of IPv6 are not known; name the host, as in tev:HOST:PORT");
   uint16_t number = 0;
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
   if (host.empty() || error != std::errc() || end != port.data() + port.size() || number == 0)
     throw UsageError("\"" + text + "\" is no place of the viewer; expected tev, tev:HOST or tev:HOST:PORT");
 }
 
-TevDisplay::TevDisplay(const TevAddress& address, std::string image_name)
-    : address_(address.to_string()), name_(std::move(image_name)) {
+TevDisplay::TevDisplay(const TevAddress& address, std::string image_name, StopToken stop)
+    : address_(address.to_string()), name_(std::move(image_name)), stop_(stop) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -88,41 +95,49 @@ TevDisplay::TevDisplay(const TevAddress& address, std::string image_name)
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, [](addrinfo* a) {
     if (a) freeaddrinfo(a);
   });
-  for (const addrinfo* a = error == 0 ? found : nullptr; a && socket_ < 0; a = a->ai_next) socket_ = connect_to(*a);
+  for (const addrinfo* a = error == 0 ? found : nullptr; a && socket_ < 0; a = a->ai_next)
+    socket_ = connect_to(*a, stop_);
   if (socket_ < 0)
     throw IoError("the viewer tev does not answer at " + address_ + ": " +
                   (error != 0 ? gai_strerror(error) : std::strerror(errno)));
 }
 
 TevDisplay::~TevDisplay() {
-  if (socket_ >= 0) close(socket_);
+  leave();
 }
 
+void TevDisplay::leave() {
+  if (const int socket = socket_.exchange(-1); socket >= 0) close(socket);
+}
+
+// After a part of a packet nothing else can be sent: one that is given up ends the connection.
 void TevDisplay::send(const std::string& payload) {
   if (socket_ < 0) return;
+  const Clock::time_point deadline = Clock::now() + patience;
+  if (payload.size() > UINT32_MAX - 4) {
+    log_warning("the viewer tev takes no channel of more than 4 GB");
+    return leave();
+  }
   Payload length(Operation::update_image);
   length.bytes.clear();
   length.add(uint32_t(payload.size() + 4));
   for (const std::string_view part : {std::string_view(length.bytes), std::string_view(payload)})
     for (size_t sent = 0; sent < part.size();) {
+      if (stop_.stopped()) return leave();
       const ssize_t n = ::send(socket_, part.data() + sent, part.size() - sent, MSG_NOSIGNAL);
-      if (n > 0) {
-        sent += size_t(n);
-        continue;
-      }
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-        if (wait_for(socket_, POLLOUT)) continue;
-        errno = ETIMEDOUT;
-      }
-      log_warning("the viewer tev at " + address_ + " takes no more pictures: " + std::strerror(errno));
-      close(socket_);
-      socket_ = -1;
-      return;
+      int error = n < 0 ? errno : 0;
+      if (n > 0) sent += size_t(n);
+      if (error == EAGAIN || error == EWOULDBLOCK)
+        error = wait_for(socket_, POLLOUT, deadline, stop_) || stop_.stopped() ? 0 : ETIMEDOUT;
+      if (sent < part.size() && Clock::now() >= deadline) error = ETIMEDOUT;
+      if (error == 0 || error == EINTR) continue;
+      log_warning("the viewer tev at " + address_ + " takes no more pictures: " + std::strerror(error));
+      return leave();
     }
 }
 
 void TevDisplay::show(const image::OutputImage& picture) {
+  if (!is_open() || stop_.stopped()) return;
   const int width = picture.display_width > 0 ? picture.display_width : picture.width;
   const int height = picture.display_height > 0 ? picture.display_height : picture.height;
   std::vector<std::string> channels;
@@ -140,7 +155,7 @@ void TevDisplay::show(const image::OutputImage& picture) {
     channels_ = channels, width_ = width, height_ = height;
   }
   for (const image::ImageLayer& layer : picture.layers)
-    for (size_t c = 0; c < layer.channels.size() && socket_ >= 0; ++c) {
+    for (size_t c = 0; c < layer.channels.size() && is_open(); ++c) {
       Payload update(Operation::update_image);
       update.bytes.reserve(layer.pixels.size() / layer.channels.size() * 4 + 256);
       update.add_byte(0);

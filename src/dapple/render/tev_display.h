@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "dapple/base/stop_token.h"
 #include "dapple/image/image_writer.h"
 
 namespace dapple::render {
@@ -25,22 +27,25 @@ struct TevAddress {
 /// UpdateImage for all pixels of each.
 class TevDisplay {
  public:
-  /// Connects. IoError where nobody listens.
-  TevDisplay(const TevAddress& address, std::string image_name);
+  /// Connects. IoError where nobody listens. What is being shown is given up when `stop` says so.
+  TevDisplay(const TevAddress& address, std::string image_name, StopToken stop = {});
   ~TevDisplay();
   TevDisplay(const TevDisplay&) = delete;
   TevDisplay& operator=(const TevDisplay&) = delete;
 
+  /// May be asked from any thread.
   bool is_open() const { return socket_ >= 0; }
-  /// All layers, over the whole frame. Does nothing once the viewer has gone, or has taken nothing for some seconds,
-  /// which is said.
+  /// All layers, over the whole frame. Does nothing once the viewer has gone, or has not taken a channel within some
+  /// seconds, which is said; nor once stopped.
   void show(const image::OutputImage& picture);
 
  private:
   void send(const std::string& payload);
+  void leave();
 
   const std::string address_, name_;
-  int socket_ = -1;
+  const StopToken stop_;
+  std::atomic<int> socket_{-1};
   std::vector<std::string> channels_;  ///< of the image that the viewer has
   int width_ = 0, height_ = 0;
 };

@@ -52,8 +52,9 @@ class WorkingScene {
   /// scene and what is built of it are as they were.
   build::BuiltScene& built(const build::FilmOverrides& film);
   build::BuiltScene& built() { return built(options_.film); }
-  /// build::EditableScene::described_gains(), of a scene that was built.
+  /// As build::EditableScene, of a scene that was built.
   std::vector<RGB> described_gains() const { return built_->described_gains(); }
+  build::IntegratorRequest described_request() const { return built_->described_request(); }
   /// What has changed since built() was called last.
   const build::Changes& changes() const { return changes_; }
   /// What the last call of built() made again.
