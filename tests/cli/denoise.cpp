@@ -90,7 +90,8 @@ TEST_F(Denoise, DirectLightIsWhatLampsSendToWhatIsSeen) {
   EXPECT_GT(lamps, 0);
   EXPECT_GT(indirect, 0);
   EXPECT_NEAR(of_cache / indirect, 1, .05);
-  const ProcessResult grids = render_to("no.exr", {"--preset", "final", "--aov", "direct"});
+  const ProcessResult grids =
+      render_to("no.exr", {"--integrator", "distribution", "--preset", "final", "--aov", "direct"});
   EXPECT_EQ(grids.exit_code, 2) << grids.output;
   EXPECT_NE(grids.output.find("direct"), std::string::npos) << grids.output;
 }
@@ -193,7 +194,7 @@ Shape "bilinearmesh" "point3 P" [ -2 -2 0  2 -2 0  -2 2 0  2 2 0 ]
 )";
   const ExrLayers all = layers("clean.exr",
                                {"--integrator", "path", "--pixel-samples", "64", "--bounces", "1", "--denoise", "on",
-                                "--aov", "albedo,normal,variance"},
+                                "--aov", "albedo,normal,variance,direct"},
                                file("scene.pbrt"));
   for (const std::string c : {"R", "G", "B"}) {
     double variance = 0;
