@@ -13,6 +13,7 @@ placed by ObjectInstance, which is what `--integrator images` can make images of
 import argparse
 import array
 import math
+import os
 import random
 import struct
 import sys
@@ -45,10 +46,14 @@ def number(path, line, word):
 
 
 def read_species(path):
-    species = {}
+    species, current = {}, None
     for line, (key, *values) in read_lines(path):
+        if key in ("species", "shape") and len(values) != 1:
+            fail(path, line, f"expected one word after '{key}'")
         if key == "species":
             current = species[values[0]] = {"name": values[0]}
+        elif current is None:
+            fail(path, line, f"'{key}' stands before the first species")
         elif key == "shape" and values[0] in ("round", "cone", "column"):
             current[key] = values[0]
         elif key in COUNTS and len(values) == COUNTS[key]:
@@ -246,7 +251,7 @@ class Places:
 
     def __init__(self, path):
         self.path, self.chunks, self.rows, self.count = path, 0, [], 0
-        self.file = open(path, "wb")
+        self.file = open(f"{path}.part", "wb")  # whole or not at all: it may be rendered meanwhile
         self.file.write(bytes(40))
 
     def add(self, m):
@@ -273,6 +278,7 @@ class Places:
         self.file.seek(0)
         self.file.write(b"dapple-places".ljust(16, b"\0") + struct.pack("<IIQQ", 1, 0, self.count, self.chunks))
         self.file.close()
+        os.replace(self.file.name, self.path)
 
 
 HEAD = """# {trees} trees on {side:.0f} m x {side:.0f} m, by make_forest.py. z up, metres.
