@@ -43,15 +43,13 @@ Shape "sphere" "float radius" .3
 def without_variance(source, target):
     """A copy whose layer of variances has another name."""
     import OpenImageIO as oiio
+    from reprojection import write_pixels
 
     image = oiio.ImageInput.open(str(source))
     spec, pixels = image.spec(), image.read_image("float")
     image.close()
     spec.channelnames = [name.replace("variance", "other") for name in spec.channelnames]
-    out = oiio.ImageOutput.create(str(target))
-    if not out or not out.open(str(target), spec) or not out.write_image(pixels):
-        raise RuntimeError(f"{target} could not be written")
-    out.close()
+    write_pixels(target, spec, pixels)
 
 
 def bench(context):

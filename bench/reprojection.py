@@ -28,6 +28,15 @@ class Camera:
         return self.width / 2 + x, self.height / 2 - y, depth
 
 
+def write_pixels(path, spec, pixels):
+    import OpenImageIO as oiio
+
+    out = oiio.ImageOutput.create(str(path))
+    if not out or not out.open(str(path), spec) or not out.write_image(pixels):
+        raise RuntimeError(f"{path} could not be written")
+    out.close()
+
+
 def read_channels(path, *names):
     """Channels of an image as an array of doubles."""
     import OpenImageIO as oiio

@@ -98,16 +98,14 @@ def write_strip(path, geometry, kinds):
     """Two frames of each kind, and 12 times their second differences."""
     import numpy as np
     import OpenImageIO as oiio
+    from reprojection import write_pixels
 
     rows = []
     for lights in kinds:
         change = np.repeat(np.clip(12 * variation(geometry, lights)[2][0].mean(-1, keepdims=True), 0, 1), 3, -1)
         rows.append(np.concatenate([lights[1], lights[2], change], 1))
     pixels = np.ascontiguousarray((255 * np.clip(np.concatenate(rows), 0, 1) + 0.5).astype(np.uint8))
-    out = oiio.ImageOutput.create(str(path))
-    if not out or not out.open(str(path), oiio.ImageSpec(*pixels.shape[1::-1], 3, "uint8")) or not out.write_image(pixels):
-        raise RuntimeError(f"{path} could not be written")
-    out.close()
+    write_pixels(path, oiio.ImageSpec(*pixels.shape[1::-1], 3, "uint8"), pixels)
 
 
 def bench(context):
