@@ -91,6 +91,37 @@ py::dict layers_of(Picture picture) {
   return layers;
 }
 
+py::dict header_of(const Picture& picture) {
+  py::dict header;
+  for (const auto& [name, value] : picture.header) header[py::str(name)] = py::cast(value);
+  return header;
+}
+
+// Numbers as Python has them: true is 1.
+std::vector<std::pair<std::string, HeaderValue>> header_of(const py::dict& entries) {
+  std::vector<std::pair<std::string, HeaderValue>> header;
+  for (const auto& [key, value] : entries) {
+    const std::string name = py::cast<std::string>(key);
+    if (py::isinstance<py::str>(value))
+      header.emplace_back(name, py::cast<std::string>(value));
+    else if (py::isinstance<py::int_>(value))
+      header.emplace_back(name, py::cast<int>(value));
+    else if (py::isinstance<py::float_>(value))
+      header.emplace_back(name, py::cast<float>(value));
+    else
+      header.emplace_back(name, py::cast<std::array<float, 16>>(value));
+  }
+  return header;
+}
+
+// As `dapple render` calls them.
+std::string channel_of(const std::string& layer, const std::string& channel) {
+  if (layer.empty()) return channel;
+  const bool is_vector = layer == "normal" || layer == "motion" || layer == "position";
+  const size_t at = is_vector ? std::string("RGB").find(channel) : std::string::npos;
+  return (layer == "position" ? "P" : layer) + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
+}
+
 py::dict dict_of(const Statistics& s) {
   py::dict caches;
   for (const CacheUse& c : s.caches)
@@ -292,7 +323,8 @@ void add_scene(py::module_& m) {
           return s.render(o);
         });
         const py::dict statistics = dict_of(picture.statistics);
-        return py::make_tuple(layers_of(std::move(picture)), statistics);
+        const py::dict header = header_of(picture);
+        return py::make_tuple(layers_of(std::move(picture)), statistics, header);
       });
 }
 
@@ -373,8 +405,9 @@ class PyLiveSession {
   static py::object dict_of_frame(const std::optional<LiveFrame>& f) {
     if (!f) return py::none();
     return py::dict("layers"_a = layers_of(*f->picture), "statistics"_a = dict_of(f->picture->statistics),
-                    "reduction"_a = f->reduction, "pixel_samples"_a = f->pixel_samples, "edits"_a = f->edits,
-                    "settled"_a = f->settled, "seconds"_a = f->seconds);
+                    "header"_a = header_of(*f->picture), "reduction"_a = f->reduction,
+                    "pixel_samples"_a = f->pixel_samples, "edits"_a = f->edits, "settled"_a = f->settled,
+                    "seconds"_a = f->seconds);
   }
 
   std::unique_ptr<LiveSession> session_;
@@ -404,14 +437,14 @@ PYBIND11_MODULE(_core, m) {
   add_scene(m);
   add_live_session(m);
   m.def("read", [](const std::string& path) { return layers_of(read(path)); });
-  m.def("write", [](const std::string& path, const py::dict& layers) {
+  m.def("write", [](const std::string& path, const py::dict& layers, const py::dict& header) {
     Picture picture;
+    picture.header = header_of(header);
     for (const auto& [key, value] : layers) {
       const std::string name = py::cast<std::string>(key);
       Layer layer = layer_of(py::cast<Floats>(value), name.empty() ? "picture" : name.c_str());
       layer.name = name;
-      if (!name.empty())
-        for (std::string& channel : layer.channels) channel = name + "." + channel;
+      for (std::string& channel : layer.channels) channel = channel_of(name, channel);
       picture.layers.push_back(std::move(layer));
     }
     if (!picture.layers.empty())

@@ -71,7 +71,8 @@ std::vector<Picture> pictures_of(const std::string& path, const ExrFile& file) {
 }
 
 float exposure_of(const ExrFile& file, const Picture& picture) {
-  const float told = picture.colour.name.empty() ? file.number("dapple/denoiseExposure").value_or(0) : 0;
+  const bool is_frame = picture.colour.name.empty() || picture.colour.name == "rgb";  // as `dapple render` names it
+  const float told = is_frame ? file.number("dapple/denoiseExposure").value_or(0) : 0;
   return told >= least_exposure && told <= most_exposure ? told : 0;
 }
 
@@ -101,6 +102,13 @@ void warn_of_odd(const std::string& path, const Layer& layer, const denoise::Pix
                 "\" are not finite, and count as black there");
 }
 
+image::Image image_of(const denoise::PixelRows& rows) {
+  image::Image image(rows.width(), rows.height(), 3);
+  const size_t width = 3 * size_t(rows.width());
+  for (int y = 0; y < rows.height(); ++y) rows.read(y, 0, rows.width(), &image.pixels()[size_t(y) * width]);
+  return image;
+}
+
 std::string denoise_picture(const std::string& path, const Picture& picture, Networks& networks, ExrFile* file) {
   const Denoiser& network = networks.for_picture(path, *file, picture);
   std::optional<LayerRows> albedo, normal;
@@ -119,7 +127,11 @@ std::string denoise_picture(const std::string& path, const Picture& picture, Net
   image::Image whole = without_noise();
   if (tells_variance(*file, picture)) denoise::keep_clean_pixels(colour, LayerRows(*file, *picture.variance), &whole);
   std::vector<image::Image> groups;
-  for (const Layer& group : picture.light_groups) groups.push_back(denoised(LayerRows(*file, group), 0));
+  const bool again = picture.noisy.part != picture.colour.part || picture.noisy.channels != picture.colour.channels;
+  for (const Layer& group : picture.light_groups) {
+    const LayerRows rows(*file, group);
+    groups.push_back(again ? image_of(rows) : denoised(rows, 0));  // those of a denoised picture are so too
+  }
   denoise::add_up_to(whole, groups);
   file->replace(picture.colour.part, picture.colour.channels, whole);
   for (size_t g = 0; g < groups.size(); ++g)

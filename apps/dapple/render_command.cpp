@@ -11,15 +11,12 @@
 #include "dapple/build/scene_builder.h"
 #include "dapple/media/medium.h"
 #include "dapple/path/path_integrator.h"
-#include "dapple/render/gains.h"
 #include "dapple/render/output.h"
 #include "dapple/render/picture.h"
 #include "dapple/render/report.h"
 #include "dapple/render/tev_display.h"
 #include "dapple/render/watched_scene.h"
-#include "dapple/scene/camera_matrices.h"
 #include "dapple/shading/guarded_light.h"
-#include "frame_denoising.h"
 #include "interrupts.h"
 #include "option_values.h"
 #include "output_files.h"
@@ -77,80 +74,21 @@ bool report_shader_faults(const RenderOptions& o, const scene::Scene& scene, siz
   return (!faults.errors.empty() && !o.keep_going) || (!faults.warnings.empty() && o.strict);
 }
 
-// What fills the radiosity cache, if anything does.
-void check_cache_views(const std::string& option, const build::IntegratorRequest& r) {
-  if (r.type != "distribution" || !r.radiosity_cache.value_or(true))
-    throw UsageError(option + " needs --integrator distribution and its radiosity cache");
-}
-
-/// A matrix for row vectors, from the coordinates of the scene file.
-M44f from_file(const M44f& m, const V3d& origin) {
-  M44d shift;
-  shift.setTranslation(-origin);
-  return M44f(shift * M44d(m));
-}
-
-render::OutputSettings output_settings(const RenderOptions& o, const build::BuiltScene& built,
-                                       const std::string& command_line) {
-  render::OutputSettings s;
-  s.origin = built.origin;
-  s.aovs = render::parse_aovs(o.aovs);
-  if (s.aovs.empty() && built.film.gbuffer) s.aovs = render::aov_names();
-  if (!o.show_cache.empty()) {
-    const auto name = std::find(std::begin(render::cache_view_names), std::end(render::cache_view_names), o.show_cache);
-    s.cache_view = render::CacheView(name - std::begin(render::cache_view_names));
-    for (const std::string& aov : render::cache_aov_names())
-      if (std::find(s.aovs.begin(), s.aovs.end(), aov) == s.aovs.end()) s.aovs.push_back(aov);
-  }
+image::ExrOptions exr_options(const RenderOptions& o, const build::BuiltScene& built) {
+  image::ExrOptions exr;
   const bool half = o.half || (built.film.half && !o.full_float);
-  s.exr.type = half ? image::SampleType::half_float : image::SampleType::full_float;
-  s.exr.multi_part = o.multi_part;
-  s.exr.tile_size = o.tiled ? 64 : 0;
-  if (!o.compression.empty()) s.exr.compression = o.compression;
-  if (o.png_bits > 0) s.png.bits = o.png_bits;
-  s.png.view = display_view(o);
-  char fingerprint[17];
-  std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(built.scene->fingerprint));
-  s.metadata = {{"Software", "Dapple " + render::version()},
-                {"dapple/commandLine", command_line},
-                {"dapple/scene", o.scene},
-                {"dapple/sceneFingerprint", std::string(fingerprint)},
-                {"dapple/seed", std::to_string(o.seed.value_or(built.request.seed.value_or(0)))}};
-  const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
-  s.metadata.push_back({"worldToCamera", from_file(camera.world_to_camera, built.origin)});
-  if (camera.world_to_ndc) s.metadata.push_back({"worldToNDC", from_file(*camera.world_to_ndc, built.origin)});
-  if (render::show_motion(s.aovs) && camera.world_to_ndc) {
-    s.metadata.push_back({"dapple/shuttersAFrame", built.scene->camera.shutters_a_frame()});
-    s.metadata.push_back({"dapple/worldToNDCAtClose",
-                          from_file(*scene::camera_matrices_at_close(built.scene->camera).world_to_ndc, built.origin)});
-  }
-  return s;
+  exr.type = half ? image::SampleType::half_float : image::SampleType::full_float;
+  exr.multi_part = o.multi_part;
+  exr.tile_size = o.tiled ? 64 : 0;
+  if (!o.compression.empty()) exr.compression = o.compression;
+  return exr;
 }
 
-// A limit of time or noise without a number of samples leaves the number open.
-bool has_open_samples(const RenderOptions& o) {
-  return o.pixel_samples == 0 && (o.time_limit > 0 || o.noise_target > 0);
-}
-
-render::StopRules stop_rules(const RenderOptions& o, const build::IntegratorRequest& settled) {
-  render::StopRules rules;
-  rules.time_limit = o.time_limit;
-  rules.noise_target = o.noise_target;
-  rules.pixel_noise = *settled.pixel_noise;
-  if (has_open_samples(o)) {
-    if (o.max_pixel_samples > 0)
-      throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
-    rules.pixel_samples = uint32_t(build::max_pixel_samples);
-  } else {
-    rules.pixel_samples = uint32_t(*settled.pixel_samples);
-    rules.max_pixel_samples = uint32_t(settled.max_pixel_samples.value_or(0));
-    if (o.max_pixel_samples > 0 && rules.max_pixel_samples < rules.pixel_samples)
-      throw UsageError("--max-pixel-samples is below the " + std::to_string(rules.pixel_samples) +
-                       " camera samples that each pixel gets");
-  }
-  if (o.pixel_noise > 0 && rules.max_pixel_samples <= rules.pixel_samples)
-    throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
-  return rules;
+image::PngOptions png_options(const RenderOptions& o) {
+  image::PngOptions png;
+  if (o.png_bits > 0) png.bits = o.png_bits;
+  png.view = display_view(o);
+  return png;
 }
 
 // "64 samples a pixel", or "64 to 1024 samples a pixel (130 on average)"
@@ -187,32 +125,50 @@ build::BuildOptions build_options(const RenderOptions& o) {
   return options;
 }
 
-// What the command line asks for, else the scene.
-build::IntegratorRequest settled_request(const RenderOptions& o, const build::BuiltScene& built,
-                                         const std::vector<std::string>& aovs, Diagnostics& diagnostics) {
-  build::IntegratorRequest request = integrator_request(o).over(built.request);
-  request.log_caches = render::show_cache_use(aovs);
-  if (request.log_caches) check_cache_views(o.show_cache.empty() ? "--aov cache_..." : "--show-cache", request);
-  if (request.type == "path" || request.type == "canopy" || request.type == "images")
-    warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, diagnostics);
-  if (o.light_groups && request.type != "path" && request.type != "distribution")
-    throw UsageError("--light-groups goes with --integrator path and distribution, not " + request.type);
-  const scene::LightGroups& groups = built.scene->light_groups;
-  render::check_gains(built.scene.get(), groups.gains, {request, aovs, o.noise_target});
-  request.light_groups = o.light_groups || groups.has_gains();
-  return request;
+render::PictureRequest picture_request(const RenderOptions& o) {
+  render::PictureRequest r;
+  r.integrator = integrator_request(o);
+  r.aovs = render::parse_aovs(o.aovs);
+  r.light_groups = o.light_groups;
+  r.weights = o.denoise_weights;
+  r.denoise_exposure = o.denoise_exposure;
+  if (!o.show_cache.empty()) {
+    const auto name = std::find(std::begin(render::cache_view_names), std::end(render::cache_view_names), o.show_cache);
+    r.cache_view = render::CacheView(name - std::begin(render::cache_view_names));
+  }
+  r.time_limit = o.time_limit;
+  r.noise_target = o.noise_target;
+  return r;
 }
 
-scene::Film::Settings film_settings(const scene::Film::Settings& film, const scene::Scene& scene,
-                                    const build::IntegratorRequest& request, const render::OutputSettings& output,
-                                    const integrate::Integrator& integrator, bool denoises) {
-  scene::Film::Settings s = film;
-  s.features = std::any_of(output.aovs.begin(), output.aovs.end(), render::from_film);
-  s.light_groups = request.light_groups ? int(scene.light_groups.names.size()) : 0;
-  s.cache_use = request.log_caches;
-  s.direct = render::keeps_direct(integrator, output.aovs, denoises);
-  s.air = render::show_air(output.aovs);
-  return s;
+// What the picture makes no use of.
+void warn_of_no_effect(const RenderOptions& o, const render::Picture& picture) {
+  const auto* const traced = dynamic_cast<const path::PathIntegrator*>(&picture.integrator());
+  if (picture.request().type == "distribution" && traced && !traced->ends_in_cache())
+    log_info(
+        "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
+        "keeps the cache)");
+  if (render::show_air(picture.aovs()) && picture.integrator().shaft_tables().lights == 0)
+    log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
+  if (picture.denoises()) return;
+  if (o.denoise_exposure > 0) log_warning("--denoise-exposure has no effect without --denoise on");
+  if (!o.denoise_weights.empty()) log_warning("--denoise-weights has no effect without --denoise on");
+}
+
+// Denoised, unless the run is interrupted before that is done.
+image::OutputImage whole_picture(render::Picture& picture, const scene::Film& film, const render::SessionResult& result,
+                                 const std::atomic<bool>& interrupted) {
+  image::OutputImage layers;
+  try {
+    const StopToken stop(interrupted);
+    if (picture.denoises()) stop.check();
+    layers = picture.layers(film, true, picture.denoises() ? stop : StopToken());
+  } catch (const Stopped&) {
+    log_warning("interrupted: the image is not denoised");
+    layers = picture.layers(film, false);
+  }
+  render::add_to_header(result, &layers);
+  return layers;
 }
 
 void warn_of_dropped(const scene::Film& film) {
@@ -236,19 +192,17 @@ class Viewer {
   Viewer(const std::string& where, const std::string& name, StopToken stop) {
     if (!where.empty()) display_.emplace(render::TevAddress(where), name, stop);
   }
-  /// Film and output outlive the session's run.
-  void follow(render::RenderSession& session, const scene::Film& film, render::OutputSettings& output) {
+  /// Film and picture outlive the session's run.
+  void follow(render::RenderSession& session, const scene::Film& film, render::Picture& picture) {
     if (!display_) return;
-    output.loops = false;
     session.on_pause({[this] { return wants(); },
-                      [this, &film, &output]() -> std::function<void()> {
-                        auto picture = std::make_shared<image::OutputImage>(render::make_output(film, output));
-                        return [this, picture] { show(*picture); };
+                      [this, &film, &picture]() -> std::function<void()> {
+                        auto layers = std::make_shared<image::OutputImage>(picture.layers(film, false, {}, false));
+                        return [this, layers] { show_and_wait(*layers); };
                       }});
   }
-  void show(render::OutputSettings& output, const scene::Film& film) {
-    output.loops = true;
-    if (display_ && display_->is_open()) display_->show(render::make_output(film, output));
+  void show(const image::OutputImage& picture) {
+    if (display_ && display_->is_open()) display_->show(picture);
   }
 
  private:
@@ -260,7 +214,7 @@ class Viewer {
     return true;
   }
   // At most a tenth of the time, from the moment when the first thread waits for the others.
-  void show(const image::OutputImage& picture) {
+  void show_and_wait(const image::OutputImage& picture) {
     display_->show(picture);
     const double end = clock_.seconds();
     due_ = end + std::max(0.25, 10 * (end - std::max(asked_.load(), due_.load())));
@@ -283,6 +237,24 @@ struct Job {
   Viewer viewer;
 };
 
+render::RunReport report_of(const Job& job, const build::BuiltScene& built, const render::Picture& picture,
+                            const scene::Film& film, const render::SessionResult& result) {
+  render::RunReport report;
+  report.scene_path = job.o.scene;
+  report.command_line = job.command_line;
+  report.integrator = picture.request().type;
+  report.scene = built.scene.get();
+  report.build_times = &built.times;
+  report.session = result;
+  report.threads = thread_count();
+  report.film_bytes = film.bytes();
+  report.dropped_samples = film.dropped_samples();
+  report.feature_seconds = picture.feature_seconds();
+  report.denoise_seconds = picture.denoise_seconds();
+  report.warnings = job.diagnostics.count();
+  return report;
+}
+
 ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   const RenderOptions& o = job.o;
   Interrupts& interrupts = job.interrupts;
@@ -290,69 +262,40 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   job.outputs.check_inputs(built.named_files);
   job.outputs.check_input(o.ocio);
 
-  render::OutputSettings output = output_settings(o, built, job.command_line);
-  const build::IntegratorRequest request = settled_request(o, built, output.aovs, job.diagnostics);
+  const render::PictureRequest asked = picture_request(o);
+  const build::IntegratorRequest request = render::settled_request(built, asked);
+  if (request.type == "path" || request.type == "canopy" || request.type == "images")
+    warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, job.diagnostics);
   warn_of_unused(o, request, paths);
-  FrameDenoising denoising(o, request);
-  render::StopRules rules = stop_rules(o, request.over(build::preset_request(request.preset)));
-  const int samples = has_open_samples(o) ? 0 : int(rules.pixel_samples);
   const Timer set_up;
-  const std::unique_ptr<const gi::OpacityCache> opacity = build::make_opacity_cache(*built.scene, request);
-  const std::unique_ptr<const integrate::Integrator> integrator =
-      build::make_integrator(built, request, samples, request.seed.value_or(0));
-  const auto* const traced = dynamic_cast<const path::PathIntegrator*>(integrator.get());
-  if (request.type == "distribution" && traced && !traced->ends_in_cache())
-    log_info(
-        "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
-        "keeps the cache)");
-  if (render::show_air(output.aovs) && integrator->shaft_tables().lights == 0)
-    log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
-  scene::Film::Settings film_part = built.scene->film;
-  film_part.crop = denoising.rendered(film_part.crop, film_part.resolution);
-  if (film_part.crop != built.scene->film.crop) output.window = built.scene->film.crop;
-  denoising.trace_features(*built.scene, film_part, int(rules.pixel_samples),
-                           std::max(rules.pixel_samples, rules.max_pixel_samples), request.seed.value_or(0), &output);
+  render::Picture picture(built, asked);
+  warn_of_no_effect(o, picture);
+  picture.trace_features();
+  scene::Film film = picture.make_film();
+  render::StopRules rules = picture.rules();
   rules.seconds_before = set_up.seconds();
 
-  if (o.light_groups) output.light_groups = built.scene->light_groups.names;
-  scene::Film film(film_settings(film_part, *built.scene, request, output, *integrator, denoising.is_on()));
-  if (request.light_groups) film.set_gains(built.scene->light_groups.gains);
-
   interrupts.begin_rendering();
-  render::RenderSession session(*integrator, film, rules);
-  job.viewer.follow(session, film, output);
+  render::RenderSession session(picture.integrator(), film, rules);
+  job.viewer.follow(session, film, picture);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
   render::SessionResult result = session.run(interrupts.flag(), interrupts.abandon());
-  if (opacity) result.caches.push_back(opacity->state());
+  if (picture.has_opacity_cache()) result.caches.push_back(picture.opacity_state());
   bar.finish();
-  output.metadata.push_back({"dapple/samples", int(result.samples)});
-  output.metadata.push_back({"dapple/renderSeconds", float(result.seconds)});
-  const bool independent = integrator->samples_are_independent();
-  if (independent) output.metadata.push_back({"dapple/independentSamples", 1});
-  denoising.denoise(film, independent, interrupts.flag(), &output);
-  job.viewer.show(output, film);
+  image::OutputImage layers = whole_picture(picture, film, result, interrupts.flag());
+  layers.metadata.push_back({"dapple/commandLine", job.command_line});
+  layers.metadata.push_back({"dapple/scene", o.scene});
+  job.viewer.show(layers);
   const bool is_partial = result.outcome == render::Outcome::interrupted;
   if (is_partial && result.samples == 0) keep_older_images(o, built, job.outputs, &paths);
   std::vector<std::string> files = paths;
   if (!o.stats.empty()) files.push_back(o.stats);
   interrupts.begin_writing(files);
-  for (const std::string& path : paths) render::write_output(path, film, output);
+  for (const std::string& path : paths) image::write_image(path, layers, exr_options(o, built), png_options(o));
 
   warn_of_dropped(film);
-  render::RunReport report;
-  report.scene_path = o.scene;
-  report.command_line = job.command_line;
-  report.integrator = request.type;
-  report.scene = built.scene.get();
-  report.build_times = &built.times;
-  report.session = result;
-  report.threads = thread_count();
-  report.film_bytes = film.bytes();
-  report.dropped_samples = film.dropped_samples();
-  report.feature_seconds = denoising.feature_seconds();
-  report.denoise_seconds = denoising.seconds();
-  report.warnings = job.diagnostics.count();
+  render::RunReport report = report_of(job, built, picture, film, result);
   const bool shaders_failed = report_shader_faults(o, *built.scene, &report.warnings);
   report.wall_seconds = wall.seconds();
   if (!o.stats.empty()) render::write_text(o.stats, report.to_json());

@@ -17,6 +17,7 @@ from . import _core
 from ._core import SceneError
 
 Image = NDArray[np.float32]
+HeaderValue = Union[str, int, float, Sequence[float]]
 ProgressCallback = Callable[[float, float, int], Optional[bool]]
 
 
@@ -313,10 +314,12 @@ class Session:
                              light_groups=light_groups)
         self._layers: dict[str, Image] = {}
         self._statistics: dict[str, Any] = {}
+        self._header: dict[str, HeaderValue] = {}
 
     def render(self) -> Image:
         """Renders the scene as it is now: H x W x 3, float32, linear. Nothing is copied. Ctrl-C interrupts it."""
-        self._layers, self._statistics = self.scene._core.render(self._options, self.progress)
+        self._layers, self._statistics, self._header = self.scene._core.render(
+            self._options, self.progress)
         return self._layers[""]
 
     @property
@@ -334,17 +337,25 @@ class Session:
         """Of the last rendering: pixel_samples, finished, seconds, build_seconds, rays, caches."""
         return self._statistics
 
+    @property
+    def header(self) -> dict[str, HeaderValue]:
+        """What `dapple render` writes into the header of this picture, and `dapple denoise` reads there; for write().
+        Matrices are 16 numbers, row by row."""
+        return self._header
+
 
 class LiveFrame:
     """A picture of a live session as far as it has come: `image` H x W x 3, float32, linear; `aovs` a dictionary of
     layers; `reduction`: its pixels are so many pixels of the film wide; `pixel_samples`; `edits`: how many it shows;
-    `settled`: it is the whole picture; `seconds` since the last of these edits; `statistics`."""
+    `settled`: it is the whole picture; `seconds` since the last of these edits; `statistics`; `header`
+    as Session.header."""
 
     def __init__(self, values: dict[str, Any]) -> None:
         layers = values["layers"]
         self.image: Image = layers[""]
         self.aovs: dict[str, Image] = {name: layer for name, layer in layers.items() if name}
         self.statistics: dict[str, Any] = values["statistics"]
+        self.header: dict[str, HeaderValue] = values["header"]
         self.reduction: int = values["reduction"]
         self.pixel_samples: int = values["pixel_samples"]
         self.edits: int = values["edits"]
@@ -480,9 +491,11 @@ def read_layers(path: Union[str, os.PathLike[str]]) -> dict[str, Image]:
     return _core.read(os.fspath(path))
 
 
-def write(path: Union[str, os.PathLike[str]], image: ArrayLike, layers: Mapping[str, ArrayLike] = {}) -> None:
-    """Writes .exr (32-bit float, with all layers) or .png (through sRGB); arrays are H x W x C."""
-    _core.write(os.fspath(path), {"": image, **layers})
+def write(path: Union[str, os.PathLike[str]], image: ArrayLike, layers: Mapping[str, ArrayLike] = {},
+          header: Mapping[str, HeaderValue] = {}) -> None:
+    """Writes .exr (32-bit float, with all layers and the header, as Session.header) or .png (through sRGB); arrays are
+    H x W x C."""
+    _core.write(os.fspath(path), {"": image, **layers}, dict(header))
 
 
 def denoise(image: ArrayLike, albedo: Optional[ArrayLike] = None, normal: Optional[ArrayLike] = None) -> Image:

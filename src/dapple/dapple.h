@@ -16,12 +16,13 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 /// Semantic version of this header alone.
 #define DAPPLE_API_MAJOR 0
-#define DAPPLE_API_MINOR 2
+#define DAPPLE_API_MINOR 3
 #define DAPPLE_API_PATCH 0
 
 // The CMake package says where the denoiser's weights were installed; else they are looked for above the program.
@@ -121,11 +122,15 @@ struct Statistics {
   std::vector<CacheUse> caches;
 };
 
+/// What the header of an EXR says; matrices row by row.
+using HeaderValue = std::variant<std::string, int, float, std::array<float, 16>>;
+
 /// A rendered picture: the first layer is the picture proper.
 struct Picture {
   std::vector<Layer> layers;
   int origin_x = 0, origin_y = 0;  ///< of a crop within the film
   int film_width = 0, film_height = 0;
+  std::vector<std::pair<std::string, HeaderValue>> header;  ///< as `dapple denoise` wants it; written with the picture
   Statistics statistics;
   const Layer& picture() const { return layers.front(); }
   /// Null if there is none of this name.

@@ -158,6 +158,26 @@ TEST_F(DenoiseCommand, GroupsAddUpWhateverTheirNames) {
         << i;
 }
 
+// Groups have no noisy layers: those of a denoised picture are denoised.
+TEST_F(DenoiseCommand, GroupsOfDenoisedPicturesStay) {
+  std::ofstream(file("scene.pbrt")) << "LookAt 0 1 -5 0 1 0 0 1 0 Camera \"perspective\" WorldBegin "
+                                       "LightSource \"infinite\" \"string group\" \"sky\" "
+                                       "LightSource \"point\" \"string group\" \"key\" \"point3 from\" [1 3 -2] "
+                                       "\"rgb I\" [9 6 3] Shape \"sphere\" Translate 0 -1 0 Shape \"disk\" "
+                                       "\"float radius\" 3 Translate 1 2 1 Shape \"sphere\"\n";
+  ASSERT_EQ(run_dapple({"render", file("scene.pbrt"), "-o", file("in.exr"), "--integrator", "path", "--resolution",
+                        "40x30", "--pixel-samples", "2", "--float", "--denoise", "on", "--light-groups", "--aov",
+                        "albedo,normal,direct", "--multi-part"},
+                       60)
+                .exit_code,
+            0);
+  ASSERT_EQ(denoise("in.exr", "out.exr").exit_code, 0);
+  const ExrLayers in(file("in.exr")), out(file("out.exr"));
+  for (const std::string& channel : in.names())
+    for (size_t i = 0; i < in[channel].size(); ++i)
+      ASSERT_NEAR(out[channel][i], in[channel][i], 1e-5f * std::max(1.0f, std::abs(in[channel][i]))) << channel << i;
+}
+
 TEST_F(DenoiseCommand, KnowsTheNamesOfOtherRenderers) {
   const std::vector<float> all = picture();
   const ExrLayers expected = denoised({{"", dapple_names, all}});

@@ -2,6 +2,7 @@
 """import dapple: scenes in NumPy terms."""
 import os
 import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -174,6 +175,28 @@ class SceneTest(unittest.TestCase):
             np.testing.assert_array_equal(dapple.read_layers(path)["albedo"], session.aovs["albedo"])
             with self.assertRaises(dapple.SceneError):
                 dapple.write(os.path.join(folder, "a.gif"), image)
+
+    def test_files_say_what_render_says(self):
+        """A crop has the border that `dapple render` gives it, and its file the header that `dapple denoise` reads."""
+        session = dapple.Session(self.scene, crop=(6, 4, 18, 12), denoise=True, aovs=["albedo", "normal", "variance"])
+        image = session.render()
+        self.assertEqual(session.header["dapple/samples"], 4)
+        self.assertEqual(session.header["dapple/independentSamples"], 1)
+        self.assertEqual(len(session.header["worldToCamera"]), 16)
+        with tempfile.TemporaryDirectory() as folder:
+            path, room = os.path.join(folder, "a.exr"), os.path.join(folder, "room.pbrt")
+            with open(room, "w") as file:
+                file.write(ROOM)
+            program = os.environ["DAPPLE_PROGRAM"]
+            subprocess.run([program, "render", room, "-o", path, "--crop", "6,4,18,12", "--denoise", "on", "--float",
+                            "--aov", "albedo,normal,variance"], check=True, capture_output=True)
+            np.testing.assert_array_equal(dapple.read(path)[4:12, 6:18], image)
+            whole = dapple.Session(self.scene, denoise=True, aovs=["albedo", "normal", "direct", "variance"])
+            image = whole.render()
+            mine, cleaned = os.path.join(folder, "mine.exr"), os.path.join(folder, "cleaned.exr")
+            dapple.write(mine, image, whole.aovs, whole.header)
+            subprocess.run([program, "denoise", mine, "-o", cleaned], check=True, capture_output=True)
+            np.testing.assert_array_equal(dapple.read(cleaned), image)  # from its noisy layer, by all the others
 
     def test_errors(self):
         with self.assertRaises(dapple.SceneError) as caught:

@@ -113,6 +113,21 @@ TEST_F(Edits, RemovedThingsLeaveTheNamesOfOthers) {
   EXPECT_FALSE(d().emits(d().shapes[0]));
 }
 
+TEST_F(Edits, ShapesOfDefinitionsThatAreNamedBefore) {
+  add(R"(ObjectBegin "bough" ObjectInstance "leaf" ObjectEnd
+ObjectBegin "twig" Shape "sphere" ObjectEnd
+Edit "shape" "twig/sphere:1" "float radius" 2
+ObjectBegin "leaf" Shape "sphere"
+Edit "shape" "leaf/sphere:1" "float radius" 3
+Shape "sphere"
+ObjectEnd
+Edit "shape" "leaf/sphere:2" "float radius" 4)");
+  const auto& shapes = d().objects[size_t(d().named_objects.at("leaf"))].shapes;
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(shapes[0].params.get_float("radius", 1), 3);
+  EXPECT_EQ(shapes[1].params.get_float("radius", 1), 4);
+}
+
 TEST_F(Edits, Materials) {
   add(R"(Edit "shape" "chair" "string material" "mirror")");
   EXPECT_EQ(d().materials[size_t(d().shapes[3].material)].name, "mirror");

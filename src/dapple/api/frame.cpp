@@ -31,6 +31,28 @@ std::string layer_name(const std::string& channel) {
   return dot == std::string::npos ? "" : channel.substr(0, dot);
 }
 
+HeaderValue header_value(const image::MetadataValue& value) {
+  if (const auto* m = std::get_if<M44f>(&value)) {
+    std::array<float, 16> rows;
+    std::copy(m->getValue(), m->getValue() + 16, rows.begin());
+    return rows;
+  }
+  if (const auto* i = std::get_if<int>(&value)) return *i;
+  if (const auto* f = std::get_if<float>(&value)) return *f;
+  return std::get<std::string>(value);
+}
+
+image::MetadataValue metadata_value(const HeaderValue& value) {
+  if (const auto* rows = std::get_if<std::array<float, 16>>(&value)) {
+    M44f m;
+    std::copy(rows->begin(), rows->end(), m.getValue());
+    return m;
+  }
+  if (const auto* i = std::get_if<int>(&value)) return *i;
+  if (const auto* f = std::get_if<float>(&value)) return *f;
+  return std::get<std::string>(value);
+}
+
 }  // namespace
 
 namespace api {
@@ -42,6 +64,7 @@ Picture frame_of(OutputImage picture) {
   for (image::ImageLayer& l : picture.layers)
     frame.layers.push_back({frame.layers.empty() ? "" : std::move(l.name), std::move(l.channels), picture.width,
                             picture.height, std::move(l.pixels)});
+  for (const auto& [name, value] : picture.metadata) frame.header.emplace_back(name, header_value(value));
   return frame;
 }
 
@@ -78,6 +101,7 @@ void Picture::write(const std::string& path) const {
         throw UsageError("layer \"" + l.name + "\" has another size than the picture, or than it says");
       out.layers.push_back({l.name.empty() ? "rgb" : l.name, l.channels, l.pixels, {}});
     }
+    for (const auto& [name, value] : header) out.metadata.emplace_back(name, metadata_value(value));
     image::ExrOptions exr;
     exr.type = image::SampleType::full_float;
     image::write_image(path, out, exr);

@@ -296,9 +296,13 @@ Picture Scene::render(const RenderOptions& options) {
     const render::PictureRequest request = api::request_of(options);
     build::BuiltScene& built = impl_->working->built(api::film_of(options));
     const double build_seconds = impl_->working->build_seconds();
+    const Timer set_up;
     render::Picture picture(built, request);
+    picture.trace_features();
     scene::Film film = picture.make_film();
-    render::RenderSession session(picture.integrator(), film, picture.rules());
+    render::StopRules rules = picture.rules();
+    rules.seconds_before = set_up.seconds();
+    render::RenderSession session(picture.integrator(), film, rules);
     std::atomic<bool> interrupt{false};
     std::exception_ptr failure;  // of the callback, whose threads are not the caller's
     if (options.progress)
@@ -314,7 +318,9 @@ Picture Scene::render(const RenderOptions& options) {
     render::SessionResult result = session.run(interrupt, StopToken(interrupt));
     if (failure) std::rethrow_exception(failure);
     if (picture.has_opacity_cache()) result.caches.push_back(picture.opacity_state());
-    Picture frame = api::frame_of(picture.layers(film, !interrupt));
+    image::OutputImage layers = picture.layers(film, !interrupt);
+    render::add_to_header(result, &layers);
+    Picture frame = api::frame_of(std::move(layers));
     frame.statistics = api::statistics_of(result);
     frame.statistics.build_seconds = build_seconds;
     return frame;

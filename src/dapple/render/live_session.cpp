@@ -304,6 +304,7 @@ void LiveSession::show_whole() {
     publish(picture_->layers(*film_, false), 1, film_result_.samples, nullptr);
   noisy_is_shown_ = true;
   image::OutputImage settled = picture_->layers(*film_, true, StopToken(has_news_));
+  add_to_header(film_result_, &settled);
   needs_showing_ = false;
   publish(std::move(settled), 1, film_result_.samples, &film_result_);
 }

@@ -259,8 +259,4 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   return out;
 }
 
-void write_output(const std::string& path, const Film& film, const OutputSettings& settings) {
-  image::write_image(path, make_output(film, settings), settings.exr, settings.png);
-}
-
 }  // namespace dapple::render

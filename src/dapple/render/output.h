@@ -39,8 +39,6 @@ struct OutputSettings {
   std::optional<DenoisedFrame> denoised;  ///< the picture and its light groups
   bool loops = true;                      ///< over rows, in parallel
   V3d origin{0, 0, 0};                    ///< added to positions, build::BuiltScene::origin
-  image::ExrOptions exr;
-  image::PngOptions png;
   std::vector<std::pair<std::string, image::MetadataValue>> metadata;
 };
 
@@ -50,8 +48,5 @@ struct OutputSettings {
 /// the full display window; of a film with a border around them, `window` is what is written. std::logic_error for
 /// albedo, normal and motion without what OutputSettings hold of them, and for names that are no AOV.
 image::OutputImage make_output(const scene::Film& film, const OutputSettings& settings);
-
-/// Writes .exr (with AOVs) or .png (colour only), whole or not at all. Throws IoError.
-void write_output(const std::string& path, const scene::Film& film, const OutputSettings& settings);
 
 }  // namespace dapple::render

@@ -19,19 +19,26 @@ struct PictureRequest {
   bool light_groups = false;  ///< layers of them
   bool mixes = false;         ///< gains may change: their parts of the picture are kept where the integrator knows them
   std::string weights_folder;               ///< of the denoiser, denoise::find_weights()
+  std::string weights;                      ///< a file in place of those
+  float denoise_exposure = 0;               ///< FrameDenoiser::Options::exposure
+  std::optional<CacheView> cache_view;      ///< in place of the picture, which is not denoised then
   double time_limit = 0, noise_target = 0;  ///< StopRules
 };
+
+/// The request over the scene's, with what its layers need. UsageError for what contradicts itself or the scene.
+build::IntegratorRequest settled_request(const build::BuiltScene& built, const PictureRequest& asked);
 
 /// Film::Settings::direct: for its layer, or to be denoised by itself. UsageError for the layer where the integrator
 /// does not know it.
 bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std::string>& aovs, bool denoises);
 
-/// All between a built scene and a picture with its layers: integrator, rules, film, albedo and normals, denoising. The
-/// scene outlives it; it is what `dapple render` does of the same options.
+/// All between a built scene and a picture with its layers: integrator, rules, film, albedo and normals, denoising. It
+/// is what `dapple render`, C++ and Python have in common. The scene outlives it.
 class Picture {
  public:
   /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
-  /// weights are missing. Makes the integrator, which may take as long as some samples.
+  /// weights are missing; where a preset would have it, a warning. Makes the integrator, which may take as long as some
+  /// samples.
   Picture(build::BuiltScene& built, const PictureRequest& request);
   ~Picture();
 
@@ -40,7 +47,9 @@ class Picture {
   const StopRules& rules() const { return rules_; }
   uint64_t seed() const { return seed_; }
   bool denoises() const { return denoiser_.has_value(); }
-  /// With the scene's gains.
+  /// Of the request, or all where the scene asks for them.
+  const std::vector<std::string>& aovs() const { return aovs_; }
+  /// With the scene's gains. Around a crop that is to be denoised it has a border, which layers() leaves out.
   scene::Film make_film() const;
   int film_groups() const { return film_groups_; }
   /// Whether a film of make_film() can show these gains.
@@ -53,15 +62,24 @@ class Picture {
   integrate::CacheState opacity_state() const;
   bool has_opacity_cache() const { return opacity_ != nullptr; }
 
-  /// A film of make_film() as layers, denoised if that is asked for; `denoise` false leaves that out. May throw
+  /// Traces what layers() want of the scene beside the film, which they do themselves if it was not done. May throw
   /// Stopped.
-  /// Without `loops` no loop runs in parallel, as in a RenderSession::Pause, where the picture has been asked for
-  /// layers of a film before.
+  void trace_features(StopToken stop = {});
+  /// A film of make_film() as layers, denoised if that is asked for; `denoise` false leaves that out. The header says
+  /// what was done, and the camera's matrices. May throw Stopped.
+  /// Without `loops` no loop runs in parallel, as in a RenderSession::Pause: after trace_features().
   image::OutputImage layers(const scene::Film& film, bool denoise, StopToken stop = {}, bool loops = true);
+  double feature_seconds() const { return feature_seconds_; }  ///< of trace_features()
+  double denoise_seconds() const { return denoise_seconds_; }  ///< of the network, for the latest layers
 
  private:
+  Box2i rendered_crop() const;
+  void add_header(OutputSettings* output) const;
+  std::string denoising_text(bool denoised) const;
+
   build::BuiltScene& built_;
   const PictureRequest asked_;
+  std::vector<std::string> aovs_;
   build::IntegratorRequest request_;
   StopRules rules_;
   uint64_t seed_;
@@ -71,6 +89,11 @@ class Picture {
   std::unique_ptr<const integrate::Integrator> integrator_;
   std::optional<FeatureLayers> features_;
   std::optional<image::Image> motion_;
+  bool lacks_weights_ = false;
+  double feature_seconds_ = 0, denoise_seconds_ = 0;
 };
+
+/// Adds to the header what a session came to.
+void add_to_header(const SessionResult& result, image::OutputImage* picture);
 
 }  // namespace dapple::render

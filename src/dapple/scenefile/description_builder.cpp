@@ -289,6 +289,7 @@ void DescriptionBuilder::object_begin(const std::string& name, const FileLoc& lo
   object.loc = loc;
   object_defined_[size_t(i)] = true;
   active_object_ = i;
+  editor_.begin_definition(size_t(i));
 }
 
 void DescriptionBuilder::object_end(const FileLoc& loc) {

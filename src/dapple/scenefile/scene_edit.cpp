@@ -97,13 +97,16 @@ void SceneEditor::update_index() {
   for (; x.area_lights < d_.area_lights.size(); ++x.area_lights)
     add_item(T::light, d_.area_lights[x.area_lights], "", {int32_t(x.area_lights), -1, true});
   for (; x.shapes < d_.shapes.size(); ++x.shapes) add_item(T::shape, d_.shapes[x.shapes], "", {int32_t(x.shapes)});
-  // Only the last definition may have grown.
-  for (size_t o = x.shapes_of_object.empty() ? 0 : x.shapes_of_object.size() - 1; o < d_.objects.size(); ++o) {
-    if (x.shapes_of_object.size() <= o) x.shapes_of_object.push_back(0);
+  const auto add_shapes_of = [&](size_t o) {
     const auto& shapes = d_.objects[o].shapes;
     for (size_t& i = x.shapes_of_object[o]; i < shapes.size(); ++i)
       add_item(T::shape, shapes[i], d_.objects[o].name + "/", {int32_t(i), int32_t(o)});
-  }
+  };
+  const size_t seen = x.shapes_of_object.size();
+  x.shapes_of_object.resize(d_.objects.size());
+  for (const size_t o : x.begun) add_shapes_of(o);
+  if (x.begun.size() > 1) x.begun.erase(x.begun.begin(), x.begun.end() - 1);  // the last may still grow
+  for (size_t o = seen; o < d_.objects.size(); ++o) add_shapes_of(o);
   for (; x.instances < d_.instances.size(); ++x.instances) {
     const std::string& definition = d_.objects[size_t(d_.instances[x.instances].object)].name;
     const int32_t number = ++x.counts["object/" + definition];

@@ -71,6 +71,8 @@ class SceneEditor {
   void reset_bound() { work_ = 0; }
   /// After the description lost items other than by edits.
   void forget() { index_ = {}; }
+  /// From here on shapes are added to this definition, and to no other.
+  void begin_definition(size_t object) { index_.begun.push_back(object); }
 
  private:
   /// Item number `item` of its list; of a shape in a definition, of the list of `object`.
@@ -84,6 +86,7 @@ class SceneEditor {
     std::array<std::vector<std::string>, edit_target_names.size()> order;
     std::map<std::string, int32_t, std::less<>> counts;
     std::vector<size_t> shapes_of_object;  ///< seen, by definition
+    std::vector<size_t> begun;             ///< definitions that were named before, and may have grown
     size_t lights = 0, area_lights = 0, shapes = 0, materials = 0, textures = 0, media = 0, instances = 0;
   };
   struct Special;
