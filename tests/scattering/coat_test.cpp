@@ -5,6 +5,8 @@
 
 #include "dapple/scattering/coat_integrals.h"
 #include "dapple/scattering/coat_walk.h"
+#include "dapple/scattering/rough_albedo.h"
+#include "dapple/scattering/rough_coat_table.h"
 #include "tests/scattering/bsdf_catalogue.h"
 #include "tests/support/chi_square.h"
 
@@ -61,6 +63,39 @@ TEST(Coat, ClosedFormMatchesTheWalk) {
               << r << " " << thickness << " " << depth << ": " << exact << " against " << m.mean();
         }
       }
+}
+
+TEST(Coat, ClosedFormUnderRoughCoatsMatchesTheWalk) {
+  int tests = 0;
+  for (const float alpha : {0.03f, 0.15f, 0.5f})
+    for (const float thickness : {0.01f, 0.7f})
+      for (const float ior : {1.33f, 2.4f}) {
+        const RoughCoatTable table(ior, alpha, thickness);
+        for (const int depth : {1, 100}) {
+          Bsdf bsdf = Bsdf::make_coated_diffuse(RGB(0.8f), ior, alpha, alpha, {thickness, 0, RGB(), depth, 1});
+          ASSERT_FALSE(Coat(bsdf).has_closed_form());
+          bsdf.rough_coat = &table;
+          const Coat coat(bsdf);
+          ASSERT_TRUE(coat.has_closed_form());
+          for (const auto& [wo, wi] : {std::pair(up(10, 0), up(50, 120)), std::pair(up(85, 30), up(30, 0))}) {
+            const Moments m = walks(bsdf, wo, wi, 40000, hash(++tests));
+            const double exact = coat.closed_form(wo, wi).g;
+            EXPECT_GT(dapple::test::z_test(m, exact, 5e-3 * exact), dapple::test::sidak(0.01, 48))
+                << alpha << " " << thickness << " " << ior << " " << depth << ": " << exact << " against " << m.mean();
+            const RGB all = bsdf.eval(wo, wi, 1);
+            EXPECT_EQ(all.g, bsdf.eval(wo, wi, 2).g);  // no walk
+            EXPECT_GE(all.g, coat.closed_form(wo, wi).g);
+          }
+        }
+      }
+}
+
+TEST(Coat, TablesAreShared) {
+  const auto a = RoughCoatTable::of(1.5f, 0.2f, 0.01f), b = RoughCoatTable::of(1.5f, 0.2f, 0.01f);
+  EXPECT_EQ(a, b);
+  EXPECT_NE(a, RoughCoatTable::of(1.5f, 0.21f, 0.01f));
+  for (const float alpha : {0.05f, 0.2f, 0.5f})  // the fit is within .006
+    EXPECT_NEAR(RoughCoatTable(1.5f, alpha, 0).returned(), rough_coat_return(alpha, coat_return(1.5f, 0)), .008f);
 }
 
 // The first bounce alone, for any base: f = T(wo) T(wi) / eta^2 f_base(wo', wi') exp(-t/cos' - t/cos').

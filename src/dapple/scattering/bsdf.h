@@ -17,6 +17,7 @@
 namespace dapple::scattering {
 
 class MeasuredTable;
+class RoughCoatTable;
 /// Scattering at one point: what prelighting leaves behind, and all that lighting needs. A plain value; evaluation
 /// needs no texture and no memory beyond it. Directions point away from the surface, in world space, unit. Radiance
 /// transport: a refraction scales by 1 / eta^2.
@@ -52,10 +53,11 @@ struct Bsdf {
   /// Made diffuse by flatten(): the share of light that the coat mirrors, which is part of reflectance; made by
   /// keep_coat(): the share of diffuse light that it would mirror if it were smooth.
   float mirrored = 0;
-  float removed_coat = 0;                ///< mirrored, once remove_coat() has taken it from reflectance
-  const MeasuredTable* table = nullptr;  ///< measured: the material's
-  bool bent = false;                     ///< the frame's normal is not ng
-  V3f ng{0, 0, 1};                       ///< geometric normal, on the side of the frame's; set where bent
+  float removed_coat = 0;                      ///< mirrored, once remove_coat() has taken it from reflectance
+  const MeasuredTable* table = nullptr;        ///< measured: the material's
+  const RoughCoatTable* rough_coat = nullptr;  ///< coated over diffuse: the material's, of these numbers; may be null
+  bool bent = false;                           ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};                             ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);

@@ -2,6 +2,7 @@
 #include "dapple/scattering/coat.h"
 
 #include "dapple/scattering/coat_walk.h"
+#include "dapple/scattering/rough_coat_table.h"
 
 namespace dapple::scattering {
 namespace {
@@ -31,18 +32,22 @@ Coat::Coat(const Bsdf& b)
       seen_lobe_(coat_alpha_seen(b.base_alpha_x, stack_.coat.is_smooth() ? 0 : b.alpha_x, b.ior),
                  coat_alpha_seen(b.base_alpha_y, stack_.coat.is_smooth() ? 0 : b.alpha_y, b.ior)),
       return_(b.coat_return),
+      rough_(stack_.coat.is_smooth() ? nullptr : b.rough_coat),
       sample_count_(std::max<int>(b.sample_count, 1)) {}
 
+float Coat::through_smooth(const V3f& w) const {
+  V3f inside;
+  float eta;
+  if (!refract(w, V3f(0, 0, 1), stack_.coat.ior, &inside, &eta)) return 0;
+  return (1 - fresnel_dielectric(w.z, stack_.coat.ior)) * coat_transmittance(stack_.thickness, inside.z);
+}
+
 RGB Coat::closed_form(const V3f& wo, const V3f& wi) const {
-  V3f o, i;
-  float eta_o, eta_i;
-  const V3f up(0, 0, 1);
-  if (!refract(wo, up, stack_.coat.ior, &o, &eta_o) || !refract(wi, up, stack_.coat.ior, &i, &eta_i)) return {};
-  const float crossings = (1 - fresnel_dielectric(wo.z, stack_.coat.ior)) *
-                          (1 - fresnel_dielectric(wi.z, stack_.coat.ior)) *
-                          std::exp(stack_.thickness / o.z + stack_.thickness / i.z);  // both z are negative
-  const RGB sum = geometric_sum(stack_.lambert.reflectance * return_, (stack_.max_depth + 1) / 2);
-  return stack_.lambert.reflectance * sum * (crossings * inv_pi / sqr(stack_.coat.ior));
+  const float through =
+      rough_ ? rough_->through(wo.z) * rough_->through(wi.z) : through_smooth(wo) * through_smooth(wi);
+  const RGB again = stack_.lambert.reflectance * (rough_ ? rough_->returned() : return_);
+  const RGB sum = geometric_sum(again, (stack_.max_depth + 1) / 2);
+  return stack_.lambert.reflectance * sum * (through * inv_pi / sqr(stack_.coat.ior));
 }
 
 RGB Coat::delta_weight(const V3f& wo) const {

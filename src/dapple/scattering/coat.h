@@ -9,9 +9,11 @@ namespace dapple::scattering {
 /// base and coat (maxdepth events) and comes out again; the layer between has extinction one and may scatter. Local
 /// frame; wo.z > 0 and wi.z > 0 (callers mirror both for the other side).
 ///
-/// The general case is a random walk (coat_walk.h). With a smooth coat and a non-scattering layer two sums are closed:
-///   diffuse base  f = T(wo) T(wi) / eta^2 . R/pi . sum_k (R K)^k   (K: coat_return; T includes the layer's
-///   attenuation) smooth base   one delta lobe, the geometric series of its interreflections.
+/// The general case is a random walk (coat_walk.h). Where the layer does not scatter, two sums are closed:
+///   diffuse base, under a smooth coat or one with a table
+///     f = T(wo) T(wi) / eta^2 . R/pi . sum_k (R K)^k
+///     T: through coat and layer; K: coat_return(), RoughCoatTable::returned()
+///   smooth base, smooth coat: one delta lobe, the geometric series of its interreflections.
 /// The sampling density is a fixed mixture: the coat's reflection, the base's lobe seen through a smooth coat, a cosine
 /// lobe.
 class Coat {
@@ -30,7 +32,7 @@ class Coat {
 
   /// The closed form over a diffuse base; only where has_closed_form().
   RGB closed_form(const V3f& wo, const V3f& wi) const;
-  bool has_closed_form() const { return stack_.is_diffuse && stack_.coat.is_smooth() && !stack_.scatters; }
+  bool has_closed_form() const { return stack_.is_diffuse && (stack_.coat.is_smooth() || rough_) && !stack_.scatters; }
 
  private:
   /// Chances of the sampling mixture for one wo; the rest goes to the base's lobe. `inside` is wo refracted, where it
@@ -43,6 +45,8 @@ class Coat {
 
   Mixture mixture(const V3f& wo) const;
   RGB delta_weight(const V3f& wo) const;
+  /// Of light from a direction or to it, what goes through a smooth coat and its layer.
+  float through_smooth(const V3f& w) const;
   float base_strength(const V3f& wo, float cos_inside) const;
   float base_lobe_pdf(const Mixture& m, const V3f& wi) const;
   float sum_pdf(const Mixture& m, const V3f& wo, const V3f& wi) const;
@@ -51,6 +55,7 @@ class Coat {
   const CoatStack stack_;
   const Ggx seen_lobe_;  ///< a conducting base's lobe, widened by the coat's roughness
   const float return_;   ///< coat_return()
+  const RoughCoatTable* const rough_;
   const int sample_count_;
 };
 

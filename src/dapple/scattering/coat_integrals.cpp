@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scattering/coat_integrals.h"
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "dapple/numeric/quadrature.h"
 #include "dapple/scattering/fresnel.h"
@@ -21,9 +25,28 @@ float cos_below(float c, float ior) {
   return sin2 < 1 ? std::sqrt(1 - sin2) : -1;
 }
 
-}  // namespace
+/// What a function of two numbers gave last. A scene has few coats, and every hit asks for the integrals of one.
+template <class Value>
+class Recent {
+ public:
+  template <class F>
+  const Value& get(float a, float b, const F& f) {
+    const uint32_t bits = std::bit_cast<uint32_t>(a) * 0x9e3779b1u ^ std::bit_cast<uint32_t>(b) * 0x85ebca6bu;
+    Entry& e = entries_[bits >> (32 - size_bits)];
+    if (!(e.a == a && e.b == b)) e = {a, b, f(a, b)};
+    return e.value;
+  }
 
-float coat_return(float ior, float thickness) {
+ private:
+  static constexpr int size_bits = 5;
+  struct Entry {
+    float a = std::numeric_limits<float>::quiet_NaN(), b = 0;  // equal to nothing
+    Value value{};
+  };
+  std::array<Entry, 1 << size_bits> entries_;
+};
+
+float integrated_return(float ior, float thickness) {
   if (ior <= 1)
     return integrate_unit(
         [&](float mu) { return 2 * mu * fresnel_dielectric(mu, 1 / ior) * std::exp(-2 * thickness / mu); });
@@ -39,13 +62,25 @@ float coat_return(float ior, float thickness) {
   return total + partial / (ior * ior);
 }
 
-CoatAlbedo coat_albedo(float ior, float thickness) {
+CoatAlbedo integrated_albedo(float ior, float thickness) {
   const auto reflected = [&](float c) { return 2 * c * fresnel_dielectric(c, ior); };
   const auto entered = [&](float c) {
     const float mu = cos_below(c, ior);
     return mu > 0 ? 2 * c * (1 - fresnel_dielectric(c, ior)) * std::exp(-thickness / mu) : 0;
   };
   return {integrate_unit(reflected), integrate_unit(entered)};
+}
+
+}  // namespace
+
+float coat_return(float ior, float thickness) {
+  thread_local Recent<float> recent;
+  return recent.get(ior, thickness, integrated_return);
+}
+
+CoatAlbedo coat_albedo(float ior, float thickness) {
+  thread_local Recent<CoatAlbedo> recent;
+  return recent.get(ior, thickness, integrated_albedo);
 }
 
 }  // namespace dapple::scattering

@@ -2,6 +2,8 @@
 #include "dapple/shading/coated_material.h"
 
 #include "dapple/scattering/coat_integrals.h"
+#include "dapple/scattering/microfacet.h"
+#include "dapple/scattering/rough_coat_table.h"
 
 namespace dapple::shading {
 namespace {
@@ -36,10 +38,20 @@ class CoatValues {
 
 }  // namespace
 
+std::shared_ptr<const scattering::RoughCoatTable> CoatInput::table() const {
+  const auto u = roughness.u.constant(), v = roughness.v.constant(), thick = thickness.constant();
+  const auto scattered = albedo.constant();
+  if (!u || !v || !thick || !scattered || !clamp(*scattered, 0, 1).is_black()) return nullptr;
+  const float alpha = roughness.alpha(*u);
+  if (roughness.alpha(*v) != alpha || ior <= 1 || scattering::Ggx(alpha, alpha).is_smooth()) return nullptr;
+  return scattering::RoughCoatTable::of(ior, alpha, clean_thickness(*thick));
+}
+
 CoatedDiffuseMaterial::CoatedDiffuseMaterial(pattern::Input<RGB> reflectance, CoatInput coat, SurfaceDetail detail)
     : SurfaceMaterial(std::move(detail)), reflectance_(std::move(reflectance)), coat_(std::move(coat)) {
   if (const auto thickness = coat_.thickness.constant())
     coat_return_ = scattering::coat_return(coat_.ior, clean_thickness(*thickness));
+  rough_coat_ = coat_.table();
   settle(pattern::all_constant(reflectance_) && coat_.is_constant(), pattern::total_work(reflectance_) + coat_.work());
 }
 
@@ -51,6 +63,7 @@ void CoatedDiffuseMaterial::scatter(const pattern::ShadingPoints& points, scatte
     out[i] = scattering::Bsdf::make_coated_diffuse(
         clamp(reflectance[i], 0, 1), coat_.ior, coat.alpha_x(i), coat.alpha_y(i), layer,
         coat_return_ ? *coat_return_ : scattering::coat_return(coat_.ior, layer.thickness));
+    out[i].rough_coat = rough_coat_.get();
   }
 }
 

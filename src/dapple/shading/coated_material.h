@@ -17,6 +17,8 @@ struct CoatInput {
 
   bool is_constant() const { return pattern::all_constant(roughness.u, roughness.v, thickness, g, albedo); }
   float work() const { return pattern::total_work(roughness.u, roughness.v, thickness, g, albedo); }
+  /// Of a rough isotropic coat of index above 1 whose numbers are constant and whose layer does not scatter; else null.
+  std::shared_ptr<const scattering::RoughCoatTable> table() const;
 };
 
 /// Paint under varnish, plastic: a diffuse base under a dielectric coat.
@@ -29,7 +31,8 @@ class CoatedDiffuseMaterial final : public SurfaceMaterial {
   void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
   pattern::Input<RGB> reflectance_;
   CoatInput coat_;
-  std::optional<float> coat_return_;  ///< where the thickness is constant
+  std::optional<float> coat_return_;                              ///< where the thickness is constant
+  std::shared_ptr<const scattering::RoughCoatTable> rough_coat_;  ///< where the coat is, and isotropic; else null
 };
 
 /// Lacquered metal. The metal's index is relative to the coat (MetalInput's outer_index).
