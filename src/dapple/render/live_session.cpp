@@ -7,6 +7,7 @@
 
 #include "dapple/base/timer.h"
 #include "dapple/render/gains.h"
+#include "dapple/render/reduced_view.h"
 #include "dapple/scenefile/scene_writing.h"
 
 namespace dapple::render {
@@ -14,6 +15,7 @@ namespace dapple::render {
 namespace {
 
 constexpr int reductions[] = {8, 4, 2};
+constexpr uint32_t sketch_samples = 2;
 
 bool only_camera_or_gains(const build::Changes& c) {
   return !c.settings && !c.lights && !c.area_lights && !c.materials && !c.geometry && !c.all;
@@ -38,10 +40,6 @@ SessionResult without_counts(SessionResult r) {
   r.rays = {}, r.stages = {}, r.shafts = {};
   for (integrate::CacheState& c : r.caches) c.counts = {};
   return r;
-}
-
-int reduced(int pixels, int reduction) {
-  return std::max((pixels + reduction - 1) / reduction, 1);
 }
 
 }  // namespace
@@ -229,10 +227,13 @@ void LiveSession::build() {
 }
 
 void LiveSession::render() {
-  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture);
   reduced_.clear();
+  const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
+  const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
+  if (sketches && !sketch(request)) return;
+  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_));
   for (const int reduction : reductions)
-    if (!render_reduced(reduction)) return;
+    if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
   auto film = std::make_unique<scene::Film>(picture_->make_film());
   RenderSession session(picture_->integrator(), *film, picture_->rules());
   uint32_t whole_samples = 0;
@@ -308,39 +309,39 @@ void LiveSession::show_whole() {
   publish(std::move(settled), 1, film_result_.samples, &film_result_);
 }
 
-// The same camera with fewer pixels; one sample of each.
-bool LiveSession::render_reduced(int reduction) {
+// What is there before the integrator is, which learns lights and counts readers first: paths that know nothing.
+bool LiveSession::sketch(const build::IntegratorRequest& request) {
   scene::Scene& scene = *built_->scene;
-  const scene::Camera camera = scene.camera;
-  scene::Film::Settings s = scene.film;
-  scene::Camera::Settings reduced_camera = camera.settings();
-  s.resolution = V2i(reduced(s.resolution.x, reduction), reduced(s.resolution.y, reduction));
-  s.crop.min = V2i(s.crop.min.x / reduction, s.crop.min.y / reduction);
-  s.crop.max = V2i(std::min(reduced(s.crop.max.x, reduction), s.resolution.x),
-                   std::min(reduced(s.crop.max.y, reduction), s.resolution.y));
-  reduced_camera.resolution = s.resolution;
-  s.light_groups = picture_->film_groups();
+  const bool has_groups = options_.picture.light_groups || scene.light_groups.has_gains();
+  const auto paths =
+      build::make_integrator(scene, build::sketch_request(request), sketch_samples, request.seed.value_or(0));
+  ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
+  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples);
+}
+
+bool LiveSession::render_reduced(int reduction) {
   picture_->begin_again();
-  scene::Film film(s);
-  set_scene_gains(film);
-  StopRules rules;
-  rules.pixel_samples = 1;
-  scene.camera = scene::Camera(reduced_camera);
-  RenderSession session(picture_->integrator(), film, rules);
+  ReducedView view(*built_->scene, reduction, picture_->film_groups());
   const uint32_t nothing_to_show = 0;
-  session.on_pause(pause_for_gains(film, nothing_to_show));
-  try {
-    reduced_.push_back(session.run(cancel_, StopToken(cancel_)));
-  } catch (...) {
-    scene.camera = camera;
-    throw;
-  }
-  scene.camera = camera;
+  const bool whole =
+      render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show), reduction, 1);
   picture_->begin_again();
+  return whole;
+}
+
+// False if it was cancelled.
+bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
+                              int reduction, uint32_t samples) {
+  StopRules rules;
+  rules.pixel_samples = samples;
+  RenderSession session(integrator, film, rules);
+  session.on_pause(std::move(pause));
+  SessionResult result = session.run(cancel_, StopToken(cancel_));
   if (cancel_) return false;
+  reduced_.push_back(std::move(result));
   OutputSettings output;
-  if (options_.picture.light_groups) output.light_groups = scene.light_groups.names;
-  publish(make_output(film, output), reduction, 1, nullptr);
+  if (options_.picture.light_groups) output.light_groups = built_->scene->light_groups.names;
+  publish(make_output(film, output), reduction, samples, nullptr);
   return true;
 }
 

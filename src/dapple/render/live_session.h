@@ -81,7 +81,10 @@ class LiveSession {
   void build();
   void set_scene_gains(scene::Film& film) const;
   void render();
+  bool sketch(const build::IntegratorRequest& request);
   bool render_reduced(int reduction);
+  bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
+                   int reduction, uint32_t samples);
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
   bool take_gains(scene::Film& film);

@@ -57,7 +57,7 @@ bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std
   return integrator.tells_direct() && (denoises || show_direct(aovs));
 }
 
-Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
+Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToken stop)
     : built_(built), asked_(asked), request_(asked.integrator.over(built.request)) {
   request_.log_caches = show_cache_use(asked.aovs);
   if (request_.log_caches && (request_.type != "distribution" || !request_.radiosity_cache.value_or(true)))
@@ -77,7 +77,7 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
   seed_ = request_.seed.value_or(0);
   const bool open = rules_.pixel_samples == uint32_t(build::max_pixel_samples);
   opacity_ = build::make_opacity_cache(*built.scene, request_);
-  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_);
+  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_, stop);
 }
 
 scene::Film Picture::make_film() const {

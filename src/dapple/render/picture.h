@@ -31,8 +31,8 @@ bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std
 class Picture {
  public:
   /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
-  /// weights are missing. Makes the integrator, which may take as long as some samples.
-  Picture(build::BuiltScene& built, const PictureRequest& request);
+  /// weights are missing. Makes the integrator, which may take as long as some samples; Stopped if `stop` ends that.
+  Picture(build::BuiltScene& built, const PictureRequest& request, StopToken stop = {});
   ~Picture();
 
   const build::IntegratorRequest& request() const { return request_; }  ///< over the scene's
