@@ -337,7 +337,7 @@ class Session:
 
 class LiveFrame:
     """A picture of a live session as far as it has come: `image` H x W x 3, float32, linear; `aovs` a dictionary of
-    layers; `reduction`: its pixels are so many pixels of the film wide; `pixel_samples`; `edits`: how many it shows;
+    layers; all of them read-only, since they are the session's own; `reduction`: its pixels are so many pixels of the film wide; `pixel_samples`; `edits`: how many it shows;
     `settled`: it is the whole picture; `seconds` since the last of these edits; `statistics`."""
 
     def __init__(self, values: dict[str, Any]) -> None:

@@ -387,7 +387,6 @@ IntegratorRequest sketch_request(const IntegratorRequest& request) {
     r.bounces = std::clamp(request.max_depth.value_or(default_max_depth) - 1, 0, *preset.bounces);
     r.specular_depth = request.specular_depth.value_or(*preset.specular_depth);
   }
-  r.light_learning = false;
   r.masks = {};
   r.shafts = {};
   r.shafts.shafts = "rays";

@@ -15,7 +15,7 @@ namespace dapple::render {
 namespace {
 
 constexpr int reductions[] = {8, 4, 2};
-constexpr uint32_t sketch_samples = 2;
+constexpr uint32_t sketch_samples = 4;
 
 bool only_camera_or_gains(const build::Changes& c) {
   return !c.settings && !c.lights && !c.area_lights && !c.materials && !c.geometry && !c.all;
@@ -63,8 +63,8 @@ std::future<void> LiveSession::add(Transaction transaction) {
     ++edits_;
     last_edit_ = std::chrono::steady_clock::now();
   }
-  has_news_ = true;
-  if (transaction.kind != Kind::gain) cancel_ = true;
+  (transaction.kind == Kind::look ? has_looks_ : has_news_) = true;
+  if (transaction.kind == Kind::edit) cancel_ = true;
   Transaction& t = queue_.emplace_back(std::move(transaction));
   changed_.notify_all();
   return t.done.get_future();
@@ -109,7 +109,7 @@ std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
 std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_ || needs_showing_; });
-  if (!ends_) cancel_ = has_news_ = false;
+  if (!ends_) cancel_ = has_news_ = has_looks_ = false;
   // Who waits for edits is not told of what was wrong before them.
   if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.kind != Kind::look; }))
     failure_before_ = std::exchange(failure_, nullptr);
@@ -258,11 +258,18 @@ void LiveSession::render() {
 
 // Gains that came in while it rendered become true between samples.
 RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint32_t& samples) {
-  return {[this] { return has_news_ && !cancel_; },
+  return {[this] { return (has_news_ || has_looks_) && !cancel_; },
           [this, &film, &samples]() -> std::function<void()> {
-            if (!take_gains(film) || samples == 0) return {};
-            auto picture = std::make_shared<image::OutputImage>(picture_->layers(film, false, {}, false));
-            return [this, picture, samples] { publish(std::move(*picture), 1, samples, nullptr); };
+            std::shared_ptr<image::OutputImage> picture;
+            auto looks = std::make_shared<std::unique_ptr<Transaction>>();
+            if (take_gains(looks.get())) {
+              set_scene_gains(film);
+              if (samples > 0) picture = std::make_shared<image::OutputImage>(picture_->layers(film, false, {}, false));
+            }
+            return [this, picture, looks, samples] {
+              if (picture) publish(std::move(*picture), 1, samples, nullptr);
+              if (*looks) look(**looks);
+            };
           }};
 }
 
@@ -280,12 +287,12 @@ bool LiveSession::needs_samples(Transaction& gain) {
   return needs;
 }
 
-// False if there was none that the film can show. Those that need other samples, and what comes after them, stay.
-bool LiveSession::take_gains(scene::Film& film) {
+// False if there was none that the film can show. Those that need other samples, and what comes after them, stay; so
+// does what comes after somebody who wants to look.
+bool LiveSession::take_gains(std::unique_ptr<Transaction>* look) {
   std::deque<Transaction> gains;
   {
     const std::lock_guard lock(mutex_);
-    has_news_ = cancel_.load();
     for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front()) {
       if (picture_->film_groups() == 0 && needs_samples(queue_.front())) {
         cancel_ = true;
@@ -293,11 +300,15 @@ bool LiveSession::take_gains(scene::Film& film) {
       }
       gains.push_back(std::move(queue_.front()));
     }
+    if (!cancel_ && !queue_.empty() && queue_.front().kind == Kind::look) {
+      *look = std::make_unique<Transaction>(std::move(queue_.front()));
+      queue_.pop_front();
+    }
+    has_news_ = cancel_ || std::any_of(queue_.begin(), queue_.end(), [](auto& t) { return t.kind != Kind::look; });
+    has_looks_ = std::any_of(queue_.begin(), queue_.end(), [](auto& t) { return t.kind == Kind::look; });
   }
   for (Transaction& t : gains) apply(t);
-  if (gains.empty()) return false;
-  set_scene_gains(film);
-  return true;
+  return !gains.empty();
 }
 
 void LiveSession::show_whole() {
@@ -313,9 +324,9 @@ void LiveSession::show_whole() {
 bool LiveSession::sketch(const build::IntegratorRequest& request) {
   scene::Scene& scene = *built_->scene;
   const bool has_groups = options_.picture.light_groups || scene.light_groups.has_gains();
-  const auto paths =
-      build::make_integrator(scene, build::sketch_request(request), sketch_samples, request.seed.value_or(0));
   ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
+  const auto paths = build::make_integrator(scene, build::sketch_request(request), sketch_samples,
+                                            request.seed.value_or(0), StopToken(cancel_));
   return render_view(*paths, view.film(), {}, reductions[0], sketch_samples);
 }
 
@@ -357,7 +368,7 @@ void LiveSession::publish(image::OutputImage picture, int reduction, uint32_t sa
     const std::lock_guard lock(mutex_);
     frame->seconds = seconds_since(last_edit_);
   }
-  if (options_.on_frame) options_.on_frame(frame);
+  if (options_.on_frame) options_.on_frame(*frame);
   const std::lock_guard lock(mutex_);
   frame_ = std::move(frame);
   changed_.notify_all();
