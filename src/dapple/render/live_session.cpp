@@ -21,6 +21,11 @@ bool only_camera_or_gains(const build::Changes& c) {
   return !c.settings && !c.lights && !c.area_lights && !c.materials && !c.geometry && !c.all;
 }
 
+// What is cut out is what it was, and so are the options.
+bool keeps_surfaces(const build::Changes& c) {
+  return !c.settings && !c.area_lights && !c.materials && !c.geometry && !c.all;
+}
+
 double seconds_since(std::chrono::steady_clock::time_point time) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - time).count();
 }
@@ -32,6 +37,12 @@ void add_counts(const SessionResult& from, SessionResult* to) {
   to->shafts += from.shafts;
   for (size_t c = 0; c < std::min(from.caches.size(), to->caches.size()); ++c)
     to->caches[c].counts += from.caches[c].counts;
+}
+
+integrate::CacheCounts since(const integrate::CacheCounts& before, integrate::CacheCounts now) {
+  now.lookups -= before.lookups, now.hits -= before.hits, now.fills -= before.fills;
+  now.fill_seconds -= before.fill_seconds;
+  return now;
 }
 
 // The same film with nothing done for it.
@@ -214,6 +225,7 @@ void LiveSession::build() {
   keeps_film &= keeps;
   if (!keeps_film) film_.reset();
   if (!keeps) picture_.reset();
+  if (!keeps_surfaces(changes)) opacity_.reset();
   built_ = &scene_->built(options_.film);
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
   if (picture_ && changes.camera) picture_->begin_again();
@@ -231,7 +243,9 @@ void LiveSession::render() {
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
   if (sketches && !sketch(request)) return;
-  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_));
+  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_);
+  opacity_ = picture_->opacity_cache();
+  const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
   for (const int reduction : reductions)
     if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
   auto film = std::make_unique<scene::Film>(picture_->make_film());
@@ -248,7 +262,10 @@ void LiveSession::render() {
     return;
   }
   for (const SessionResult& r : reduced_) add_counts(r, &result);
-  if (picture_->has_opacity_cache()) result.caches.push_back(picture_->opacity_state());
+  if (opacity_) {
+    result.caches.push_back(picture_->opacity_state());
+    result.caches.back().counts = since(opacity_before, result.caches.back().counts);
+  }
   film_ = std::move(film);
   film_result_ = std::move(result);
   noisy_is_shown_ = true;

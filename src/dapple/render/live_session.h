@@ -97,6 +97,7 @@ class LiveSession {
 
   std::unique_ptr<WorkingScene> scene_;
   const Options options_;
+  std::shared_ptr<const gi::OpacityCache> opacity_;  ///< of the last picture; refers to the scene as built
   std::unique_ptr<Picture> picture_;
   build::BuiltScene* built_ = nullptr;
   /// Of picture_, with all its samples; null before that.

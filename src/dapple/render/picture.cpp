@@ -57,8 +57,9 @@ bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std
   return integrator.tells_direct() && (denoises || show_direct(aovs));
 }
 
-Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToken stop)
-    : built_(built), asked_(asked), request_(asked.integrator.over(built.request)) {
+Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToken stop,
+                 std::shared_ptr<const gi::OpacityCache> opacity)
+    : built_(built), asked_(asked), request_(asked.integrator.over(built.request)), opacity_(std::move(opacity)) {
   request_.log_caches = show_cache_use(asked.aovs);
   if (request_.log_caches && (request_.type != "distribution" || !request_.radiosity_cache.value_or(true)))
     throw UsageError("layers cache_... need integrator distribution and its radiosity cache");
@@ -76,7 +77,7 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToke
   rules_ = make_rules(asked, settled);
   seed_ = request_.seed.value_or(0);
   const bool open = rules_.pixel_samples == uint32_t(build::max_pixel_samples);
-  opacity_ = build::make_opacity_cache(*built.scene, request_);
+  if (!opacity_) opacity_ = build::make_opacity_cache(*built.scene, request_);
   integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_, stop);
 }
 

@@ -32,7 +32,10 @@ class Picture {
  public:
   /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
   /// weights are missing. Makes the integrator, which may take as long as some samples; Stopped if `stop` ends that.
-  Picture(build::BuiltScene& built, const PictureRequest& request, StopToken stop = {});
+  /// `opacity`: of another picture by the same requests, whose scene has only got other lights or another camera; null:
+  /// one is made.
+  Picture(build::BuiltScene& built, const PictureRequest& request, StopToken stop = {},
+          std::shared_ptr<const gi::OpacityCache> opacity = nullptr);
   ~Picture();
 
   const build::IntegratorRequest& request() const { return request_; }  ///< over the scene's
@@ -52,6 +55,7 @@ class Picture {
   }
   integrate::CacheState opacity_state() const;
   bool has_opacity_cache() const { return opacity_ != nullptr; }
+  const std::shared_ptr<const gi::OpacityCache>& opacity_cache() const { return opacity_; }
 
   /// A film of make_film() as layers, denoised if that is asked for; `denoise` false leaves that out. May throw
   /// Stopped.
@@ -67,7 +71,7 @@ class Picture {
   uint64_t seed_;
   int film_groups_ = 0;
   std::optional<FrameDenoiser> denoiser_;
-  std::unique_ptr<const gi::OpacityCache> opacity_;
+  std::shared_ptr<const gi::OpacityCache> opacity_;
   std::unique_ptr<const integrate::Integrator> integrator_;
   std::optional<FeatureLayers> features_;
   std::optional<image::Image> motion_;
