@@ -32,7 +32,7 @@ SCENES = {"cornell": os.path.join(HERE, "../scenes/cornell-box/cornell.pbrt"),
           "classroom": os.path.join(SHARED, "classroom/scene-v4.pbrt")}
 # Walls, something small, and something like a chair, of each.
 THINGS = {"cornell": ("white", "red", "trianglemesh:8"), "staircase2": ("Wall", "Chrome", "plymesh:12"),
-          "kitchen": ("Wall", "KettleGreen", "plymesh:5"), "classroom": ("Walls", "FlagRed", "plymesh:40")}
+          "kitchen": ("Walls", "KettleGreen", "plymesh:157"), "classroom": ("Walls", "FlagRed", "plymesh:29")}
 
 
 def edits(scene):
