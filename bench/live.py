@@ -31,7 +31,7 @@ SCENES = {"cornell": os.path.join(HERE, "../scenes/cornell-box/cornell.pbrt"),
           "kitchen": os.path.join(SHARED, "kitchen/scene-v4.pbrt"),
           "classroom": os.path.join(SHARED, "classroom/scene-v4.pbrt")}
 # Walls, something small, and something like a chair, of each.
-THINGS = {"cornell": ("white", "red", "trianglemesh:8"), "staircase2": ("Wall", "Chrome", "plymesh:12"),
+THINGS = {"cornell": ("white", "red", "trianglemesh:8"), "staircase2": ("Wall", "SpotHolder", "plymesh:12"),
           "kitchen": ("Walls", "KettleGreen", "plymesh:157"), "classroom": ("Walls", "FlagRed", "plymesh:29")}
 
 

@@ -285,8 +285,7 @@ void TracedScene::commit() {
   build(top_.scene);
   device_->check();
   for (Object& object : objects_) object.like = nullptr;
-  top_.like = nullptr;
-  like_ = nullptr;
+  top_.like = nullptr, like_ = nullptr;
   bounds_ = bounds();
   build_seconds_ = timer.seconds();
 }
