@@ -65,7 +65,7 @@ void load(const RecordedRay* from, int n, int* valid, RTCRay16* q) {
 
 size_t trace_packets(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
   size_t hits = 0;
-  trace::RayContext context;
+  trace::RayContext context(nullptr);  // nothing is cut out
   for (int first = 0; first < b.count; first += packet) {
     alignas(64) int valid[packet];
     alignas(64) RTCRayHit16 q;
@@ -85,7 +85,7 @@ size_t trace_packets(RTCScene scene, const RecordedRay* rays, const RecordedBatc
 
 size_t trace_singly(RTCScene scene, const RecordedRay* rays, const RecordedBatch& b) {
   size_t hits = 0;
-  trace::RayContext context;
+  trace::RayContext context(nullptr);  // nothing is cut out
   for (int i = 0; i < b.count; ++i) {
     const RecordedRay& r = rays[b.first + i];
     RTCRayHit q{};

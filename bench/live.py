@@ -3,12 +3,18 @@
 """Live sessions: how soon pictures come after edits, beside a fresh rendering of the edited scene.
 
     bench/run.py live
-    PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen] [--resolution 320x180] [--rounds 5]
+    PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen,classroom] [--resolution 320x180] [--rounds 5]
+    PYTHONPATH=build/release/python bench/live.py --list [--scenes ...]
 
 For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel) and to the
 settled one, medians of the rounds; seconds of a fresh session from reading to its first and settled picture; how many fills of the
 radiosity cache the edit took, of those of the fresh session. `cancel`: from an edit to the end of what was under way. Not denoised.
 `gain`: of the first light, which is a group of its own; `gain, while it renders`: from the gain to the frame that shows it.
+Processor time stands beside the first pictures: half of it is what two idle processors would take.
+
+--list: twenty edits such as users make, one after the other, each settled; against a fresh session of the scene as it then is (of the first
+and the last of them). In the end the geometric means of settled over fresh: with the two gains, and of the other eighteen alone. Times of settled pictures are those of
+--clock: of the wall, or the process's processor time (`cpu`) on a machine that others use too.
 """
 import argparse
 import os
@@ -22,7 +28,11 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SHARED = os.path.join(HERE, "../../shared/scenes")
 SCENES = {"cornell": os.path.join(HERE, "../scenes/cornell-box/cornell.pbrt"),
           "staircase2": os.path.join(SHARED, "staircase2/scene-v4.pbrt"),
-          "kitchen": os.path.join(SHARED, "kitchen/scene-v4.pbrt")}
+          "kitchen": os.path.join(SHARED, "kitchen/scene-v4.pbrt"),
+          "classroom": os.path.join(SHARED, "classroom/scene-v4.pbrt")}
+# Walls, something small, and something like a chair, of each.
+THINGS = {"cornell": ("white", "red", "trianglemesh:8"), "staircase2": ("Wall", "SpotHolder", "plymesh:12"),
+          "kitchen": ("Walls", "KettleGreen", "plymesh:157"), "classroom": ("Walls", "FlagRed", "plymesh:29")}
 
 
 def edits(scene):
@@ -35,6 +45,74 @@ def edits(scene):
         "material": lambda s, k: s.materials[material].edit(reflectance=(0.2 + 0.05 * k, 0.4, 0.5)),
         "object": lambda s, k: s.shapes[shape].move(dapple.translate(0, 0.001 * EXTENT[1], 0)),
     }
+
+
+def user_edits(scene, name):
+    """(what, edit) of the list; a gain is a number."""
+    import dapple
+    lights = list(scene.lights)
+    key, lamp = lights[0], lights[-1]
+    wall, small, chair = THINGS[name]
+    x, y, z = (0.01 * e for e in EXTENT)
+
+    def camera(dx, dy, dz):
+        return lambda s: s.camera.move(dapple.translate(dx, dy, dz))
+
+    def light(which, **params):
+        return lambda s: s.lights[which].edit(**params)
+
+    def colour(which, *rgb):
+        return lambda s: s.materials[which].edit(reflectance=rgb)
+
+    def move(dx, dy, dz):
+        return lambda s: s.shapes[chair].move(dapple.translate(dx, dy, dz))
+
+    return [("camera", camera(x, 0, 0)), ("camera", camera(0, y, z)), ("key light by its gain", 1.5), ("wall colour", colour(wall, .6, .5, .4)),
+            ("chair moved", move(5 * x, 0, 0)), ("key light", light(key, scale=1.4)), ("camera", camera(-x, 0, z)), ("lamp off", light(lamp, on=False)),
+            ("lamp on", light(lamp, on=True)), ("small thing's colour", colour(small, .2, .5, .3)), ("chair moved", move(0, 0, 5 * z)),
+            ("wall colour", colour(wall, .5, .55, .6)), ("key light by its gain", .8), ("camera", camera(x, -y, 0)), ("chair hidden", lambda s: s.shapes[chair].edit(visible=False)),
+            ("chair shown", lambda s: s.shapes[chair].edit(visible=True)), ("key light", light(key, scale=1.1)), ("small thing's colour", colour(small, .6, .2, .1)),
+            ("wall colour", colour(wall, .7, .7, .65)), ("camera", camera(-x, y, -z))]
+
+
+def settled_session(scene, options):
+    """A session that has settled."""
+    import dapple
+    live = dapple.LiveSession(scene, **options)
+    live.wait()
+    return live
+
+
+def bench_list(name, options, clock):
+    """The twenty edits of a scene: a line each, and the geometric means."""
+    import tempfile
+    import dapple
+    begin = clock()
+    live = settled_session(load(name), options)
+    fresh = clock() - begin
+    times = []
+    for count, (what, edit) in enumerate(user_edits(dapple.load(SCENES[name]), name), 1):
+        begin, wall, cpu = clock(), time.monotonic(), time.process_time()
+        if callable(edit):
+            live.edit(edit).result()
+        else:
+            live.gains["key"] = edit
+        first_picture(live, count)
+        first, cpu = time.monotonic() - wall, time.process_time() - cpu
+        live.wait()
+        times.append((what, first, cpu, clock() - begin))
+    with tempfile.TemporaryDirectory() as folder:
+        live.write(os.path.join(folder, "edited.pbrt"))
+        begin = clock()
+        settled_session(dapple.load(os.path.join(folder, "edited.pbrt")), options)
+        last = clock() - begin
+    mean = (fresh + last) / 2
+    for what, first, cpu, settled in times:
+        print(f"| {name} | {what} | {first:.3f} | {cpu:.3f} | {settled:.2f} | {settled / mean:.2f} |")
+    ratios = [settled / mean for _, _, _, settled in times]
+    others = [settled / mean for what, _, _, settled in times if "gain" not in what]
+    print(f"| {name} | fresh, first and last | - | - | {fresh:.2f}, {last:.2f} | all {statistics.geometric_mean(ratios):.2f}, "
+          f"without gains {statistics.geometric_mean(others):.2f} |", flush=True)
 
 
 EXTENT = (1, 1, 1)
@@ -102,13 +180,23 @@ def main():
     parser.add_argument("--preset", default="preview")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--clock", choices=("wall", "cpu"), default="wall")
     o = parser.parse_args()
     dapple.set_threads(o.threads)
     options = dict(preset=o.preset, integrator="distribution", pixel_samples=o.samples, denoise=False,
                    resolution=tuple(int(n) for n in o.resolution.split("x")))
     print(f"{o.resolution}, {o.samples} samples a pixel, preset {o.preset}, {o.threads} threads; seconds")
-    print("| scene | edit | first picture | settled | fresh: first | fresh: settled | fills, of the fresh session's | cancel |")
-    print("|---|---|---|---|---|---|---|---|")
+    if o.list:
+        print("| scene | edit | first picture | its processor time | settled | of a fresh session |")
+        print("|---|---|---|---|---|---|")
+        for name in o.scenes.split(","):
+            if os.path.exists(SCENES[name]):
+                EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
+                bench_list(name, options, time.process_time if o.clock == "cpu" else time.monotonic)
+        return
+    print("| scene | edit | first picture | its processor time | settled | fresh: first | fresh: settled | fills, of the fresh session's | cancel |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name in o.scenes.split(","):
         if not os.path.exists(SCENES[name]):
             continue
@@ -121,16 +209,17 @@ def main():
         fresh_settled, fresh_fills = time.monotonic() - begin, fills(frame)
         m = statistics.median
         count, settled, meanwhile = bench_gains(live, 0, o.rounds)
-        print(f"| {name} | gain | {m(settled):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
-        print(f"| {name} | gain, while it renders | {m(meanwhile):.3f} | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
+        print(f"| {name} | gain | {m(settled):.3f} | - | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
+        print(f"| {name} | gain, while it renders | {m(meanwhile):.3f} | - | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
         for kind, change in edits(dapple.load(SCENES[name])).items():
-            firsts, settled, parts, cancels = [], [], [], []
+            firsts, processor, settled, parts, cancels = [], [], [], [], []
             for k in range(o.rounds):
-                begin = time.monotonic()
+                begin, cpu = time.monotonic(), time.process_time()
                 live.edit(lambda s: change(s, k)).result()
                 count += 1
                 first_picture(live, count)
                 firsts.append(time.monotonic() - begin)
+                processor.append(time.process_time() - cpu)
                 frame = live.wait()
                 settled.append(time.monotonic() - begin)
                 parts.append(fills(frame) / max(fresh_fills, 1))
@@ -141,7 +230,7 @@ def main():
                 cancels.append(time.monotonic() - begin)
                 count += 2
                 live.wait()
-            print(f"| {name} | {kind} | {m(firsts):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
+            print(f"| {name} | {kind} | {m(firsts):.3f} | {m(processor):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
                   f"{100 * m(parts):.0f} % | {m(cancels):.3f} |", flush=True)
 
 

@@ -122,6 +122,20 @@ std::string channel_of(const std::string& layer, const std::string& channel) {
   return (layer == "position" ? "P" : layer) + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
 }
 
+/// The same of a picture that others look at as well: read-only.
+py::dict layers_of(const std::shared_ptr<const Picture>& picture) {
+  py::dict layers;
+  for (const Layer& layer : picture->layers) {
+    const py::capsule keeps(new std::shared_ptr<const Picture>(picture),
+                            [](void* p) { delete static_cast<std::shared_ptr<const Picture>*>(p); });
+    py::array_t<float> array({py::ssize_t(layer.height), py::ssize_t(layer.width), py::ssize_t(layer.channels.size())},
+                             layer.pixels.data(), keeps);
+    array.attr("flags").attr("writeable") = false;
+    layers[py::str(layer.name)] = std::move(array);
+  }
+  return layers;
+}
+
 py::dict dict_of(const Statistics& s) {
   py::dict caches;
   for (const CacheUse& c : s.caches)
@@ -404,7 +418,7 @@ class PyLiveSession {
  private:
   static py::object dict_of_frame(const std::optional<LiveFrame>& f) {
     if (!f) return py::none();
-    return py::dict("layers"_a = layers_of(*f->picture), "statistics"_a = dict_of(f->picture->statistics),
+    return py::dict("layers"_a = layers_of(f->picture), "statistics"_a = dict_of(f->picture->statistics),
                     "header"_a = header_of(*f->picture), "reduction"_a = f->reduction,
                     "pixel_samples"_a = f->pixel_samples, "edits"_a = f->edits, "settled"_a = f->settled,
                     "seconds"_a = f->seconds);

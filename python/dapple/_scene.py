@@ -346,9 +346,9 @@ class Session:
 
 class LiveFrame:
     """A picture of a live session as far as it has come: `image` H x W x 3, float32, linear; `aovs` a dictionary of
-    layers; `reduction`: its pixels are so many pixels of the film wide; `pixel_samples`; `edits`: how many it shows;
-    `settled`: it is the whole picture; `seconds` since the last of these edits; `statistics`; `header`
-    as Session.header."""
+    layers; all of them read-only, since they are the session's own; `reduction`: its pixels are so many pixels of the
+    film wide; `pixel_samples`; `edits`: how many it shows; `settled`: it is the whole picture; `seconds` since the last
+    of these edits; `statistics`; `header` as Session.header."""
 
     def __init__(self, values: dict[str, Any]) -> None:
         layers = values["layers"]

@@ -253,7 +253,7 @@ class LiveSession {
   /// Scene::gain(), which lets rendering go on: what was sampled is summed again.
   std::future<void> gain(const std::string& group, const std::array<double, 3>& gain);
 
-  std::optional<LiveFrame> frame() const;  ///< the latest; empty before the first
+  std::optional<LiveFrame> frame() const;  ///< the latest, without copying it; empty before the first
   /// Waits for the settled picture of all edits so far; empty after `seconds`. SceneError if there is none: the scene
   /// cannot be rendered.
   std::optional<LiveFrame> wait(double seconds = 1e9) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <random>
 #include <thread>
 
@@ -55,6 +56,51 @@ TEST(LiveSession, FramesComeFinerAndFiner) {
   const Picture last = settled(session);
   EXPECT_EQ(reductions, (std::vector<int>{8, 4, 2, 1, 1, 0}));
   expect_same(last, fresh(session));
+}
+
+// What is shown first after an edit of a light is there before anything is learned; what comes after it in the same
+// session shows the edit.
+TEST(LiveSession, EditsDuringTheSketch) {
+  std::vector<std::pair<uint64_t, int>> seen;
+  std::promise<LiveSession*> made;
+  const auto session_made = made.get_future().share();
+  LiveSession session(Scene::parse(room), {}, [&](const LiveFrame& f) {
+    seen.emplace_back(f.edits, f.reduction);
+    // The next edit comes while the sketch is shown.
+    if (f.reduction == 8 && f.edits < 3)
+      session_made.get()->edit("light", "key", {{"float scale", 2. + double(f.edits)}});
+  });
+  made.set_value(&session);
+  while (session.wait(120)->edits < 3) {
+  }
+  expect_same(settled(session), fresh(session));
+  const std::vector<std::pair<uint64_t, int>> expected{{0, 8}, {1, 8}, {2, 8}, {3, 8}, {3, 4},
+                                                       {3, 2}, {3, 1}, {3, 1}, {3, 1}};
+  EXPECT_EQ(seen, expected);
+}
+
+// Frames are handed over, not copied; who writes the scene ends nothing.
+TEST(LiveSession, LooksLetRenderingGoOn) {
+  RenderOptions o;
+  o.pixel_samples = 200;
+  std::vector<int> reductions;
+  std::shared_ptr<const Picture> shown;
+  std::promise<void> whole;
+  bool is_whole = false;
+  LiveSession session(Scene::parse(room), o, [&](const LiveFrame& f) {
+    reductions.push_back(f.settled ? 0 : f.reduction);
+    shown = f.picture;
+    if (f.reduction == 1 && !std::exchange(is_whole, true)) whole.set_value();
+  });
+  whole.get_future().wait();
+  const std::string path = testing::TempDir() + "/looks-" + std::to_string(::getpid()) + ".pbrt";
+  for (int i = 0; i < 5; ++i) session.write(path);
+  expect_same(settled(session), Scene::load(path).render(o));
+  std::filesystem::remove(path);
+  EXPECT_EQ(std::count(reductions.begin(), reductions.end(), 8), 1);
+  EXPECT_EQ(std::count(reductions.begin(), reductions.end(), 2), 1);
+  EXPECT_EQ(session.frame()->picture, shown);
+  EXPECT_EQ(session.frame()->picture, session.wait()->picture);
 }
 
 // Each kind of edit, one after the other in one session.
@@ -206,6 +252,37 @@ TEST(LiveSession, CameraEditsKeepTheCache) {
   // An edit of a light keeps no entry.
   session.edit("light", "key", {{"float scale", 2}});
   EXPECT_GT(fills(settled(session)), first / 2);
+}
+
+// What is known of cut-outs is known after edits of lights and cameras: of 24 x 18 pixels hardly anything is new. Edits
+// of materials and shapes drop it.
+TEST(LiveSession, LightEditsKeepOpacity) {
+  const std::string cut_out = R"(
+Texture "holes" "float" "checkerboard" "float uscale" 40 "float vscale" 40 "float tex1" 1 "float tex2" 0
+NamedMaterial "red"
+Shape "trianglemesh" "string name" "leaf" "texture alpha" "holes" "point3 P" [-1 .1 -1  1 .1 -1  1 1.4 -.5  -1 1.4 -.5]
+  "integer indices" [0 1 2 0 2 3] "point2 uv" [0 0 1 0 1 1 0 1]
+)";
+  LiveSession session(Scene::parse(room + cut_out));
+  const auto opacity_fills = [&] {
+    const Picture picture = settled(session);
+    for (const CacheUse& c : picture.statistics.caches)
+      if (c.name == "opacity") return c.fills;
+    return uint64_t(1) << 40;
+  };
+  const uint64_t first = opacity_fills();
+  EXPECT_GT(first, 4u);
+  session.edit("light", "key", {{"float scale", 2}});
+  EXPECT_LT(opacity_fills(), first / 2);
+  expect_same(settled(session), fresh(session));
+  session.edit([](Scene& s) { move_camera(s, .3); });
+  EXPECT_LT(opacity_fills(), first / 2);
+  session.edit("light", "sky", {{"bool on", false}});
+  EXPECT_LT(opacity_fills(), first / 2);
+  expect_same(settled(session), fresh(session));
+  session.edit("shape", "leaf", {{"float move", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, .01, 0, 0, 1}}});
+  EXPECT_GT(opacity_fills(), first / 2);
+  expect_same(settled(session), fresh(session));
 }
 
 TEST(LiveSession, WrongEditsChangeNothing) {

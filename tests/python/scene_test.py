@@ -249,6 +249,8 @@ class SceneTest(unittest.TestCase):
                 live.edit(lambda scene: 1 / 0).result()
             np.testing.assert_array_equal(live.wait(60).image, second.image)
             self.assertEqual(live.frame().reduction, 1)
+            self.assertFalse(live.frame().image.flags.writeable)
+            self.assertTrue(np.shares_memory(live.frame().image, live.wait().image))
 
     def test_interrupts_and_other_threads(self):
         counts = []

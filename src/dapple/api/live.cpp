@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <mutex>
-
 #include "dapple/api/scene_impl.h"
 #include "dapple/image/atomic_file.h"
 #include "dapple/render/live_session.h"
@@ -9,18 +7,20 @@ namespace dapple {
 
 namespace {
 
+// Of what on_frame made, so that nothing is copied.
 LiveFrame frame_of(const render::LiveFrame& f) {
   LiveFrame frame;
-  Picture picture = api::frame_of(f.picture);
-  picture.statistics = api::statistics_of(f.result);
-  picture.statistics.pixel_samples = f.samples;
-  frame.picture = std::make_shared<const Picture>(std::move(picture));
+  frame.picture = std::static_pointer_cast<const Picture>(f.shown);
   frame.reduction = f.reduction;
   frame.pixel_samples = f.samples;
   frame.edits = f.edits;
   frame.settled = f.settled;
   frame.seconds = f.seconds;
   return frame;
+}
+
+std::optional<LiveFrame> frame_of(const std::shared_ptr<const render::LiveFrame>& f) {
+  return f ? std::optional(frame_of(*f)) : std::nullopt;
 }
 
 std::exception_ptr outside(std::exception_ptr error) {
@@ -41,16 +41,6 @@ class LiveSession::Impl {
        std::function<void(const LiveFrame&)> on_frame)
       : session(std::move(scene), options_of(options, std::move(on_frame))) {}
 
-  std::optional<LiveFrame> converted(const std::shared_ptr<const render::LiveFrame>& frame) const {
-    if (!frame) return std::nullopt;
-    const std::lock_guard lock(mutex);
-    if (last != frame) {
-      latest = frame_of(*frame);
-      last = frame;
-    }
-    return latest;
-  }
-
   static render::LiveSession::Options options_of(const RenderOptions& options,
                                                  std::function<void(const LiveFrame&)> on_frame) {
     render::LiveSession::Options o;
@@ -58,16 +48,16 @@ class LiveSession::Impl {
     o.picture.mixes = true;
     o.film = api::film_of(options);
     o.outside = outside;
-    if (on_frame)
-      o.on_frame = [on_frame = std::move(on_frame)](const std::shared_ptr<const render::LiveFrame>& f) {
-        on_frame(frame_of(*f));
-      };
+    o.on_frame = [on_frame = std::move(on_frame)](render::LiveFrame& f) {
+      auto picture = std::make_shared<Picture>(api::frame_of(std::move(f.picture)));
+      picture->statistics = api::statistics_of(f.result);
+      picture->statistics.pixel_samples = f.samples;
+      f.shown = std::move(picture);
+      if (on_frame) on_frame(frame_of(f));
+    };
     return o;
   }
 
-  mutable std::mutex mutex;
-  mutable std::shared_ptr<const render::LiveFrame> last;
-  mutable std::optional<LiveFrame> latest;
   render::LiveSession session;
 };
 
@@ -101,11 +91,11 @@ std::future<void> LiveSession::gain(const std::string& group, const std::array<d
 }
 
 std::optional<LiveFrame> LiveSession::frame() const {
-  return impl_->converted(impl_->session.frame());
+  return frame_of(impl_->session.frame());
 }
 
 std::optional<LiveFrame> LiveSession::wait(double seconds) const {
-  return impl_->converted(impl_->session.wait(seconds));
+  return frame_of(impl_->session.wait(seconds));
 }
 
 void LiveSession::write(const std::string& path) {

@@ -118,7 +118,7 @@ void EditableScene::set_lights(scene::Scene* scene, const AreaLightShapes& shape
 void EditableScene::build_scene_parts(BuiltScene& built) {
   built.named_files = scenefile::named_files(description_);
   built.temporary_files = description_.temporary_files;
-  built.scene = std::make_unique<scene::Scene>();
+  built.scene = std::make_unique<scene::Scene>(built_.scene.get());
   built.origin = context_->origins.scene;
   scene::Scene& scene = *built.scene;
   Parts parts;

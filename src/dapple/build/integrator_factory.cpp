@@ -379,18 +379,33 @@ IntegratorRequest preset_request(const std::string& name) {
   return r;
 }
 
+IntegratorRequest sketch_request(const IntegratorRequest& request) {
+  IntegratorRequest r = request;
+  r.type = "path";
+  if (request.type != "path" && !r.bounces) {
+    const IntegratorRequest preset = preset_request(request.preset);
+    r.bounces = std::clamp(request.max_depth.value_or(default_max_depth) - 1, 0, *preset.bounces);
+    r.specular_depth = request.specular_depth.value_or(*preset.specular_depth);
+  }
+  r.masks = {};
+  r.shafts = {};
+  r.shafts.shafts = "rays";
+  return r;
+}
+
 std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const IntegratorRequest& asked) {
   const IntegratorRequest r = asked.over(preset_request(asked.preset));
   return wants_opacity_cache(scene, r) ? std::make_unique<gi::OpacityCache>(scene, opacity_bytes(scene, r)) : nullptr;
 }
 
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked,
-                                                             int pixel_samples, uint64_t seed) {
+                                                             int pixel_samples, uint64_t seed, StopToken stop) {
   const IntegratorRequest preset = preset_request(asked.preset);
   const int samples = pixel_samples > 0 ? pixel_samples : asked.pixel_samples.value_or(*preset.pixel_samples);
   if (asked.type == "path" || asked.type == "canopy" || asked.type == "images") {
     path::PathIntegrator::Settings s;
     s.seed = seed;
+    s.stop = stop;
     s.specular_depth = asked.specular_depth.value_or(s.specular_depth);
     if (asked.type != "path") {
       s.diffuse_bounces = asked.bounces.value_or(0);
@@ -427,6 +442,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
       throw UsageError("distribution ray tracing follows at most " + std::to_string(max_depth_followed) +
                        " scatterings of a kind; " + name + " " + std::to_string(depth) + " is for the path integrator");
   distribution::DistributionIntegrator::Settings s;
+  s.stop = stop;
   s.shading.seed = seed;
   s.shading.specular_depth = *r.specular_depth;
   // Unlimited bounces, as many scenes ask for by a large maxdepth, would be a tree of that depth.
@@ -457,6 +473,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
     path::PathIntegrator::Settings p;
     p.diffuse_bounces = std::max(s.shading.bounces, 1);
     p.seed = seed;
+    p.stop = stop;
     p.masks = s.masks;
     p.far_ground = s.far_ground;
     p.learning_paths = learning_paths(scene, samples);

@@ -80,9 +80,13 @@ std::unique_ptr<gi::OpacityCache> make_opacity_cache(scene::Scene& scene, const 
 
 /// Makes the integrator asked for; presets fill in what the request leaves open. The scene must outlive it.
 /// `pixel_samples`: that will be taken, 0 if that is open. InputError for a canopy that the scene has not, and
-/// for what images of trees cannot show.
+/// for what images of trees cannot show. `stop`: of learning lights and of surveys, which throw Stopped.
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene,
                                                              const IntegratorRequest& request, int pixel_samples,
-                                                             uint64_t seed);
+                                                             uint64_t seed, StopToken stop = {});
+
+/// Paths for a sketch of what the request asks for: as many bounces, with nothing learned, cached or put into tables
+/// beforehand, so that it is there at once.
+IntegratorRequest sketch_request(const IntegratorRequest& request);
 
 }  // namespace dapple::build

@@ -54,11 +54,11 @@ bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& r) {
 }
 
 std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
-                                                             int pixel_samples, uint64_t seed) {
-  if (!outlasts_camera(built, request)) return make_integrator(*built.scene, request, pixel_samples, seed);
+                                                             int pixel_samples, uint64_t seed, StopToken stop) {
+  if (!outlasts_camera(built, request)) return make_integrator(*built.scene, request, pixel_samples, seed, stop);
   const scene::Camera camera = std::exchange(built.scene->camera, built.dicing_camera);
   try {
-    auto integrator = make_integrator(*built.scene, request, pixel_samples, seed);
+    auto integrator = make_integrator(*built.scene, request, pixel_samples, seed, stop);
     built.scene->camera = camera;
     return integrator;
   } catch (...) {

@@ -62,7 +62,7 @@ BuiltScene build_scene(const scenefile::SceneDescription& description, const Bui
 /// rendering is learned from there, so that the camera may go elsewhere and find it still true; but not in scenes with
 /// media that scatter, masks or far ground, whose tables are made for the camera itself.
 std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
-                                                             int pixel_samples, uint64_t seed);
+                                                             int pixel_samples, uint64_t seed, StopToken stop = {});
 /// Whether that holds: the integrator stays what it would be made anew after the camera moved.
 bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& request);
 

@@ -53,7 +53,7 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
     : scene_(scene),
       settings_(settings),
       groups_(settings.light_groups ? int(scene.light_groups.names.size()) : 0),
-      patches_(scene.traced, scene::Motion(scene)),
+      patches_(scene.traced, scene::Motion(scene), scene.patches.get()),
       shares_(scene, settings),
       irradiance_(shares_.subsurface ? std::make_unique<RadiosityCache>(shares_.subsurface_bytes, groups_) : nullptr),
       radiosity_(settings.radiosity_cache ? std::make_unique<RadiosityCache>(shares_.radiosity_bytes, groups_)

@@ -61,6 +61,7 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
     std::vector<size_t> ends_of(found.size());
     std::vector<char> view_dependent(found.size());
     parallel_for(found.size(), [&](size_t i) {
+      settings_.stop.check();
       const auto w = std::make_unique<Workspace>();
       w->depth = map->depths() + 1;
       const uint32_t first = uint32_t(i) * batch;

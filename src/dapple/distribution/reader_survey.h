@@ -22,7 +22,7 @@ class ReaderSurvey final : public PointShader {
                const SampleFinisher& finisher, const DistributionSettings& settings);
   ReaderSurvey(const ReaderSurvey&) = delete;
 
-  /// Adds all depths of diffuse rays. Reads ShadingScene::readers, which may be what is filled.
+  /// Adds all depths of diffuse rays. May throw Stopped. Reads ShadingScene::readers, which may be what is filled.
   Found fill(ReaderMap* map) const;
 
   // Follow paths: send one ray from each point, and light nothing.

@@ -33,6 +33,8 @@ class Quadric {
   float phi_max() const { return phi_max_; }
   bool flip() const { return flip_; }
 
+  friend bool operator==(const Quadric&, const Quadric&) = default;
+
  private:
   Quadric(QuadricKind kind, const Transform& to_world, bool flip);
   bool accept(const V3d& p, float* u, float* v) const;

@@ -170,12 +170,14 @@ struct Looks {
   const LightChoices& choices;
   const std::span<const LightPoint> points;
   const uint64_t seed;
+  const StopToken stop;
 
   // look(observer, i, out) writes `each` of point i.
   template <class Look>
   std::vector<LightSeen> all(size_t each, const Look& look) const {
     std::vector<LightSeen> seen(points.size() * each);
     parallel_ranges(points.size(), chunk, [&](size_t begin, size_t end) {
+      stop.check();
       const auto observer = std::make_unique<Observer>(scene, tracer, choices, seed);
       for (size_t i = begin; i < end; ++i) look(*observer, i, &seen[i * each]);
       observer->finish();
@@ -222,11 +224,12 @@ bool pays_to_learn(const scene::Scene& scene) {
 
 std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& scene,
                                                             const integrate::RayTracer& tracer,
-                                                            std::span<const LightPoint> points, uint64_t seed) {
+                                                            std::span<const LightPoint> points, uint64_t seed,
+                                                            StopToken stop) {
   if (!pays_to_learn(scene) || points.empty()) return nullptr;
   LightChoices choices = choices_of(scene);
   if (choices.others.size() > most_unbounded) return nullptr;  // regions of so many values would fill the memory
-  const Looks looks{scene, tracer, choices, points, seed};
+  const Looks looks{scene, tracer, choices, points, seed, stop};
   std::vector<emitters::LightReceiver> receivers;
   for (const LightPoint& point : points) receivers.push_back(point.to);
   emitters::RegionTree regions(receivers);

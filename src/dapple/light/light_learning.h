@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "dapple/base/stop_token.h"
 #include "dapple/emitters/learned_lights.h"
 #include "dapple/integrate/ray_tracer.h"
 
@@ -25,9 +26,10 @@ bool pays_to_learn(const scene::Scene& scene);
 /// Vevoda, Kondapaneni and Krivanek 2018 ("Bayesian online regression for adaptive direct illumination sampling")
 /// lights are to be drawn in proportion to the root of their mean square contribution over a region, where regions with
 /// few samples lean on those around; unlike there, all is learned beforehand, so that images depend neither on threads
-/// nor on the order of pixels. A function of its arguments.
+/// nor on the order of pixels. A function of its arguments. May throw Stopped.
 std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& scene,
                                                             const integrate::RayTracer& tracer,
-                                                            std::span<const LightPoint> points, uint64_t seed);
+                                                            std::span<const LightPoint> points, uint64_t seed,
+                                                            StopToken stop = {});
 
 }  // namespace dapple::light

@@ -68,13 +68,14 @@ void PathIntegrator::learn() {
   const uint64_t seed = hash(settings_.seed, for_learning);
   LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
   parallel_for(points.batches(), [&](size_t i) {
+    settings_.stop.check();
     const auto w = std::make_unique<PathWorkspace>();
     ends_.prepare(*w);
     w->points_found = points.of_batch(i);
     w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
     trace_camera_rays(*w);
   });
-  learned_ = light::learn_lights(scene_, rays_, points.thinned(), seed);
+  learned_ = light::learn_lights(scene_, rays_, points.thinned(), seed, settings_.stop);
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {

@@ -39,6 +39,7 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const integrate::RadiosityAnswers> radiosity;
     /// From the camera, that learn what light reaches which part of the scene; 0: none.
     int learning_paths = 0;
+    StopToken stop;                                                 ///< of learning, which throws Stopped then
     std::shared_ptr<const emitters::LearnedLights> learned_lights;  ///< what is known of that already; null: nothing
 
     const emitters::Visibility* visibility() const {

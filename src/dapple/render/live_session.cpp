@@ -7,6 +7,7 @@
 
 #include "dapple/base/timer.h"
 #include "dapple/render/gains.h"
+#include "dapple/render/reduced_view.h"
 #include "dapple/scenefile/scene_writing.h"
 
 namespace dapple::render {
@@ -14,9 +15,15 @@ namespace dapple::render {
 namespace {
 
 constexpr int reductions[] = {8, 4, 2};
+constexpr uint32_t sketch_samples = 4;
 
 bool only_camera_or_gains(const build::Changes& c) {
   return !c.settings && !c.lights && !c.area_lights && !c.materials && !c.geometry && !c.all;
+}
+
+// What is cut out is what it was, and so are the options.
+bool keeps_surfaces(const build::Changes& c) {
+  return !c.settings && !c.area_lights && !c.materials && !c.geometry && !c.all;
 }
 
 double seconds_since(std::chrono::steady_clock::time_point time) {
@@ -32,16 +39,18 @@ void add_counts(const SessionResult& from, SessionResult* to) {
     to->caches[c].counts += from.caches[c].counts;
 }
 
+integrate::CacheCounts since(const integrate::CacheCounts& before, integrate::CacheCounts now) {
+  now.lookups -= before.lookups, now.hits -= before.hits, now.fills -= before.fills;
+  now.fill_seconds -= before.fill_seconds;
+  return now;
+}
+
 // The same film with nothing done for it.
 SessionResult without_counts(SessionResult r) {
   r.seconds = r.cpu_seconds = 0;
   r.rays = {}, r.stages = {}, r.shafts = {};
   for (integrate::CacheState& c : r.caches) c.counts = {};
   return r;
-}
-
-int reduced(int pixels, int reduction) {
-  return std::max((pixels + reduction - 1) / reduction, 1);
 }
 
 }  // namespace
@@ -65,8 +74,8 @@ std::future<void> LiveSession::add(Transaction transaction) {
     ++edits_;
     last_edit_ = std::chrono::steady_clock::now();
   }
-  has_news_ = true;
-  if (transaction.kind != Kind::gain) cancel_ = true;
+  (transaction.kind == Kind::look ? has_looks_ : has_news_) = true;
+  if (transaction.kind == Kind::edit) cancel_ = true;
   Transaction& t = queue_.emplace_back(std::move(transaction));
   changed_.notify_all();
   return t.done.get_future();
@@ -111,7 +120,7 @@ std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
 std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_ || needs_showing_; });
-  if (!ends_) cancel_ = has_news_ = false;
+  if (!ends_) cancel_ = has_news_ = has_looks_ = false;
   // Who waits for edits is not told of what was wrong before them.
   if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.kind != Kind::look; }))
     failure_before_ = std::exchange(failure_, nullptr);
@@ -216,6 +225,7 @@ void LiveSession::build() {
   keeps_film &= keeps;
   if (!keeps_film) film_.reset();
   if (!keeps) picture_.reset();
+  if (!keeps_surfaces(changes)) opacity_.reset();
   built_ = &scene_->built(options_.film);
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
   if (picture_ && changes.camera) picture_->begin_again();
@@ -229,10 +239,15 @@ void LiveSession::build() {
 }
 
 void LiveSession::render() {
-  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture);
   reduced_.clear();
+  const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
+  const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
+  if (sketches && !sketch(request)) return;
+  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_);
+  opacity_ = picture_->opacity_cache();
+  const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
   for (const int reduction : reductions)
-    if (!render_reduced(reduction)) return;
+    if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
   auto film = std::make_unique<scene::Film>(picture_->make_film());
   RenderSession session(picture_->integrator(), *film, picture_->rules());
   uint32_t whole_samples = 0;
@@ -247,7 +262,10 @@ void LiveSession::render() {
     return;
   }
   for (const SessionResult& r : reduced_) add_counts(r, &result);
-  if (picture_->has_opacity_cache()) result.caches.push_back(picture_->opacity_state());
+  if (opacity_) {
+    result.caches.push_back(picture_->opacity_state());
+    result.caches.back().counts = since(opacity_before, result.caches.back().counts);
+  }
   film_ = std::move(film);
   film_result_ = std::move(result);
   noisy_is_shown_ = true;
@@ -257,11 +275,18 @@ void LiveSession::render() {
 
 // Gains that came in while it rendered become true between samples.
 RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint32_t& samples) {
-  return {[this] { return has_news_ && !cancel_; },
+  return {[this] { return (has_news_ || has_looks_) && !cancel_; },
           [this, &film, &samples]() -> std::function<void()> {
-            if (!take_gains(film) || samples == 0) return {};
-            auto picture = std::make_shared<image::OutputImage>(picture_->layers(film, false, {}, false));
-            return [this, picture, samples] { publish(std::move(*picture), 1, samples, nullptr); };
+            std::shared_ptr<image::OutputImage> picture;
+            auto looks = std::make_shared<std::unique_ptr<Transaction>>();
+            if (take_gains(looks.get())) {
+              set_scene_gains(film);
+              if (samples > 0) picture = std::make_shared<image::OutputImage>(picture_->layers(film, false, {}, false));
+            }
+            return [this, picture, looks, samples] {
+              if (picture) publish(std::move(*picture), 1, samples, nullptr);
+              if (*looks) look(**looks);
+            };
           }};
 }
 
@@ -279,12 +304,12 @@ bool LiveSession::needs_samples(Transaction& gain) {
   return needs;
 }
 
-// False if there was none that the film can show. Those that need other samples, and what comes after them, stay.
-bool LiveSession::take_gains(scene::Film& film) {
+// False if there was none that the film can show. Those that need other samples, and what comes after them, stay; so
+// does what comes after somebody who wants to look.
+bool LiveSession::take_gains(std::unique_ptr<Transaction>* look) {
   std::deque<Transaction> gains;
   {
     const std::lock_guard lock(mutex_);
-    has_news_ = cancel_.load();
     for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front()) {
       if (picture_->film_groups() == 0 && needs_samples(queue_.front())) {
         cancel_ = true;
@@ -292,11 +317,15 @@ bool LiveSession::take_gains(scene::Film& film) {
       }
       gains.push_back(std::move(queue_.front()));
     }
+    if (!cancel_ && !queue_.empty() && queue_.front().kind == Kind::look) {
+      *look = std::make_unique<Transaction>(std::move(queue_.front()));
+      queue_.pop_front();
+    }
+    has_news_ = cancel_ || std::any_of(queue_.begin(), queue_.end(), [](auto& t) { return t.kind != Kind::look; });
+    has_looks_ = std::any_of(queue_.begin(), queue_.end(), [](auto& t) { return t.kind == Kind::look; });
   }
   for (Transaction& t : gains) apply(t);
-  if (gains.empty()) return false;
-  set_scene_gains(film);
-  return true;
+  return !gains.empty();
 }
 
 void LiveSession::show_whole() {
@@ -309,39 +338,39 @@ void LiveSession::show_whole() {
   publish(std::move(settled), 1, film_result_.samples, &film_result_);
 }
 
-// The same camera with fewer pixels; one sample of each.
-bool LiveSession::render_reduced(int reduction) {
+// What is there before the integrator is, which learns lights and counts readers first: paths that know nothing.
+bool LiveSession::sketch(const build::IntegratorRequest& request) {
   scene::Scene& scene = *built_->scene;
-  const scene::Camera camera = scene.camera;
-  scene::Film::Settings s = scene.film;
-  scene::Camera::Settings reduced_camera = camera.settings();
-  s.resolution = V2i(reduced(s.resolution.x, reduction), reduced(s.resolution.y, reduction));
-  s.crop.min = V2i(s.crop.min.x / reduction, s.crop.min.y / reduction);
-  s.crop.max = V2i(std::min(reduced(s.crop.max.x, reduction), s.resolution.x),
-                   std::min(reduced(s.crop.max.y, reduction), s.resolution.y));
-  reduced_camera.resolution = s.resolution;
-  s.light_groups = picture_->film_groups();
+  const bool has_groups = options_.picture.light_groups || scene.light_groups.has_gains();
+  ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
+  const auto paths = build::make_integrator(scene, build::sketch_request(request), sketch_samples,
+                                            request.seed.value_or(0), StopToken(cancel_));
+  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples);
+}
+
+bool LiveSession::render_reduced(int reduction) {
   picture_->begin_again();
-  scene::Film film(s);
-  set_scene_gains(film);
-  StopRules rules;
-  rules.pixel_samples = 1;
-  scene.camera = scene::Camera(reduced_camera);
-  RenderSession session(picture_->integrator(), film, rules);
+  ReducedView view(*built_->scene, reduction, picture_->film_groups());
   const uint32_t nothing_to_show = 0;
-  session.on_pause(pause_for_gains(film, nothing_to_show));
-  try {
-    reduced_.push_back(session.run(cancel_, StopToken(cancel_)));
-  } catch (...) {
-    scene.camera = camera;
-    throw;
-  }
-  scene.camera = camera;
+  const bool whole =
+      render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show), reduction, 1);
   picture_->begin_again();
+  return whole;
+}
+
+// False if it was cancelled.
+bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
+                              int reduction, uint32_t samples) {
+  StopRules rules;
+  rules.pixel_samples = samples;
+  RenderSession session(integrator, film, rules);
+  session.on_pause(std::move(pause));
+  SessionResult result = session.run(cancel_, StopToken(cancel_));
   if (cancel_) return false;
+  reduced_.push_back(std::move(result));
   OutputSettings output;
-  if (options_.picture.light_groups) output.light_groups = scene.light_groups.names;
-  publish(make_output(film, output), reduction, 1, nullptr);
+  if (options_.picture.light_groups) output.light_groups = built_->scene->light_groups.names;
+  publish(make_output(film, output), reduction, samples, nullptr);
   return true;
 }
 
@@ -357,7 +386,7 @@ void LiveSession::publish(image::OutputImage picture, int reduction, uint32_t sa
     const std::lock_guard lock(mutex_);
     frame->seconds = seconds_since(last_edit_);
   }
-  if (options_.on_frame) options_.on_frame(frame);
+  if (options_.on_frame) options_.on_frame(*frame);
   const std::lock_guard lock(mutex_);
   frame_ = std::move(frame);
   changed_.notify_all();

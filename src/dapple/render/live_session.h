@@ -19,12 +19,14 @@ namespace dapple::render {
 /// A picture of a live session as far as it has come.
 struct LiveFrame {
   image::OutputImage picture;  ///< its first layer at least
-  int reduction = 1;           ///< its pixels are so many pixels of the film wide
-  uint32_t samples = 0;        ///< a pixel
-  uint64_t edits = 0;          ///< how many transactions it shows
-  bool settled = false;        ///< nothing is left to do until the next edit
-  double seconds = 0;          ///< since the last of these edits came in
-  SessionResult result{};      ///< of settled frames; counts are those since the edit
+  /// What Options::on_frame made of the picture, which it may have taken out.
+  std::shared_ptr<const void> shown;
+  int reduction = 1;       ///< its pixels are so many pixels of the film wide
+  uint32_t samples = 0;    ///< a pixel
+  uint64_t edits = 0;      ///< how many transactions it shows
+  bool settled = false;    ///< nothing is left to do until the next edit
+  double seconds = 0;      ///< since the last of these edits came in
+  SessionResult result{};  ///< of settled frames; counts are those since the edit
 };
 
 /// Renders a scene that changes: in a thread of its own, first at an eighth of the resolution, then at a quarter, a
@@ -39,7 +41,7 @@ class LiveSession {
     PictureRequest picture;
     build::FilmOverrides film;
     /// Called with each frame, on one thread of the session at a time; short, for rendering waits for it. May be empty.
-    std::function<void(std::shared_ptr<const LiveFrame>)> on_frame;
+    std::function<void(LiveFrame&)> on_frame;
     /// Makes errors what callers know. Empty: they stay.
     std::function<std::exception_ptr(std::exception_ptr)> outside;
   };
@@ -55,7 +57,7 @@ class LiveSession {
   std::future<void> edit(std::function<void(WorkingScene&)> change);
   /// The gain of a light group, as a transaction of its own, which lets rendering go on.
   std::future<void> gain(const std::string& group, const RGB& gain);
-  /// Calls `look` between two renderings.
+  /// Calls `look`, which changes nothing, once the transactions before it are done. Rendering goes on.
   std::future<void> look(std::function<void(WorkingScene&)> look);
 
   /// The latest; null before the first.
@@ -81,10 +83,13 @@ class LiveSession {
   void build();
   void set_scene_gains(scene::Film& film) const;
   void render();
+  bool sketch(const build::IntegratorRequest& request);
   bool render_reduced(int reduction);
+  bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
+                   int reduction, uint32_t samples);
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
-  bool take_gains(scene::Film& film);
+  bool take_gains(std::unique_ptr<Transaction>* look);
   bool needs_samples(Transaction& gain);
   void check_gains() const;
   std::exception_ptr outside(std::exception_ptr error) const;
@@ -92,6 +97,7 @@ class LiveSession {
 
   std::unique_ptr<WorkingScene> scene_;
   const Options options_;
+  std::shared_ptr<const gi::OpacityCache> opacity_;  ///< of the last picture; refers to the scene as built
   std::unique_ptr<Picture> picture_;
   build::BuiltScene* built_ = nullptr;
   /// Of picture_, with all its samples; null before that.
@@ -111,7 +117,8 @@ class LiveSession {
   std::exception_ptr failure_, failure_before_;  ///< of the scene as it is; before the edits under way
   bool ends_ = false;
   std::atomic<bool> cancel_{false}, has_news_{false};  ///< has_news_: gains too
-  std::thread thread_;                                 ///< last: it uses all of the above
+  std::atomic<bool> has_looks_{false};
+  std::thread thread_;  ///< last: it uses all of the above
 };
 
 }  // namespace dapple::render

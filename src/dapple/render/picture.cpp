@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "dapple/base/error.h"
 #include "dapple/base/log.h"
@@ -103,8 +104,13 @@ bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std
   return integrator.tells_direct() && (denoises || show_direct(aovs));
 }
 
-Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
-    : built_(built), asked_(asked), aovs_(aovs_of(built, asked)), request_(settled_request(built, asked)) {
+Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToken stop,
+                 std::shared_ptr<const gi::OpacityCache> opacity)
+    : built_(built),
+      asked_(asked),
+      aovs_(aovs_of(built, asked)),
+      request_(settled_request(built, asked)),
+      opacity_(std::move(opacity)) {
   if (request_.light_groups) film_groups_ = int(built.scene->light_groups.names.size());
   rules_ = make_rules(asked, request_.over(build::preset_request(request_.preset)));
   if (wants_denoiser(request_, asked)) {
@@ -121,8 +127,8 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked)
   }
   seed_ = request_.seed.value_or(0);
   const bool open = rules_.pixel_samples == uint32_t(build::max_pixel_samples);
-  opacity_ = build::make_opacity_cache(*built.scene, request_);
-  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_);
+  if (!opacity_) opacity_ = build::make_opacity_cache(*built.scene, request_);
+  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_, stop);
 }
 
 Box2i Picture::rendered_crop() const {

@@ -38,8 +38,10 @@ class Picture {
  public:
   /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
   /// weights are missing; where a preset would have it, a warning. Makes the integrator, which may take as long as some
-  /// samples.
-  Picture(build::BuiltScene& built, const PictureRequest& request);
+  /// samples; Stopped if `stop` ends that. `opacity`: of another picture by the same requests, whose scene has only got
+  /// other lights or another camera; null: one is made.
+  Picture(build::BuiltScene& built, const PictureRequest& request, StopToken stop = {},
+          std::shared_ptr<const gi::OpacityCache> opacity = nullptr);
   ~Picture();
 
   const build::IntegratorRequest& request() const { return request_; }  ///< over the scene's
@@ -61,6 +63,7 @@ class Picture {
   }
   integrate::CacheState opacity_state() const;
   bool has_opacity_cache() const { return opacity_ != nullptr; }
+  const std::shared_ptr<const gi::OpacityCache>& opacity_cache() const { return opacity_; }
 
   /// Traces what layers() want of the scene beside the film, which they do themselves if it was not done. May throw
   /// Stopped.
@@ -85,7 +88,7 @@ class Picture {
   uint64_t seed_;
   int film_groups_ = 0;
   std::optional<FrameDenoiser> denoiser_;
-  std::unique_ptr<const gi::OpacityCache> opacity_;
+  std::shared_ptr<const gi::OpacityCache> opacity_;
   std::unique_ptr<const integrate::Integrator> integrator_;
   std::optional<FeatureLayers> features_;
   std::optional<image::Image> motion_;

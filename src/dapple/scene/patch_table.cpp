@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "dapple/base/hash.h"
-#include "dapple/base/parallel.h"
 
 namespace dapple::scene {
 
@@ -15,8 +14,7 @@ bool is_round(const trace::Shape& shape) {
   return std::holds_alternative<trace::QuadricPtr>(shape) || std::holds_alternative<trace::DisksPtr>(shape);
 }
 
-constexpr int max_level = 20;         // cells of a patch along an edge: 2^20
-constexpr size_t cluster_above = 64;  // patches; smaller meshes are not grouped
+constexpr int max_level = 20;     // cells of a patch along an edge: 2^20
 constexpr float small_patch = 2;  // micropolygons: a patch no longer than this is one point, else leaves would be many
 constexpr float group_width = 1.75f;  // a box as wide as a micropolygon is has this diagonal, about
 constexpr float grazing = 0.25f;      // micropolygons are at most 1 / this longer than wide on screen
@@ -46,61 +44,10 @@ float place(float x, int level, uint32_t* tile) {
   return at - float(cell & ~(GridId::tile - 1));
 }
 
-struct PatchSizes {
-  std::vector<Box3f> boxes;
-  std::vector<float> areas;
-
-  explicit PatchSizes(size_t patches) : boxes(patches), areas(patches) {}
-};
-
-float triangle_area(const V3f& a, const V3f& b, const V3f& c) {
-  return length(cross(b - a, c - a)) / 2;
-}
-
-PatchSizes patch_sizes(const geom::Mesh& mesh, const geom::PatchMap& map) {
-  PatchSizes sizes(map.patch_count());
-  for (uint32_t f = 0; f < mesh.face_count(); ++f) {
-    V3f corners[4];
-    mesh.corners_at(f, PatchTable::dicing_time, corners);
-    const uint32_t patch = map.patch_point(f, 0, 0).patch;
-    for (int c = 0; c < mesh.corners; ++c) sizes.boxes[patch].extendBy(corners[c]);
-    sizes.areas[patch] += triangle_area(corners[0], corners[1], corners[2]);
-    if (mesh.corners == 4) sizes.areas[patch] += triangle_area(corners[1], corners[3], corners[2]);
-  }
-  return sizes;
-}
-
-PatchSizes patch_sizes(const geom::GridMesh& mesh) {
-  PatchSizes sizes(mesh.grids.size());
-  for (size_t g = 0; g < mesh.grids.size(); ++g) {
-    const geom::GridMesh::Grid& grid = mesh.grids[g];
-    const auto at = [&](size_t x, size_t y) { return mesh.P[grid.first + y * grid.stride + x]; };
-    for (size_t y = 0; y < grid.rows; ++y)
-      for (size_t x = 0; x < grid.columns; ++x) {
-        sizes.boxes[g].extendBy(at(x, y));
-        if (x == 0 || y == 0) continue;
-        sizes.areas[g] += triangle_area(at(x - 1, y - 1), at(x, y - 1), at(x - 1, y)) +
-                          triangle_area(at(x, y - 1), at(x, y), at(x - 1, y));
-      }
-  }
-  return sizes;
-}
-
 }  // namespace
 
-PatchTable::PatchTable(const trace::TracedScene& scene, Motion motion)
-    : scene_(scene), motion_(std::move(motion)), geometries_(scene.geometry_count()) {
-  parallel_for(geometries_.size(), [&](size_t g) {
-    PatchSizes sizes(0);
-    if (const auto* mesh = std::get_if<trace::MeshPtr>(&scene.shape(uint32_t(g)))) {
-      geometries_[g].map = std::make_unique<geom::PatchMap>(**mesh);
-      if (geometries_[g].map->patch_count() > cluster_above) sizes = patch_sizes(**mesh, *geometries_[g].map);
-    } else if (const auto* grids = std::get_if<trace::GridsPtr>(&scene.shape(uint32_t(g)))) {
-      if ((*grids)->grids.size() > cluster_above) sizes = patch_sizes(**grids);
-    }
-    if (!sizes.boxes.empty()) geometries_[g].clusters = std::make_unique<geom::PatchClusters>(sizes.boxes, sizes.areas);
-  });
-}
+PatchTable::PatchTable(const trace::TracedScene& scene, Motion motion, PatchMemory* memory)
+    : scene_(scene), motion_(std::move(motion)), geometries_(memory ? memory->of(scene) : PatchMemory().of(scene)) {}
 
 V3f PatchTable::patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const {
   GridId grid;
@@ -380,7 +327,7 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
 
 void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits,
                                int lane) const {
-  const GeometryPatches& patches = geometries_[grid.geometry];
+  const ShapePatches& patches = geometries_[grid.geometry];
   const bool group = grid.cluster_level > 0;
   const uint32_t patch = group ? stand_in(grid, grid.tile_u).patch : grid.patch;
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);

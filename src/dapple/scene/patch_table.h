@@ -4,10 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "dapple/geom/patch_clusters.h"
-#include "dapple/geom/patch_map.h"
 #include "dapple/scene/grid_id.h"
 #include "dapple/scene/motion.h"
+#include "dapple/scene/patch_memory.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::scene {
@@ -17,7 +16,8 @@ namespace dapple::scene {
 /// chooses among fixed points and never makes new ones.
 class PatchTable {
  public:
-  explicit PatchTable(const trace::TracedScene& scene, Motion motion = {});
+  /// `memory`: what is known of the shapes' patches; null: nothing.
+  explicit PatchTable(const trace::TracedScene& scene, Motion motion = {}, PatchMemory* memory = nullptr);
 
   const Motion& motion() const { return motion_; }
 
@@ -149,10 +149,6 @@ class PatchTable {
   static float seen_length(const Cell& cell, const V3f& d);
 
  private:
-  struct GeometryPatches {
-    std::unique_ptr<const geom::PatchMap> map;            ///< meshes only
-    std::unique_ptr<const geom::PatchClusters> clusters;  ///< meshes of many faces
-  };
   Extent extent(uint32_t instance, uint32_t geometry, uint32_t patch) const;
   const Extent& remembered_extent(uint32_t instance, uint32_t geometry, uint32_t patch, Extents* memory) const;
   Facets facets(uint32_t instance, uint32_t geometry, uint32_t patch) const;
@@ -166,7 +162,7 @@ class PatchTable {
 
   const trace::TracedScene& scene_;
   const Motion motion_;
-  std::vector<GeometryPatches> geometries_;
+  const std::vector<ShapePatches> geometries_;
 };
 
 }  // namespace dapple::scene

@@ -12,6 +12,7 @@
 #include "dapple/scene/film.h"
 #include "dapple/scene/filter.h"
 #include "dapple/scene/light_groups.h"
+#include "dapple/scene/patch_memory.h"
 #include "dapple/shading/material.h"
 #include "dapple/trace/traced_scene.h"
 
@@ -46,9 +47,16 @@ struct GeometryBinding {
 /// A scene made ready for rendering: frozen, shared by all threads, free of file syntax.
 class Scene final : public trace::OpacityTest {
  public:
-  Scene() { traced.set_opacity_test(this); }
+  /// `like`: of TracedScene.
+  explicit Scene(const Scene* like = nullptr)
+      : traced(like ? &like->traced : nullptr), patches(like ? like->patches : nullptr) {
+    if (!patches) patches = std::make_shared<PatchMemory>();
+    traced.set_opacity_test(this);
+  }
 
   trace::TracedScene traced;
+  /// What shapes are cut into, for all that ask, and for the scene that is like this one.
+  std::shared_ptr<PatchMemory> patches;
   std::vector<GeometryBinding> bindings;  ///< by geometry
   std::vector<shading::MaterialPtr> materials;
   std::vector<std::unique_ptr<const emitters::Light>> lights;

@@ -109,4 +109,10 @@ RTCGeometry make_instance(RTCDevice device, RTCScene object, const AnimatedTrans
   return g;
 }
 
+void build(RTCScene scene) {
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  rtcCommitScene(scene);
+}
+
 }  // namespace dapple::trace

@@ -16,4 +16,7 @@ RTCGeometry make_geometry(RTCDevice device, const Shape& shape);
 /// Committed. motion: world from object space.
 RTCGeometry make_instance(RTCDevice device, RTCScene object, const AnimatedTransform& motion);
 
+/// Builds what rays are traced in.
+void build(RTCScene scene);
+
 }  // namespace dapple::trace

@@ -9,9 +9,12 @@
 
 namespace dapple::trace {
 
+class TracedScene;
+
 /// What a query of Embree's scene needs: cut-out geometry asks it for the ray's footprint.
 struct RayContext {
   RTCIntersectContext embree;  ///< first: Embree hands it back
+  const TracedScene* scene;
   float width = 0, spread = 0;
   float scale = 1;  ///< of the object that the ray is in, by portals; kept where something is cut out
   OpacityTest::Counts counts{};
@@ -28,7 +31,7 @@ struct RayContext {
   float stopped_at;              ///< by a surface of coloured opacity, if any,
   uint8_t stopped;               ///< which blocks these
 
-  RayContext() { rtcInitIntersectContext(&embree); }
+  explicit RayContext(const TracedScene* of) : scene(of) { rtcInitIntersectContext(&embree); }
   void start(uint8_t leading_channel);
   uint8_t channels(float t) const;  ///< that go with a ray that ended at t
   void start_shadow();

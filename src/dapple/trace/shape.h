@@ -21,5 +21,9 @@ using Shape = std::variant<MeshPtr, QuadricPtr, CurvesPtr, GridsPtr, DisksPtr>;
 
 /// World space, whatever moves at shutter open. Bezier curves: of their control points with radii.
 Box3f bounds_of(const Shape& shape);
+/// Of a primitive of a mesh or grid, the area that u and v in [0, 1] span, by Embree's normal there; 0 of others.
+float parameter_area(const Shape& shape, uint32_t primitive, const V3f& normal);
+/// Equal, bit for bit: rays meet one as they meet the other.
+bool same_shape(const Shape& a, const Shape& b);
 
 }  // namespace dapple::trace

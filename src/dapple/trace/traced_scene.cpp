@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/trace/traced_scene.h"
 
-#include <atomic>
-#include <string>
-
 #include "dapple/base/error.h"
 #include "dapple/base/hash.h"
 #include "dapple/base/timer.h"
 #include "dapple/trace/cell_walk.h"
 #include "dapple/trace/embree_geometry.h"
+#include "dapple/trace/embree_rays.h"
 
 namespace dapple::trace {
 
@@ -16,33 +14,7 @@ namespace {
 
 constexpr uint32_t leading_channel = 0x1ead;  // tells this use of a ray's key from others
 
-void check(RTCDevice device) {
-  const RTCError code = rtcGetDeviceError(device);
-  if (code == RTC_ERROR_OUT_OF_MEMORY)
-    throw MemoryError("ray tracing: the acceleration structure does not fit the memory");
-  if (code != RTC_ERROR_NONE)
-    throw Error(ExitCode::bad_input, "ray tracing: Embree error " + std::to_string(int(code)));
-}
-
-RTCRay embree_ray(const RayBatch& r, int i) {
-  return {r.ox[i], r.oy[i], r.oz[i], 0, r.dx[i], r.dy[i], r.dz[i], r.time[i], r.t_max[i], ~0u, r.key[i], 0};
-}
-
-void build(RTCScene scene) {
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  rtcCommitScene(scene);
-}
-
 }  // namespace
-
-struct TracedScene::MemoryUse {
-  std::atomic<int64_t> bytes{0};
-  static bool monitor(void* self, ssize_t bytes, bool) {
-    static_cast<MemoryUse*>(self)->bytes += bytes;
-    return true;
-  }
-};
 
 /// Embree's callbacks. N lanes at a time; lanes with valid[i] == 0 are left alone.
 struct TracedScene::Callbacks {
@@ -63,9 +35,9 @@ struct TracedScene::Callbacks {
                                  RTCHitN_u(a->hit, a->N, i),
                                  ribbon ? 2 * v - 1 : v,
                                  RTCRayN_time(a->ray, a->N, i),
-                                 g.scene->local_width(*context, t, instance),
-                                 g.scene->parameter_area(g, primitive, normal)};
-      if (!g.scene->keep_hit(g, hit, t, instance, RTCRayN_id(a->ray, a->N, i), context)) a->valid[i] = 0;
+                                 context->scene->local_width(*context, t, instance),
+                                 parameter_area(g.shape, primitive, normal)};
+      if (!context->scene->keep_hit(g, hit, t, instance, RTCRayN_id(a->ray, a->N, i), context)) a->valid[i] = 0;
     }
   }
 
@@ -88,8 +60,8 @@ struct TracedScene::Callbacks {
       RayContext* const context = context_of(embree);
       const uint32_t instance = embree->instID[0];
       const OpacityTest::Hit hit{
-          g.index, 0, *u, *v, RTCRayN_time(ray, N, i), g.scene->local_width(*context, *t, instance), 0};
-      if (g.scene->keep_hit(g, hit, *t, instance, RTCRayN_id(ray, N, i), context)) return true;
+          g.index, 0, *u, *v, RTCRayN_time(ray, N, i), context->scene->local_width(*context, *t, instance), 0};
+      if (context->scene->keep_hit(g, hit, *t, instance, RTCRayN_id(ray, N, i), context)) return true;
       t_min = std::nextafter(*t, infinity);
     }
     return false;
@@ -122,12 +94,10 @@ struct TracedScene::Callbacks {
   }
 };
 
-TracedScene::TracedScene() : memory_(std::make_unique<MemoryUse>()) {
-  device_ = rtcNewDevice("set_affinity=0,start_threads=0");  // a number of threads would limit the whole process, to
-                                                             // its processors at most
-  if (!device_) throw Error(ExitCode::memory, "ray tracing: Embree could not be started");
-  rtcSetDeviceMemoryMonitorFunction(device_, MemoryUse::monitor, memory_.get());
-  top_.scene = rtcNewScene(device_);
+TracedScene::TracedScene(const TracedScene* like)
+    : device_(like ? like->device_ : std::make_shared<EmbreeDevice>()), like_(like) {
+  top_.scene = rtcNewScene(*device_);
+  if (like) top_.like = &like->top_;
 }
 
 TracedScene::~TracedScene() {
@@ -135,16 +105,17 @@ TracedScene::~TracedScene() {
   for (RTCGeometry g : top_portals_) rtcReleaseGeometry(g);
   for (Object& o : objects_) rtcReleaseScene(o.scene);
   rtcReleaseScene(top_.scene);
-  rtcReleaseDevice(device_);
 }
 
 uint32_t TracedScene::add_object() {
-  objects_.push_back({rtcNewScene(device_), {}, {}});
+  Object& object = objects_.emplace_back();
+  object.scene = rtcNewScene(*device_);
+  if (like_ && objects_.size() <= like_->objects_.size()) object.like = &like_->objects_[objects_.size() - 1];
   return uint32_t(objects_.size() - 1);
 }
 
 RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
-  RTCGeometry g = trace::make_geometry(device_, owner.shape);
+  RTCGeometry g = trace::make_geometry(*device_, owner.shape);
   if (std::holds_alternative<QuadricPtr>(owner.shape)) {
     rtcSetGeometryBoundsFunction(g, Callbacks::bounds, nullptr);
     rtcSetGeometryIntersectFunction(g, Callbacks::intersect);
@@ -153,25 +124,42 @@ RTCGeometry TracedScene::make_geometry(Geometry& owner) const {
     rtcSetGeometryIntersectFilterFunction(g, Callbacks::filter);
     rtcSetGeometryOccludedFilterFunction(g, Callbacks::filter);
   }
-  rtcSetGeometryUserData(g, &owner);
+  if (owner.has_callbacks()) rtcSetGeometryUserData(g, &owner);
   rtcCommitGeometry(g);
-  check(device_);
+  device_->check();
   return g;
+}
+
+// In the same place, or in those beside it, where one before it was added or taken out.
+uint32_t TracedScene::find_equal(Object& owner, const Shape& shape, CutOut cut_out) const {
+  if (!owner.like) return no_id;
+  const std::vector<uint32_t>& there = owner.like->geometries;
+  const uint32_t at = owner.next++;
+  for (const uint32_t k : {at, at + 1, at - 1}) {  // -1 of none is beyond all
+    if (k >= there.size() || like_->geometries_[there[k]]->cut_out != cut_out) continue;
+    if (!same_shape(shape, like_->shape(there[k]))) continue;
+    owner.next = k + 1;
+    return k;
+  }
+  return no_id;
 }
 
 uint32_t TracedScene::add(const Shape& shape, CutOut cut_out, uint32_t object) {
   const uint32_t index = uint32_t(geometries_.size());
+  Object& owner = object == no_id ? top_ : objects_[object];
+  const uint32_t equal = find_equal(owner, shape, cut_out);
+  const auto same = equal == no_id ? nullptr : like_->geometries_[owner.like->geometries[equal]];
   const bool flat = std::holds_alternative<MeshPtr>(shape) || std::holds_alternative<DisksPtr>(shape);
-  geometries_.push_back(std::make_unique<Geometry>(Geometry{shape, this, index, cut_out, flat}));
-  shapes_.add(shape);
+  geometries_.push_back(same && same->index == index
+                            ? same
+                            : std::make_shared<Geometry>(Geometry{same ? same->shape : shape, index, cut_out, flat}));
+  shapes_.add(geometries_.back()->shape);
   has_incomplete_hits_ |= std::holds_alternative<DisksPtr>(shape) || std::holds_alternative<CurvesPtr>(shape);
   has_cut_outs_ |= cut_out != CutOut::none;
   has_colored_opacity_ |= cut_out == CutOut::colored;
-  RTCGeometry g = make_geometry(*geometries_.back());
-  Object& owner = object == no_id ? top_ : objects_[object];
-  rtcAttachGeometryByID(owner.scene, g, unsigned(owner.geometries.size()));
-  rtcReleaseGeometry(g);
   owner.geometries.push_back(index);
+  // Callbacks know shapes by their number.
+  owner.same_as.push_back(same && (same->index == index || !same->has_callbacks()) ? equal : no_id);
   return index;
 }
 
@@ -181,7 +169,7 @@ uint32_t TracedScene::add_instance(uint32_t object, const AnimatedTransform& mot
     throw Error(ExitCode::bad_input,
                 "ray tracing: an instance's transform leaves the range of floats, or has no inverse all the time");
   reach_ = std::min(reach_, reach);
-  RTCGeometry g = make_instance(device_, objects_[object].scene, motion);
+  RTCGeometry g = make_instance(*device_, objects_[object].scene, motion);
   shapes_.add(instance_of(object, motion, motion.is_animated() ? g : nullptr));
   instance_geometries_.push_back(g);
   return shapes_.single_count() - 1;
@@ -211,10 +199,36 @@ uint32_t TracedScene::add_placements(uint32_t object, PlacementSet placements, u
   return repeated;
 }
 
+void TracedScene::attach_shapes(const Object& owner) {
+  for (uint32_t k = 0; k < owner.geometries.size(); ++k) {
+    const uint32_t same = owner.same_as[k];
+    RTCGeometry g =
+        same == no_id ? make_geometry(*geometries_[owner.geometries[k]]) : rtcGetGeometry(owner.like->scene, same);
+    rtcAttachGeometryByID(owner.scene, g, k);
+    if (same == no_id) rtcReleaseGeometry(g);
+  }
+}
+
+// What was built of the same shapes, where nothing is placed beside them.
+bool TracedScene::take_over(Object& object) {
+  if (!object.like || object.has_portals || object.like->has_portals ||
+      object.geometries.size() != object.like->geometries.size())
+    return false;
+  for (uint32_t k = 0; k < object.same_as.size(); ++k)
+    if (object.same_as[k] != k) return false;
+  rtcReleaseScene(object.scene);
+  object.scene = object.like->scene;
+  rtcRetainScene(object.scene);
+  return true;
+}
+
 // What stands in an object comes before it.
 void TracedScene::commit_object(uint32_t object) {
   if (objects_[object].is_committed) return;
   objects_[object].is_committed = true;
+  objects_[object].has_portals = !shapes_.placements().sets_of(object).empty();
+  if (take_over(objects_[object])) return;
+  attach_shapes(objects_[object]);
   for (const PlacementTree::Set* set : shapes_.placements().sets_of(object)) commit_object(set->object);
   attach_portals(object, uint32_t(objects_[object].geometries.size()));
   build(objects_[object].scene);
@@ -225,7 +239,7 @@ void TracedScene::attach_portals(uint32_t owner, uint32_t number) {
     const Object& inner = objects_[set->object];
     if (inner.box.isEmpty()) continue;
     portals_.push_back(std::make_unique<Portal>(*set, inner.scene, inner.box, first_instance_, has_cut_outs_));
-    RTCGeometry g = portals_.back()->make_geometry(device_);
+    RTCGeometry g = portals_.back()->make_geometry(*device_);
     rtcAttachGeometryByID(owner == no_id ? top_.scene : objects_[owner].scene, g, number++);
     owner == no_id ? top_portals_.push_back(g) : rtcReleaseGeometry(g);
   }
@@ -243,7 +257,7 @@ class TracedScene::Part {
 
 // The same geometries under the same numbers, so that hits are named and cut-outs are asked about as in the whole.
 std::shared_ptr<const TracedScene::Part> TracedScene::make_part(const std::vector<uint8_t>& with_instance) const {
-  auto part = std::make_shared<Part>(device_);
+  auto part = std::make_shared<Part>(*device_);
   for (unsigned g = 0; g < first_instance_; ++g) rtcAttachGeometryByID(part->scene, rtcGetGeometry(top_.scene, g), g);
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     if (with_instance[i]) rtcAttachGeometryByID(part->scene, instance_geometries_[i], first_instance_ + unsigned(i));
@@ -251,20 +265,27 @@ std::shared_ptr<const TracedScene::Part> TracedScene::make_part(const std::vecto
   for (size_t i = 0; i < top_portals_.size(); ++i)
     rtcAttachGeometryByID(part->scene, top_portals_[i], first_portal + unsigned(i));
   build(part->scene);
-  check(device_);
+  device_->check();
   return part;
 }
 
 void TracedScene::commit() {
   const Timer timer;
   first_instance_ = uint32_t(top_.geometries.size());
+  attach_shapes(top_);
   for (size_t i = 0; i < instance_geometries_.size(); ++i)
     rtcAttachGeometryByID(top_.scene, instance_geometries_[i], first_instance_ + unsigned(i));
   shapes_.placements().count_from(single_count());
   for (uint32_t object = 0; object < objects_.size(); ++object) commit_object(object);
+  for (uint32_t i = 0; like_ && i < single_count(); ++i) {  // some place what was taken over
+    rtcSetGeometryInstancedScene(instance_geometries_[i], objects_[object_of(i)].scene);
+    rtcCommitGeometry(instance_geometries_[i]);
+  }
   attach_portals(no_id, first_instance_ + single_count());
   build(top_.scene);
-  check(device_);
+  device_->check();
+  for (Object& object : objects_) object.like = nullptr;
+  top_.like = nullptr, like_ = nullptr;
   bounds_ = bounds();
   build_seconds_ = timer.seconds();
 }
@@ -309,14 +330,6 @@ float TracedScene::local_width(const RayContext& context, float t, uint32_t inst
   return width / (i < single_count() ? shapes_.instance(i).scale : context.scale);
 }
 
-float TracedScene::parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const {
-  if (std::holds_alternative<MeshPtr>(g.shape)) return length(normal);
-  const auto* grids = std::get_if<GridsPtr>(&g.shape);
-  if (!grids) return 0;
-  const geom::GridMesh::Grid& grid = (*grids)->grids[primitive];
-  return length(normal) * float((grid.columns - 1) * (grid.rows - 1));
-}
-
 // A RayContext is that of one ray: what cuts out asks it.
 int TracedScene::packet_end(const RayBatch& r, int i, int n) const {
   int end = i + 1;
@@ -338,13 +351,8 @@ void TracedScene::set_hit(uint32_t embree_geometry, uint32_t embree_instance, ui
 }
 
 void TracedScene::load(const RayBatch& r, int begin, int end, int* valid, RTCRay16* q) const {
-  for (int lane = 0; lane < packet; ++lane) {
-    const int i = std::min(begin + lane, end - 1);
-    q->org_x[lane] = r.ox[i], q->org_y[lane] = r.oy[i], q->org_z[lane] = r.oz[i], q->tnear[lane] = 0;
-    q->dir_x[lane] = r.dx[i], q->dir_y[lane] = r.dy[i], q->dir_z[lane] = r.dz[i], q->time[lane] = r.time[i];
-    q->tfar[lane] = r.t_max[i], q->mask[lane] = ~0u, q->id[lane] = r.key[i], q->flags[lane] = 0;
-    valid[lane] = begin + lane < end && can_trace(r, i) ? -1 : 0;
-  }
+  load_packet(r, begin, end, q);
+  for (int lane = 0; lane < packet; ++lane) valid[lane] = begin + lane < end && can_trace(r, begin + lane) ? -1 : 0;
 }
 
 void TracedScene::intersect_packet(RTCScene top, const RayBatch& r, int begin, int end, RayContext* context,
@@ -382,7 +390,7 @@ void TracedScene::intersect(const Part& part, const RayBatch& r, int n, HitBatch
 }
 
 void TracedScene::intersect_cell(RTCScene top, const RayBatch& r, int n, HitBatch* h) const {
-  RayContext context;
+  RayContext context(this);
   for (int i = 0, end = 0; i < n; i = end) {
     end = packet_end(r, i, n);
     if (end > i + 1) {
@@ -416,7 +424,7 @@ void TracedScene::transmitted(const RayBatch& r, int n, RGB* passed) const {
 }
 
 void TracedScene::transmitted_cell(const RayBatch& r, int n, RGB* passed) const {
-  RayContext context;
+  RayContext context(this);
   for (int i = 0, end = 0; i < n; i = end) {
     end = packet_end(r, i, n);
     if (end > i + 1) {
@@ -486,7 +494,7 @@ Box3f TracedScene::bounds() const {
 }
 
 size_t TracedScene::acceleration_bytes() const {
-  return size_t(std::max<int64_t>(0, memory_->bytes.load())) + shapes_.placements().bytes();
+  return device_->bytes() + shapes_.placements().bytes();
 }
 
 }  // namespace dapple::trace

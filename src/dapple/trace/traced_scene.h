@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dapple/base/animated_transform.h"
+#include "dapple/trace/embree_device.h"
 #include "dapple/trace/instance_reach.h"
 #include "dapple/trace/portal.h"
 #include "dapple/trace/ray_context.h"
@@ -30,7 +31,10 @@ class RayRecorder {
 /// stands behind portals (portal.h). Geometry memory is shared with the shapes where Embree allows.
 class TracedScene {
  public:
-  TracedScene();
+  /// `like`: a scene that this one may be like in parts, which is committed and stays until this one is, too. Shapes
+  /// that are equal are taken over from it, and objects of the same number and equal shapes with what was built of
+  /// them. What rays meet does not depend on it. Null: there is none.
+  explicit TracedScene(const TracedScene* like = nullptr);
   ~TracedScene();
   TracedScene(const TracedScene&) = delete;
   TracedScene& operator=(const TracedScene&) = delete;
@@ -123,22 +127,26 @@ class TracedScene {
   RTCScene embree_scene() const { return top_.scene; }
 
  private:
+  /// What callbacks know of a shape: others than the scene's own may share it.
   struct Geometry {
     Shape shape;
-    const TracedScene* scene;
     uint32_t index;
     CutOut cut_out;
     bool met_once;  ///< by a ray, in each of its primitives
+    bool has_callbacks() const { return cut_out != CutOut::none || std::holds_alternative<QuadricPtr>(shape); }
   };
   struct Object {
     RTCScene scene;
     std::vector<uint32_t> geometries;  ///< by Embree's geometry number
-    Box3f box;                         ///< of an object that was placed
-    float reach = most_reach;          ///< of what is placed in it
+    const Object* like = nullptr;      ///< of the scene that is like this one, until commit()
+    std::vector<uint32_t> same_as;     ///< by the same: number of the equal geometry in it; no_id: none
+    uint32_t next = 0;                 ///< where an equal one is looked for next
+    bool has_portals = false;
+    Box3f box;                 ///< of an object that was placed
+    float reach = most_reach;  ///< of what is placed in it
     bool is_committed = false;
   };
   struct Callbacks;
-  struct MemoryUse;
   static constexpr int packet = RayBatch::packet;
   static constexpr int least_packet = 8;  ///< fewer are traced one at a time
 
@@ -150,6 +158,9 @@ class TracedScene {
   }
   /// The end of the packet that begins with ray i; i + 1 if it is to be traced by itself.
   int packet_end(const RayBatch& rays, int i, int n) const;
+  uint32_t find_equal(Object& owner, const Shape& shape, CutOut cut_out) const;
+  bool take_over(Object& object);
+  void attach_shapes(const Object& owner);
   void commit_object(uint32_t object);
   void attach_portals(uint32_t owner, uint32_t first_number);
   void set_hit(uint32_t embree_geometry, uint32_t embree_instance, uint32_t primitive, HitBatch* hits, int i) const;
@@ -165,16 +176,15 @@ class TracedScene {
   bool keep_hit(const Geometry& g, const OpacityTest::Hit& hit, float t, uint32_t instance, uint32_t ray_key,
                 RayContext* context) const;
   float local_width(const RayContext& context, float t, uint32_t instance) const;
-  float parameter_area(const Geometry& g, uint32_t primitive, const V3f& normal) const;
 
-  std::unique_ptr<MemoryUse> memory_;
-  RTCDevice device_ = nullptr;
+  std::shared_ptr<EmbreeDevice> device_;
+  const TracedScene* like_;  ///< until commit()
   Object top_;
   std::vector<Object> objects_;
   std::vector<RTCGeometry> instance_geometries_;
   std::vector<std::unique_ptr<const Portal>> portals_;
   std::vector<RTCGeometry> top_portals_;
-  std::vector<std::unique_ptr<Geometry>> geometries_;
+  std::vector<std::shared_ptr<Geometry>> geometries_;
   TracedShapes shapes_;
   const OpacityTest* opacity_test_ = nullptr;
   RayRecorder* recorder_ = nullptr;
