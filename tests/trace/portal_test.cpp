@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "dapple/base/error.h"
 #include "dapple/base/hash.h"
+#include "dapple/trace/object_paths.h"
 #include "dapple/trace/traced_scene.h"
 
 namespace dapple::trace {
@@ -217,6 +219,21 @@ TEST(Portals, CountEachPathOnce) {
   EXPECT_GE(seen.size(), p.nested.instance_count() - 2);  // by rounding two may share a cell of a millimetre
 }
 
+// Expectation: by object, every path of it once, and the number that placements give it.
+TEST(Portals, CountPathsByObject) {
+  const Pair p;
+  const ObjectPaths paths(p.nested);
+  EXPECT_EQ(paths.objects().size(), 4u);
+  std::set<uint32_t> seen;
+  for (const uint32_t object : paths.objects())
+    for (uint64_t i = 0; i < paths.count(object); ++i) {
+      const uint32_t instance = paths.instance(object, i);
+      EXPECT_EQ(p.nested.object_of(instance), object);
+      EXPECT_TRUE(seen.insert(instance).second);
+    }
+  EXPECT_EQ(seen.size(), p.nested.instance_count());
+}
+
 TEST(Portals, LetShadowRaysThroughAsFlatGeometryDoes) {
   const Pair p(CutOut::none, false);
   const auto rays = std::make_unique<RayBatch>();
@@ -393,6 +410,14 @@ TEST(PlacementSets, KeepWhatIsAdded) {
     EXPECT_EQ(float(found->second), m[0][0]);
     expected.erase(found);
   }
+  // Two that are turned otherwise in one place, in turns: each once.
+  PlacementSet pairs;
+  for (int i = 0; i < 100; ++i) {
+    const float sign = i % 2 == 0 ? 1.0f : -1.0f, turned[3][4] = {{sign, 0, 0, 5}, {0, sign, 0, 5}, {0, 0, 1, 5}};
+    pairs.add(turned);
+  }
+  EXPECT_EQ(pairs.arrange(), 98u);
+  EXPECT_EQ(pairs.size(), 2u);
   // A million in one place.
   PlacementSet heap;
   const float m[3][4] = {{1, 0, 0, 1}, {0, 1, 0, 2}, {0, 0, 1, 3}};
