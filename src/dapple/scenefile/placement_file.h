@@ -26,7 +26,7 @@ using ExactPlacement = std::array<double, 12>;
 ///   "dapple-places" and three zero bytes, u32 version (1), u32 zero, u64 placements, u64 chunks;
 ///   for each chunk double origin[3], u64 placements, for each float rows[3][4].
 /// So a forest may reach over a country and each tree still stands to the millimetre. Chunks are read from the disk
-/// block by block: a file may be larger than memory, and one that is cut while it is read is an InputError.
+/// block by block, so one that is cut while it is read is an InputError.
 class PlacementFile {
  public:
   struct Chunk {
