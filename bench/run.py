@@ -25,6 +25,7 @@ import live
 import motion
 import opacity
 import presets
+import pruning
 import radiosity
 import scene_load
 import sequence
@@ -34,7 +35,7 @@ import sun_masks
 import time_to_error
 
 BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "live": live, "motion": motion,
-              "opacity": opacity, "presets": presets, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
+              "opacity": opacity, "presets": presets, "pruning": pruning, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 
 

@@ -13,9 +13,11 @@ HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 
         '"rgb sigma_s" [ .012 .012 .012 ] "float g" .5\nMediumInterface "" "haze"\n')
 PLANES, RAYS = (4, 16, 64), 64  # camera samples
 REFERENCE = 1024  # of the picture, by fine planes of another seed
+FRAME_REFERENCE = 1024  # of a whole frame
 FINE = 6, 4096  # planes for each, and bins, that stand for exact light
 STEPS, FRAMES = 0.06, 4  # m a frame of the move
 STAND = 90  # m, the side of the stand
+MOST_TEXT = 20000  # trees
 
 
 def forest_text(trees=None):
@@ -24,17 +26,31 @@ def forest_text(trees=None):
     if not forest.exists():
         raise common.Skip(f"{forest} is absent")
     text = re.sub(r'"string filename" \[ "(\w+\.ply)" \]', lambda m: f'"string filename" [ "{folder / m[1]}" ]', forest.read_text())
-    return text if trees is None else with_trees(text, trees)
+    return text if trees is None else with_trees(text, trees)  # and those that files place
 
 
 def with_trees(text, count):
-    """The same stand, continued all around by copies of its trees."""
+    """The same stand, continued all around by copies of its trees; more than are text by files of placements."""
     tree = r"AttributeBegin\n  Translate (\S+) (\S+) 0 (.*)\n(.*)\nAttributeEnd\n"
     found = re.findall(tree, text)
     rings = math.ceil(math.sqrt(count / len(found)) / 2)
     places = sorted(itertools.product(range(-rings, rings + 1), repeat=2), key=lambda p: max(map(abs, p)))
+    if count > MOST_TEXT:
+        return re.sub(tree, "", text), [(d, float(a) + STAND * x, float(b) + STAND * y, c) for x, y in places for a, b, c, d in found][:count]
     trees = [f"AttributeBegin\n  Translate {float(a) + STAND * x:g} {float(b) + STAND * y:g} 0 {c}\n{d}\nAttributeEnd\n" for x, y in places for a, b, c, d in found]
-    return re.sub(tree, "", text) + "".join(trees[:count])
+    return re.sub(tree, "", text) + "".join(trees[:count]), []
+
+
+def placed(air, trees):
+    """Directives that place these trees by files."""
+    text = ""
+    for k, kind in enumerate(sorted({d for d, *_ in trees})):
+        lines, binary = air.context.out / f"shafts_{k}.txt", air.context.out / f"shafts_{k}.places"
+        numbers = (re.findall(r"(?:Rotate|Scale) (\S+)", c) for d, *_, c in trees if d == kind)
+        lines.write_text("".join(f"{x:.9g} {y:.9g} 0 {turn} {scale}\n" for (_, x, y, _), (turn, scale) in zip((t for t in trees if t[0] == kind), numbers)))
+        common.run([air.context.program("dapple"), "places", "pack", lines, "-o", binary])
+        text += kind.strip().replace("ObjectInstance ", "ObjectInstances ") + f' "string filename" "{binary}"\n'
+    return text
 
 
 def air_alone(source):
@@ -120,13 +136,15 @@ def same_rays(air):
 
 def tables_and_trees(air):
     result, rows = {}, []
-    for trees in (200, 2000, 20000):
-        scene = air.scene("trees", air_alone(forest_text(trees)))
-        _, seconds, _, stats = air.render(scene, "trees", "scan-planes", 4, "--shaft-planes", 3000, repeats=1)
+    for trees in (200, 20000, 1000000):
+        text, by_files = forest_text(trees)
+        scene = air.scene("trees", air_alone(text) + placed(air, by_files))
+        _, seconds, before, stats = air.render(scene, "trees", "scan-planes", 4, "--shaft-planes", 3000, repeats=1)
         s = stats["shafts"]
-        result[trees] = {"fill_seconds": s["fill_seconds"], "rays": stats["rays"]["shaft"], "render_seconds": seconds, "query_us": 1e6 * s["query_seconds"] / s["queries"]}
-        rows.append([trees, f"{s['planes']} x {s['bins']}", f"{s['fill_seconds']:.2f} s", f"{result[trees]['query_us']:.2f} us", f"{seconds:.2f} s"])
-    return result, common.table(["trees", "planes x rays", "filled in", "a query", "4 samples"], rows)
+        result[trees] = {"fill_seconds": s["fill_seconds"], "rays": stats["rays"]["shaft"], "render_seconds": seconds, "before": before, "query_us": 1e6 * s["query_seconds"] / s["queries"]}
+        rows.append([trees, f"{s['planes']} x {s['bins']}", f"{s['fill_seconds']:.2f} s", f"{result[trees]['query_us']:.2f} us", f"{seconds:.2f} s",
+                     f"{seconds + before:.2f} s"])
+    return result, common.table(["trees", "planes x rays", "filled in", "a query", "4 samples", "whole command"], rows)
 
 
 def frames(air):
@@ -142,6 +160,30 @@ def frames(air):
         result[name] = common.median([f["cpu_seconds"] for f in found])
         rows.append([name, f"{result[name]:.2f} s", f"{result[name] / result['no haze']:.2f}"])
     return result, common.table(["frame, 16 samples", "processor time", "of that without haze"], rows)
+
+
+def equal_time(air):
+    """A whole frame in haze, all scatterings: errors by planes and by rays, and processor time to the same error."""
+    scene = air.scene("frame", HAZE + forest_text())
+    options = ["--integrator", "path", "--resolution", air.size, "--float", "--threads", 1, "--light-learning", "off"]
+
+    def frame(name, shafts, samples, *more):
+        image = air.context.out / f"shafts_frame_{name}.exr"
+        found = common.render(air.context, scene, image, *options, "--light-shafts", shafts, "--pixel-samples", samples, *more)
+        return image, found["cpu_seconds"]
+
+    reference, _ = frame("reference", "scan-planes", FRAME_REFERENCE, "--seed", 7)
+    result, rows = {}, []
+    for name, shafts, samples in (("rays", "rays", 16), ("rays", "rays", 64), ("planes", "scan-planes", 16), ("planes", "scan-planes", 64)):
+        image, seconds = frame(f"{name}_{samples}", shafts, samples)
+        error, blocks, mean = common.compare(air.context, image, reference)
+        result[f"{name} {samples}"] = {"seconds": seconds, "rmse": error, "blocks": blocks, "mean": mean}
+        rows.append([f"{name}, {samples}", f"{seconds:.2f} s", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %"])
+    for samples in (16, 64):
+        r, p = result[f"rays {samples}"], result[f"planes {samples}"]
+        result[f"sooner {samples}"] = r["seconds"] / p["seconds"] * (r["rmse"] / p["rmse"]) ** 2
+    text = common.table(["frame in haze, samples", "processor time", "RMSE", "8 x 8 blocks", "mean"], rows)
+    return result, text + f"\n\nThe same error {result['sooner 16']:.1f} and {result['sooner 64']:.1f} times sooner (from 16 and 64 samples)."
 
 
 def flicker(air):
@@ -182,7 +224,7 @@ def marching(air):
     return result, common.table(["samples", "planes", "RMSE", "marching", "RMSE", "times the time"], rows)
 
 
-PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "flicker": flicker, "marching": marching}
+PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "equal_time": equal_time, "flicker": flicker, "marching": marching}
 
 
 def bench(context, parts=tuple(PARTS)):

@@ -34,11 +34,9 @@ int pack(const PackOptions& o) {
 int show(const std::string& path) {
   const scenefile::PlacementFile file(path, FileLoc{});
   Imath::Box3d box;
-  for (const auto& chunk : file.chunks())
-    for (size_t i = 0; i < chunk.size(); ++i) {
-      const scenefile::PlacementRows m = chunk[i];
-      box.extendBy(chunk.origin + V3d(double(m[3]), double(m[7]), double(m[11])));
-    }
+  file.for_each_block([&box](const auto& chunk, uint64_t, std::span<const scenefile::PlacementRows> rows) {
+    for (const auto& m : rows) box.extendBy(chunk.origin + V3d(double(m[3]), double(m[7]), double(m[11])));
+  });
   std::printf("placements  %llu in %zu chunks\n", static_cast<unsigned long long>(file.size()), file.chunks().size());
   if (!box.isEmpty())
     std::printf("origins     %.10g %.10g %.10g to %.10g %.10g %.10g\n", box.min.x, box.min.y, box.min.z, box.max.x,

@@ -102,6 +102,21 @@ TEST(Placements, KeepTheirPlacesFarFromTheOrigin) {
   EXPECT_LT(depth(built, x + 1.01, y), 0);
 }
 
+// Expectation: what is modelled far off and brought back is near, in the scene and in an object.
+TEST(Placements, BringBackWhatLiesFarOff) {
+  const TemporaryFolder folder;
+  folder.write("back.places", encode_placements(std::vector{at(-7e6, 0, 0), at(-7e6, 5, 0)}));
+  const std::string far = "ObjectBegin \"ball\" Translate 7e6 0 0 Shape \"sphere\" ObjectEnd\n",
+                    place = "ObjectInstances \"ball\" \"string filename\" \"back.places\"\n";
+  for (const std::string& world :
+       {far + place, far + "ObjectBegin \"two\" " + place + "ObjectEnd ObjectInstance \"two\"\n"}) {
+    const BuiltScene built = folder.build(world);
+    EXPECT_EQ(built.origin, V3d(0));
+    EXPECT_NEAR(depth(built, 0, 5), 99, 1e-4);
+    EXPECT_NEAR(depth(built, 0.6, 0), 99.2, 1e-4);
+  }
+}
+
 TEST(Placements, OfNoShapesAreNoMatter) {
   const TemporaryFolder folder;
   folder.write("none.places", encode_placements({}));
@@ -176,6 +191,23 @@ TEST(Placements, AreRefusedWithTheirPlace) {
   expect(ball + "ObjectBegin \"b\"\n" + in("ball") + "ObjectEnd\nObjectBegin \"c\"\n" + in("b") +
              "ObjectEnd\nObjectBegin \"d\"\n" + in("c") + "ObjectEnd\n" + in("d"),
          "12:1", "ways");
+}
+
+// Rationale: 65,535 objects of 65,535 places are just as many ways as there may be. Expectation: three more, which are
+// to become Embree's own instances, are refused with their place, and not when all is built.
+TEST(Placements, CountThoseThatBecomeInstances) {
+  const TemporaryFolder folder;
+  std::vector<ExactPlacement> row;
+  for (int i = 0; i < 65535; ++i) row.push_back(at(3 * i, 0, 0));
+  folder.write("row.places", encode_placements(row));
+  folder.write("three.places", encode_placements(std::vector{at(0, 9, 0), at(0, 19, 0), at(0, 29, 0)}));
+  const std::string message =
+      folder.error(ball +
+                   "ObjectBegin \"b\" ObjectInstances \"ball\" \"string filename\" \"row.places\" ObjectEnd\n"
+                   "ObjectInstances \"ball\" \"string filename\" \"three.places\"\n"
+                   "ObjectInstances \"b\" \"string filename\" \"row.places\"\n");
+  EXPECT_EQ(message.find("test.pbrt:5:1"), 0u) << message;
+  EXPECT_NE(message.find("4294901760 ways"), std::string::npos) << message;
 }
 
 TEST(Placements, SayThatEmittersDoNotShine) {

@@ -15,8 +15,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const PlacementFile file(bytes, "fuzz.places", {});
     uint64_t count = 0;
     float sum = 0;
-    for (const auto& chunk : file.chunks())
-      for (size_t i = 0; i < chunk.size(); ++i, ++count) sum += chunk[i][0];
+    file.for_each_block([&](const auto&, uint64_t, std::span<const PlacementRows> rows) {
+      for (const PlacementRows& m : rows) sum += m[0], ++count;
+    });
     if (count != file.size() || file.sample().size() > count || sum == 12345.678f) std::abort();
   } catch (const dapple::InputError&) {
   }

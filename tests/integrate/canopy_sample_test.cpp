@@ -3,7 +3,13 @@
 #include "dapple/vegetation/canopy_sample.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+
+#include "dapple/build/scene_builder.h"
+#include "dapple/scenefile/placement_file.h"
 #include "dapple/vegetation/canopy_numbers.h"
 #include "tests/support/render_text.h"
 
@@ -61,6 +67,44 @@ TEST(CanopySample, SomeTreesCountForAll) {
   const double mean = sum / trees, d = std::sqrt(squares / trees - mean * mean) / mean;
   const double drawn = double(vegetation::CanopyNumbers::most_facets) / (2.0 * leaves);
   EXPECT_NEAR(sampled_area(forest(scale)) / sum, 1, 5 * d * std::sqrt(1 / drawn - 1.0 / trees));
+}
+
+// Rationale: one leaf of 4 square metres among 4.4 million paths to small ones. Expectation: the areas of both, the
+// large one's exactly, since what is placed seldom is never left to chance.
+TEST(CanopySample, CountsWhatIsPlacedOnceAmongMillions) {
+  constexpr int many = 2100;
+  const auto folder = std::filesystem::temp_directory_path() / ("dapple_canopy_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::vector<scenefile::ExactPlacement> places;
+  for (int i = 0; i < many; ++i)
+    places.push_back({1, 0, 0, double(i % 70) / 70, 0, 1, 0, double(i / 70) / 30, 0, 0, 1, 1 + double(i) / many});
+  std::ofstream(folder / "many.places", std::ios::binary) << scenefile::encode_placements(places);
+  const std::string square =
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  1 0 0  1 1 0  0 1 0 ] \"integer indices\" [ 0 1 2 0 2 3 ]";
+  const std::string text =
+      "Camera \"perspective\" WorldBegin\nLightSource \"infinite\"\nMaterial \"diffusetransmission\"\n"
+      "ObjectBegin \"leaf\" Scale .01 .01 .01 " +
+      square +
+      " ObjectEnd\n"
+      "ObjectBegin \"tree\" ObjectInstances \"leaf\" \"string filename\" \"many.places\" ObjectEnd\n"
+      "Material \"diffusetransmission\" \"rgb reflectance\" [ .1 .1 .1 ]\n"
+      "ObjectBegin \"roof\" Scale 2 2 2 " +
+      square +
+      " ObjectEnd\n"
+      "ObjectBegin \"house\" Translate 0 0 2 ObjectInstance \"roof\" ObjectEnd\n"
+      "ObjectInstance \"house\"\nObjectInstances \"tree\" \"string filename\" \"many.places\"\n";
+  Diagnostics diagnostics;
+  const build::BuiltScene built =
+      build::build_scene(scenefile::parse_pbrt(text, "test.pbrt", folder.string(), diagnostics), {}, diagnostics);
+  std::filesystem::remove_all(folder);
+  ASSERT_GT(built.scene->traced.instance_count(), vegetation::CanopyNumbers::most_placed);
+  const vegetation::CanopySurvey survey = vegetation::sample_canopy(
+      *built.scene, vegetation::optics_of_geometries(*built.scene), {Box2f(V2f(-1), V2f(4)), 4, 9, {}});
+  ASSERT_EQ(survey.kinds.size(), 2u);
+  std::vector<double> areas{survey.kinds[0].area_m2, survey.kinds[1].area_m2};
+  std::sort(areas.begin(), areas.end());
+  EXPECT_NEAR(areas[0], 4, 1e-5);
+  EXPECT_NEAR(areas[1], many * many * 1e-4, 1e-3 * many * many * 1e-4);
 }
 
 }  // namespace

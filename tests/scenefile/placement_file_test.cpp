@@ -2,9 +2,12 @@
 #include "dapple/scenefile/placement_file.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include "dapple/base/hash.h"
 
@@ -39,18 +42,50 @@ TEST(PlacementFiles, GiveBackWhatWasWritten) {
   ASSERT_EQ(file.size(), placements.size());
   EXPECT_EQ(file.chunks().size(), 3u);
   size_t next = 0;
-  for (const auto& chunk : file.chunks())
-    for (size_t i = 0; i < chunk.size(); ++i, ++next) {
-      const PlacementRows m = chunk[i];
+  file.for_each_block([&](const auto& chunk, uint64_t, std::span<const PlacementRows> rows) {
+    for (const PlacementRows& m : rows) {
       for (size_t k = 0; k < 12; ++k) {
         const double base = k % 4 == 3 ? chunk.origin[int(k / 4)] : 0;
         ASSERT_NEAR(base + double(m[k]), placements[next][k], k % 4 == 3 ? 1e-4 : 1e-7);
       }
+      ++next;
     }
+  });
+  EXPECT_EQ(next, placements.size());
   const auto sample = file.sample();
   EXPECT_GT(sample.size(), 4000u);
-  for (const V3d& p : sample) EXPECT_NEAR(p.x, 4e6, 1001);
+  for (const ExactPlacement& m : sample) EXPECT_NEAR(m[3], 4e6, 1001);
   EXPECT_EQ(PlacementFile(encode_placements({}), "", {}).size(), 0u);
+}
+
+// What leaves the range that chunks may lie in does not count where a scene is, however large its floats.
+TEST(PlacementFiles, SampleNothingBeyondTheirRange) {
+  std::string bytes = encode_placements(scattered(3));
+  const float far = 3e30f;
+  std::memcpy(bytes.data() + 40 + 32 + 48 + 12, &far, 4);  // x of the second
+  const auto sample = PlacementFile(bytes, "far.places", {}).sample();
+  ASSERT_EQ(sample.size(), 2u);
+  for (const ExactPlacement& m : sample) EXPECT_LT(std::abs(m[3]), 1e12);
+}
+
+// Rationale: a forest is written anew while a render reads it. Expectation: an error that says so, no fault.
+TEST(PlacementFiles, MayBeCutWhileTheyAreRead) {
+  const auto path = std::filesystem::temp_directory_path() / ("dapple_cut_" + std::to_string(getpid()) + ".places");
+  const std::string bytes = encode_placements(scattered(20000));
+  std::ofstream(path, std::ios::binary) << bytes;
+  const PlacementFile file(path.string(), {});
+  std::filesystem::resize_file(path, bytes.size() / 2);
+  size_t seen = 0;
+  try {
+    file.for_each_block([&](const auto&, uint64_t, std::span<const PlacementRows> rows) { seen += rows.size(); });
+    ADD_FAILURE();
+  } catch (const InputError& problem) {
+    EXPECT_NE(std::string(problem.what()).find("shorter while it was read"), std::string::npos) << problem.what();
+  }
+  EXPECT_GT(seen, 4000u);
+  EXPECT_LT(seen, 10000u);
+  EXPECT_THROW(file.sample(), InputError);
+  std::filesystem::remove(path);
 }
 
 // Whatever is cut off or changed in the head is found, and where.

@@ -94,8 +94,10 @@ double end_in_box(const V3f& o, const V3f& d, double end) {
 class UnevenSun : public testing::TestWithParam<Case> {};
 
 // Rationale: a pattern that is even, or thins out upwards, in a box under a sun, with and without slats above it.
-// Expectation: the mean over draws is the integral of lit parts, exact intervals, within .5 %; one draw is off by at
-// most 20 %, and by less than 5 % RMS over rays and draws.
+// Expectation: the mean over draws is the integral of lit parts, exact intervals: of one direction within .5 %, and
+// within 4 % where slats cut it, as bins are lit or dark as a whole (half a bin an edge) and the coefficients of a
+// stratum are those of a random point, lit or not; of all directions within .2 %. One draw is off by at most 20 %, and
+// by less than 5 % RMS over rays and draws.
 TEST_P(UnevenSun, IsTheIntegral) {
   const V3f sun = normalize(V3f(0.4f, 0.3f, 0.8f));
   ScanPlanes planes(settings_to(sun, infinity));
@@ -131,7 +133,7 @@ TEST_P(UnevenSun, IsTheIntegral) {
       double mean = 0;
       for (int i = 0; i < 512; ++i) {
         const RGB found = light.in_scattering({d, 0, 10, in_the_plane}, eye, hash(k, phi, i));
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.2f * expected[c] + 1e-4f) << k << " " << phi;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.2f * expected[c]) << k << " " << phi;
         mean += double(found.g) / 512;
         squares += double(sqr(found.g / expected.g - 1)), ++count;
       }

@@ -9,7 +9,6 @@ namespace {
 
 constexpr int most_pieces = 16;  // of a line across a patch, for each pixel along the picture's longer side
 constexpr float off_screen = 4, margin = 1.2f;
-constexpr size_t most_placements = 16;
 
 float largest_scale(const Transform& t) {
   return std::sqrt(
@@ -18,7 +17,7 @@ float largest_scale(const Transform& t) {
 
 }  // namespace
 
-CameraView::CameraView(const scene::Camera& camera) : camera_(camera) {
+CameraView::CameraView(const scene::Camera& camera) : camera_(camera), scale_(largest_scale(camera.world_to_camera())) {
   const auto& s = camera.settings();
   if (s.projection == Projection::perspective) half_ = std::tan(radians(s.fov_degrees) / 2);
 }
@@ -44,6 +43,33 @@ float CameraView::width_at(const V3f& world) const {
 
 void CameraView::pixel_widths(std::span<const V3f> P, float* widths) const {
   for (size_t i = 0; i < P.size(); ++i) widths[i] = width_at(P[i]);
+}
+
+// Of a ball in camera space.
+bool CameraView::may_see(const V3f& p, float radius) const {
+  const auto& s = camera_.settings();
+  if (!(p.z > -radius)) return false;
+  const float extents[2][2] = {{s.screen_min_x, s.screen_max_x}, {s.screen_min_y, s.screen_max_y}};
+  for (int axis = 0; axis < 2; ++axis)
+    for (const float side : {-1.0f, 1.0f}) {
+      const float edge = half_ * ((extents[axis][0] + extents[axis][1]) / 2 +
+                                  side * margin * (extents[axis][1] - extents[axis][0]) / 2);
+      const bool is_flat = s.projection == Projection::orthographic;
+      const float beyond = is_flat ? side * (p[axis] - edge) : side * (p[axis] - edge * p.z) / std::hypot(1.0f, edge);
+      if (beyond > radius) return false;
+    }
+  return true;
+}
+
+float CameraView::least_width(const V3f& centre, float world_radius) const {
+  const V3f p = camera_.world_to_camera().point(centre);
+  const float radius = world_radius * scale_;
+  const Projection projection = camera_.settings().projection;
+  const float nearest = std::max(length(p) - radius, 0.0f);
+  float width = camera_.pixel_width(nearest);
+  if (projection == Projection::perspective || projection == Projection::orthographic)
+    width = may_see(p, radius) ? camera_.pixel_width(std::max(p.z - radius, 0.0f)) : off_screen * width;
+  return std::max(width, std::numeric_limits<float>::min());
 }
 
 int CameraView::finest_level() const {

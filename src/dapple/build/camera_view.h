@@ -17,11 +17,15 @@ class CameraView final : public geom::DicingView {
   explicit CameraView(const scene::Camera& camera);
   void pixel_widths(std::span<const V3f> P, float* widths) const override;
   int finest_level() const override;
+  /// No pixel at a point of a ball of the world is narrower.
+  float least_width(const V3f& centre, float radius) const;
 
  private:
   float width_at(const V3f& world) const;
+  bool may_see(const V3f& centre, float radius) const;
 
   scene::Camera camera_;
+  float scale_;     ///< units of camera space a unit of the world
   float half_ = 1;  ///< half the picture over a unit of the screen window, at unit depth
 };
 
@@ -29,6 +33,8 @@ class CameraView final : public geom::DicingView {
 /// count.
 class InstancesView final : public geom::DicingView {
  public:
+  static constexpr size_t most_placements = 16;
+
   InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object);
   void pixel_widths(std::span<const V3f> P, float* widths) const override;
   int finest_level() const override { return world_->finest_level(); }

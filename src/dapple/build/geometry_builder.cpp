@@ -8,6 +8,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/camera_view.h"
+#include "dapple/build/nearest_placements.h"
 #include "dapple/build/placement_builder.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/build/subdivision_levels.h"
@@ -125,7 +126,8 @@ void GeometryBuilder::make_views() {
   if (!(shading_rate_ > 0))
     throw InputError(d.options.find("shadingrate")->loc,
                      "Option \"shadingrate\" is " + std::to_string(shading_rate_) + "; it must be above 0");
-  camera_view_ = std::make_shared<CameraView>(dicing_camera_);
+  const auto view = std::make_shared<CameraView>(dicing_camera_);
+  camera_view_ = view;
   const auto may_be_diced = [this](const ShapeEntity& e) {
     return e.type == "catmullclark" || e.type == "loopsubdiv" ||
            (e.type.ends_with("mesh") &&
@@ -139,7 +141,7 @@ void GeometryBuilder::make_views() {
   for (const auto& instance : d.instances)
     if (wanted[size_t(instance.object)])
       placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
-  const auto deep = deep_placements(context_, wanted);
+  const auto deep = nearest_placements(context_, wanted, *view);
   for (size_t i = 0; i < deep.size(); ++i) placements[i].insert(placements[i].end(), deep[i].begin(), deep[i].end());
   for (const auto& list : placements)
     object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));

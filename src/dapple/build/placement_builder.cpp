@@ -16,7 +16,6 @@ using trace::PlacementTree;
 
 namespace {
 
-constexpr size_t most_views = 1 << 16;
 // Placements from files that become Embree's own instances: there images can stand for them, and rays are up to a sixth
 // faster where objects overlap, for half a kilobyte each.
 constexpr size_t most_singles = 1 << 17;
@@ -27,13 +26,6 @@ const char* const bad_transform =
 void set_rows(const Transform& t, float rows[3][4]) {
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 4; ++c) rows[r][c] = float(t.matrix()[r][c]);
-}
-
-Transform transform_of(const PlacementRows& rows, const V3d& origin) {
-  M44d m;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) m[r][c] = double(rows[size_t(4 * r + c)]) + (c == 3 ? origin[r] : 0);
-  return Transform(m);
 }
 
 /// What an outer map and the origins of both spaces make of the placements of a file, in double until it is whole.
@@ -120,20 +112,20 @@ void PlacementBuilder::place(const PlacementsEntity& p, int32_t owner) {
   trace::PlacementSet set;
   set.reserve(file.size());
   const OuterMap map(p.transform, origin(owner), origin(p.object));
-  for (const PlacementFile::Chunk& chunk : file.chunks()) {
-    for (size_t i = 0; i < chunk.size(); ++i) {
+  file.for_each_block([&](const PlacementFile::Chunk& chunk, uint64_t first, std::span<const PlacementRows> block) {
+    for (const PlacementRows& placement : block) {
       float rows[3][4];
-      map.apply(chunk[i], chunk.origin, rows);
+      map.apply(placement, chunk.origin, rows);
       const float reach = traced_.reach_of_placement(objects_[size_t(p.object)], rows);
       if (!(reach > 0))
         checked_reach(p.object, rows, p.loc, p.filename + ": placement " + std::to_string(set.size() + 1) + ": ");
       if (owner == in_scene && reach < reach_) reach_ = reach, narrowest_ = p.loc;
       set.add(rows);
     }
-    fingerprint_ = hash_bytes({reinterpret_cast<const char*>(chunk.rows.data()), chunk.rows.size()}, fingerprint_);
-    fingerprint_ = hash_bytes({reinterpret_cast<const char*>(&chunk.origin), sizeof chunk.origin}, fingerprint_);
-    file.drop(chunk);
-  }
+    fingerprint_ = hash_bytes({reinterpret_cast<const char*>(block.data()), block.size_bytes()}, fingerprint_);
+    if (first == 0)
+      fingerprint_ = hash_bytes({reinterpret_cast<const char*>(&chunk.origin), sizeof chunk.origin}, fingerprint_);
+  });
   add(p.object, std::move(set), owner, p.loc);
 }
 
@@ -159,7 +151,8 @@ uint32_t PlacementBuilder::traced_object(int32_t owner) const {
 
 void PlacementBuilder::check_paths(int32_t object, uint64_t placements, int32_t owner, const FileLoc& loc) const {
   const PlacementTree& tree = traced_.placements();
-  const uint64_t singles = owner == in_scene ? context_.description.instances.size() : 0,
+  // Instances of the text come after these; those of files, and what moves by itself, are there.
+  const uint64_t singles = owner == in_scene ? context_.description.instances.size() + traced_.single_count() : 0,
                  before = tree.paths(traced_object(owner)) + singles;
   if (before + placements > PlacementTree::most_paths ||
       before + placements * tree.paths(traced_object(object)) > PlacementTree::most_paths)
@@ -196,67 +189,6 @@ uint32_t PlacementBuilder::add_singles(uint32_t object, trace::PlacementSet set,
     traced_.add_instance(object, still);
   }
   return repeated;
-}
-
-namespace {
-
-/// Walks from the scene to all placements that lead to something wanted.
-class DeepPlacements {
- public:
-  DeepPlacements(const BuildContext& context, const std::vector<uint8_t>& wanted)
-      : context_(context),
-        d_(context.description),
-        wanted_(wanted),
-        leads_(wanted.size(), unknown),
-        out_(wanted.size()) {}
-
-  std::vector<std::vector<Transform>> collect() {
-    visit(-1, Transform());
-    return std::move(out_);
-  }
-
- private:
-  enum : uint8_t { unknown, yes, no };
-  bool leads(int32_t object) {
-    uint8_t& known = leads_[size_t(object)];
-    if (known == unknown) {
-      bool found = wanted_[size_t(object)];
-      for_each_placed(d_, object, [&](int32_t inner) { found |= leads(inner); });
-      known = found ? yes : no;
-    }
-    return known == yes;
-  }
-  void reach(int32_t object, const Transform& world, bool is_single) {
-    if (wanted_[size_t(object)] && !is_single && out_[size_t(object)].size() < most_views)
-      out_[size_t(object)].push_back(
-          with_base(context_.origins.in_world(world), context_.origins.objects[size_t(object)]));
-    if (d_.objects[size_t(object)].holds_objects() && visits_++ < most_views) visit(object, world);
-  }
-  void visit(int32_t owner, const Transform& world) {
-    for (const auto& i : owner < 0 ? d_.instances : d_.objects[size_t(owner)].instances)
-      if (leads(i.object)) reach(i.object, world * i.transform.exact().start, owner < 0);
-    for (const auto& p : owner < 0 ? d_.placements : d_.objects[size_t(owner)].placements) {
-      if (!leads(p.object)) continue;
-      const PlacementFile file(d_.resolve(p.filename), p.loc);
-      const size_t step = std::max<size_t>(size_t(file.size()) / most_views, 1);
-      for (const PlacementFile::Chunk& chunk : file.chunks())
-        for (size_t i = 0; i < chunk.size(); i += step)
-          reach(p.object, world * p.transform * transform_of(chunk[i], chunk.origin), false);
-    }
-  }
-
-  const BuildContext& context_;
-  const scenefile::SceneDescription& d_;
-  const std::vector<uint8_t>& wanted_;
-  std::vector<uint8_t> leads_;
-  std::vector<std::vector<Transform>> out_;
-  size_t visits_ = 0;
-};
-
-}  // namespace
-
-std::vector<std::vector<Transform>> deep_placements(const BuildContext& context, const std::vector<uint8_t>& wanted) {
-  return DeepPlacements(context, wanted).collect();
 }
 
 }  // namespace dapple::build

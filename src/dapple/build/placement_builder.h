@@ -54,10 +54,6 @@ class PlacementBuilder {
   uint64_t fingerprint_ = 0;
 };
 
-/// World from object space for objects that stand in objects, or are placed by files: of those that are wanted, by
-/// definition. Of a great many some are left out.
-std::vector<std::vector<Transform>> deep_placements(const BuildContext& context, const std::vector<uint8_t>& wanted);
-
 /// Visits all that a list of the scene or of a definition places.
 template <class Visit>
 void for_each_placed(const scenefile::SceneDescription& d, int32_t owner, const Visit& visit) {

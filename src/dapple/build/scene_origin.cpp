@@ -72,12 +72,12 @@ void warn_of_steps(const std::vector<Box3d>& boxes, const Box3d& all, const V3d&
 /// Boxes that a file of placements, or some of its places, give an object whose own box is `inner`.
 std::vector<Box3d> placed_boxes(const SceneDescription& d, const scenefile::PlacementsEntity& p, const Box3d& inner) {
   std::vector<Box3d> boxes;
-  const V3d half = inner.isEmpty() ? V3d(0, 0, 0) : (inner.max - inner.min) * 0.5;
-  const M44d& m = p.transform.matrix();
-  for (const V3d& at : scenefile::PlacementFile(d.resolve(p.filename), p.loc).sample()) {
-    V3d q;
-    for (int i = 0; i < 3; ++i) q[i] = m[i][0] * at.x + m[i][1] * at.y + m[i][2] * at.z + m[i][3];
-    boxes.emplace_back(q - half, q + half);
+  for (const auto& placed : scenefile::PlacementFile(d.resolve(p.filename), p.loc).sample()) {
+    M44d m;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) m[r][c] = placed[size_t(4 * r + c)];
+    const Box3d box = inner.isEmpty() ? Box3d(V3d(0, 0, 0)) : inner;
+    boxes.push_back(moved(box, (p.transform * Transform(m)).matrix()));
   }
   return boxes;
 }

@@ -98,7 +98,7 @@ class Builder {
   bool bounded_ = false, colored_ = false;
   float coarser_ = 1;                                // spacing of planes, times
   int most_bins_ = std::numeric_limits<int>::max();  // that memory leaves
-  Box3f box_;
+  Box3f box_, bulk_;
   std::vector<ShaftSource> wanted_;
 };
 
@@ -123,7 +123,7 @@ std::string Builder::find_medium() {
   for (size_t m = 0; m < scene_.media.size(); ++m) {
     const auto* closed = dynamic_cast<const ClosedFormMedium*>(scene_.media[m].get());
     const auto* uneven = dynamic_cast<const UnevenMedium*>(scene_.media[m].get());
-    if (closed && closed->sigma_s().is_black()) continue;
+    if ((closed && closed->sigma_s().is_black()) || (uneven && !uneven->scatters())) continue;
     if (!closed && !uneven) return "a medium is of a kind that planes do not know";
     if (out_.air) return "several media scatter";
     out_.air = scene_.media[m].get();
@@ -379,7 +379,7 @@ Builder::Planes::Settings Builder::settings_of(const ShaftSource& w) const {
                 corner & 4 ? box.max.z : box.min.z);
     farthest = std::max(farthest, length(cross(P - s.eye, w.direction)));
   }
-  const Box3f bulk = trace::bulk_bounds(scene_.traced);
+  const Box3f& bulk = bulk_;
   const float extent =
       bulk.isEmpty() ? farthest : std::min(farthest, length(bulk.size()) + length(bulk.center() - eye_));
   // Where all is even around the camera, nothing is seen beyond so many lengths.
@@ -453,6 +453,7 @@ std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
   *why = obstacle();
   if (!why->empty()) return nullptr;
   box_ = scene_.traced.bounds();
+  bulk_ = trace::bulk_bounds(scene_.traced);
   colored_ = scene_.traced.has_colored_opacity();
   find_sources();
   if (wanted_.empty()) {

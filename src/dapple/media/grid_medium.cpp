@@ -50,6 +50,14 @@ MediumPoint GridMedium::at(const V3f& p) const {
   return out;
 }
 
+bool GridMedium::scatters() const {
+  if (content_.sigma_s.is_black() || content_.sigma_s_grid.empty()) return !content_.sigma_s.is_black();
+  bool any = false;
+  content_.sigma_s_grid.visit_box(V3f(0, 0, 0), V3f(1, 1, 1),
+                                  [&](const RGB& v) { any |= !(v * content_.sigma_s).is_black(); });
+  return any;
+}
+
 V3f GridMedium::to_cube(const V3f& P) const {
   return per_axis(world_to_medium_.point(P) - content_.box.min, content_.box.max - content_.box.min);
 }

@@ -44,6 +44,7 @@ class GridMedium final : public UnevenMedium {
   uint64_t exhausted() const { return given_up_.count(); }  ///< rays given up on; they count as absorbed
   void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
   Box3f bounds() const override;
+  bool scatters() const override;
   std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 

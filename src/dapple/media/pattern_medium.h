@@ -40,6 +40,7 @@ class PatternMedium final : public UnevenMedium {
   float majorant() const { return majorant_; }  ///< 1/m
   void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
   Box3f bounds() const override;
+  bool scatters() const override { return bounds_[scattering] > 0 && bounds_[density] > 0; }
   std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override;
 

@@ -34,6 +34,7 @@ class SparseMedium final : public UnevenMedium {
   bool emits() const override { return glow_.has_value(); }
   void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
   Box3f bounds() const override;
+  bool scatters() const override { return !content_.sigma_s.is_black(); }
   std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 

@@ -39,6 +39,8 @@ class UnevenMedium : public Medium {
   virtual void coefficients(const V3f* P, float time, int n, MediumPoint* out) const = 0;
   /// In the world.
   virtual Box3f bounds() const = 0;
+  /// False: it only absorbs.
+  virtual bool scatters() const = 0;
   /// What extinction is proportional to everywhere, its largest channel 1; none where colours differ.
   virtual std::optional<RGB> extinction_color() const = 0;
 

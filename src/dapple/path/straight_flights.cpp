@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/path/straight_flights.h"
 
+#include <algorithm>
+
 #include "dapple/base/hash.h"
+#include "dapple/path/path_numbers.h"
 
 namespace dapple::path {
 
@@ -47,7 +50,9 @@ void StraightFlights::restart(PathWorkspace& w) const {
     const PathWorkspace::StraightFlight& kept = w.straight[p];
     if (!(kept.all > 0)) continue;
     w.restart_path(p);
-    w.beta[p] = kept.beta * kept.all;
+    constexpr float always = PathNumbers::always_followed;
+    if (to_unit_float(hash(w.vertex_key(p, 0), 5)) * always >= kept.all) continue;
+    w.beta[p] = kept.beta * std::max(kept.all, always);
     w.medium[p] = shafts_->medium();
     const scene::CameraRay& seen = w.camera.ray[p];
     w.cone_spread[p] = seen.cone_spread * texture_footprint_;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <utility>
 
 #include "dapple/scenefile/text.h"
 
@@ -85,36 +86,74 @@ std::string inflate_gzip(std::string_view data, const std::string& path, const F
   return out;
 }
 
-FileSource::FileSource(const std::string& path, const FileLoc& loc) {
+namespace {
+
+int open_regular(const std::string& path, const FileLoc& loc, struct stat* info) {
   if (path.find('\0') != std::string::npos) cannot_read(path, loc, "its name holds a zero byte");
   // Non-blocking, because opening a pipe nobody writes to would wait for ever.
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-  struct stat info {};
-  if (file.fd < 0 || fstat(file.fd, &info) != 0) cannot_read(path, loc, std::generic_category().message(errno));
-  if (S_ISDIR(info.st_mode)) cannot_read(path, loc, "it is a directory; expected a regular file");
-  if (!S_ISREG(info.st_mode)) cannot_read(path, loc, "it is not a regular file");
-  identity_ = {uint64_t(info.st_dev), uint64_t(info.st_ino)};
-  if (info.st_size <= 0) return;
-  mapped_bytes_ = size_t(info.st_size);
-  void* mapping = mmap(nullptr, mapped_bytes_, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.fd, 0);
-  if (mapping == MAP_FAILED) cannot_read(path, loc, std::generic_category().message(errno));
-  contents_ = {static_cast<const char*>(mapping), mapped_bytes_};
-  if (is_gzip(contents_)) {
-    try {
-      inflated_ = inflate_gzip(contents_, path, loc);
-    } catch (...) {
-      munmap(mapping, mapped_bytes_);
-      throw;
-    }
-    munmap(mapping, mapped_bytes_);
-    contents_ = inflated_;
-  } else {
-    mapping_ = mapping;
+  Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  if (file.fd < 0 || fstat(file.fd, info) != 0) cannot_read(path, loc, std::generic_category().message(errno));
+  if (S_ISDIR(info->st_mode)) cannot_read(path, loc, "it is a directory; expected a regular file");
+  if (!S_ISREG(info->st_mode)) cannot_read(path, loc, "it is not a regular file");
+  return std::exchange(file.fd, -1);
+}
+
+void read_all(int fd, const std::string& path, const FileLoc& loc, char* out, size_t bytes) {
+  for (size_t done = 0; done < bytes;) {
+    const ssize_t got = pread(fd, out + done, bytes - done, off_t(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) cannot_read(path, loc, std::generic_category().message(errno));
+    if (got == 0) cannot_read(path, loc, "it has become shorter while it was read");
+    done += size_t(got);
   }
 }
 
+}  // namespace
+
+int open_regular_file(const std::string& path, const FileLoc& loc, uint64_t* bytes) {
+  struct stat info {};
+  const int fd = open_regular(path, loc, &info);
+  *bytes = uint64_t(std::max<off_t>(info.st_size, 0));
+  return fd;
+}
+
+FileSource::FileSource(const std::string& path, const FileLoc& loc) {
+  struct stat info {};
+  const Descriptor file{open_regular(path, loc, &info)};
+  identity_ = {uint64_t(info.st_dev), uint64_t(info.st_ino)};
+  if (info.st_size <= 0) return;
+  stored_bytes_ = size_t(info.st_size);
+  if (stored_bytes_ <= most_read) {
+    read_.reset(new char[stored_bytes_]);  // not to be set to zero first
+    read_all(file.fd, path, loc, read_.get(), stored_bytes_);
+    contents_ = {read_.get(), stored_bytes_};
+  } else {
+    mapping_ = mmap(nullptr, stored_bytes_, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.fd, 0);
+    if (mapping_ == MAP_FAILED) {
+      mapping_ = nullptr;
+      cannot_read(path, loc, std::generic_category().message(errno));
+    }
+    contents_ = {static_cast<const char*>(mapping_), stored_bytes_};
+  }
+  if (!is_gzip(contents_)) return;
+  try {
+    inflated_ = inflate_gzip(contents_, path, loc);
+  } catch (...) {
+    unmap();
+    throw;
+  }
+  unmap();
+  read_.reset();
+  contents_ = inflated_;
+}
+
+void FileSource::unmap() {
+  if (mapping_) munmap(mapping_, stored_bytes_);
+  mapping_ = nullptr;
+}
+
 FileSource::~FileSource() {
-  if (mapping_) munmap(mapping_, mapped_bytes_);
+  unmap();
 }
 
 }  // namespace dapple::scenefile

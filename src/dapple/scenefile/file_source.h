@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -12,11 +13,18 @@ namespace dapple::scenefile {
 /// The folder in which a file is named; empty: none.
 std::string directory_of(const std::string& path);
 
-/// The whole contents of a regular file: mapped into memory, or inflated if it is gzip (by its first bytes, not by its
-/// name). Directories, devices and pipes are refused. Inflated text may be at most 16 MiB plus 32 times the file's
-/// size, so that a small hostile file cannot fill the memory.
+/// Opens a regular file for reading; the descriptor is the caller's. InputError at `loc` for directories, devices,
+/// pipes, and what cannot be read.
+int open_regular_file(const std::string& path, const FileLoc& loc, uint64_t* bytes);
+
+/// The whole contents of a regular file: read, beyond `most_read` bytes mapped into memory, or inflated if it is gzip
+/// (by its first bytes, not by its name). So one that is written anew while it is read is an InputError; one so large
+/// that it is mapped must stay as it is. Directories, devices and pipes are refused. Inflated text may be at most 16
+/// MiB plus 32 times the file's size, so that a small hostile file cannot fill the memory.
 class FileSource {
  public:
+  static constexpr size_t most_read = size_t(64) << 20;
+
   /// InputError at `loc` (where the file is named) if it cannot be read.
   FileSource(const std::string& path, const FileLoc& loc);
   ~FileSource();
@@ -24,10 +32,10 @@ class FileSource {
   FileSource& operator=(const FileSource&) = delete;
 
   std::string_view contents() const { return contents_; }
-  /// Whether contents() are the file's own pages, which the system reads again where they are dropped.
+  /// Whether contents() are the file's own pages.
   bool is_mapped() const { return mapping_ != nullptr; }
   /// Bytes on the disk.
-  size_t stored_bytes() const { return mapped_bytes_; }
+  size_t stored_bytes() const { return stored_bytes_; }
 
   /// The same for two names of one file.
   struct Identity {
@@ -37,8 +45,11 @@ class FileSource {
   Identity identity() const { return identity_; }
 
  private:
+  void unmap();
+
   void* mapping_ = nullptr;
-  size_t mapped_bytes_ = 0;
+  size_t stored_bytes_ = 0;
+  std::unique_ptr<char[]> read_;
   std::string inflated_;
   std::string_view contents_;
   Identity identity_;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/scenefile/placement_file.h"
 
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <system_error>
 
 #include "dapple/scenefile/text.h"
 
@@ -27,35 +28,6 @@ constexpr size_t written_together = 4096;
 constexpr size_t sampled = 4096;
 constexpr double farthest = 1e12;
 
-class Bytes {
- public:
-  Bytes(std::string_view bytes, const std::string& name, const FileLoc& loc) : bytes_(bytes), name_(name), loc_(loc) {}
-
-  [[noreturn]] void fail(const std::string& what) const {
-    const std::string message = "byte " + std::to_string(at_) + ": " + what;
-    if (loc_.file.empty()) throw InputError(FileLoc{name_, 0, 0}, message);
-    throw InputError(loc_, name_ + ": " + message);
-  }
-  size_t left() const { return bytes_.size() - at_; }
-  std::string_view take(size_t n, const char* what) {
-    if (n > left()) fail(std::string("the file ends within ") + what);
-    at_ += n;
-    return bytes_.substr(at_ - n, n);
-  }
-  template <class T>
-  T get(const char* what) {
-    T value;
-    std::memcpy(&value, take(sizeof value, what).data(), sizeof value);
-    return value;
-  }
-
- private:
-  const std::string_view bytes_;
-  const std::string& name_;
-  const FileLoc& loc_;
-  size_t at_ = 0;
-};
-
 template <class T>
 void put(const T& value, std::string* out) {
   out->append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -63,24 +35,97 @@ void put(const T& value, std::string* out) {
 
 }  // namespace
 
-PlacementRows PlacementFile::Chunk::operator[](size_t i) const {
-  PlacementRows out;
-  std::memcpy(out.data(), rows.data() + i * sizeof out, sizeof out);
+/// Reads heads one after the other, and skips what lies between them.
+class PlacementHeads {
+ public:
+  explicit PlacementHeads(const PlacementFile& file) : file_(file) {}
+
+  [[noreturn]] void fail(const std::string& what) const { file_.fail(at_, what); }
+  uint64_t left() const { return file_.bytes_ - at_; }
+  uint64_t at() const { return at_; }
+  void skip(uint64_t n) { at_ += n; }
+  template <class T>
+  T get(const char* what) {
+    T value;
+    if (sizeof value > left()) fail(std::string("the file ends within ") + what);
+    if (at_ < first_ || at_ + sizeof value > first_ + window_.size()) {
+      first_ = at_;
+      window_.resize(size_t(std::min<uint64_t>(left(), heads_together)));
+      file_.read_bytes(first_, window_.size(), window_.data());
+    }
+    std::memcpy(&value, window_.data() + (at_ - first_), sizeof value);
+    at_ += sizeof value;
+    return value;
+  }
+
+ private:
+  static constexpr size_t heads_together = 4096;  // bytes: chunks without placements come in great numbers too
+  const PlacementFile& file_;
+  uint64_t at_ = 0, first_ = 0;
+  std::vector<char> window_;
+};
+
+ExactPlacement exact_placement(const PlacementRows& rows, const V3d& origin) {
+  ExactPlacement out;
+  for (size_t i = 0; i < 12; ++i) out[i] = double(rows[i]) + (i % 4 == 3 ? origin[int(i / 4)] : 0);
   return out;
 }
 
-PlacementFile::PlacementFile(const std::string& path, const FileLoc& loc)
-    : file_(std::make_unique<const FileSource>(path, loc)) {
-  parse(file_->contents(), path, loc);
+PlacementFile::PlacementFile(const std::string& path, const FileLoc& loc) : name_(path), loc_(loc) {
+  file_ = open_regular_file(path, loc, &bytes_);
+  unsigned char head[2] = {};
+  try {
+    if (bytes_ >= sizeof head) read_bytes(0, sizeof head, head);
+    if (head[0] == 0x1f && head[1] == 0x8b) {
+      inflated_ = std::make_unique<const FileSource>(path, loc);
+      memory_ = inflated_->contents(), bytes_ = memory_.size();
+    }
+    parse();
+  } catch (...) {
+    close(file_);
+    throw;
+  }
 }
 
-PlacementFile::PlacementFile(std::string_view bytes, const std::string& name, const FileLoc& loc) {
-  parse(bytes, name, loc);
+PlacementFile::PlacementFile(std::string_view bytes, const std::string& name, const FileLoc& loc)
+    : name_(name), loc_(loc), memory_(bytes), bytes_(bytes.size()) {
+  parse();
 }
 
-void PlacementFile::parse(std::string_view bytes, const std::string& name, const FileLoc& loc) {
-  Bytes in(bytes, name, loc);
-  if (bytes.size() < sizeof magic || std::memcmp(in.take(sizeof magic, "").data(), magic, sizeof magic) != 0)
+PlacementFile::~PlacementFile() {
+  if (file_ >= 0) close(file_);
+}
+
+void PlacementFile::fail(uint64_t byte, const std::string& what) const {
+  const std::string message = "byte " + std::to_string(byte) + ": " + what;
+  if (loc_.file.empty()) throw InputError(FileLoc{name_, 0, 0}, message);
+  throw InputError(loc_, name_ + ": " + message);
+}
+
+void PlacementFile::read_bytes(uint64_t begin, size_t count, void* out) const {
+  if (file_ < 0 || inflated_) {
+    std::memcpy(out, memory_.data() + begin, count);
+    return;
+  }
+  for (size_t done = 0; done < count;) {
+    const ssize_t got = pread(file_, static_cast<char*>(out) + done, count - done, off_t(begin + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(begin + done, std::generic_category().message(errno));
+    if (got == 0) fail(begin + done, "the file has become shorter while it was read");
+    done += size_t(got);
+  }
+}
+
+void PlacementFile::read(const Chunk& chunk, uint64_t first, std::span<PlacementRows> out) const {
+  read_bytes(chunk.begin + first * sizeof(PlacementRows), out.size_bytes(), out.data());
+}
+
+void PlacementFile::parse() {
+  PlacementHeads in(*this);
+  struct Magic {
+    char text[sizeof magic];
+  };
+  if (bytes_ < sizeof magic || std::memcmp(in.get<Magic>("").text, magic, sizeof magic) != 0)
     in.fail("no placements; expected a file that `dapple places pack` wrote");
   if (const auto its_version = in.get<uint32_t>("the version"); its_version != version)
     in.fail("placements of version " + std::to_string(its_version) + "; this program reads version " +
@@ -97,10 +142,11 @@ void PlacementFile::parse(std::string_view bytes, const std::string& name, const
       chunk.origin[k] = in.get<double>("a chunk's origin");
       if (!(std::abs(chunk.origin[k]) <= farthest)) in.fail("a chunk's origin is no number up to 1e12");
     }
-    const auto n = in.get<uint64_t>("a chunk's number of placements");
-    if (n > in.left() / sizeof(PlacementRows)) in.fail("fewer placements in a chunk than it says");
-    chunk.rows = std::as_bytes(std::span(in.take(n * sizeof(PlacementRows), "placements")));
-    found += n;
+    chunk.size = in.get<uint64_t>("a chunk's number of placements");
+    if (chunk.size > in.left() / sizeof(PlacementRows)) in.fail("fewer placements in a chunk than it says");
+    chunk.begin = in.at();
+    in.skip(chunk.size * sizeof(PlacementRows));
+    found += chunk.size;
     chunks_.push_back(chunk);
   }
   if (found != size_)
@@ -108,25 +154,18 @@ void PlacementFile::parse(std::string_view bytes, const std::string& name, const
   if (in.left() > 0) in.fail("more bytes than chunks hold");
 }
 
-void PlacementFile::drop(const Chunk& chunk) const {
-  if (!file_ || !file_->is_mapped()) return;
-  const auto page = uintptr_t(sysconf(_SC_PAGESIZE));
-  const auto begin = reinterpret_cast<uintptr_t>(chunk.rows.data());
-  const uintptr_t first = (begin + page - 1) / page * page, end = (begin + chunk.rows.size()) / page * page;
-  if (first < end) madvise(reinterpret_cast<void*>(first), end - first, MADV_DONTNEED);
-}
-
-std::vector<V3d> PlacementFile::sample() const {
-  std::vector<V3d> out;
+std::vector<ExactPlacement> PlacementFile::sample() const {
+  std::vector<ExactPlacement> out;
   const uint64_t step = std::max<uint64_t>(size_ / sampled, 1);
   uint64_t next = 0;  // from the chunk's first
   for (const Chunk& chunk : chunks_) {
-    for (; next < chunk.size(); next += step) {
-      const PlacementRows m = chunk[size_t(next)];
-      const V3d at = chunk.origin + V3d(double(m[3]), double(m[7]), double(m[11]));
-      if (std::isfinite(at.x + at.y + at.z)) out.push_back(at);
+    for (; next < chunk.size; next += step) {
+      PlacementRows rows;
+      read(chunk, next, {&rows, 1});
+      const ExactPlacement m = exact_placement(rows, chunk.origin);
+      if (std::all_of(m.begin(), m.end(), [](double x) { return std::abs(x) <= farthest; })) out.push_back(m);
     }
-    next -= chunk.size();
+    next -= chunk.size;
   }
   return out;
 }

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <unordered_map>
 
+#include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 
 namespace dapple::trace {
@@ -113,19 +115,27 @@ uint32_t PlacementSet::arrange() {
   return leave_out_repeated(keys);
 }
 
-// Equal maps have equal keys. In a run of these each is compared with the first: what stands in one place a million
-// times is found at once.
+// Equal maps have equal keys. Those that are kept of a run of equal keys are found by what they hash to, so a million
+// maps in one place take no longer than elsewhere.
 uint32_t PlacementSet::leave_out_repeated(const std::vector<uint64_t>& keys) {
-  uint32_t kept = 0, first = 0;
-  uint64_t run = ~uint64_t(0);
+  uint32_t kept = 0;
+  std::unordered_multimap<uint64_t, uint32_t> of_run;
+  const auto key = [&keys](uint32_t i) { return keys[i] >> 32; };
   for (uint32_t i = 0; i < size_; ++i) {
-    float m[3][4], of_run[3][4];
+    const bool begins = i == 0 || key(i) != key(i - 1), ends = i + 1 == size_ || key(i) != key(i + 1);
+    if (begins && !of_run.empty()) of_run.clear();
+    float m[3][4];
     rows(i, m);
-    if (keys[i] >> 32 == run) {
-      rows(first, of_run);
-      if (std::memcmp(m, of_run, sizeof m) == 0) continue;
-    } else {
-      run = keys[i] >> 32, first = kept;
+    if (!begins || !ends) {
+      const uint64_t hashed = hash_bytes({reinterpret_cast<const char*>(m), sizeof m}, 0);
+      const auto [like, end] = of_run.equal_range(hashed);
+      if (std::any_of(like, end, [&](const auto& other) {
+            float its[3][4];
+            rows(other.second, its);
+            return std::memcmp(m, its, sizeof m) == 0;
+          }))
+        continue;
+      of_run.emplace(hashed, kept);
     }
     if (kept != i) set_rows(kept, m);
     ++kept;

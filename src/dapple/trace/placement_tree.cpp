@@ -2,11 +2,21 @@
 #include "dapple/trace/placement_tree.h"
 
 #include <algorithm>
+#include <string>
 
 #include "dapple/base/error.h"
 #include "dapple/trace/ray_batch.h"
 
 namespace dapple::trace {
+
+namespace {
+
+[[noreturn]] void throw_too_many() {
+  throw Error(ExitCode::bad_input,
+              "ray tracing: objects are placed in more than " + std::to_string(PlacementTree::most_paths) + " ways");
+}
+
+}  // namespace
 
 PlacementTree::Space& PlacementTree::space(uint32_t owner) {
   if (owner == no_id) return scene_;
@@ -38,8 +48,7 @@ std::vector<const PlacementTree::Set*> PlacementTree::sets_of(uint32_t owner) co
 
 const PlacementTree::Set& PlacementTree::add(PlacementSet placements, uint32_t object, uint32_t owner) {
   const uint64_t each = paths(object), before = paths(owner), all = each * placements.size();
-  if (all + before > most_paths)
-    throw Error(ExitCode::bad_input, "ray tracing: objects are placed in more than 4,294,000,000 ways");
+  if (all + before > most_paths) throw_too_many();
   const int its_levels = levels(object) + 1;
   if (its_levels > most_levels) throw Error(ExitCode::bad_input, "ray tracing: more than four levels of objects");
   Space& s = space(owner);
@@ -51,8 +60,7 @@ const PlacementTree::Set& PlacementTree::add(PlacementSet placements, uint32_t o
 }
 
 void PlacementTree::count_from(uint32_t first) {
-  if (first + scene_.paths > most_paths)
-    throw Error(ExitCode::bad_input, "ray tracing: objects are placed in more than 4,294,000,000 ways");
+  if (first + scene_.paths > most_paths) throw_too_many();
   for (const uint32_t set : scene_.sets) sets_[set]->first += first;
 }
 

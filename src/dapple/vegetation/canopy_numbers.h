@@ -18,8 +18,8 @@ struct CanopyNumbers {
   /// Facets whose areas are counted one by one: of objects that are placed so often that there are more, instances
   /// drawn at random stand for all. Half of it doubles the variance of what many trees of different sizes add up to.
   static constexpr size_t most_facets = size_t(1) << 25;
-  /// Instances that stand in objects, or are placed by files, and are looked at: where there are more, one of each
-  /// stretch of equal length stands for that. Only memory and time ask for fewer.
+  /// Instances that stand in objects, or are placed by files, and are looked at: where there are more, of each object
+  /// one of a stretch of equal length stands for that. Only memory and time ask for fewer.
   static constexpr size_t most_placed = size_t(1) << 22;
 };
 

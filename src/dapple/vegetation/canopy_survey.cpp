@@ -12,6 +12,7 @@
 #include "dapple/forest/leaf_angles.h"
 #include "dapple/numeric/sobol.h"
 #include "dapple/scene/patch_table.h"
+#include "dapple/trace/object_paths.h"
 #include "dapple/vegetation/canopy_numbers.h"
 #include "dapple/vegetation/canopy_sample.h"
 
@@ -35,7 +36,7 @@ struct Inventory {
   const std::vector<SurfaceOptics>& optics;  // by geometry
   std::vector<Box3f> boxes;                  // by geometry, in its own space
   std::vector<Placed> placed;
-  uint32_t stretch = 1;  // instances for which one stands, of those that are placed in great numbers
+  std::vector<float> counts;  // by geometry, of instances for which one stands; empty: each for itself
 
   Inventory(const scene::Scene& of, const std::vector<SurfaceOptics>& its_optics)
       : scene(of), traced(of.traced), optics(its_optics), boxes(traced.geometry_count()) {
@@ -47,15 +48,29 @@ struct Inventory {
     const uint32_t singles = traced.single_count();
     for (uint32_t i = 0; i < singles; ++i) add(i);
     const size_t others = traced.instance_count() - singles;
-    stretch = uint32_t((others + CanopyNumbers::most_placed - 1) / CanopyNumbers::most_placed);
-    if (stretch < 2) stretch = 1;
-    // One at random of each stretch: paths follow each other in a pattern.
-    for (size_t first = 0; first + stretch <= others; first += stretch)
-      add(singles + uint32_t(first) + uint32_t(stretch > 1 ? hash(uint64_t(first)) % stretch : 0));
+    if (others <= CanopyNumbers::most_placed) {
+      for (uint32_t i = 0; i < others; ++i) add(singles + i);
+      return;
+    }
+    // Of each object: paths to its places are cut into stretches, of each one at random, since they follow each other
+    // in a pattern. Half of the places are shared out evenly, so that what is placed seldom is there as a whole.
+    const trace::ObjectPaths paths(traced);
+    counts.assign(boxes.size(), 1);
+    for (const uint32_t object : paths.objects()) {
+      const uint64_t n = paths.count(object);
+      const double share =
+          0.5 * double(CanopyNumbers::most_placed) * (1 / double(paths.objects().size()) + double(n) / double(others));
+      const uint64_t taken = std::clamp(uint64_t(share), uint64_t(1), n);
+      for (const uint32_t g : traced.geometries_in(object)) counts[g] = float(double(n) / double(taken));
+      for (uint64_t k = 0; k < taken; ++k) {
+        const uint64_t begin = n * k / taken, end = n * (k + 1) / taken;
+        add(paths.instance(object, begin + (end - begin > 1 ? hash(object, k) % (end - begin) : 0)));
+      }
+    }
   }
   // For how many of its like a placed thing counts by itself.
   float count(const Placed& p) const {
-    return p.instance == no_id || p.instance < traced.single_count() ? 1 : float(stretch);
+    return counts.empty() || p.instance == no_id || p.instance < traced.single_count() ? 1 : counts[p.geometry];
   }
 
   int32_t material(uint32_t geometry) const { return scene.bindings[geometry].material; }
