@@ -139,6 +139,11 @@ class MaterialReader {
     map(aiTextureType_TRANSMISSION, 0, &out_.transmission_map);
     float thickness = 0;
     if (number(AI_MATKEY_VOLUME_THICKNESS_FACTOR, &thickness) && thickness > 0) out_.has_volume = true;
+    float distance = 0;
+    if (out_.has_volume && number(AI_MATKEY_VOLUME_ATTENUATION_DISTANCE, &distance) && distance > 0) {
+      out_.attenuation_distance = distance;
+      color(AI_MATKEY_VOLUME_ATTENUATION_COLOR, &out_.attenuation_color);
+    }
     float ior = 0;
     if (number(AI_MATKEY_REFRACTI, &ior) && ior > 1 && ior < 10) out_.ior = ior;
   }
@@ -166,8 +171,8 @@ class MaterialReader {
     number(AI_MATKEY_CLEARCOAT_ROUGHNESS_FACTOR, &out_.clearcoat_roughness);
     map(aiTextureType_CLEARCOAT, 0, &out_.clearcoat_map);
     map(aiTextureType_CLEARCOAT, 1, &out_.clearcoat_roughness_map);
+    map(aiTextureType_CLEARCOAT, 2, &out_.clearcoat_normal_map);
     ModelTexture unused;
-    if (map(aiTextureType_CLEARCOAT, 2, &unused)) out_.left_out.push_back("the normal map of a clear coat");
     number(AI_MATKEY_ANISOTROPY_FACTOR, &out_.anisotropy);
     color(AI_MATKEY_SHEEN_COLOR_FACTOR, &out_.sheen);
     number(AI_MATKEY_SHEEN_ROUGHNESS_FACTOR, &out_.sheen_roughness);

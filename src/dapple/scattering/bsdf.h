@@ -54,6 +54,9 @@ struct Bsdf {
   float mirrored = 0;
   float removed_coat = 0;                ///< mirrored, once remove_coat() has taken it from reflectance
   const MeasuredTable* table = nullptr;  ///< measured: the material's
+  /// principled: PrincipledLayers' film, and two coordinates of the coat's normal in the frame.
+  float film = 0, film_thickness = 0, film_ior = 1, film_base = 1;
+  V2f coat_tilt{0, 0};
   bool bent = false;                     ///< the frame's normal is not ng
   V3f ng{0, 0, 1};                       ///< geometric normal, on the side of the frame's; set where bent
 
