@@ -260,7 +260,7 @@ TEST(ModelScenes, ExtensionsOfGltfBecomeLayers) {
 TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
   const TempFolder folder;
   const std::string text = test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
-"nodes":[{"mesh":0},{"mesh":1}],"extensionsUsed":["KHR_materials_iridescence"],
+"nodes":[{"mesh":0},{"mesh":1}],"extensionsUsed":["KHR_materials_iridescence","KHR_materials_transmission"],
 "materials":[{"name":"soap","pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.5},"extensions":{
 "KHR_materials_iridescence":{"iridescenceFactor":0.75,"iridescenceIor":1.5,"iridescenceThicknessMaximum":300},
 "KHR_materials_anisotropy":{"anisotropyStrength":0.5,"anisotropyRotation":1},

@@ -139,11 +139,6 @@ class MaterialReader {
     map(aiTextureType_TRANSMISSION, 0, &out_.transmission_map);
     float thickness = 0;
     if (number(AI_MATKEY_VOLUME_THICKNESS_FACTOR, &thickness) && thickness > 0) out_.has_volume = true;
-    float distance = 0;
-    if (out_.has_volume && number(AI_MATKEY_VOLUME_ATTENUATION_DISTANCE, &distance) && distance > 0) {
-      out_.attenuation_distance = distance;
-      color(AI_MATKEY_VOLUME_ATTENUATION_COLOR, &out_.attenuation_color);
-    }
     float ior = 0;
     if (number(AI_MATKEY_REFRACTI, &ior) && ior > 1 && ior < 10) out_.ior = ior;
   }

@@ -61,6 +61,7 @@ class Extensions {
     if (const json* e = member(of_, "KHR_materials_iridescence")) read_iridescence(*e);
     if (const json* e = member(of_, "KHR_materials_anisotropy")) read_anisotropy(*e);
     if (const json* e = member(of_, "KHR_materials_specular")) read_specular(*e);
+    if (const json* e = member(of_, "KHR_materials_volume")) read_volume(*e);
     if (const json* e = member(of_, "KHR_materials_dispersion"); e && number(*e, "dispersion", 0) > 0)
       leave_out("dispersion");
     name_the_others();
@@ -93,6 +94,13 @@ class Extensions {
   void read_specular(const json& e) {
     m_.specular_tint = color(e, "specularColorFactor", RGB(1));
     if (member(e, "specularTexture") || member(e, "specularColorTexture")) leave_out("pictures of specular");
+  }
+
+  void read_volume(const json& e) {
+    if (!(number(e, "thicknessFactor", 0) > 0)) return;
+    m_.has_volume = true;
+    m_.attenuation_distance = std::max(number(e, "attenuationDistance", 0), 0.0f);
+    m_.attenuation_color = color(e, "attenuationColor", RGB(1));
   }
 
   void name_the_others() {

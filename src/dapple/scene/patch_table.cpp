@@ -289,10 +289,12 @@ void PatchTable::turn_group(const V3f& Ng, uint32_t patch, GridId* group) const 
   group->cluster_level = 0, group->tile_u = 0;
 }
 
-// A strip of cells along the curve, while it is no wider than two.
+// A strip of cells along a flat curve, while it is no wider than two. Others are not the same all across: a tube turns
+// away to its sides, and of a ribbon in a thicket the middle may be hidden, and so in shadow, where an edge is seen.
 bool PatchTable::dice_curve(float u, float width, GridPoint* out) const {
   GridId& grid = out->grid;
   const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(grid.geometry));
+  if (curves.kind != geom::CurveKind::flat) return false;
   const geom::CurveSet::ControlPoint* c = &curves.control_points[grid.patch * size_t(4)];
   const float radius =
       std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(grid.instance);

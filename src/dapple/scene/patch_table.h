@@ -78,7 +78,7 @@ class PatchTable {
   bool flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory,
                       PatchHit* out) const;
   /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where
-  /// it has no lattice, as curves that are wider than a pixel: these are shaded at the hit.
+  /// it has no lattice, as curves that are wider than a pixel, or not flat: these are shaded at the hit.
   bool dice(const PatchHit& hit, float width, GridPoint* out) const;
   /// Makes a place that dice() gave for a width what it gives for half of that.
   void refine(const PatchHit& hit, float half_width, GridPoint* place) const;
