@@ -302,6 +302,8 @@ TEST(MaterialFactory, OpenPbrNamesWhatItLacks) {
                                 "\"float transmission_depth\" .1",  // of what does not transmit
                                 "\"float transmission_depth\" .1 \"float transmission_weight\" 1 "
                                 "\"bool geometry_thin_walled\" true",
+                                "\"float subsurface_weight\" .5 \"float thin_film_weight\" 1",
+                                "\"float subsurface_weight\" .5 \"float specular_weight\" .5",
                                 "\"float subsurface_weight\" .5 \"float coat_weight\" 1"}) {
     const Built built = build(std::string("Material \"openpbr\" ") + parameter);
     EXPECT_EQ(built.unsupported.size(), 1u) << parameter;

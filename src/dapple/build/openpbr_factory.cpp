@@ -90,6 +90,16 @@ bool is(const Input<float>& input, float value) {
   return input.constant() && *input.constant() == value;
 }
 
+void report_boundary(const MaterialParams& p, const OpenPbrInputs& in) {
+  const auto name = [&](const char* parameter, bool acts) {
+    if (acts) p.unsupported(parameter, "the smooth or evenly rough, white boundary of a subsurface body");
+  };
+  name("specular_weight", !is(in.specular_weight, 1));
+  name("specular_color", !in.specular_color.constant() || !(*in.specular_color.constant() == RGB(1)));
+  name("specular_roughness_anisotropy", !is(in.specular_anisotropy, 0));
+  name("specular_ior", !in.specular_ior.constant());
+}
+
 /// The body below, where all light that enters scatters. Its scale is in the units of the scene.
 shading::MaterialPtr make_body(const MaterialParams& p, const OpenPbrInputs& in) {
   shading::InteriorInput interior;
@@ -120,14 +130,15 @@ shading::MaterialPtr make_openpbr(const MaterialParams& p) {
     return std::make_shared<shading::OpenPbrMaterial>(std::move(in), p.detail());
   }
   const bool is_bare = is(in.base_metalness, 0) && is(in.transmission_weight, 0) && is(in.coat_weight, 0) &&
-                       is(in.fuzz_weight, 0) && !in.opacity;
+                       is(in.fuzz_weight, 0) && is(in.film_weight, 0) && !in.opacity;
   if (!is_bare || !(p.constant("subsurface_radius", 1) > 0)) {
     if (!is_bare)
       p.unsupported("subsurface_weight",
-                    "diffuse light of its colour: with metal, transmission, coat, fuzz or opacity");
+                    "diffuse light of its colour: with metal, transmission, coat, fuzz, films or opacity");
     p.ignore({"subsurface_radius", "subsurface_radius_scale"});
     return std::make_shared<shading::OpenPbrMaterial>(std::move(in), p.detail());
   }
+  report_boundary(p, in);
   const shading::MaterialPtr body = make_body(p, in);
   if (is(in.subsurface_weight, 1)) return body;
   const Input<float> amount = in.subsurface_weight;
