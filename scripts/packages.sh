@@ -11,7 +11,7 @@ build_packages=(
   libdnnl-dev         # convolutions of the denoiser
   libeigen3-dev       # dense solvers
   libspdlog-dev       # messages
-  nlohmann-json3-dev  # statistics
+  nlohmann-json3-dev  # statistics, extensions of glTF
   libcli11-dev        # command line
   libassimp-dev       # models of other programs
   libepoxy-dev libegl-dev libgl1-mesa-dri  # --device gl: OpenGL without a window; the last has a device by software

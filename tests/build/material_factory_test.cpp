@@ -282,8 +282,28 @@ TEST(MaterialFactory, OpenPbrByItsNames) {
   EXPECT_TRUE(build("Material \"openpbr\" \"float subsurface_weight\" .5").last().is_random());
 }
 
+TEST(MaterialFactory, OpenPbrFilms) {
+  const auto layers = [](const std::string& parameters) {
+    return scattering::PrincipledLayers(constant_of("Material \"openpbr\" " + parameters));
+  };
+  const auto film = layers("\"float thin_film_weight\" .5 \"float thin_film_thickness\" .3");
+  EXPECT_FLOAT_EQ(film.film, 0.5f);
+  EXPECT_FLOAT_EQ(film.film_thickness, 300);
+  EXPECT_FLOAT_EQ(film.film_ior, 1.4f);
+  EXPECT_FLOAT_EQ(film.film_base, 1.5f);
+  // Below a coat the index of the base is still its own, and not that which mirrors as much.
+  EXPECT_FLOAT_EQ(layers("\"float thin_film_weight\" 1 \"float coat_weight\" 1").film_base, 1.5f);
+  EXPECT_EQ(layers("\"float thin_film_weight\" 1 \"float thin_film_thickness\" 0").film, 0);
+  expect_contains(error_of("Material \"openpbr\" \"float thin_film_weight\" 2"), "from 0 to 1");
+}
+
 TEST(MaterialFactory, OpenPbrNamesWhatItLacks) {
-  for (const char* parameter : {"\"float thin_film_weight\" 1", "\"float transmission_depth\" .1",
+  for (const char* parameter : {"\"float transmission_dispersion_scale\" 1",
+                                "\"float transmission_depth\" .1",  // of what does not transmit
+                                "\"float transmission_depth\" .1 \"float transmission_weight\" 1 "
+                                "\"bool geometry_thin_walled\" true",
+                                "\"float subsurface_weight\" .5 \"float thin_film_weight\" 1",
+                                "\"float subsurface_weight\" .5 \"float specular_weight\" .5",
                                 "\"float subsurface_weight\" .5 \"float coat_weight\" 1"}) {
     const Built built = build(std::string("Material \"openpbr\" ") + parameter);
     EXPECT_EQ(built.unsupported.size(), 1u) << parameter;

@@ -25,15 +25,21 @@ inline std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// A glTF file of one triangle, (0 0 0) (1 0 0) (0 1 0), as mesh 0 and (with a second material) as mesh 1. The rest of
-/// the file is `more`: scenes, nodes, materials ... Times 0 and 1 s are accessor 2, moves by 0 and (4, 0, 0)
-/// accessor 3.
-inline std::string triangle_gltf(const std::string& more) {
+/// The buffer of triangle_gltf().
+inline std::string triangle_bytes() {
   std::string bytes;
   const auto add = [&](auto v) { bytes.append(reinterpret_cast<const char*>(&v), sizeof v); };
   for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) add(float(x));
   for (const uint16_t i : {0, 1, 2, 0}) add(i);
   for (const float x : {0, 1, 0, 0, 0, 4, 0, 0}) add(float(x));
+  return bytes;
+}
+
+/// A glTF file of one triangle, (0 0 0) (1 0 0) (0 1 0), as mesh 0 and (with a second material) as mesh 1. The rest of
+/// the file is `more`: scenes, nodes, materials ... Times 0 and 1 s are accessor 2, moves by 0 and (4, 0, 0)
+/// accessor 3.
+inline std::string triangle_gltf(const std::string& more) {
+  const std::string bytes = triangle_bytes();
   return R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":)" + std::to_string(bytes.size()) +
          R"(,"uri":"data:application/octet-stream;base64,)" + base64(bytes) + R"("}],
 "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6},
@@ -45,6 +51,21 @@ inline std::string triangle_gltf(const std::string& more) {
 "meshes":[{"name":"tri","primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},
 {"name":"lamp","primitives":[{"attributes":{"POSITION":0},"indices":1,"material":1}]}],)" +
          more + "}";
+}
+
+/// The same as a .glb file, from what triangle_gltf() returned.
+inline std::string as_glb(std::string text) {
+  const size_t uri = text.find(",\"uri\":");
+  text.erase(uri, text.find('}', uri) - uri);
+  while (text.size() % 4 != 0) text += ' ';
+  const std::string bytes = triangle_bytes();
+  std::string out = "glTF";
+  const auto add = [&](uint32_t v) { out.append(reinterpret_cast<const char*>(&v), sizeof v); };
+  add(2), add(uint32_t(28 + text.size() + bytes.size()));
+  add(uint32_t(text.size())), add(0x4e4f534a);
+  out += text;
+  add(uint32_t(bytes.size())), add(0x004e4942);
+  return out + bytes;
 }
 
 inline scenefile::SceneDescription read(const std::string& path, const ModelOptions& options = {},

@@ -257,6 +257,44 @@ TEST(ModelScenes, ExtensionsOfGltfBecomeLayers) {
   EXPECT_EQ(material(s, "tinted").params.find("transmission_color")->numbers, (std::vector<float>{1, .5f, .25f}));
 }
 
+TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
+  const TempFolder folder;
+  const std::string text = test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"mesh":1}],"extensionsUsed":["KHR_materials_iridescence","KHR_materials_transmission"],
+"materials":[{"name":"soap","pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.5},"extensions":{
+"KHR_materials_iridescence":{"iridescenceFactor":0.75,"iridescenceIor":1.5,"iridescenceThicknessMaximum":300},
+"KHR_materials_anisotropy":{"anisotropyStrength":0.5,"anisotropyRotation":1},
+"KHR_materials_specular":{"specularColorFactor":[1,0.5,0.25]},
+"KHR_materials_dispersion":{"dispersion":0.1},"EXT_of_tomorrow":{}}},
+{"name":"amber","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":
+{"transmissionFactor":1},"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":0.5,
+"attenuationColor":[1,0.5,0.25]}}}])");
+  ModelOptions options;
+  options.unit = 2;
+  for (const std::string& path : {folder.write("m.gltf", text), folder.write("m.glb", test::as_glb(text))}) {
+    Diagnostics diagnostics;
+    const SceneDescription s = test::read(path, options, &diagnostics);
+    const auto number = [&](const char* name, const char* parameter) {
+      return material(s, name).params.get_float(parameter, -1);
+    };
+    EXPECT_FLOAT_EQ(number("soap", "thin_film_weight"), .75f);
+    EXPECT_FLOAT_EQ(number("soap", "thin_film_thickness"), .3f);
+    EXPECT_FLOAT_EQ(number("soap", "thin_film_ior"), 1.5f);
+    EXPECT_EQ(material(s, "soap").params.find("specular_color")->numbers, (std::vector<float>{1, .5f, .25f}));
+    // glTF's alphas are .25 across and .25 + .75 / 4 along; the material's are narrow times wide, and wide.
+    const float narrow = 1 - number("soap", "specular_roughness_anisotropy"),
+                wide = sqr(number("soap", "specular_roughness")) * std::sqrt(2 / (1 + sqr(narrow)));
+    EXPECT_NEAR(wide, .4375f, 1e-4f);
+    EXPECT_NEAR(narrow * wide, .25f, 1e-4f);
+    EXPECT_FLOAT_EQ(number("amber", "transmission_depth"), 1);  // half of a unit of two metres
+    EXPECT_EQ(material(s, "amber").params.find("transmission_color")->numbers, (std::vector<float>{1, .5f, .25f}));
+    std::string all;
+    for (const std::string& m : diagnostics.messages()) all += m;
+    for (const char* lacking : {"dispersion", "direction of anisotropy", "EXT_of_tomorrow"})
+      EXPECT_NE(all.find(lacking), std::string::npos) << lacking << ": " << all;
+  }
+}
+
 TEST(ModelScenes, AnimationAtATimeAndItsBlur) {
   const TempFolder folder;
   const std::string path = folder.write("moves.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0]}],

@@ -76,6 +76,21 @@ std::vector<Named> catalogue() {
   p.fuzz = 1;
   p.fuzz_alpha = 0.09f;
   all.push_back({"velvet", p});
+  p = plain(0.3f);
+  p.film = 1, p.film_thickness = 400, p.film_ior = 2;
+  all.push_back({"oil on plastic", p});
+  p.transmission = 1;
+  p.film = 0.7f;
+  all.push_back({"oil on frosted glass", p});
+  p.metalness = 0.6f;
+  p.metal_color = RGB(0.6f, 0.5f, 0.5f);
+  all.push_back({"tempered steel", p});
+  p = plain(0.4f);
+  p.coat = 0.8f;
+  p.coat_alpha_x = p.coat_alpha_y = 0.15f;
+  p.coat_tilt = V2f(0.25f, -0.1f);
+  p.metalness = 0.4f;
+  all.push_back({"orange peel", p});
   return all;
 }
 
@@ -117,7 +132,7 @@ TEST(Principled, WeightsAgreeWithValues) {
           const V3f wi = square_to_sphere({rng.next(), rng.next()});
           uniform.add(bsdf.eval(wo, wi, 1).g * std::abs(dot(wi, bsdf.frame.n)) * 4 * pi);
         }
-        EXPECT_GT(dapple::test::z_test(sampled, uniform), dapple::test::sidak(0.01, 2 * 3 * 16))
+        EXPECT_GT(dapple::test::z_test(sampled, uniform), dapple::test::sidak(0.01, 2 * 3 * 20))
             << name << (bent ? ", bent" : "") << ", theta " << theta << ": " << sampled.mean() << " sampled, "
             << uniform.mean() << " uniform";
       }
@@ -125,7 +140,7 @@ TEST(Principled, WeightsAgreeWithValues) {
 }
 
 /// All white: what is lost is the model's fault.
-PrincipledLayers white(KeyedRng& rng) {
+PrincipledLayers white(KeyedRng& rng, bool with_film = false) {
   PrincipledLayers p;
   p.diffuse = RGB(1);
   p.metal_color = p.specular_color = p.transmission_color = p.coat_color = p.fuzz_color = RGB(1);
@@ -144,37 +159,99 @@ PrincipledLayers white(KeyedRng& rng) {
   p.coat_darkening = rng.next();
   p.fuzz = some(0.5f);
   p.fuzz_alpha = std::max(sqr(rng.next()), fuzz_least_alpha);
+  if (with_film) {
+    p.film = rng.next();
+    p.film_thickness = 1000 * rng.next();
+    p.film_ior = 1 + rng.next();
+    p.film_base = lerp(p.coat, 1.0f, p.coat_ior) * p.ior;
+  }
   return p;
 }
 
-// 40 settings, drawn. Power, not radiance: without what refraction does.
-TEST(Principled, WhiteFurnaceReturnsAll) {
+// Settings are drawn. Power, not radiance: without what refraction does.
+void expect_furnace_returns_all(int settings, bool with_film, float least, float most) {
   KeyedRng rng(7);
-  for (int setting = 0; setting < 40; ++setting) {
-    const PrincipledLayers layers = white(rng);
+  for (int setting = 0; setting < settings; ++setting) {
+    const PrincipledLayers layers = white(rng, with_film);
     const Bsdf bsdf = at(layers);
     for (const float theta : {0.0f, 30.0f, 60.0f, 80.0f, 87.0f}) {
-      dapple::test::Moments whole;
+      std::array<dapple::test::Moments, 3> whole;
       KeyedRng draws(hash(theta, setting));
       for (int i = 0; i < 100000; ++i) {
         BsdfSample s;
         const float u1 = draws.next(), u2 = draws.next(), u3 = draws.next();
         const bool ok = bsdf.sample(direction(bsdf, theta, 10), u1, {u2, u3}, 1, &s);
-        whole.add(ok ? s.weight.g * sqr(s.eta) : 0);
+        for (int c = 0; c < 3; ++c) whole[size_t(c)].add(ok ? s.weight[c] * sqr(s.eta) : 0);
       }
-      const double noise = 3.5 * std::sqrt(whole.variance_of_mean());  // of 200 means
       const auto what = [&] {
         return testing::Message() << "setting " << setting << ", theta " << theta << ": alpha " << layers.alpha_x
                                   << ", metalness " << layers.metalness << ", ior " << layers.ior << ", transmission "
                                   << layers.transmission << ", thin " << layers.thin_walled << ", coat " << layers.coat
                                   << " of alpha " << layers.coat_alpha_x << ", fuzz " << layers.fuzz << " of alpha "
-                                  << layers.fuzz_alpha << ", diffuse roughness " << layers.diffuse_roughness;
+                                  << layers.fuzz_alpha << ", diffuse roughness " << layers.diffuse_roughness
+                                  << ", film " << layers.film << " of " << layers.film_thickness << " nm, index "
+                                  << layers.film_ior;
       };
-      EXPECT_GT(whole.mean() + noise, 0.99) << what();
-      EXPECT_LT(whole.mean() - noise, 1.001) << what();
-      EXPECT_LT(noise, 0.02) << what();
+      for (int c = 0; c < (with_film ? 3 : 1); ++c) {
+        const auto& mean = whole[size_t(c)];
+        const double noise = 3.5 * std::sqrt(mean.variance_of_mean());  // of 200 means
+        EXPECT_GT(mean.mean() + noise, least) << what() << ", channel " << c;
+        EXPECT_LT(mean.mean() - noise, most) << what() << ", channel " << c;
+        EXPECT_LT(noise, 0.02) << what();
+      }
     }
   }
+}
+
+TEST(Principled, WhiteFurnaceReturnsAll) {
+  expect_furnace_returns_all(40, false, 0.99f, 1.001f);
+}
+
+// Half a metal under a coat, whose other half is white too.
+TEST(Principled, CoatsDarkenTheMetalAlone) {
+  PrincipledLayers p;
+  p.diffuse = RGB(1);
+  p.metalness = 0.5f;
+  p.alpha_x = p.alpha_y = 0.1f;
+  p.coat = 1;
+  for (const float theta : {10.0f, 60.0f, 85.0f})
+    EXPECT_NEAR(directional_albedo(at(p), direction(at(p), theta, 10), 100000).g, 1, 0.01f) << theta;
+}
+
+// A film takes from below what it gives above, colour by colour: exactly where facets are smooth, else by interpolated
+// tables.
+TEST(Principled, WhiteFurnaceUnderFilmsReturnsAll) {
+  expect_furnace_returns_all(20, true, 0.985f, 1.004f);
+}
+
+// A coat that is bumped keeps what comes: the albedo does not change by more than its own part does.
+TEST(Principled, WhiteFurnaceUnderTiltedCoatsMakesNothing) {
+  PrincipledLayers p;
+  p.diffuse = RGB(1);
+  p.coat = 1;
+  for (const float alpha : {0.0f, 0.2f})
+    for (const V2f& tilt : {V2f(0.1f, 0), V2f(-0.3f, 0.3f), V2f(0.6f, 0.2f)})
+      for (const float theta : {0.0f, 40.0f, 70.0f, 86.0f}) {
+        p.coat_alpha_x = p.coat_alpha_y = alpha;
+        p.coat_tilt = tilt;
+        const float whole = directional_albedo(at(p), direction(at(p), theta, 10), 100000).g;
+        EXPECT_NEAR(whole, 1, 0.01f) << alpha << ", " << tilt.x << ", " << theta;
+      }
+}
+
+// The mirror of a tilted coat is where its own normal sends it.
+TEST(Principled, TiltedCoatsMirrorByTheirNormal) {
+  PrincipledLayers p;
+  p.diffuse = RGB(0);
+  p.ior = 1;
+  p.coat = 1;
+  p.coat_tilt = V2f(0.2f, 0.1f);
+  const Bsdf b = p.bsdf();
+  const V3f n = normalize(V3f(0.2f, 0.1f, std::sqrt(1 - 0.05f))), wo = normalize(V3f(0.3f, -0.2f, 0.8f));
+  BsdfSample s;
+  ASSERT_TRUE(b.sample(wo, 0.001f, {0.5f, 0.5f}, 1, &s));
+  EXPECT_GT(dot(s.wi, reflect(wo, n)), 1 - 1e-5f);
+  EXPECT_NEAR(s.weight.g, fresnel_dielectric(dot(wo, n), 1.6f), 1e-4f);
 }
 
 TEST(Principled, InsideOfClearBodiesLosesNothing) {

@@ -44,9 +44,10 @@ bool shapes_geometry(const shading::Material& m) {
   return m.is_interface() || m.stages().has(shading::Stage::displacement) || m.stages().has(shading::Stage::opacity);
 }
 
-bool any_glows(const SceneDescription& description) {
+// Shapes that shine by their material, or are filled by it.
+bool any_glows_or_fills(const SceneDescription& description) {
   return std::any_of(description.materials.begin(), description.materials.end(),
-                     [](const auto& material) { return emission_of(material).has_value(); });
+                     [](const auto& material) { return emission_of(material) || has_interior(material); });
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ void EditableScene::build_scene_parts(BuiltScene& built) {
   make_lights(&parts, &area_lights);
   set_lights(&scene, area_lights, &parts);
   area_light_shapes_ = std::move(area_lights);
-  glowing_materials_ = any_glows(description_);
+  glowing_materials_ = any_glows_or_fills(description_);
   built.film = std::move(parts.film);
   built.request = std::move(parts.request);
   built.dicing_camera = parts.dicing_camera;
@@ -217,7 +218,7 @@ bool EditableScene::make_materials_again(Parts* p) const {
   p->materials = make_materials(*context_, *textures_);
   const CoverageMaterials coverage(*context_, &p->materials);
   if (p->materials.size() != before.size() || before.size() != description_.materials.size()) return false;
-  if (glowing_materials_ || any_glows(description_)) return false;
+  if (glowing_materials_ || any_glows_or_fills(description_)) return false;
   for (size_t i = 0; i < before.size(); ++i)
     if (shapes_geometry(*before[i]) || shapes_geometry(*p->materials[i])) return false;
   return true;

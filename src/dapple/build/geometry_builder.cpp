@@ -382,7 +382,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   if (std::holds_alternative<trace::DisksPtr>(shape) && alpha && !alpha->constant()) cut_out = trace::CutOut::none;
   if (alpha && cut_out == trace::CutOut::none)
     context_.diagnostics.unsupported(e.loc, "alpha that varies over disks", "opaque disks");
-  binding.inside_medium = medium_index(e.inside_medium);
+  binding.inside_medium = inside_of(e);
   binding.outside_medium = medium_index(e.outside_medium);
   binding.changes_medium = binding.inside_medium != binding.outside_medium;
   add_area_light(shape, job, opacity, object, emitter);
@@ -450,6 +450,26 @@ int32_t GeometryBuilder::medium_index(const std::string& name) const {
   const auto& media = context_.description.named_media;
   const auto it = media.find(name);
   return it == media.end() ? scene::vacuum : it->second;
+}
+
+void GeometryBuilder::add_interiors() {
+  for (const auto& material : context_.description.materials) {
+    auto medium = interior_of(material, context_);
+    interiors_.push_back(medium ? int32_t(scene_.media.size()) : scene::vacuum);
+    if (medium) scene_.media.push_back(std::move(medium));
+  }
+}
+
+// A MediumInterface goes before what the material says.
+int32_t GeometryBuilder::inside_of(const ShapeEntity& e) const {
+  const int32_t interior = interiors_[size_t(e.material)];
+  if (interior == scene::vacuum || e.inside_medium.empty())
+    return interior == scene::vacuum ? medium_index(e.inside_medium) : interior;
+  context_.diagnostics.warn(e.loc,
+                            "the medium \"" + e.inside_medium +
+                                "\" of a MediumInterface takes the place of \"transmission_depth\" of its material",
+                            "interior of a material");
+  return medium_index(e.inside_medium);
 }
 
 }  // namespace dapple::build

@@ -164,6 +164,10 @@ class MaterialBuilder {
       if (m->material->stages() != shading::StageSet{shading::Stage::prelighting})
         context_.diagnostics.unsupported(entity.loc, "a mix of shaders that have other stages than prelighting",
                                          "a mix of what their prelighting gives");
+    for (const std::string& name : names)
+      if (has_interior(context_.description.materials[size_t(context_.description.named_materials.at(name))]))
+        context_.diagnostics.unsupported(entity.loc, "\"transmission_depth\" of a material in a mix",
+                                         "a clear inside; a MediumInterface fills it");
     made->mix_levels = 1 + std::max(first.mix_levels, second.mix_levels);
     if (made->mix_levels > max_mix_levels) throw too_deep();
     const MaterialParams params(entity, context_, textures_);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/build/openpbr_factory.h"
 
+#include <cmath>
+
+#include "dapple/media/homogeneous_medium.h"
 #include "dapple/shading/mix_material.h"
 #include "dapple/shading/openpbr_material.h"
 #include "dapple/shading/subsurface_material.h"
@@ -56,28 +59,45 @@ OpenPbrInputs inputs_of(const MaterialParams& p) {
   in.fuzz_weight = p.unit_number("fuzz_weight", 0);
   in.fuzz_color = p.reflectance("fuzz_color", RGB(1));
   in.fuzz_roughness = p.unit_number("fuzz_roughness", 0.5f);
+  in.film_weight = p.unit_number("thin_film_weight", 0);
+  in.film_thickness = p.number("thin_film_thickness", 0.5f);
+  in.film_ior = p.index_number("thin_film_ior", 1.4f);
+  if (const scenefile::Param* map = p.entity().params.find("coat_normalmap")) {
+    const std::string file = p.entity().params.get_string("coat_normalmap", "");
+    if (!file.empty()) in.coat_normal_map = p.textures().normal_map(file, map->loc);
+  }
   if (p.entity().params.find("geometry_opacity")) {
     const Input<float> opacity = p.unit_number("geometry_opacity", 1);
     if (!opacity.constant() || *opacity.constant() < 1) in.opacity = opacity;
   }
   in.thin_walled = p.entity().params.get_bool("geometry_thin_walled", false);
+  if (has_interior(p.entity())) in.transmission_color = Input<RGB>(RGB(1));  // which is inside
   return in;
 }
 
 void report_unsupported(const MaterialParams& p) {
-  const auto above_zero = [&](const char* name) { return p.constant(name, 0) > 0; };
-  if (above_zero("thin_film_weight")) p.unsupported("thin_film_weight", "the same surface without its film");
-  p.ignore({"thin_film_thickness", "thin_film_ior"});
-  if (above_zero("transmission_depth"))
+  if (p.constant("transmission_dispersion_scale", 0) > 0)
+    p.unsupported("transmission_dispersion_scale", "one index for all colours: light is RGB, not wavelengths");
+  p.ignore({"transmission_dispersion_abbe_number"});
+  const bool has_depth = p.constant("transmission_depth", 0) > 0;
+  if (has_depth && !has_interior(p.entity()))
     p.unsupported("transmission_depth",
-                  "\"transmission_color\" at the boundary; a MediumInterface absorbs and scatters in the body");
-  if (above_zero("transmission_dispersion_scale"))
-    p.unsupported("transmission_dispersion_scale", "one index for all colours");
-  p.ignore({"transmission_dispersion_abbe_number", "transmission_scatter", "transmission_scatter_anisotropy"});
+                  "\"transmission_color\" at the boundary: inside are neither thin walls nor textures");
+  p.ignore({"transmission_scatter", "transmission_scatter_anisotropy"});
 }
 
 bool is(const Input<float>& input, float value) {
   return input.constant() && *input.constant() == value;
+}
+
+void report_boundary(const MaterialParams& p, const OpenPbrInputs& in) {
+  const auto name = [&](const char* parameter, bool acts) {
+    if (acts) p.unsupported(parameter, "the smooth or evenly rough, white boundary of a subsurface body");
+  };
+  name("specular_weight", !is(in.specular_weight, 1));
+  name("specular_color", !in.specular_color.constant() || !(*in.specular_color.constant() == RGB(1)));
+  name("specular_roughness_anisotropy", !is(in.specular_anisotropy, 0));
+  name("specular_ior", !in.specular_ior.constant());
 }
 
 /// The body below, where all light that enters scatters. Its scale is in the units of the scene.
@@ -110,14 +130,15 @@ shading::MaterialPtr make_openpbr(const MaterialParams& p) {
     return std::make_shared<shading::OpenPbrMaterial>(std::move(in), p.detail());
   }
   const bool is_bare = is(in.base_metalness, 0) && is(in.transmission_weight, 0) && is(in.coat_weight, 0) &&
-                       is(in.fuzz_weight, 0) && !in.opacity;
+                       is(in.fuzz_weight, 0) && is(in.film_weight, 0) && !in.opacity;
   if (!is_bare || !(p.constant("subsurface_radius", 1) > 0)) {
     if (!is_bare)
       p.unsupported("subsurface_weight",
-                    "diffuse light of its colour: with metal, transmission, coat, fuzz or opacity");
+                    "diffuse light of its colour: with metal, transmission, coat, fuzz, films or opacity");
     p.ignore({"subsurface_radius", "subsurface_radius_scale"});
     return std::make_shared<shading::OpenPbrMaterial>(std::move(in), p.detail());
   }
+  report_boundary(p, in);
   const shading::MaterialPtr body = make_body(p, in);
   if (is(in.subsurface_weight, 1)) return body;
   const Input<float> amount = in.subsurface_weight;
@@ -160,6 +181,45 @@ std::optional<scenefile::Entity> emission_of(const scenefile::MaterialEntity& ma
   sides.integers = {material.params.get_bool("geometry_thin_walled", false) ? 1 : 0};
   light.params.add(std::move(sides));
   return light;
+}
+
+bool has_interior(const scenefile::MaterialEntity& material) {
+  using scenefile::ParamType;
+  if (material.type != "openpbr") return false;
+  const auto& params = material.params;
+  const auto textured = [&](const char* name) {
+    const scenefile::Param* p = params.find(name);
+    return p && p->type == ParamType::texture;
+  };
+  const auto transmits = [&] {
+    return textured("transmission_weight") || params.get_float("transmission_weight", 0) > 0;
+  };
+  return !textured("transmission_depth") && params.get_float("transmission_depth", 0) > 0 && transmits() &&
+         !textured("transmission_color") && !textured("transmission_scatter") &&
+         !params.get_bool("geometry_thin_walled", false);
+}
+
+std::shared_ptr<const media::Medium> interior_of(const scenefile::MaterialEntity& material,
+                                                 const BuildContext& context) {
+  if (!has_interior(material)) return nullptr;
+  const auto& params = material.params;
+  const float depth = params.get_float("transmission_depth", 0);
+  const scenefile::Param *color = params.find("transmission_color"), *scatter = params.find("transmission_scatter");
+  const RGB kept = color ? reflectance_rgb(*color, context) : RGB(1),
+            sigma_s = scatter ? unbounded_rgb(*scatter, context) / depth : RGB(0);
+  // Nothing is quite black, or a body would have an edge of its own.
+  constexpr float least_kept = 1e-5f;
+  RGB sigma_a;
+  for (int c = 0; c < 3; ++c) sigma_a[c] = -std::log(std::max(kept[c], least_kept)) / depth - sigma_s[c];
+  sigma_a += RGB(std::max(-sigma_a.min(), 0.0f));
+  const float g = params.get_float("transmission_scatter_anisotropy", 0);
+  if (!(std::abs(g) < 1))
+    throw InputError(params.find("transmission_scatter_anisotropy")->loc,
+                     "\"transmission_scatter_anisotropy\" is out of range; expected a number above -1 and below 1");
+  if (!(sigma_a + sigma_s).is_finite())
+    throw InputError(params.find("transmission_depth")->loc,
+                     "\"transmission_depth\" is so small that the absorption of this material overflows");
+  return std::make_shared<media::HomogeneousMedium>(sigma_a, sigma_s, RGB(0), media::HenyeyGreenstein{g});
 }
 
 }  // namespace dapple::build

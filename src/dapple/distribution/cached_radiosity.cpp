@@ -94,8 +94,6 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
                                ShadingWorkspace& w) const {
   const uint32_t geometry = r.hits.geometry[i];
   if (geometry == no_id || r.weight[i].is_black() || !shading_.materials.is_flat(geometry)) return false;
-  // The points of curves face the camera: that is no side for other rays.
-  if (std::holds_alternative<trace::CurvesPtr>(shading_.scene.traced.shape(geometry))) return false;
   const V3f d = r.rays.direction(i);
   const float time = r.rays.time[i];
   if (!shading_.patches->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))

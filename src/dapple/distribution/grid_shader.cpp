@@ -118,8 +118,7 @@ int GridShader::points_in_pixel(const GridId& grid, Scratch& scratch, ShadingWor
   const int rays =
       std::min({settings_.pixel_points > 0 ? settings_.pixel_points : most, settings_.pixel_samples, most});
   const float time = shading_.patches->time(grid);
-  shading_.patches->shading_point(grid, grid.width() / 2, grid.height() / 2, shading_.scene.camera.position(),
-                                  &scratch.seen_hits, 0);
+  shading_.patches->shading_point(grid, grid.width() / 2, grid.height() / 2, &scratch.seen_hits, 0);
   const V3f P = shading_.scene.traced.surface(scratch.seen_hits, 0, time, false).P,
             to_eye = shading_.scene.camera.to_eye(P);
   const float distance = length(to_eye), width = shading_.scene.camera.pixel_width(P);

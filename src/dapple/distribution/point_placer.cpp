@@ -62,8 +62,7 @@ void PointPlacer::place_seen_cell(const scene::GridId& id, int i, int j, const s
   b.origins[k] = shading_.settings.shadow_rays.at(0) < PointBatch::most_origins ? PointBatch::few_origins
                                                                                 : PointBatch::most_origins;
   spread_origins(id, i, j, links, false, memory, b, k);
-  if (b.moves[k])
-    shading_.patches->shading_point(id, i, j, shading_.scene.camera.position(), &b.place(k), PointBatch::lane(k));
+  if (b.moves[k]) shading_.patches->shading_point(id, i, j, &b.place(k), PointBatch::lane(k));
 }
 
 void PointPlacer::place_middle(const scene::GridId& id, int i, int j, const scene::PatchTable::Cell& cell, uint64_t key,
@@ -76,7 +75,7 @@ void PointPlacer::place_middle(const scene::GridId& id, int i, int j, const scen
   if (!tangents && !b.moves[k] && shading_.patches->has_lattice(id) && !shading_.patches->is_half(id)) {
     b.surface[k] = shading_.patches->surface_on_tile(id, float(i) + 0.5f, float(j) + 0.5f, b.time[k], memory);
   } else {
-    shading_.patches->shading_point(id, i, j, shading_.scene.camera.position(), &b.place(k), PointBatch::lane(k));
+    shading_.patches->shading_point(id, i, j, &b.place(k), PointBatch::lane(k));
     b.surface[k] = shading_.scene.traced.surface(b.place(k), PointBatch::lane(k), b.time[k], tangents);
   }
   b.wo[k] = id.behind ? -b.surface[k].Ng : b.surface[k].Ng;
@@ -109,7 +108,7 @@ void PointPlacer::spread_origins(const scene::GridId& id, int i, int j, const Ti
     const auto stay = [&] {
       geom::SurfacePoint s = middle;
       if (b.moves[k]) {
-        shading_.patches->shading_point(id, i, j, shading_.scene.camera.position(), &b.place(k), PointBatch::lane(k));
+        shading_.patches->shading_point(id, i, j, &b.place(k), PointBatch::lane(k));
         s = surface_at(b, k, time);
       }
       to = {s.P, s.Ng, s.Ns - middle.Ns, s.error, time};

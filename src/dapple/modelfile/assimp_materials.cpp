@@ -166,8 +166,8 @@ class MaterialReader {
     number(AI_MATKEY_CLEARCOAT_ROUGHNESS_FACTOR, &out_.clearcoat_roughness);
     map(aiTextureType_CLEARCOAT, 0, &out_.clearcoat_map);
     map(aiTextureType_CLEARCOAT, 1, &out_.clearcoat_roughness_map);
+    map(aiTextureType_CLEARCOAT, 2, &out_.clearcoat_normal_map);
     ModelTexture unused;
-    if (map(aiTextureType_CLEARCOAT, 2, &unused)) out_.left_out.push_back("the normal map of a clear coat");
     number(AI_MATKEY_ANISOTROPY_FACTOR, &out_.anisotropy);
     color(AI_MATKEY_SHEEN_COLOR_FACTOR, &out_.sheen);
     number(AI_MATKEY_SHEEN_ROUGHNESS_FACTOR, &out_.sheen_roughness);

@@ -14,6 +14,7 @@
 
 #include "dapple/image/image.h"
 #include "dapple/image/image_writer.h"
+#include "dapple/modelfile/gltf_extensions.h"
 #include "dapple/modelfile/pose.h"
 #include "dapple/scenefile/polygon.h"
 
@@ -72,6 +73,7 @@ class Converter {
  public:
   Converter(const aiScene& scene, const std::string& path, const ModelTime& time)
       : scene_(scene),
+        path_(path),
         time_(time),
         start_(scene, time.open),
         end_(scene, time.open >= 0 && time.shutter > 0 ? time.open + time.shutter : time.open) {
@@ -84,6 +86,7 @@ class Converter {
   Model convert() {
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i)
       model_.materials.push_back(convert_material(*scene_.mMaterials[i], scene_, is_gltf_));
+    if (is_gltf_) add_gltf_extensions(path_, &model_);
     if (model_.materials.empty()) model_.materials.emplace_back();
     convert_images();
     mesh_at_.assign(scene_.mNumMeshes, none);
@@ -303,6 +306,7 @@ class Converter {
   }
 
   const aiScene& scene_;
+  const std::string& path_;
   const ModelTime time_;
   const Pose start_, end_;
   bool is_gltf_ = false;

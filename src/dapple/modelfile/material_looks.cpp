@@ -38,11 +38,30 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   number("base_metalness", s.metalness, s.metalness_map, 0);
   number("specular_roughness", m.roughness, s.alpha_map, 0.3f);
   number("specular_weight", m.specular_weight, "", 1);
+  if (!(m.specular_tint == RGB(1))) {
+    if (s.metalness <= 0)
+      d.rgb("specular_color", clamp(m.specular_tint, 0, 1));
+    else  // where it is the colour of the metal's edge
+      textures->diagnostics().unsupported(textures->loc(), "a specular colour of a model's partly metallic material",
+                                          "white highlights");
+  }
+  if (m.film > 0) {
+    d.number("thin_film_weight", double(m.film)).number("thin_film_thickness", double(m.film_thickness) / 1000);
+    d.number("thin_film_ior", double(m.film_ior));
+  }
   number("specular_roughness_anisotropy", m.anisotropy, "", 0);
   if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
   if (s.transmission > 0) {
     number("transmission_weight", s.transmission, s.transmission_map, 0);
-    color("transmission_color");
+    if (m.attenuation_distance > 0) {
+      d.number("transmission_depth", double(m.attenuation_distance));
+      d.rgb("transmission_color", clamp(m.attenuation_color, 0, 1));
+      if (s.color.min() < 0.99f || !s.color_map.empty())
+        textures->diagnostics().unsupported(
+            textures->loc(), "a base colour of a model's glass that has a colour by depth", "the colour by depth");
+    } else {
+      color("transmission_color");
+    }
     if (!m.has_volume) d.boolean("geometry_thin_walled", true);
   }
   if (m.clearcoat > 0) {
@@ -53,6 +72,7 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     number("coat_weight", m.clearcoat, map(m.clearcoat_map, 0), 0);
     number("coat_roughness", m.clearcoat_roughness, map(m.clearcoat_roughness_map, 1), 0);
     d.number("coat_ior", 1.5).number("coat_darkening", 0);  // as glTF has it
+    if (const auto path = textures->picture(m.clearcoat_normal_map)) d.text("coat_normalmap", *path);
   }
   if (m.sheen.max() > 0) {
     const float strength = std::min(m.sheen.max(), 1.0f);

@@ -50,7 +50,12 @@ struct ModelMaterial {
   float clearcoat = 0, clearcoat_roughness = 0, anisotropy = 0;
   RGB sheen{0};
   float sheen_roughness = 0;
+  RGB specular_tint{1};                                 ///< of metallic: of what a dielectric mirrors
+  float film = 0, film_thickness = 0, film_ior = 1.3f;  ///< iridescence: share; nm
+  float attenuation_distance = 0;  ///< of a volume, in the model's unit: light becomes attenuation_color; 0: never
+  RGB attenuation_color{1};
   ModelTexture clearcoat_map, clearcoat_roughness_map;  ///< red, green
+  ModelTexture clearcoat_normal_map;
   ModelTexture base_map, opacity_map, normal_map, bump_map, emission_map, transmission_map;
   ModelTexture metalness_map, roughness_map;  ///< blue and green, as in glTF, where they are one picture
   bool metal_rough_map = false;               ///< they are one

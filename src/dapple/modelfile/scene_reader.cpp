@@ -96,6 +96,7 @@ SceneDescription read_model_scene(const std::string& path, const ModelOptions& o
   const ModelCamera* const chosen = choose_camera(model, options.view.from.empty() ? options.camera : "default", loc);
   const std::optional<ModelCamera> camera = chosen ? std::optional(*chosen) : std::nullopt;
   const double scale = options.unit > 0 ? options.unit : model.metres > 0 ? model.metres : 1;
+  for (ModelMaterial& m : model.materials) m.attenuation_distance *= float(scale);
   const Axes axes = axes_of(options.view, model.z_up);
 
   DescriptionBuilder builder(&description, &diagnostics);

@@ -147,7 +147,7 @@ class SceneWriter {
   }
   void param(const Param& p) {
     out_ << " \"" << name_of(p.type) << ' ' << p.name << "\" [";
-    const bool is_file = p.name == "filename" || p.name == "normalmap";
+    const bool is_file = p.name == "filename" || p.name == "normalmap" || p.name == "coat_normalmap";
     if (p.type == ParamType::boolean) {
       for (const int32_t i : p.integers) out_ << (i ? " true" : " false");
     } else {

@@ -82,7 +82,7 @@ std::string WorkingScene::next_name() {
 // What an edit names has to be there when it is made, not when the scene is built.
 void WorkingScene::check_files(EditTarget target, const std::string& name) {
   if (target == EditTarget::film) return;
-  for (const char* param : {"filename", "normalmap"}) {
+  for (const char* param : {"filename", "normalmap", "coat_normalmap"}) {
     const scenefile::Param* const p = editor().parameter(target, name, param);
     if (!p || p->type != scenefile::ParamType::string || p->strings.size() != 1) continue;
     const std::string path = description().resolve(p->strings[0]);

@@ -56,8 +56,11 @@ struct Bsdf {
   float removed_coat = 0;                      ///< mirrored, once remove_coat() has taken it from reflectance
   const MeasuredTable* table = nullptr;        ///< measured: the material's
   const RoughCoatTable* rough_coat = nullptr;  ///< coated over diffuse: the material's, of these numbers; may be null
-  bool bent = false;                           ///< the frame's normal is not ng
-  V3f ng{0, 0, 1};                             ///< geometric normal, on the side of the frame's; set where bent
+  /// principled: PrincipledLayers' film, and two coordinates of the coat's normal in the frame.
+  float film = 0, film_thickness = 0, film_ior = 1, film_base = 1;
+  V2f coat_tilt{0, 0};
+  bool bent = false;  ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};    ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);

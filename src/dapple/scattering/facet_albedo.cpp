@@ -104,6 +104,8 @@ FacetAlbedo::FacetAlbedo() {
     };
     const float alpha = node(a, alpha_nodes);
     metal_mean_[size_t(a)] = mean([&](float mu) { return look_up(metal_, mu, alpha); });
+    for (size_t c = 0; c < cosine_nodes; ++c)
+      by_cosine_mean_[size_t(a)][c] = mean([&](float mu) { return by_cosine(mu, alpha)[c]; });
     for (int r = 0; r < ior_nodes; ++r)
       reflected_mean_[size_t(r)][size_t(a)] =
           mean(
@@ -151,6 +153,7 @@ void FacetAlbedo::integrate_facets(int a, int m) {
   const float alpha = std::max(node(a, alpha_nodes), 1e-3f);
   const Ggx ggx(alpha, alpha);
   const V3f wo = direction(std::max(node(m, mu_nodes), 1e-3f));
+  std::array<double, cosine_nodes> by_cosine{};
   double mirrored = 0, reflected[ior_nodes] = {}, outside[ior_nodes] = {}, inside[ior_nodes] = {};
   for (int s = 0; s < samples; ++s) {
     const V3f normal = ggx.sample_visible(wo, point_of_lattice(s, samples));
@@ -158,6 +161,9 @@ void FacetAlbedo::integrate_facets(int a, int m) {
     const V3f mirror = reflect(wo, normal);
     const float by_mirror = mirror.z > 0 ? masked(ggx, wo, mirror) : 0;
     mirrored += double(by_mirror);
+    const Place at = place_of_square(c, cosine_nodes);
+    by_cosine[size_t(at.i)] += double((1 - at.t) * by_mirror);
+    by_cosine[size_t(at.i) + 1] += double(at.t * by_mirror);
     for (int r = 0; r < ior_nodes; ++r) {
       const float ior = ior_of(r);
       const auto through = [&](float eta) {
@@ -173,6 +179,7 @@ void FacetAlbedo::integrate_facets(int a, int m) {
   }
   const auto mean = [](double sum) { return float(sum / samples); };
   metal_[size_t(a)][size_t(m)] = mean(mirrored);
+  for (size_t c = 0; c < cosine_nodes; ++c) by_cosine_[size_t(a)][size_t(m)][c] = mean(by_cosine[c]);
   for (size_t r = 0; r < ior_nodes; ++r) {
     reflected_[r][size_t(a)][size_t(m)] = mean(reflected[r]) / fresnel_dielectric(wo.z, ior_of(int(r)));
     kept_outside_[r][size_t(a)][size_t(m)] = mean(outside[r]);
@@ -263,6 +270,26 @@ float FacetAlbedo::kept_outside(float mu, float alpha, float ior) const {
 
 float FacetAlbedo::kept_inside(float mu, float alpha, float ior) const {
   return alpha < Ggx::smooth_alpha ? 1 : look_up(kept_inside_, mu, alpha, ior);
+}
+
+FacetAlbedo::CosineWeights FacetAlbedo::by_cosine(float mu, float alpha) const {
+  const Place m = place(std::sqrt(mu), mu_nodes), a = place_of_square(alpha, alpha_nodes);
+  CosineWeights out;
+  for (size_t c = 0; c < cosine_nodes; ++c) {
+    const auto along = [&](size_t i) {
+      return lerp(m.t, by_cosine_[i][size_t(m.i)][c], by_cosine_[i][size_t(m.i) + 1][c]);
+    };
+    out[c] = lerp(a.t, along(size_t(a.i)), along(size_t(a.i) + 1));
+  }
+  return out;
+}
+
+FacetAlbedo::CosineWeights FacetAlbedo::by_cosine_mean(float alpha) const {
+  const Place a = place_of_square(alpha, alpha_nodes);
+  CosineWeights out;
+  for (size_t c = 0; c < cosine_nodes; ++c)
+    out[c] = lerp(a.t, by_cosine_mean_[size_t(a.i)][c], by_cosine_mean_[size_t(a.i) + 1][c]);
+  return out;
 }
 
 float FacetAlbedo::fuzz(float mu, float alpha) const {

@@ -27,6 +27,17 @@ class FacetAlbedo {
   float kept_inside(float mu, float alpha, float ior) const;
   /// Of fuzz_value().
   float fuzz(float mu, float alpha) const;
+  /// Of facets whose reflectance is given at the cosines cosine_of(), and linear between: the albedo is the sum of
+  /// reflectance times these. alpha not smooth.
+  static constexpr int cosine_nodes = 12;
+  static constexpr float cosine_of(int node) {
+    const float x = float(node) / (cosine_nodes - 1);
+    return x * x;
+  }
+  using CosineWeights = std::array<float, cosine_nodes>;
+  CosineWeights by_cosine(float mu, float alpha) const;
+  /// The same of by_cosine()'s cosine-weighted means.
+  CosineWeights by_cosine_mean(float alpha) const;
 
  private:
   static constexpr int mu_nodes = 32, alpha_nodes = 24, ior_nodes = 12;
@@ -55,6 +66,8 @@ class FacetAlbedo {
   Volume reflected_,  ///< over what a smooth one reflects
       kept_outside_, kept_inside_;
   std::array<MeanPlane, ior_nodes> reflected_mean_;
+  std::array<std::array<CosineWeights, mu_nodes>, alpha_nodes> by_cosine_;
+  std::array<CosineWeights, alpha_nodes> by_cosine_mean_;
 };
 
 /// f of fuzz of colour 1 for cosines of wo, wi and the half vector: the distribution of Estevez and Kulla 2017

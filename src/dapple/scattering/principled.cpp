@@ -11,10 +11,6 @@ float both_alphas(float x, float y) {
   return std::min(std::sqrt((x * x + y * y) / 2), 1.0f);
 }
 
-float normal_reflectance(float ior) {
-  return sqr((ior - 1) / (ior + 1));
-}
-
 RGB power(RGB c, float exponent) {
   return {std::pow(c.r, exponent), std::pow(c.g, exponent), std::pow(c.b, exponent)};
 }
@@ -66,58 +62,6 @@ RGB eon(RGB albedo, float roughness, const V3f& wo, const V3f& wi) {
 
 }  // namespace
 
-PrincipledLayers::PrincipledLayers(const Bsdf& b)
-    : diffuse(b.reflectance),
-      diffuse_transmission(b.transmittance),
-      diffuse_roughness(b.escape_terms[1].b),
-      metalness(b.escape_terms[1].r),
-      metal_weight(b.coat_return),
-      metal_color(b.eta),
-      specular_color(b.k),
-      ior(b.ior),
-      alpha_x(b.base_alpha_x),
-      alpha_y(b.base_alpha_y),
-      transmission(b.escape_terms[1].g),
-      transmission_color(b.escape_terms[0]),
-      thin_walled(b.max_depth != 0),
-      coat(b.escape_terms[2].r),
-      coat_ior(b.escape_terms[2].g),
-      coat_alpha_x(b.alpha_x),
-      coat_alpha_y(b.alpha_y),
-      coat_darkening(b.escape_terms[2].b),
-      coat_color(b.medium_albedo),
-      fuzz(b.thickness),
-      fuzz_alpha(b.g),
-      fuzz_color(b.extinction) {}
-
-Bsdf PrincipledLayers::bsdf() const {
-  const bool mirrors = metalness > 0 || transmission > 0 || coat > 0 || fuzz > 0 || diffuse_roughness > 0 ||
-                       (ior > 1 && !specular_color.is_black());
-  if (!mirrors)
-    return diffuse_transmission.is_black() ? Bsdf::make_diffuse(diffuse)
-                                           : Bsdf::make_diffuse_transmission(diffuse, diffuse_transmission);
-  Bsdf b;
-  b.kind = BsdfKind::principled;
-  b.reflectance = diffuse;
-  b.transmittance = diffuse_transmission;
-  b.coat_return = metal_weight;
-  b.eta = metal_color;
-  b.k = specular_color;
-  b.ior = ior;
-  b.base_alpha_x = alpha_x;
-  b.base_alpha_y = alpha_y;
-  b.alpha_x = coat_alpha_x;
-  b.alpha_y = coat_alpha_y;
-  b.medium_albedo = coat_color;
-  b.extinction = fuzz_color;
-  b.thickness = fuzz;
-  b.g = fuzz_alpha;
-  b.max_depth = thin_walled ? 1 : 0;
-  b.escape_terms = {transmission_color, RGB(metalness, transmission, diffuse_roughness),
-                    RGB(coat, coat_ior, coat_darkening)};
-  return b;
-}
-
 Principled::Principled(const PrincipledLayers& layers, const V3f& wo)
     : p_(layers),
       table_(FacetAlbedo::get()),
@@ -130,8 +74,31 @@ Principled::Principled(const PrincipledLayers& layers, const V3f& wo)
       coat_alpha_(both_alphas(layers.coat_alpha_x, layers.coat_alpha_y)) {
   if (flipped_ && !inside_) wo_ = -wo_;
   mu_ = std::min(std::abs(wo_.z), 1.0f);
+  if (!inside_ && p_.coat > 0 && p_.coat_tilt != V2f(0, 0)) {
+    coat_is_tilted_ = true;
+    const V2f t = p_.coat_tilt;
+    const Frame tilted(normalize(V3f(t.x, t.y, safe_sqrt(1 - t.x * t.x - t.y * t.y))), V3f(1, 0, 0));
+    coat_frame_ = frame_seen_from(wo_, tilted, V3f(0, 0, 1));
+    wo_coat_ = coat_frame_.to_local(wo_);
+  }
+  if (p_.film > 0) find_film();
   find_layers();
   find_chances();
+}
+
+void Principled::find_film() {
+  film_ = true;
+  layer_ = {p_.film_thickness, p_.film_ior, lerp(p_.coat, 1.0f, p_.coat_ior)};
+  if (p_.metalness > 0)
+    for (int c = 0; c < 3; ++c) {
+      const float root = std::sqrt(std::clamp(p_.metal_color[c], 0.0f, 0.9998f));
+      metal_ior_[c] = layer_.outer * (1 + root) / (1 - root);
+    }
+  if (p_.metalness >= 1 || inside_ || base_.ggx.is_smooth()) return;
+  for (int j = 0; j < FacetAlbedo::cosine_nodes; ++j) {
+    const float c = FacetAlbedo::cosine_of(j);
+    film_change_[size_t(j)] = dielectric_fresnel(c) - RGB(fresnel_dielectric(c, p_.ior));
+  }
 }
 
 void Principled::find_layers() {
@@ -142,23 +109,31 @@ void Principled::find_layers() {
     through_fuzz_ = 1 - p_.fuzz * p_.fuzz_color.max() * fuzz_albedo_;
   }
   if (!inside_ && p_.coat > 0) {
-    coat_albedo_ = table_.reflected(mu_, coat_alpha_, p_.coat_ior);
+    const float mu = coat_is_tilted_ ? std::min(wo_coat_.z, 1.0f) : mu_;
+    coat_albedo_ = table_.reflected(mu, coat_alpha_, p_.coat_ior);
     coat_mean_ = table_.reflected_mean(coat_alpha_, p_.coat_ior);
     const float smooth = float(fresnel_diffuse(double(p_.coat_ior)));
     coat_return_ = 1 - (1 - smooth) / sqr(p_.coat_ior);
-    mu_below_coat_ = safe_sqrt(1 - (1 - mu_ * mu_) / sqr(p_.coat_ior));
+    mu_below_coat_ = safe_sqrt(1 - (1 - mu * mu) / sqr(p_.coat_ior));
     coat_tints_ = p_.coat_color.min() < 1;
   }
   if (p_.metalness > 0) {
     metal_albedo_ = table_.metal(wo_, p_.alpha_x, p_.alpha_y);
     metal_mean_ = table_.metal_mean(p_.alpha_x, p_.alpha_y);
-    const RGB mean = metal_mean_fresnel(p_.metal_color, p_.specular_color);
+    RGB mean = metal_mean_fresnel(p_.metal_color, p_.specular_color);
+    if (film_ && metal_mean_ < 1) {
+      constexpr int steps = 8;
+      for (int i = 0; i < steps; ++i)
+        mean += layer_.change(std::sqrt((float(i) + 0.5f) / steps), metal_ior_) * (p_.film / steps);
+      mean = clamp(mean, 0, 1);
+    }
     for (int c = 0; c < 3; ++c) metal_many_[c] = sqr(mean[c]) * metal_mean_ / (1 - mean[c] * (1 - metal_mean_));
   }
   if (p_.metalness < 1) {
     if (!inside_) {
       specular_albedo_ = table_.reflected(mu_, alpha_, p_.ior);
       specular_mean_ = table_.reflected_mean(alpha_, p_.ior);
+      if (film_) find_film_albedo();
     }
     if (p_.transmission > 0 && (p_.thin_walled || !base_.is_smooth())) {
       const float mirrored = table_.metal(wo_, p_.alpha_x, p_.alpha_y);
@@ -171,21 +146,51 @@ void Principled::find_layers() {
   }
 }
 
+void Principled::find_film_albedo() {
+  const bool smooth = base_.ggx.is_smooth();
+  film_albedo_ = specular(mu_) - RGB(specular_albedo_);
+  film_mean_ = RGB();
+  if (smooth) {
+    constexpr int steps = 8;
+    for (int i = 0; i < steps; ++i) {
+      const float mu = std::sqrt((float(i) + 0.5f) / steps);
+      film_mean_ += (dielectric_fresnel(mu) - RGB(fresnel_dielectric(mu, p_.ior))) / steps;
+    }
+    return;
+  }
+  const auto weights = table_.by_cosine_mean(alpha_);
+  for (size_t j = 0; j < weights.size(); ++j) film_mean_ += film_change_[j] * weights[j];
+}
+
+/// What the dielectric mirrors of all that comes at this cosine from outside.
+RGB Principled::specular(float mu) const {
+  const RGB bare(table_.reflected(mu, alpha_, p_.ior));
+  if (!film_) return bare;
+  if (base_.ggx.is_smooth()) return dielectric_fresnel(mu);
+  const auto weights = table_.by_cosine(mu, alpha_);
+  RGB sum = bare;
+  for (size_t j = 0; j < weights.size(); ++j) sum += film_change_[j] * weights[j];
+  return clamp(sum, 0, 1);
+}
+
 // By what each lobe scatters of light from wo, about.
 void Principled::find_chances() {
   const float dielectric = 1 - p_.metalness, clear = dielectric * p_.transmission,
               opaque = dielectric * (1 - p_.transmission);
   const float below = through_fuzz_ * (1 - p_.coat * coat_albedo_);
   const float metal = p_.metalness * p_.metal_weight * std::max(p_.metal_color.max(), metal_fresnel(mu_).max());
-  float specular = specular_albedo_;
-  if (inside_) specular = base_.is_smooth() ? fresnel_dielectric(-mu_, p_.ior) : 0.5f;
+  float specular = this->specular().max(), passed = 1 - slab(this->specular().min());
+  if (inside_) {
+    const RGB F = base_.is_smooth() ? dielectric_fresnel(-mu_) : RGB(0.5f);
+    specular = F.max(), passed = 1 - slab(F.min());
+  }
   const float slabbed = slab(specular);
   const float tint = inside_ ? 1 : p_.specular_color.max();
   chance_[fuzz] = inside_ ? 0 : p_.fuzz * p_.fuzz_color.max() * fuzz_albedo_;
   chance_[coat] = inside_ ? 0 : p_.coat * coat_albedo_ * through_fuzz_;
   chance_[gloss] = below * (metal * metal_albedo_ + tint * ((inside_ ? 0 : opaque) * specular + clear * slabbed));
-  chance_[transmitted] = below * clear * p_.transmission_color.max() * (1 - slabbed);
-  const float down = inside_ ? 1 : 1 - specular_albedo_;
+  chance_[transmitted] = below * clear * p_.transmission_color.max() * passed;
+  const float down = inside_ ? 1 : 1 - this->specular().min();
   chance_[diffuse] = below * (opaque * down * p_.diffuse.max() +
                               p_.metalness * p_.metal_weight * metal_many_.max() * (1 - metal_albedo_));
   chance_[diffuse_behind] = below * opaque * down * p_.diffuse_transmission.max();
@@ -199,7 +204,17 @@ RGB Principled::metal_fresnel(float cosine) const {
   const float c = std::clamp(cosine, 0.0f, 1.0f), grazing = fifth(1 - c);
   RGB F = p_.metal_color + (RGB(1) - p_.metal_color) * grazing;
   if (p_.specular_color.min() < 1) F -= edge_term(p_.metal_color, p_.specular_color) * (c * grazing * (1 - c));
+  if (film_) F += layer_.change(c, metal_ior_) * p_.film;
   return clamp(F, 0, 1);
+}
+
+/// From inside where the cosine is negative.
+RGB Principled::dielectric_fresnel(float cosine) const {
+  float inner;
+  const float F = fresnel_dielectric(cosine, p_.ior, &inner);
+  if (!film_ || F >= 1) return RGB(F);
+  const float outside = cosine < 0 ? inner : cosine;
+  return clamp(RGB(F) + layer_.change(outside, RGB(p_.film_base)) * p_.film, 0, 1);
 }
 
 /// Of light that crosses the coat along wo and a direction with this cosine below it.
@@ -211,7 +226,7 @@ RGB Principled::tint(float mu_below) const {
 RGB Principled::coat_over_gloss(float mu_below) const {
   if (inside_ || p_.coat <= 0) return RGB(1);
   const float back = lerp(std::min(alpha_, 1.0f), coat_albedo_, coat_return_);
-  const RGB below = p_.metal_color * p_.metalness;
+  const RGB& below = p_.metal_color;
   RGB through = tint(mu_below) * (1 - coat_albedo_);
   for (int c = 0; c < 3; ++c)
     through[c] *= lerp(p_.coat_darkening * p_.metalness, 1.0f, (1 - back) / (1 - below[c] * back));
@@ -235,9 +250,9 @@ RGB Principled::gloss_reflectance(float cos_om) const {
   RGB sum;
   if (p_.metalness > 0) sum += metal_fresnel(cos_om) * (p_.metalness * p_.metal_weight);
   if (dielectric > 0) {
-    const float F = fresnel_dielectric(inside_ ? -cos_om : cos_om, p_.ior);
-    const float share = (inside_ ? 0 : 1 - p_.transmission) * F + p_.transmission * compensation_ * slab(F);
-    sum += (inside_ ? RGB(1) : p_.specular_color) * (dielectric * share);
+    const RGB F = dielectric_fresnel(inside_ ? -cos_om : cos_om);
+    const RGB share = F * (inside_ ? 0 : 1 - p_.transmission) + slab(F) * (p_.transmission * compensation_);
+    sum += (inside_ ? RGB(1) : p_.specular_color) * dielectric * share;
   }
   return sum;
 }
@@ -259,13 +274,16 @@ RGB Principled::eval_transmission(const V3f& wi, float* pdf) const {
     const V3f i(wi.x, wi.y, -wi.z), m = normalize(wo_ + i);
     const float cos_om = std::abs(dot(wo_, m)), D = base_.ggx.distribution(m);
     *pdf += chance_[transmitted] * base_.ggx.visible_share(wo_) * D / 4;
-    return scale * ((1 - slab(fresnel_dielectric(cos_om, p_.ior))) * D * base_.ggx.masking_over_4cos(wo_, i));
+    return scale * (RGB(1) - slab(dielectric_fresnel(cos_om))) * (D * base_.ggx.masking_over_4cos(wo_, i));
   }
   if (base_.is_smooth()) return {};
   float density;
   const float f = base_.eval(wo_, wi, Transport::radiance, part_transmission, &density);
   *pdf += chance_[transmitted] * density;
-  return scale * f;
+  if (!film_ || !(f > 0)) return scale * f;
+  const float eta = wo_.z > 0 ? p_.ior : 1 / p_.ior, cosine = std::abs(dot(wo_, normalize(wo_ + wi * eta)));
+  const float F = fresnel_dielectric(inside_ ? -cosine : cosine, p_.ior);
+  return scale * (RGB(1) - dielectric_fresnel(inside_ ? -cosine : cosine)) * (f / std::max(1 - F, 1e-6f));
 }
 
 // On the side of wo and behind, without what it passes on the way.
@@ -275,21 +293,42 @@ RGB Principled::eval_diffuse(const V3f& wi) const {
   RGB sum;
   const float opaque = (1 - p_.metalness) * (1 - p_.transmission);
   if (opaque > 0) {
-    float through = 1;
+    RGB through(1);
     if (!inside_) {
       // The means of both together, or with EON's lobe, are not the products of means: there it depends on wo alone.
       const float rough = std::min(10 * std::max(p_.diffuse_roughness, p_.coat), 1.0f);
-      const float in = (1 - table_.reflected(mu_i, alpha_, p_.ior)) / (1 - specular_mean_);
-      through = (1 - specular_albedo_) * lerp(rough, in, 1.0f);
+      const RGB mean = film_ ? RGB(specular_mean_) + film_mean_ : RGB(specular_mean_),
+                entering = RGB(1) - specular(mu_i);
+      through = RGB(1) - specular();
+      for (int c = 0; c < 3; ++c) through[c] *= lerp(rough, entering[c] / std::max(1 - mean[c], 1e-3f), 1.0f);
     }
     const RGB f = reflected ? eon(p_.diffuse, p_.diffuse_roughness, wo_, wi) : p_.diffuse_transmission;
-    sum += f * (opaque * through * inv_pi) * coat_over_diffuse(wi);
+    sum += f * (through * (opaque * inv_pi)) * coat_over_diffuse(wi);
   }
   if (p_.metalness > 0 && reflected && metal_mean_ < 1) {
     const float lost = (1 - metal_albedo_) * (1 - table_.metal(wi, p_.alpha_x, p_.alpha_y)) / (1 - metal_mean_);
     sum += metal_many_ * (p_.metalness * p_.metal_weight * lost * inv_pi) * coat_over_gloss(mu_i);
   }
   return sum;
+}
+
+float Principled::eval_coat(const V3f& wi, float* pdf) const {
+  if (!coat_is_tilted_) return coat_.eval(wo_, wi, Transport::radiance, part_reflection, pdf);
+  float sum = 0;
+  *pdf = 0;
+  for (const float side : {1.0f, -1.0f}) {
+    const V3f w = coat_frame_.to_local(V3f(wi.x, wi.y, side * wi.z));
+    if (!(w.z > 0)) continue;
+    float density;
+    sum += coat_.eval(wo_coat_, w, Transport::radiance, part_reflection, &density) * w.z;
+    *pdf += density;
+  }
+  return sum / wi.z;
+}
+
+V3f Principled::mirrored_by_coat() const {
+  const V3f wi = reflect(wo_, coat_frame_.n);
+  return V3f(wi.x, wi.y, std::abs(wi.z));
 }
 
 RGB Principled::eval(const V3f& wi_given, float below, float* pdf) const {
@@ -310,7 +349,7 @@ RGB Principled::eval(const V3f& wi_given, float below, float* pdf) const {
   if (chance_[diffuse] > 0) f += eval_diffuse(wi) * below;
   if (chance_[coat] > 0 && !coat_.is_smooth()) {
     float density;
-    f += RGB(p_.coat * coat_.eval(wo_, wi, Transport::radiance, part_reflection, &density));
+    f += RGB(p_.coat * eval_coat(wi, &density));
     *pdf += chance_[coat] * density;
   }
   f *= through_fuzz_;
@@ -327,7 +366,9 @@ bool Principled::sample_delta(LobeIndex lobe, BsdfSample* out) const {
   const float p = chance_[lobe];
   *out = {mirrored(), RGB(), 0, Lobe::delta, false, 1};
   if (lobe == coat) {
-    out->weight = RGB(p_.coat * through_fuzz_ * fresnel_dielectric(mu_, p_.coat_ior) / p);
+    if (coat_is_tilted_) out->wi = mirrored_by_coat();
+    const float mu = coat_is_tilted_ ? wo_coat_.z : mu_;
+    out->weight = RGB(p_.coat * through_fuzz_ * fresnel_dielectric(mu, p_.coat_ior) / p);
     return true;
   }
   if (lobe == gloss) {
@@ -335,9 +376,9 @@ bool Principled::sample_delta(LobeIndex lobe, BsdfSample* out) const {
     return true;
   }
   out->transmitted = true;
-  const float F = fresnel_dielectric(inside_ ? -mu_ : mu_, p_.ior);
-  RGB weight = p_.transmission_color * coat_over_gloss(1) *
-               ((1 - p_.metalness) * p_.transmission * compensation_ * (1 - slab(F)) * through_fuzz_ / p);
+  const RGB F = dielectric_fresnel(inside_ ? -mu_ : mu_);
+  RGB weight = p_.transmission_color * coat_over_gloss(1) * (RGB(1) - slab(F)) *
+               ((1 - p_.metalness) * p_.transmission * compensation_ * through_fuzz_ / p);
   if (p_.thin_walled) {
     out->wi = -wo_;
   } else {
@@ -356,9 +397,16 @@ bool Principled::sample_direction(LobeIndex lobe, const V2f& u, V3f* wi) const {
       *wi = V3f(r * std::cos(phi), r * std::sin(phi), z);
       return z > 0;
     }
-    case coat:
-      *wi = reflect(wo_, coat_.ggx.sample_visible(wo_, u));
-      return wi->z > 0;
+    case coat: {
+      if (!coat_is_tilted_) {
+        *wi = reflect(wo_, coat_.ggx.sample_visible(wo_, u));
+        return wi->z > 0;
+      }
+      const V3f w = reflect(wo_coat_, coat_.ggx.sample_visible(wo_coat_, u));
+      *wi = coat_frame_.to_world(w);
+      wi->z = std::abs(wi->z);
+      return w.z > 0 && wi->z > 0;
+    }
     case gloss:
       *wi = reflect(up, base_.ggx.sample_visible(up, u));
       if (!(wi->z > 0)) return false;
@@ -418,15 +466,14 @@ bool Principled::sample(float u1, const V2f& u2, BsdfSample* out) const {
 RGB Principled::albedo() const {
   const float dielectric = 1 - p_.metalness, opaque = dielectric * (1 - p_.transmission),
               clear = dielectric * p_.transmission;
-  const float specular = inside_ ? 1 : specular_albedo_;
   RGB below;
   if (p_.metalness > 0) {
     const RGB F = metal_fresnel(lerp(alpha_, mu_, 0.6f));
     below += (F * metal_albedo_ + metal_many_ * (1 - metal_albedo_)) * (p_.metalness * p_.metal_weight);
   }
-  const float mirrored = inside_ ? 0 : specular;
-  below += p_.specular_color * (opaque * mirrored + clear * slab(mirrored));
-  below += p_.transmission_color * (clear * (1 - slab(mirrored)));
+  const RGB mirrored = inside_ ? RGB() : specular();
+  below += p_.specular_color * (mirrored * opaque + slab(mirrored) * clear);
+  below += p_.transmission_color * (RGB(1) - slab(mirrored)) * clear;
   below = below * coat_over_gloss(std::max(mu_below_coat_, 0.1f));
   if (opaque > 0) {
     // As a whole the light from below enters as if from all around.
@@ -438,40 +485,11 @@ RGB Principled::albedo() const {
                      p_.coat * (1 - coat_albedo_) * tint(0.8f)[c] *
                          lerp(p_.coat_darkening, 1.0f, (1 - coat_return_) / std::max(1 - A[c] * coat_return_, 1e-3f));
     }
-    below += (p_.diffuse + p_.diffuse_transmission) * through * (opaque * (1 - mirrored));
+    below += (p_.diffuse + p_.diffuse_transmission) * through * (RGB(1) - mirrored) * opaque;
   }
   RGB sum = (below + RGB(p_.coat * coat_albedo_)) * through_fuzz_;
   if (!inside_) sum += p_.fuzz_color * (p_.fuzz * fuzz_albedo_);
   return clamp(sum, 0, 1);
-}
-
-bool PrincipledLayers::has_diffuse() const {
-  return (metalness < 1 && transmission < 1 && !(diffuse.is_black() && diffuse_transmission.is_black())) || fuzz > 0;
-}
-
-bool PrincipledLayers::is_delta() const {
-  const bool smooth = Ggx(alpha_x, alpha_y).is_smooth();
-  return !has_diffuse() && smooth && (coat <= 0 || Ggx(coat_alpha_x, coat_alpha_y).is_smooth());
-}
-
-RGB PrincipledLayers::albedo(float* by_coat) const {
-  constexpr float x[] = {0.069431844f, 0.330009478f, 0.669990522f, 0.930568156f};
-  constexpr float w[] = {0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f};
-  RGB sum;
-  for (int i = 0; i < 4; ++i) {
-    const float mu = std::sqrt(x[i]);
-    sum += Principled(*this, V3f(std::sqrt(1 - x[i]), 0, mu)).albedo() * w[i];
-  }
-  const Bsdf top = as_coat();
-  *by_coat = std::min(FacetAlbedo::get().reflected_mean(both_alphas(top.alpha_x, top.alpha_y), top.ior), sum.min());
-  return sum;
-}
-
-Bsdf PrincipledLayers::as_coat() const {
-  const float below = normal_reflectance(ior) * specular_color.luminance() * (1 - metalness),
-              above = coat * normal_reflectance(coat_ior), both = above + (1 - above) * below;
-  const float t = both > 0 ? above / both : 0, root = std::sqrt(std::min(both, 0.9f));
-  return Bsdf::make_dielectric((1 + root) / (1 - root), lerp(t, alpha_x, coat_alpha_x), lerp(t, alpha_y, coat_alpha_y));
 }
 
 }  // namespace dapple::scattering

@@ -147,7 +147,7 @@ bool PatchTable::dice(const PatchHit& hit, float width, GridPoint* out) const {
   grid.tile_u = grid.tile_v = 0;
   grid.u_level = grid.v_level = 0;
   out->x = out->y = 0;
-  if (hit.s_length2 < 0) return dice_curve(hit.s, width, out);
+  if (hit.s_length2 < 0) return false;
   choose_group(width, out);
   return true;
 }
@@ -185,14 +185,6 @@ void PatchTable::choose_group(float width, GridPoint* out) const {
   if (out->grid.cluster_level > 0) out->part = uint8_t(clusters->part(out->patch, out->grid.cluster_level));
 }
 
-float PatchTable::curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const {
-  const geom::CurveSet::ControlPoint* c =
-      &std::get<trace::CurvesPtr>(scene_.shape(geometry))->control_points[segment * size_t(4)];
-  const float length =
-      dapple::length(c[1].P - c[0].P) + dapple::length(c[2].P - c[1].P) + dapple::length(c[3].P - c[2].P);
-  return length * scene_.instance_scale(instance);
-}
-
 GridId PatchTable::stand_in(const GridId& group, uint32_t choice) const {
   GridId patch;
   patch.instance = group.instance, patch.geometry = group.geometry, patch.behind = group.behind,
@@ -204,7 +196,7 @@ GridId PatchTable::stand_in(const GridId& group, uint32_t choice) const {
 geom::SurfacePoint PatchTable::choose_stand_in(GridId* group, uint32_t choice) const {
   group->tile_u = choice;
   trace::HitBatch point;
-  shading_point(*group, 0, 0, V3f(0, 0, 0), &point, 0);
+  shading_point(*group, 0, 0, &point, 0);
   return scene_.surface(point, 0, time(*group));
 }
 
@@ -216,7 +208,7 @@ int PatchTable::ends_of_part(const GridId& group, int part, geom::SurfacePoint e
     GridId patch;
     patch.instance = group.instance, patch.geometry = group.geometry, patch.patch = patches[end];
     trace::HitBatch point;
-    shading_point(patch, 0, 0, V3f(0, 0, 0), &point, 0);
+    shading_point(patch, 0, 0, &point, 0);
     ends[end] = scene_.surface(point, 0, time(group));
   }
   return count;
@@ -236,32 +228,16 @@ void PatchTable::turn_group(const V3f& Ng, uint32_t patch, GridId* group) const 
   group->cluster_level = 0, group->tile_u = 0;
 }
 
-// A strip of cells along the curve, while it is no wider than two.
-bool PatchTable::dice_curve(float u, float width, GridPoint* out) const {
-  GridId& grid = out->grid;
-  const geom::CurveSet& curves = *std::get<trace::CurvesPtr>(scene_.shape(grid.geometry));
-  const geom::CurveSet::ControlPoint* c = &curves.control_points[grid.patch * size_t(4)];
-  const float radius =
-      std::max({c[0].radius, c[1].radius, c[2].radius, c[3].radius}) * scene_.instance_scale(grid.instance);
-  if (!(radius <= width)) return false;
-  grid.u_level = uint8_t(level_of(sqr(curve_length(grid.instance, grid.geometry, grid.patch) / width)));
-  out->x = place(u, grid.u_level, &grid.tile_u);
-  out->y = 0.5f;
-  return true;
-}
-
 PatchTable::Cell PatchTable::cell(const GridId& grid, Extents* memory) const {
   if (grid.cluster_level > 0)
     return {geometries_[grid.geometry].clusters->diameter(grid.patch, grid.cluster_level) *
             scene_.instance_scale(grid.instance)};
   const float nu = float(1u << grid.u_level), nv = float(1u << grid.v_level);
   const trace::Shape& shape = scene_.shape(grid.geometry);
-  if (std::holds_alternative<trace::CurvesPtr>(shape))
-    return {curve_length(grid.instance, grid.geometry, grid.patch) / nu};
   Extent e;
   if (is_round(shape)) {
     trace::HitBatch hit;
-    shading_point(grid, grid.width() / 2, grid.height() / 2, V3f(0, 0, 0), &hit, 0);
+    shading_point(grid, grid.width() / 2, grid.height() / 2, &hit, 0);
     const geom::SurfacePoint p = scene_.surface(hit, 0, dicing_time);
     e.s = p.dPdu, e.t = p.dPdv;
   } else {
@@ -309,7 +285,7 @@ PatchTable::Neighbours PatchTable::neighbours(const GridPoint& at) const {
 }
 
 bool PatchTable::has_lattice(const GridId& grid) const {
-  return grid.cluster_level == 0 && !std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry));
+  return grid.cluster_level == 0;
 }
 
 bool PatchTable::is_half(const GridId& grid) const {
@@ -325,8 +301,7 @@ bool PatchTable::is_outside(const GridId& grid, int i, int j) const {
   return s <= t;
 }
 
-void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits,
-                               int lane) const {
+void PatchTable::shading_point(const GridId& grid, int i, int j, trace::HitBatch* hits, int lane) const {
   const ShapePatches& patches = geometries_[grid.geometry];
   const bool group = grid.cluster_level > 0;
   const uint32_t patch = group ? stand_in(grid, grid.tile_u).patch : grid.patch;
@@ -334,11 +309,6 @@ void PatchTable::shading_point(const GridId& grid, int i, int j, const V3f& eye,
   const float i0 = group ? 0 : float(grid.tile_u * GridId::tile) + float(i),
               j0 = float(grid.tile_v * GridId::tile) + float(j);
   float s = (i0 + 0.5f) / nu, t = (j0 + 0.5f) / nv;
-  if (std::holds_alternative<trace::CurvesPtr>(scene_.shape(grid.geometry))) {
-    set_hit(grid, patch, s, 0, hits, lane);
-    scene_.face_curve(hits, lane, eye, time(grid));
-    return;
-  }
   // The cell's centroid within a half patch: corners that are cut off move to the diagonal.
   if (patches.map && patches.map->is_half(patch) && t * nv + 0.5f > (s * nu - 0.5f) / nu * nv) {
     const float s0 = i0 / nu, s1 = (i0 + 1) / nu, t0 = j0 / nv, t1 = std::min((j0 + 1) / nv, s1);

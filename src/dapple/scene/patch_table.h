@@ -67,9 +67,8 @@ class PatchTable {
     float s, t, time;
     bool behind = false, half = false;  ///< GridId::behind, GridPoint::half
     float s_length2 = -1,
-          t_length2 =
-              -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves, that are measured along themselves
-    V3f Ng{0, 0, 0};  ///< of curves: not known
+          t_length2 = -1;  ///< squares of the patch's sides across the ray, m2; < 0: curves
+    V3f Ng{0, 0, 0};       ///< of curves: not known
   };
   /// Of hit i of a ray along d at a time.
   PatchHit patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, const geom::SurfacePoint& s,
@@ -78,7 +77,8 @@ class PatchTable {
   bool flat_patch_hit(const trace::HitBatch& hits, int i, const V3f& d, float time, Extents* memory,
                       PatchHit* out) const;
   /// The tile whose micropolygons are about `width` (m) long, and the motion segment if the surface moves. False where
-  /// it has no lattice, as curves that are wider than a pixel: these are shaded at the hit.
+  /// it has no lattice, as curves: these are shaded at the hit, since they are not the same all across. Hair is not, a
+  /// tube turns away to its sides, and of a ribbon in a thicket the middle may be in shadow where an edge is seen.
   bool dice(const PatchHit& hit, float width, GridPoint* out) const;
   /// Makes a place that dice() gave for a width what it gives for half of that.
   void refine(const PatchHit& hit, float half_width, GridPoint* place) const;
@@ -106,9 +106,9 @@ class PatchTable {
   void turn_group(const V3f& Ng, uint32_t patch, GridId* group) const;
   static constexpr float alike = 0.2f;  ///< cosine between normals
 
-  /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set). `eye` is where curves face.
-  void shading_point(const GridId& grid, int i, int j, const V3f& eye, trace::HitBatch* hits, int lane) const;
-  /// The same of any place on a tile of a patch that is not a curve, in cells from its first corner.
+  /// Writes cell (i, j) of a tile to lane `lane` as a hit (t is not set).
+  void shading_point(const GridId& grid, int i, int j, trace::HitBatch* hits, int lane) const;
+  /// The same of any place on a tile of a patch, in cells from its first corner.
   void place_on_tile(const GridId& grid, float x, float y, trace::HitBatch* hits, int lane) const;
   /// The surface there at a time, without u, v and tangents.
   geom::SurfacePoint surface_on_tile(const GridId& grid, float x, float y, float time, Extents* memory) const;
@@ -128,8 +128,7 @@ class PatchTable {
   Neighbours neighbours(const GridPoint& at) const;
   /// The nearest alone, of a place that dice() gave.
   int nearest(const GridPoint& at) const { return at.half ? neighbours(at).nearest : at.cell(); }
-  /// Whether its points are places on a surface: a group's one point stands for many patches, and curves turn to the
-  /// camera.
+  /// Whether its points are places on a surface: a group's one point stands for many patches.
   bool has_lattice(const GridId& grid) const;
   /// Whether the patch is a single triangle, half of its lattice.
   bool is_half(const GridId& grid) const;
@@ -156,9 +155,7 @@ class PatchTable {
   V2f place_in_patch(const GridId& grid, float x, float y) const;
   void set_hit(const GridId& grid, uint32_t patch, float s, float t, trace::HitBatch* hits, int lane) const;
   V3f patch_point(uint32_t instance, uint32_t geometry, uint32_t patch, float s, float t) const;
-  bool dice_curve(float u, float width, GridPoint* out) const;
   void choose_group(float width, GridPoint* out) const;
-  float curve_length(uint32_t instance, uint32_t geometry, uint32_t segment) const;
 
   const trace::TracedScene& scene_;
   const Motion motion_;

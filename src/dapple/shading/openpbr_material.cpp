@@ -25,6 +25,8 @@ float above_one(float ior) {
   return clean < 1 ? 1 / clean : clean;
 }
 
+constexpr float thickest_film = 1e5f;  // nm
+
 /// That of a dielectric that mirrors `weight` times as much along the normal.
 float weighed(float ior, float weight) {
   const float root = (ior - 1) / (ior + 1) * std::sqrt(weight);
@@ -57,6 +59,9 @@ struct Values {
         coat_darkening(in.coat_darkening, p),
         fuzz(in.fuzz_weight, p),
         fuzz_roughness(in.fuzz_roughness, p),
+        film(in.film_weight, p),
+        film_thickness(in.film_thickness, p),
+        film_ior(in.film_ior, p),
         base_color(in.base_color, p),
         specular_color(in.specular_color, p),
         transmission_color(in.transmission_color, p),
@@ -66,7 +71,7 @@ struct Values {
 
   pattern::InputValues<float> base_weight, diffuse_roughness, metalness, specular_weight, roughness, anisotropy, ior,
       transmission, subsurface, subsurface_anisotropy, coat, coat_roughness, coat_anisotropy, coat_ior, coat_darkening,
-      fuzz, fuzz_roughness;
+      fuzz, fuzz_roughness, film, film_thickness, film_ior;
   pattern::InputValues<RGB> base_color, specular_color, transmission_color, subsurface_color, coat_color, fuzz_color;
 
   scattering::PrincipledLayers layers(int i, bool thin_walled) const;
@@ -105,6 +110,13 @@ scattering::PrincipledLayers Values::layers(int i, bool thin_walled) const {
     outer = lerp(p.coat, 1.0f, p.coat_ior);
   }
   p.ior = std::min(weighed(above_one(ior[i] / outer), unit(specular_weight[i])), 3.0f);
+  p.film = unit(film[i]);
+  if (p.film > 0) {
+    const float thickness = 1000 * film_thickness[i];
+    p.film_thickness = thickness > 0 ? std::min(thickness, thickest_film) : 0;
+    p.film_ior = std::min(above_one(film_ior[i]), 3.0f);
+    p.film_base = std::max(ior[i] < outer ? outer / p.ior : outer * p.ior, 1.0f);
+  }
   set_alpha(rough, anisotropy[i], &p.alpha_x, &p.alpha_y);
   p.fuzz = unit(fuzz[i]);
   p.fuzz_alpha = std::max(sqr(unit(fuzz_roughness[i])), scattering::fuzz_least_alpha);
@@ -114,20 +126,22 @@ scattering::PrincipledLayers Values::layers(int i, bool thin_walled) const {
 
 }  // namespace
 
+template <class Of>
+auto OpenPbrInputs::all(Of of) const {
+  return of(base_weight, base_diffuse_roughness, base_metalness, base_color, specular_weight, specular_roughness,
+            specular_anisotropy, specular_ior, specular_color, transmission_weight, transmission_color,
+            subsurface_weight, subsurface_anisotropy, subsurface_color, coat_weight, coat_roughness, coat_anisotropy,
+            coat_ior, coat_darkening, coat_color, fuzz_weight, fuzz_roughness, fuzz_color, film_weight, film_thickness,
+            film_ior);
+}
+
 bool OpenPbrInputs::is_constant() const {
-  return pattern::all_constant(base_weight, base_diffuse_roughness, base_metalness, base_color, specular_weight,
-                               specular_roughness, specular_anisotropy, specular_ior, specular_color,
-                               transmission_weight, transmission_color, subsurface_weight, subsurface_anisotropy,
-                               subsurface_color, coat_weight, coat_roughness, coat_anisotropy, coat_ior, coat_darkening,
-                               coat_color, fuzz_weight, fuzz_roughness, fuzz_color);
+  return all([](const auto&... in) { return pattern::all_constant(in...); });
 }
 
 float OpenPbrInputs::work() const {
-  return pattern::total_work(base_weight, base_diffuse_roughness, base_metalness, base_color, specular_weight,
-                             specular_roughness, specular_anisotropy, specular_ior, specular_color, transmission_weight,
-                             transmission_color, subsurface_weight, subsurface_anisotropy, subsurface_color,
-                             coat_weight, coat_roughness, coat_anisotropy, coat_ior, coat_darkening, coat_color,
-                             fuzz_weight, fuzz_roughness, fuzz_color);
+  return all([](const auto&... in) { return pattern::total_work(in...); }) +
+         (coat_normal_map ? coat_normal_map->work() : 0);
 }
 
 OpenPbrMaterial::OpenPbrMaterial(OpenPbrInputs inputs, SurfaceDetail detail)
@@ -138,7 +152,9 @@ OpenPbrMaterial::OpenPbrMaterial(OpenPbrInputs inputs, SurfaceDetail detail)
   diffuse_ = !metal_ && is_zero(in_.transmission_weight) && is_zero(in_.specular_weight) && is_zero(in_.coat_weight) &&
              is_zero(in_.fuzz_weight) && is_zero(in_.base_diffuse_roughness);
   scattering::FacetAlbedo::get();
-  settle(in_.is_constant(), in_.work());
+  coat_detail_.normal_map = in_.coat_normal_map;
+  tilts_coat_ = !is_zero(in_.coat_weight) && (in_.coat_normal_map || this->detail().normal_map);
+  settle(in_.is_constant() && !tilts_coat_, in_.work());
 }
 
 StageSet OpenPbrMaterial::stages() const {
@@ -155,6 +171,21 @@ void OpenPbrMaterial::opacity(const pattern::ShadingPoints& points, RGB* Oi) con
 void OpenPbrMaterial::scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
   const Values values(in_, points);
   for (int i = 0; i < points.count; ++i) out[i] = values.layers(i, in_.thin_walled).bsdf();
+}
+
+// The coat's normal in the frame of what is below it.
+void OpenPbrMaterial::finish(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
+  if (!tilts_coat_) return;
+  Frame coat[pattern::ShadingPoints::capacity];
+  coat_detail_.write_frames(points, coat);
+  for (int i = 0; i < points.count; ++i) {
+    if (out[i].kind != scattering::BsdfKind::principled) continue;
+    const V3f n = out[i].frame.to_local(coat[i].n);
+    constexpr float none = 1e-3f, steepest = 0.99f;
+    const V2f tilt(n.x, n.y);
+    const float size = n.z > 0 ? std::hypot(n.x, n.y) : 1;
+    if (size > none) out[i].coat_tilt = tilt * (std::min(size, steepest) / std::max(std::hypot(n.x, n.y), none));
+  }
 }
 
 }  // namespace dapple::shading

@@ -23,11 +23,17 @@ struct OpenPbrInputs {
   pattern::Input<RGB> coat_color{RGB(1)};
   pattern::Input<float> fuzz_weight{0.0f}, fuzz_roughness{0.5f};
   pattern::Input<RGB> fuzz_color{RGB(1)};
+  pattern::Input<float> film_weight{0.0f}, film_thickness{0.5f}, film_ior{1.4f};  ///< thickness: micrometres
   std::optional<pattern::Input<float>> opacity;
+  pattern::RgbTexturePtr coat_normal_map;  ///< or nullptr: the coat follows the surface, not its normal map
   bool thin_walled = false;  ///< transmission goes straight on, subsurface is diffuse reflection and transmission
 
   bool is_constant() const;
   float work() const;
+
+ private:
+  template <class Of>
+  auto all(Of of) const;  ///< of() of all inputs but opacity
 };
 
 /// The layers of principled.h, point by point. Subsurface scattering counts as diffuse light of its colour: where it
@@ -45,8 +51,11 @@ class OpenPbrMaterial final : public SurfaceMaterial {
 
  private:
   void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
+  void finish(const pattern::ShadingPoints& points, scattering::Bsdf* out) const override;
 
   OpenPbrInputs in_;
+  SurfaceDetail coat_detail_;
+  bool tilts_coat_;
   bool diffuse_, metal_, transmits_, translucent_;  ///< of some point
 };
 

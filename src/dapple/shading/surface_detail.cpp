@@ -22,13 +22,23 @@ Frame frame_of(const pattern::ShadingPoints& p, int i, const V3f& n, const V3f& 
 
 }  // namespace
 
-void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
+void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, Frame* out) const {
   if (normal_map) return write_mapped(points, out);
   if (displacement) return write_bumped(points, out);
-  for (int i = 0; i < points.count; ++i) out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
+  for (int i = 0; i < points.count; ++i) out[i] = Frame(points.Ns[i], points.dPdu[i]);
 }
 
-void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, scattering::Bsdf* out) const {
+void SurfaceDetail::write_frames(const pattern::ShadingPoints& points, scattering::Bsdf* out) const {
+  if (is_flat()) {
+    for (int i = 0; i < points.count; ++i) out[i].frame = Frame(points.Ns[i], points.dPdu[i]);
+    return;
+  }
+  Frame frames[capacity];
+  write_frames(points, frames);
+  for (int i = 0; i < points.count; ++i) out[i].frame = frames[i];
+}
+
+void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, Frame* out) const {
   float d[capacity], d_u[capacity], d_v[capacity], du[capacity], dv[capacity];
   displacement->evaluate(p, d);
 
@@ -52,16 +62,16 @@ void SurfaceDetail::write_bumped(const pattern::ShadingPoints& p, scattering::Bs
   for (int i = 0; i < p.count; ++i) {
     const V3f s = p.dPdu[i] + p.Ns[i] * ((d_u[i] - d[i]) / du[i]) + p.dNdu[i] * d[i];
     const V3f t = p.dPdv[i] + p.Ns[i] * ((d_v[i] - d[i]) / dv[i]) + p.dNdv[i] * d[i];
-    out[i].frame = frame_of(p, i, cross(s, t), s);
+    out[i] = frame_of(p, i, cross(s, t), s);
   }
 }
 
-void SurfaceDetail::write_mapped(const pattern::ShadingPoints& p, scattering::Bsdf* out) const {
+void SurfaceDetail::write_mapped(const pattern::ShadingPoints& p, Frame* out) const {
   RGB c[capacity];
   normal_map->evaluate(p, c);
   for (int i = 0; i < p.count; ++i) {
     const V3f n(2 * c[i].r - 1, 2 * c[i].g - 1, 2 * c[i].b - 1);
-    out[i].frame = frame_of(p, i, Frame(p.Ns[i], p.dPdu[i]).to_world(n), p.dPdu[i]);
+    out[i] = frame_of(p, i, Frame(p.Ns[i], p.dPdu[i]).to_world(n), p.dPdu[i]);
   }
 }
 

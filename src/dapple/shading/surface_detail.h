@@ -23,12 +23,14 @@ struct SurfaceDetail {
     return normal_map ? normal_map->work() : displacement ? bump_evaluations * displacement->work() : 0;
   }
 
-  /// Writes out[i].frame: the perturbed normal, s along the perturbed dPdu.
+  /// The perturbed normals, s along the perturbed dPdu.
+  void write_frames(const pattern::ShadingPoints& points, Frame* out) const;
+  /// The same as out[i].frame.
   void write_frames(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
 
  private:
-  void write_bumped(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
-  void write_mapped(const pattern::ShadingPoints& points, scattering::Bsdf* out) const;
+  void write_bumped(const pattern::ShadingPoints& points, Frame* out) const;
+  void write_mapped(const pattern::ShadingPoints& points, Frame* out) const;
 };
 
 }  // namespace dapple::shading

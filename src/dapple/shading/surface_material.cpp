@@ -20,6 +20,7 @@ void SurfaceMaterial::prelighting(const pattern::ShadingPoints& points, scatteri
   else
     scatter(points, out);
   detail_.write_frames(points, out);
+  if (varies_) finish(points, out);
 }
 
 }  // namespace dapple::shading

@@ -30,6 +30,7 @@ class SurfaceMaterial : public Material {
 
  protected:
   explicit SurfaceMaterial(SurfaceDetail detail) : detail_(std::move(detail)) {}
+  const SurfaceDetail& detail() const { return detail_; }
   /// The last act of a subclass's constructor: if no input varies, scatter() is asked once and for all. `work`:
   /// Texture::work of all inputs.
   void settle(bool inputs_constant, float work);
@@ -37,6 +38,8 @@ class SurfaceMaterial : public Material {
  private:
   /// Writes out[0, points.count), the frame apart.
   virtual void scatter(const pattern::ShadingPoints& points, scattering::Bsdf* out) const = 0;
+  /// What needs the frames, which are known by then; of materials that vary.
+  virtual void finish(const pattern::ShadingPoints&, scattering::Bsdf*) const {}
 
   SurfaceDetail detail_;
   bool varies_ = true;

@@ -97,7 +97,6 @@ class TracedScene {
   geom::SurfacePoint surface_without_tangents(const RayBatch& rays, const HitBatch& hits, int i) const {
     return shapes_.surface_without_tangents(rays, hits, i, !period_);
   }
-  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const { shapes_.face_curve(hits, i, eye, time); }
 
   size_t geometry_count() const { return shapes_.size(); }
   size_t object_count() const { return objects_.size(); }

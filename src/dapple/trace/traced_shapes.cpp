@@ -89,19 +89,4 @@ geom::SurfacePoint TracedShapes::surface_without_tangents(const RayBatch& rays, 
   return s;
 }
 
-void TracedShapes::face_curve(HitBatch* h, int i, const V3f& eye, float time) const {
-  const geom::CurveSet& curves = *std::get<CurvesPtr>(shapes_[h->geometry[i]]);
-  const geom::SurfacePoint s = curves.at(h->primitive[i], h->u[i], h->v[i], V3f(0, 0, 0));
-  V3f e = eye;
-  if (h->instance[i] != no_id) e = instance(h->instance[i]).object_point(eye, time);
-  V3f n = e - s.P;
-  n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
-  if (curves.kind == geom::CurveKind::ribbon && !curves.normals.empty()) {
-    const V3f* c = &curves.normals[h->primitive[i] * size_t(4)];
-    n = face_forward(c[0] * (1 - h->u[i]) + c[3] * h->u[i], n);
-    n -= s.dPdu * (dot(n, s.dPdu) / std::max(length2(s.dPdu), 1e-30f));
-  }
-  h->nx[i] = n.x, h->ny[i] = n.y, h->nz[i] = n.z;
-}
-
 }  // namespace dapple::trace

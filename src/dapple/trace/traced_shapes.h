@@ -44,8 +44,6 @@ class TracedShapes {
 
   /// Sets what Embree does not tell of hits [0, n) on disks and curves.
   void complete(const RayBatch& rays, int n, HitBatch* hits) const;
-  /// Sets the normal of lane i, on a curve, as the hit of a ray from `eye` (world) would; t and the ray are not needed.
-  void face_curve(HitBatch* hits, int i, const V3f& eye, float time) const;
 
  private:
   std::vector<Shape> shapes_;

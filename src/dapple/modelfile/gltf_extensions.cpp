@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/modelfile/gltf_extensions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace dapple::modelfile {
+
+namespace {
+
+using nlohmann::json;
+
+/// The text of a .gltf file, or of the first chunk of a .glb file.
+std::string json_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  constexpr size_t header = 20;  // magic, version, length; length and type of the chunk
+  if (text.size() < header || text.compare(0, 4, "glTF") != 0) return text;
+  uint32_t length = 0;
+  std::memcpy(&length, text.data() + 12, sizeof length);
+  return text.substr(header, length);
+}
+
+const json* member(const json& of, const char* name) {
+  if (!of.is_object()) return nullptr;
+  const auto it = of.find(name);
+  return it == of.end() ? nullptr : &*it;
+}
+
+float number(const json& of, const char* name, float fallback) {
+  const json* value = member(of, name);
+  if (!value || !value->is_number()) return fallback;
+  const double v = value->get<double>();
+  return std::isfinite(v) ? float(std::clamp(v, -1e6, 1e6)) : fallback;
+}
+
+RGB color(const json& of, const char* name, const RGB& fallback) {
+  const json* value = member(of, name);
+  if (!value || !value->is_array() || value->size() != 3) return fallback;
+  RGB out;
+  for (size_t c = 0; c < 3; ++c) {
+    if (!(*value)[c].is_number()) return fallback;
+    const double v = (*value)[c].get<double>();
+    out[int(c)] = v > 0 ? float(std::min(v, 1e6)) : 0;
+  }
+  return out;
+}
+
+class Extensions {
+ public:
+  Extensions(const json& of, ModelMaterial* m) : of_(of), m_(*m) {}
+
+  void read() {
+    if (!of_.is_object()) return;
+    if (const json* e = member(of_, "KHR_materials_iridescence")) read_iridescence(*e);
+    if (const json* e = member(of_, "KHR_materials_anisotropy")) read_anisotropy(*e);
+    if (const json* e = member(of_, "KHR_materials_specular")) read_specular(*e);
+    if (const json* e = member(of_, "KHR_materials_volume")) read_volume(*e);
+    if (const json* e = member(of_, "KHR_materials_dispersion"); e && number(*e, "dispersion", 0) > 0)
+      leave_out("dispersion");
+    name_the_others();
+  }
+
+ private:
+  void leave_out(const std::string& what) { m_.left_out.push_back(what); }
+
+  void read_iridescence(const json& e) {
+    m_.film = std::clamp(number(e, "iridescenceFactor", 0), 0.0f, 1.0f);
+    if (m_.film <= 0) return;
+    m_.film_ior = std::clamp(number(e, "iridescenceIor", 1.3f), 1.0f, 3.0f);
+    m_.film_thickness = std::max(number(e, "iridescenceThicknessMaximum", 400), 0.0f);
+    if (member(e, "iridescenceTexture") || member(e, "iridescenceThicknessTexture"))
+      leave_out("pictures of iridescence");
+  }
+
+  // Along the tangent alpha is that of the roughness, widened to 1 by the square of the strength; across it stays.
+  void read_anisotropy(const json& e) {
+    const float strength = std::clamp(number(e, "anisotropyStrength", 0), 0.0f, 1.0f);
+    if (strength <= 0) return;
+    const float across = sqr(std::clamp(m_.roughness, 0.0f, 1.0f)), along = across + (1 - across) * sqr(strength);
+    const float narrow = across / along;
+    m_.anisotropy = 1 - narrow;
+    m_.roughness = std::min(std::sqrt(along / std::sqrt(2 / (1 + sqr(narrow)))), 1.0f);
+    if (std::abs(number(e, "anisotropyRotation", 0)) > 1e-3f) leave_out("the direction of anisotropy");
+    if (member(e, "anisotropyTexture")) leave_out("pictures of anisotropy");
+  }
+
+  void read_specular(const json& e) {
+    m_.specular_tint = color(e, "specularColorFactor", RGB(1));
+    if (member(e, "specularTexture") || member(e, "specularColorTexture")) leave_out("pictures of specular");
+  }
+
+  void read_volume(const json& e) {
+    if (!(number(e, "thicknessFactor", 0) > 0)) return;
+    m_.has_volume = true;
+    m_.attenuation_distance = std::max(number(e, "attenuationDistance", 0), 0.0f);
+    m_.attenuation_color = color(e, "attenuationColor", RGB(1));
+  }
+
+  void name_the_others() {
+    static constexpr std::array known = {"KHR_materials_iridescence",
+                                         "KHR_materials_anisotropy",
+                                         "KHR_materials_specular",
+                                         "KHR_materials_dispersion",
+                                         "KHR_materials_clearcoat",
+                                         "KHR_materials_sheen",
+                                         "KHR_materials_volume",
+                                         "KHR_materials_ior",
+                                         "KHR_materials_transmission",
+                                         "KHR_materials_unlit",
+                                         "KHR_materials_variants",
+                                         "KHR_materials_emissive_strength",
+                                         "KHR_materials_pbrSpecularGlossiness"};
+    for (const auto& [name, value] : of_.items()) {
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      std::string printable;
+      for (const char c : name.substr(0, 60)) printable += c >= 32 && c < 127 ? c : '_';
+      leave_out("extension " + printable);
+    }
+  }
+
+  const json& of_;
+  ModelMaterial& m_;
+};
+
+}  // namespace
+
+void add_gltf_extensions(const std::string& path, Model* model) {
+  const json file = json::parse(json_text(path), nullptr, false);
+  const json* materials = member(file, "materials");
+  if (!materials || !materials->is_array()) return;
+  std::map<std::string, int> uses;
+  const auto name_of = [](const json& material) {
+    const json* name = member(material, "name");
+    return name && name->is_string() ? name->get<std::string>() : std::string();
+  };
+  for (const json& material : *materials) ++uses[name_of(material)];
+  for (const json& material : *materials) {
+    const json* extensions = member(material, "extensions");
+    if (!extensions) continue;
+    const std::string name = name_of(material);
+    for (ModelMaterial& m : model->materials) {
+      if (m.name != name) continue;
+      if (uses[name] == 1)
+        Extensions(*extensions, &m).read();
+      else if (m.left_out.empty())
+        m.left_out.push_back("some extensions (its name is not its own)");
+    }
+  }
+}
+
+}  // namespace dapple::modelfile
