@@ -91,35 +91,54 @@ py::dict layers_of(Picture picture) {
   return layers;
 }
 
+constexpr const char* window_entry = "dapple/window";  // of Python alone: files have windows of their own
+
 py::dict header_of(const Picture& picture) {
   py::dict header;
   for (const auto& [name, value] : picture.header) header[py::str(name)] = py::cast(value);
+  header[window_entry] = py::make_tuple(picture.origin_x, picture.origin_y, picture.film_width, picture.film_height);
   return header;
 }
 
-// Numbers as Python has them: true is 1.
-std::vector<std::pair<std::string, HeaderValue>> header_of(const py::dict& entries) {
-  std::vector<std::pair<std::string, HeaderValue>> header;
+HeaderValue header_value(const std::string& name, const py::handle& value) {
+  try {
+    if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
+    if (PyIndex_Check(value.ptr()))
+      return py::cast<int>(py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())));
+    if (py::hasattr(value, "__len__")) {
+      const auto numbers = py::cast<Floats>(value);
+      std::array<float, 16> matrix;
+      if (numbers.size() != py::ssize_t(matrix.size())) throw py::value_error();
+      std::copy(numbers.data(), numbers.data() + numbers.size(), matrix.begin());
+      return matrix;
+    }
+    return py::cast<float>(py::float_(py::reinterpret_borrow<py::object>(value)));
+  } catch (const std::exception&) {
+    PyErr_Clear();
+    throw py::value_error("header entry \"" + name + "\": expected a text, a number of 32 bits or 16 numbers");
+  }
+}
+
+void set_header(const py::dict& entries, Picture* picture) {
   for (const auto& [key, value] : entries) {
     const std::string name = py::cast<std::string>(key);
-    if (py::isinstance<py::str>(value))
-      header.emplace_back(name, py::cast<std::string>(value));
-    else if (py::isinstance<py::int_>(value))
-      header.emplace_back(name, py::cast<int>(value));
-    else if (py::isinstance<py::float_>(value))
-      header.emplace_back(name, py::cast<float>(value));
-    else
-      header.emplace_back(name, py::cast<std::array<float, 16>>(value));
+    if (name != window_entry) {
+      picture->header.emplace_back(name, header_value(name, value));
+      continue;
+    }
+    const auto window = py::cast<std::array<int, 4>>(value);
+    picture->origin_x = window[0], picture->origin_y = window[1];
+    picture->film_width = window[2], picture->film_height = window[3];
   }
-  return header;
 }
 
 // As `dapple render` calls them.
 std::string channel_of(const std::string& layer, const std::string& channel) {
   if (layer.empty()) return channel;
+  if (channel == "Y") return layer == "depth" ? "Z" : layer == "alpha" ? "A" : layer;
   const bool is_vector = layer == "normal" || layer == "motion" || layer == "position";
   const size_t at = is_vector ? std::string("RGB").find(channel) : std::string::npos;
-  return (layer == "position" ? "P" : layer) + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
+  return layer + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
 }
 
 /// The same of a picture that others look at as well: read-only.
@@ -453,7 +472,7 @@ PYBIND11_MODULE(_core, m) {
   m.def("read", [](const std::string& path) { return layers_of(read(path)); });
   m.def("write", [](const std::string& path, const py::dict& layers, const py::dict& header) {
     Picture picture;
-    picture.header = header_of(header);
+    set_header(header, &picture);
     for (const auto& [key, value] : layers) {
       const std::string name = py::cast<std::string>(key);
       Layer layer = layer_of(py::cast<Floats>(value), name.empty() ? "picture" : name.c_str());
@@ -461,7 +480,7 @@ PYBIND11_MODULE(_core, m) {
       for (std::string& channel : layer.channels) channel = channel_of(name, channel);
       picture.layers.push_back(std::move(layer));
     }
-    if (!picture.layers.empty())
+    if (!picture.layers.empty() && picture.film_width == 0)
       picture.film_width = picture.picture().width, picture.film_height = picture.picture().height;
     const py::gil_scoped_release release;
     picture.write(path);

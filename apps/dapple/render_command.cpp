@@ -166,6 +166,8 @@ image::OutputImage whole_picture(render::Picture& picture, const scene::Film& fi
   } catch (const Stopped&) {
     log_warning("interrupted: the image is not denoised");
     layers = picture.layers(film, false);
+    for (auto& [name, value] : layers.metadata)
+      if (name == "dapple/denoised") value = "no: interrupted";
   }
   render::add_to_header(result, &layers);
   return layers;

@@ -340,7 +340,8 @@ class Session:
     @property
     def header(self) -> dict[str, HeaderValue]:
         """What `dapple render` writes into the header of this picture, and `dapple denoise` reads there; for write().
-        Matrices are 16 numbers, row by row."""
+        Matrices are 16 numbers, row by row; "dapple/window" is (x, y, width, height), the corner of a crop and the size
+        of the film."""
         return self._header
 
 

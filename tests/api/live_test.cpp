@@ -58,6 +58,34 @@ TEST(LiveSession, FramesComeFinerAndFiner) {
   expect_same(last, fresh(session));
 }
 
+// Its first camera decides how finely it is diced, as if the session had begun with it.
+TEST(LiveSession, BeginsWithoutACamera) {
+  for (const char* world :
+       {"LightSource \"infinite\" Shape \"sphere\"",
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" .1 MediumInterface \"\" \"fog\" "
+        "LightSource \"infinite\" Texture \"holes\" \"float\" \"checkerboard\" \"float tex2\" 0 "
+        "Shape \"sphere\" \"texture alpha\" \"holes\""}) {
+    LiveSession session(
+        Scene::parse("Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 12 Sampler "
+                     "\"zsobol\" \"integer pixelsamples\" 2 Integrator \"distribution\" "
+                     "\"bool denoise\" false WorldBegin " +
+                     std::string(world)));
+    const auto look_from = [&](double x) {
+      session.edit([x](Scene& s) {
+               s.camera("perspective", {}, Placement::look_at({x, 0, -4}, {0, 0, 0}, {0, 1, 0}));
+             })
+          .get();
+      return settled(session);
+    };
+    look_from(0);
+    for (const double x : {1., -2.}) {
+      const Picture picture = look_from(x);
+      EXPECT_GT(test::mean(picture.picture()), 0);
+      expect_same(picture, fresh(session));
+    }
+  }
+}
+
 // What is shown first after an edit of a light is there before anything is learned; what comes after it in the same
 // session shows the edit.
 TEST(LiveSession, EditsDuringTheSketch) {
@@ -71,7 +99,10 @@ TEST(LiveSession, EditsDuringTheSketch) {
       session_made.get()->edit("light", "key", {{"float scale", 2. + double(f.edits)}});
   });
   made.set_value(&session);
-  while (session.wait(120)->edits < 3) {
+  for (uint64_t edits = 0; edits < 3;) {
+    const auto frame = session.wait(120);
+    ASSERT_TRUE(frame);
+    edits = frame->edits;
   }
   expect_same(settled(session), fresh(session));
   const std::vector<std::pair<uint64_t, int>> expected{{0, 8}, {1, 8}, {2, 8}, {3, 8}, {3, 4},

@@ -52,6 +52,7 @@ TEST(PrincipledScenes, DistributionIsPath) {
        R"("openpbr" "rgb base_color" [ .7 .3 .1 ] "float coat_weight" .8 "rgb coat_color" [ .9 .7 .5 ] "float coat_roughness" .4)",
        R"("openpbr" "rgb base_color" [ .7 .3 .1 ] "float fuzz_weight" 1 "rgb fuzz_color" [ .8 .8 1 ])",
        R"("openpbr" "rgb base_color" [ .7 .3 .1 ] "float thin_film_weight" 1 "float thin_film_thickness" .3 "float thin_film_ior" 2)",
+       R"("openpbr" "rgb base_color" [ .1 .1 .1 ] "float specular_weight" 0 "float thin_film_weight" 1 "float thin_film_thickness" .4 "float thin_film_ior" 2)",
        R"("openpbr" "rgb base_color" [ .9 .7 .4 ] "float base_metalness" .7 "float specular_roughness" .5)",
        R"("openpbr" "rgb base_color" [ .7 .3 .1 ] "bool geometry_thin_walled" true "float subsurface_weight" .7)"}) {
     const auto built = test::build_text(room(material));

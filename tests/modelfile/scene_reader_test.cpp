@@ -295,6 +295,23 @@ TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
   }
 }
 
+// Clear thin glass is a plain pane, but not with a film on it.
+TEST(ModelScenes, SoapBubblesKeepTheirFilm) {
+  const TempFolder folder;
+  const auto read = [&](const std::string& more) {
+    const std::string text = test::triangle_gltf(
+        R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"extensionsUsed":["KHR_materials_transmission"],
+"materials":[{"name":"bubble","pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0},"extensions":{
+"KHR_materials_transmission":{"transmissionFactor":1})" +
+        more + "}},{}]");
+    return test::read(folder.write("m.gltf", text));
+  };
+  EXPECT_EQ(material(read(""), "bubble").type, "thindielectric");
+  const SceneDescription s = read(R"(,"KHR_materials_iridescence":{"iridescenceFactor":1})");
+  EXPECT_EQ(material(s, "bubble").type, "openpbr");
+  EXPECT_FLOAT_EQ(material(s, "bubble").params.get_float("thin_film_weight", 0), 1);
+}
+
 TEST(ModelScenes, AnimationAtATimeAndItsBlur) {
   const TempFolder folder;
   const std::string path = folder.write("moves.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0]}],

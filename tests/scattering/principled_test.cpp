@@ -239,6 +239,30 @@ TEST(Principled, WhiteFurnaceUnderTiltedCoatsMakesNothing) {
       }
 }
 
+TEST(Principled, TiltedCoatsSeenEdgeOnAreFinite) {
+  PrincipledLayers p;
+  p.coat = 1;
+  for (const float alpha : {0.0f, 0.4f})
+    for (const float z : {1e-8f, 1e-7f, 1e-6f, 1e-4f})
+      for (int i = 0; i < 400; ++i) {
+        p.coat_alpha_x = p.coat_alpha_y = alpha;
+        KeyedRng rng(hash(i, z, alpha));
+        const auto uniform = [&] { return rng.next(); };
+        p.coat_tilt = V2f(uniform() - .5f, uniform() - .5f);
+        const float phi = 2 * pi * uniform();
+        const V3f wo(std::cos(phi), std::sin(phi), z);
+        const V3f wi = spherical_direction(std::sqrt(.75f), .5f, 2 * pi * uniform());
+        const Bsdf b = p.bsdf();
+        EXPECT_TRUE(b.eval(wo, wi, 1).is_finite()) << z << " " << i;
+        EXPECT_GE(b.eval(wo, wi, 1).min(), 0) << z << " " << i;
+        const float u = uniform(), v = uniform();
+        BsdfSample s;
+        if (b.sample(wo, uniform(), {u, v}, 1, &s)) {
+          EXPECT_TRUE(s.weight.is_finite()) << z << " " << i;
+        }
+      }
+}
+
 // The mirror of a tilted coat is where its own normal sends it.
 TEST(Principled, TiltedCoatsMirrorByTheirNormal) {
   PrincipledLayers p;

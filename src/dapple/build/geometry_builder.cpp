@@ -452,17 +452,19 @@ int32_t GeometryBuilder::medium_index(const std::string& name) const {
   return it == media.end() ? scene::vacuum : it->second;
 }
 
-void GeometryBuilder::add_interiors() {
-  for (const auto& material : context_.description.materials) {
-    auto medium = interior_of(material, context_);
-    interiors_.push_back(medium ? int32_t(scene_.media.size()) : scene::vacuum);
-    if (medium) scene_.media.push_back(std::move(medium));
+int32_t GeometryBuilder::interior_of_material(scenefile::MaterialIndex material) {
+  const auto [it, is_new] = interiors_.emplace(material, scene::vacuum);
+  if (!is_new) return it->second;
+  if (auto medium = interior_of(context_.description.materials[size_t(material)], context_)) {
+    it->second = int32_t(scene_.media.size());
+    scene_.media.push_back(std::move(medium));
   }
+  return it->second;
 }
 
 // A MediumInterface goes before what the material says.
-int32_t GeometryBuilder::inside_of(const ShapeEntity& e) const {
-  const int32_t interior = interiors_[size_t(e.material)];
+int32_t GeometryBuilder::inside_of(const ShapeEntity& e) {
+  const int32_t interior = interior_of_material(e.material);
   if (interior == scene::vacuum || e.inside_medium.empty())
     return interior == scene::vacuum ? medium_index(e.inside_medium) : interior;
   context_.diagnostics.warn(e.loc,

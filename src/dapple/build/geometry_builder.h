@@ -31,7 +31,6 @@ class GeometryBuilder {
         opacities_(context, textures, scene.materials) {
     if (period) repetition_.emplace(*period);
     for (const auto& material : context.description.materials) emissions_.push_back(emission_of(material));
-    add_interiors();
   }
 
   void build();
@@ -78,8 +77,8 @@ class GeometryBuilder {
   void note_reach(float reach, const FileLoc& loc);
   void place(uint32_t object, const scenefile::TransformPair& transform, const FileLoc& loc);
   int32_t medium_index(const std::string& name) const;
-  void add_interiors();
-  int32_t inside_of(const scenefile::ShapeEntity& e) const;
+  int32_t interior_of_material(scenefile::MaterialIndex material);
+  int32_t inside_of(const scenefile::ShapeEntity& e);
   /// The AreaLightSource of a shape, or what its material emits; null where it does not shine.
   const scenefile::Entity* area_light_of(const scenefile::ShapeEntity& e) const;
 
@@ -91,7 +90,7 @@ class GeometryBuilder {
   AreaLightShapes& area_lights_;
   OpacityFactory opacities_;
   std::vector<std::optional<scenefile::Entity>> emissions_;  ///< of each material
-  std::vector<int32_t> interiors_;                           ///< of each material, what it fills; vacuum: nothing
+  std::map<scenefile::MaterialIndex, int32_t> interiors_;    ///< media of materials, as far as shapes ask for them
   std::optional<Repetition> repetition_;
   std::vector<Box3f> object_boxes_;  ///< by traced object, where the scene is repeated
   std::vector<uint32_t> objects_;    ///< traced object of each definition

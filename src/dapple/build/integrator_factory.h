@@ -85,7 +85,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
                                                              const IntegratorRequest& request, int pixel_samples,
                                                              uint64_t seed, StopToken stop = {});
 
-/// Paths for a sketch of what the request asks for: as many bounces, with nothing learned, cached or put into tables
+/// Paths for a sketch of what the request asks for: as many bounces, with little learned, nothing cached or put into tables
 /// beforehand, so that it is there at once.
 IntegratorRequest sketch_request(const IntegratorRequest& request);
 

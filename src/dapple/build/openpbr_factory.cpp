@@ -79,6 +79,9 @@ void report_unsupported(const MaterialParams& p) {
   if (p.constant("transmission_dispersion_scale", 0) > 0)
     p.unsupported("transmission_dispersion_scale", "one index for all colours: light is RGB, not wavelengths");
   p.ignore({"transmission_dispersion_abbe_number"});
+  if (p.constant("transmission_depth", 0) < 0)
+    throw InputError(p.entity().params.find("transmission_depth")->loc,
+                     "\"transmission_depth\" is negative; expected a length, or 0 for none");
   const bool has_depth = p.constant("transmission_depth", 0) > 0;
   if (has_depth && !has_interior(p.entity()))
     p.unsupported("transmission_depth",

@@ -22,6 +22,7 @@ struct GridMesh {
     uint16_t sub;
     uint8_t u_level, v_level;  ///< log2 of the tiles along u and v
     uint8_t u_tile, v_tile;
+    bool operator==(const Part&) const = default;
   };
   std::vector<V3f> P;      ///< its capacity is larger by one at least, since Embree reads 16 bytes at the last vertex
   std::vector<V3f> P_end;  ///< positions at shutter close; likewise; empty = the mesh does not deform

@@ -18,13 +18,21 @@ using nlohmann::json;
 
 /// The text of a .gltf file, or of the first chunk of a .glb file.
 std::string json_text(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  const auto size = size_t(std::max<std::streamoff>(in.tellg(), 0));
   constexpr size_t header = 20;  // magic, version, length; length and type of the chunk
-  if (text.size() < header || text.compare(0, 4, "glTF") != 0) return text;
+  const auto read = [&](size_t from, size_t count) {
+    std::string text(count, '\0');
+    in.seekg(std::streamoff(from));
+    in.read(text.data(), std::streamsize(count));
+    text.resize(size_t(std::max<std::streamsize>(in.gcount(), 0)));
+    return text;
+  };
+  const std::string begin = read(0, std::min(size, header));
+  if (begin.size() < header || begin.compare(0, 4, "glTF") != 0) return read(0, size);
   uint32_t length = 0;
-  std::memcpy(&length, text.data() + 12, sizeof length);
-  return text.substr(header, length);
+  std::memcpy(&length, begin.data() + 12, sizeof length);
+  return read(header, std::min(size_t(length), size - header));
 }
 
 const json* member(const json& of, const char* name) {
@@ -83,6 +91,7 @@ class Extensions {
   void read_anisotropy(const json& e) {
     const float strength = std::clamp(number(e, "anisotropyStrength", 0), 0.0f, 1.0f);
     if (strength <= 0) return;
+    if (m_.roughness_map.given()) return leave_out("anisotropy beside a picture of roughness");
     const float across = sqr(std::clamp(m_.roughness, 0.0f, 1.0f)), along = across + (1 - across) * sqr(strength);
     const float narrow = across / along;
     m_.anisotropy = 1 - narrow;

@@ -15,7 +15,8 @@ constexpr float roughest_coat = 0.64f;
 // Panes of one sheet that are perfectly clear stay what lets light of windows through.
 bool is_clear_pane(const ModelMaterial& m, const ModelSurface& s) {
   return s.transmission >= 1 && s.transmission_map.empty() && !m.has_volume && s.alpha_map.empty() && s.alpha < 0.02f &&
-         s.color.min() >= 0.9f && s.color_map.empty() && s.metalness <= 0 && m.clearcoat <= 0 && m.sheen.max() <= 0;
+         s.color.min() >= 0.9f && s.color_map.empty() && s.metalness <= 0 && m.clearcoat <= 0 && m.sheen.max() <= 0 &&
+         m.film <= 0 && m.specular_tint == RGB(1);
 }
 
 std::string principled(const ModelMaterial& m, const ModelSurface& s, const std::string& name,

@@ -18,8 +18,8 @@ struct PathNumbers {
   static constexpr float camera_share = 0.25f, occlusion_share = 0.25f;
   /// Throughput (largest channel) from which on the scattering of a straight camera ray beside scan planes is always
   /// followed; below, with a probability in proportion. In thin haze that path costs what the surface's does and brings
-  /// little light. At 0, always, a frame takes a fifth more time,
-  /// for the same time to one error; double takes a quarter more to that (docs/design/measurements/030-scan-planes.md).
+  /// little light. At 0, always, a frame takes a fifth more time, for the same time to one error; double takes a
+  /// quarter more to that (docs/design/measurements/030-scan-planes.md).
   static constexpr float always_followed = 0.25f;
 };
 

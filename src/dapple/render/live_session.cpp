@@ -136,11 +136,7 @@ void LiveSession::run() {
       if (ends_) return;  // promises that are left are broken, which futures tell
     }
     try {
-      if (std::exchange(is_first, false)) {
-        if (!scene_->description().dicing_camera && !scene_->description().camera.type.empty())
-          scene_->freeze_dicing_camera();
-        build();
-      }
+      if (std::exchange(is_first, false)) build();
       for (Transaction& t : transactions) t.kind == Kind::look ? look(t) : apply(t);
       if (needs_rendering_) render();
       if (needs_showing_) show_whole();
@@ -217,6 +213,8 @@ void LiveSession::check_gains() const {
 // The integrator goes before the scene that it refers to, unless it will serve what has changed as well.
 void LiveSession::build() {
   check_gains();
+  if (!scene_->description().dicing_camera && !scene_->description().camera.type.empty())
+    scene_->freeze_dicing_camera();
   const build::Changes changes = scene_->changes();
   bool keeps = picture_ && only_camera_or_gains(changes);
   bool keeps_film = keeps && !changes.camera;
@@ -338,7 +336,7 @@ void LiveSession::show_whole() {
   publish(std::move(settled), 1, film_result_.samples, &film_result_);
 }
 
-// What is there before the integrator is, which learns lights and counts readers first: paths that know nothing.
+// What is there before the integrator is, which learns lights and counts readers first: paths that learned little.
 bool LiveSession::sketch(const build::IntegratorRequest& request) {
   scene::Scene& scene = *built_->scene;
   const bool has_groups = options_.picture.light_groups || scene.light_groups.has_gains();

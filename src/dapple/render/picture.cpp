@@ -182,7 +182,7 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
   if (asked_.light_groups) output.light_groups = built_.scene->light_groups.names;
   const bool network = denoise && denoiser_;
   if (network || any_feature(aovs_) || show_motion(aovs_)) trace_features(stop);
-  output.features = features_;
+  if (any_feature(aovs_)) output.features = features_;
   output.motion = motion_;
   const Timer timer;
   if (network)
@@ -198,7 +198,7 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
 
 std::string Picture::denoising_text(bool denoised) const {
   if (lacks_weights_) return "no: the weights are missing";
-  if (!denoised) return denoiser_ ? "no: interrupted" : "no";
+  if (!denoised) return "no";
   const scene::Film::Settings& film = built_.scene->film;
   const bool crop = film.crop != Box2i(V2i(0, 0), film.resolution);
   return "by " + denoiser_->description() +

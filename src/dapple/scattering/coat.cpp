@@ -43,9 +43,9 @@ float Coat::through_smooth(const V3f& w) const {
 }
 
 RGB Coat::closed_form(const V3f& wo, const V3f& wi) const {
-  const float through =
-      rough_ ? rough_->through(wo.z) * rough_->through(wi.z) : through_smooth(wo) * through_smooth(wi);
-  const RGB again = stack_.lambert.reflectance * (rough_ ? rough_->returned() : return_);
+  const RoughCoatTable::Shares* const rough = rough_ ? &rough_->shares() : nullptr;
+  const float through = rough ? rough->through(wo.z) * rough->through(wi.z) : through_smooth(wo) * through_smooth(wi);
+  const RGB again = stack_.lambert.reflectance * (rough ? rough->returned : return_);
   const RGB sum = geometric_sum(again, (stack_.max_depth + 1) / 2);
   return stack_.lambert.reflectance * sum * (through * inv_pi / sqr(stack_.coat.ior));
 }

@@ -12,7 +12,7 @@ namespace dapple::scattering {
 /// The general case is a random walk (coat_walk.h). Where the layer does not scatter, two sums are closed:
 ///   diffuse base, under a smooth coat or one with a table
 ///     f = T(wo) T(wi) / eta^2 . R/pi . sum_k (R K)^k
-///     T: through coat and layer; K: coat_return(), RoughCoatTable::returned()
+///     T: through coat and layer; K: coat_return(), RoughCoatTable's `returned`
 ///   smooth base, smooth coat: one delta lobe, the geometric series of its interreflections.
 /// The sampling density is a fixed mixture: the coat's reflection, the base's lobe seen through a smooth coat, a cosine
 /// lobe.

@@ -23,7 +23,7 @@ struct Place {
   float t;
 };
 Place place(float x, int n) {
-  const float f = std::clamp(x, 0.0f, 1.0f) * float(n - 1);
+  const float f = x > 0 ? std::min(x, 1.0f) * float(n - 1) : 0;  // also for what is no number
   const int i = std::min(int(f), n - 2);
   return {i, f - float(i)};
 }

@@ -80,6 +80,7 @@ Principled::Principled(const PrincipledLayers& layers, const V3f& wo)
     const Frame tilted(normalize(V3f(t.x, t.y, safe_sqrt(1 - t.x * t.x - t.y * t.y))), V3f(1, 0, 0));
     coat_frame_ = frame_seen_from(wo_, tilted, V3f(0, 0, 1));
     wo_coat_ = coat_frame_.to_local(wo_);
+    wo_coat_.z = std::max(wo_coat_.z, 1e-6f);  // rounding may take what grazes below
   }
   if (p_.film > 0) find_film();
   find_layers();

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "dapple/scattering/principled_layers.h"
+
 #include <algorithm>
 
 #include "dapple/scattering/principled.h"

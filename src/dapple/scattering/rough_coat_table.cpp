@@ -25,8 +25,9 @@ V3f even_point(int i) {
 
 }  // namespace
 
-RoughCoatTable::RoughCoatTable(float ior, float alpha, float thickness) {
-  const DielectricInterface coat{ior, Ggx(alpha, alpha)};
+void RoughCoatTable::integrate() const {
+  constexpr int size = Shares::size;
+  const DielectricInterface coat{ior_, Ggx(alpha_, alpha_)};
   InterfaceSample<float> s;
   for (int node = 1; node < size; ++node) {  // nothing enters along the surface
     const float cosine = sqr(float(node) / (size - 1));
@@ -35,9 +36,9 @@ RoughCoatTable::RoughCoatTable(float ior, float alpha, float thickness) {
     for (int i = 0; i < through_samples; ++i) {
       const V3f u = even_point(i);
       if (coat.sample(from, 0, {u.x, u.y}, Transport::importance, part_transmission, &s))
-        sum += s.weight * coat_transmittance(thickness, s.wi.z);
+        sum += s.weight * coat_transmittance(thickness_, s.wi.z);
     }
-    through_[size_t(node)] = float(std::min(sum / through_samples, 1.0));
+    shares_.arriving[size_t(node)] = float(std::min(sum / through_samples, 1.0));
   }
   double sum = 0;
   for (int i = 0; i < returned_samples; ++i) {
@@ -45,9 +46,9 @@ RoughCoatTable::RoughCoatTable(float ior, float alpha, float thickness) {
     const float cosine = std::sqrt(u.z);  // by cosine
     const V3f from(safe_sqrt(1 - u.z), 0, -cosine);
     if (cosine > 0 && coat.sample(from, 0, {u.x, u.y}, Transport::radiance, part_reflection, &s))
-      sum += s.weight * coat_transmittance(thickness, cosine) * coat_transmittance(thickness, s.wi.z);
+      sum += s.weight * coat_transmittance(thickness_, cosine) * coat_transmittance(thickness_, s.wi.z);
   }
-  returned_ = float(std::min(sum / returned_samples, 1.0));
+  shares_.returned = float(std::min(sum / returned_samples, 1.0));
 }
 
 std::shared_ptr<const RoughCoatTable> RoughCoatTable::of(float ior, float alpha, float thickness) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
+#include <mutex>
 
 namespace dapple::scattering {
 
@@ -13,26 +15,35 @@ namespace dapple::scattering {
 class RoughCoatTable {
  public:
   /// Isotropic GGX, rough enough not to be smooth (Ggx::is_smooth()); ior: inside over outside, above 1; thickness: of
-  /// a layer that absorbs, in mean free paths.
-  RoughCoatTable(float ior, float alpha, float thickness);
+  /// a layer that absorbs, in mean free paths. Integrated when it is first asked for shares, which takes some ms.
+  RoughCoatTable(float ior, float alpha, float thickness) : ior_(ior), alpha_(alpha), thickness_(thickness) {}
 
   /// One table for all who ask for the same, as long as somebody holds it.
   static std::shared_ptr<const RoughCoatTable> of(float ior, float alpha, float thickness);
 
-  /// Share of the light from a direction above, of this cosine, that arrives at the base.
-  float through(float cosine) const {
-    const float at = std::sqrt(cosine) * (size - 1);
-    const int i = std::min(int(at), size - 2);
-    const float f = at - float(i);
-    return through_[size_t(i)] * (1 - f) + through_[size_t(i) + 1] * f;
+  struct Shares {
+    static constexpr int size = 48;      ///< a node for each step of the cosine's square root
+    std::array<float, size> arriving{};  ///< light from a direction above that arrives at the base
+    float returned = 0;                  ///< diffuse light from the base that arrives there again
+
+    float through(float cosine) const {
+      const float at = std::sqrt(cosine) * (size - 1);
+      const int i = std::min(int(at), size - 2);
+      const float f = at - float(i);
+      return arriving[size_t(i)] * (1 - f) + arriving[size_t(i) + 1] * f;
+    }
+  };
+  const Shares& shares() const {
+    std::call_once(integrated_, [this] { integrate(); });
+    return shares_;
   }
-  /// Share of diffuse light from the base that arrives there again.
-  float returned() const { return returned_; }
 
  private:
-  static constexpr int size = 48;  // a node for each step of the cosine's square root
-  std::array<float, size> through_{};
-  float returned_ = 0;
+  void integrate() const;
+
+  const float ior_, alpha_, thickness_;
+  mutable std::once_flag integrated_;
+  mutable Shares shares_;
 };
 
 }  // namespace dapple::scattering

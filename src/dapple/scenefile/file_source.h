@@ -18,7 +18,7 @@ std::string directory_of(const std::string& path);
 int open_regular_file(const std::string& path, const FileLoc& loc, uint64_t* bytes);
 
 /// The whole contents of a regular file: read, beyond `most_read` bytes mapped into memory, or inflated if it is gzip
-/// (by its first bytes, not by its name). So one that is written anew while it is read is an InputError; one so large
+/// (by its first bytes, not by its name). So one that becomes shorter while it is read is an InputError; one so large
 /// that it is mapped must stay as it is. Directories, devices and pipes are refused. Inflated text may be at most 16
 /// MiB plus 32 times the file's size, so that a small hostile file cannot fill the memory.
 class FileSource {

@@ -150,7 +150,7 @@ OpenPbrMaterial::OpenPbrMaterial(OpenPbrInputs inputs, SurfaceDetail detail)
   translucent_ = in_.thin_walled && !is_zero(in_.subsurface_weight);
   transmits_ = translucent_ || !is_zero(in_.transmission_weight);
   diffuse_ = !metal_ && is_zero(in_.transmission_weight) && is_zero(in_.specular_weight) && is_zero(in_.coat_weight) &&
-             is_zero(in_.fuzz_weight) && is_zero(in_.base_diffuse_roughness);
+             is_zero(in_.fuzz_weight) && is_zero(in_.film_weight) && is_zero(in_.base_diffuse_roughness);
   scattering::FacetAlbedo::get();
   coat_detail_.normal_map = in_.coat_normal_map;
   tilts_coat_ = !is_zero(in_.coat_weight) && (in_.coat_normal_map || this->detail().normal_map);

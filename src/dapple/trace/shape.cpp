@@ -21,7 +21,7 @@ bool same(const geom::Mesh& a, const geom::Mesh& b) {
 
 bool same(const geom::GridMesh& a, const geom::GridMesh& b) {
   return a.flip == b.flip && same(a.P, b.P) && same(a.P_end, b.P_end) && same(a.N, b.N) && same(a.uv, b.uv) &&
-         same(a.grids, b.grids) && same(a.parts, b.parts);
+         same(a.grids, b.grids) && a.parts == b.parts;
 }
 
 bool same(const geom::DiskCloud& a, const geom::DiskCloud& b) {
