@@ -60,11 +60,11 @@ TEST(LiveSession, FramesComeFinerAndFiner) {
 
 // Its first camera decides how finely it is diced, as if the session had begun with it.
 TEST(LiveSession, BeginsWithoutACamera) {
-  for (const char* world :
-       {"LightSource \"infinite\" Shape \"sphere\"",
-        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" .1 MediumInterface \"\" \"fog\" "
-        "LightSource \"infinite\" Texture \"holes\" \"float\" \"checkerboard\" \"float tex2\" 0 "
-        "Shape \"sphere\" \"texture alpha\" \"holes\""}) {
+  for (const char* world : {"LightSource \"infinite\" Shape \"sphere\"",
+                            "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [.1 .1 .1] "
+                            "MediumInterface \"\" \"fog\" "
+                            "LightSource \"infinite\" Texture \"holes\" \"float\" \"checkerboard\" \"float tex2\" 0 "
+                            "Shape \"sphere\" \"texture alpha\" \"holes\""}) {
     LiveSession session(
         Scene::parse("Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 12 Sampler "
                      "\"zsobol\" \"integer pixelsamples\" 2 Integrator \"distribution\" "

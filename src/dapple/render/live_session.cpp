@@ -136,18 +136,33 @@ void LiveSession::run() {
       if (ends_) return;  // promises that are left are broken, which futures tell
     }
     try {
-      if (std::exchange(is_first, false)) build();
+      if (std::exchange(is_first, false)) build_first();
       for (Transaction& t : transactions) t.kind == Kind::look ? look(t) : apply(t);
       if (needs_rendering_) render();
       if (needs_showing_) show_whole();
     } catch (const Stopped&) {  // what was under way is still needed
     } catch (...) {             // nothing to show until an edit makes it right
-      const std::lock_guard lock(mutex_);
-      failure_ = outside(std::current_exception());
-      needs_rendering_ = needs_showing_ = false;
-      changed_.notify_all();
+      fail();
     }
   }
+}
+
+// Edits that came meanwhile may make right what is wrong.
+void LiveSession::build_first() {
+  try {
+    build();
+  } catch (...) {
+    fail();
+    failure_before_ = failure_;
+  }
+}
+
+// By the exception that is being handled.
+void LiveSession::fail() {
+  const std::lock_guard lock(mutex_);
+  failure_ = outside(std::current_exception());
+  needs_rendering_ = needs_showing_ = false;
+  changed_.notify_all();
 }
 
 std::exception_ptr LiveSession::outside(std::exception_ptr error) const {

@@ -81,6 +81,8 @@ class LiveSession {
   void look(Transaction& transaction);
   void apply(Transaction& transaction);
   void build();
+  void build_first();
+  void fail();
   void set_scene_gains(scene::Film& film) const;
   void render();
   bool sketch(const build::IntegratorRequest& request);
