@@ -295,6 +295,20 @@ TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
   }
 }
 
+// Names need not be there, nor differ.
+TEST(ModelScenes, ExtensionsGoByTheOrderOfMaterials) {
+  const TempFolder folder;
+  const std::string text = test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1,2]}],
+"nodes":[{"mesh":0},{"mesh":1},{"mesh":0}],
+"materials":[{},{"extensions":{"KHR_materials_iridescence":{"iridescenceFactor":0.5}}}])");
+  Diagnostics diagnostics;
+  const SceneDescription s = test::read(folder.write("m.gltf", text), {}, &diagnostics);
+  int with_film = 0;
+  for (const auto& m : s.materials) with_film += m.params.get_float("thin_film_weight", 0) == .5f;
+  EXPECT_EQ(with_film, 1);
+  for (const std::string& m : diagnostics.messages()) EXPECT_EQ(m.find("its name"), std::string::npos) << m;
+}
+
 // Clear thin glass is a plain pane, but not with a film on it.
 TEST(ModelScenes, SoapBubblesKeepTheirFilm) {
   const TempFolder folder;

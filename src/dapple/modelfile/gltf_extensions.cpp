@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -144,23 +143,17 @@ void add_gltf_extensions(const std::string& path, Model* model) {
   const json file = json::parse(json_text(path), nullptr, false);
   const json* materials = member(file, "materials");
   if (!materials || !materials->is_array()) return;
-  std::map<std::string, int> uses;
-  const auto name_of = [](const json& material) {
-    const json* name = member(material, "name");
-    return name && name->is_string() ? name->get<std::string>() : std::string();
-  };
-  for (const json& material : *materials) ++uses[name_of(material)];
-  for (const json& material : *materials) {
+  // Assimp keeps them in the order of the file, and adds its own after them.
+  for (size_t i = 0; i < std::min(materials->size(), model->materials.size()); ++i) {
+    const json& material = (*materials)[i];
     const json* extensions = member(material, "extensions");
     if (!extensions) continue;
-    const std::string name = name_of(material);
-    for (ModelMaterial& m : model->materials) {
-      if (m.name != name) continue;
-      if (uses[name] == 1)
-        Extensions(*extensions, &m).read();
-      else if (m.left_out.empty())
-        m.left_out.push_back("some extensions (its name is not its own)");
-    }
+    const json* name = member(material, "name");
+    ModelMaterial& m = model->materials[i];
+    if (m.name == (name && name->is_string() ? name->get<std::string>() : std::string()))
+      Extensions(*extensions, &m).read();
+    else
+      m.left_out.push_back("some extensions (its name is not its own)");
   }
 }
 

@@ -55,17 +55,17 @@ StopRules make_rules(const PictureRequest& asked, const build::IntegratorRequest
   rules.noise_target = asked.noise_target;
   rules.pixel_noise = *settled.pixel_noise;
   if (!asked.integrator.pixel_samples && (asked.time_limit > 0 || asked.noise_target > 0)) {
-    if (most) throw UsageError("max-pixel-samples with a limit of time or noise needs pixel-samples");
+    if (most) throw UsageError("--max-pixel-samples with a limit of time or noise needs --pixel-samples");
     rules.pixel_samples = uint32_t(build::max_pixel_samples);
   } else {
     rules.pixel_samples = uint32_t(*settled.pixel_samples);
     rules.max_pixel_samples = uint32_t(settled.max_pixel_samples.value_or(0));
     if (most && rules.max_pixel_samples < rules.pixel_samples)
-      throw UsageError("max-pixel-samples is below the " + std::to_string(rules.pixel_samples) +
+      throw UsageError("--max-pixel-samples is below the " + std::to_string(rules.pixel_samples) +
                        " camera samples that each pixel gets");
   }
   if (asked.integrator.pixel_noise && rules.max_pixel_samples <= rules.pixel_samples)
-    throw UsageError("pixel-noise needs max-pixel-samples, and those above pixel-samples");
+    throw UsageError("--pixel-noise needs --max-pixel-samples, and those above --pixel-samples");
   return rules;
 }
 
