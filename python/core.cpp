@@ -103,8 +103,11 @@ py::dict header_of(const Picture& picture) {
 HeaderValue header_value(const std::string& name, const py::handle& value) {
   try {
     if (py::isinstance<py::str>(value)) return py::cast<std::string>(value);
-    if (PyIndex_Check(value.ptr()))
-      return py::cast<int>(py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())));
+    if (PyIndex_Check(value.ptr())) {  // NumPy's floats say so too, and fail
+      if (const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())))
+        return py::cast<int>(index);
+      PyErr_Clear();
+    }
     if (py::hasattr(value, "__len__")) {
       const auto numbers = py::cast<Floats>(value);
       std::array<float, 16> matrix;
@@ -126,7 +129,12 @@ void set_header(const py::dict& entries, Picture* picture) {
       picture->header.emplace_back(name, header_value(name, value));
       continue;
     }
-    const auto window = py::cast<std::array<int, 4>>(value);
+    std::array<int, 4> window;
+    try {
+      window = py::cast<std::array<int, 4>>(value);
+    } catch (const py::cast_error&) {
+      throw py::value_error("header entry \"" + name + "\": expected (x, y, width, height)");
+    }
     picture->origin_x = window[0], picture->origin_y = window[1];
     picture->film_width = window[2], picture->film_height = window[3];
   }

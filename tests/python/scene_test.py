@@ -198,6 +198,22 @@ class SceneTest(unittest.TestCase):
             subprocess.run([program, "denoise", mine, "-o", cleaned], check=True, capture_output=True)
             np.testing.assert_array_equal(dapple.read(cleaned), image)  # from its noisy layer, by all the others
 
+    def test_headers(self):
+        image = np.zeros((4, 5, 3), np.float32)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.exr")
+            dapple.write(path, image + 1, {"normal": image, "depth": image[..., :1]},
+                         {"a": np.float32(2), "b": np.int64(3), "c": True, "m": np.eye(4), "t": "text",
+                          "dapple/window": (2, 3, 20, 10)})
+            whole = dapple.read(path)
+            self.assertEqual(whole.shape, (10, 20, 3))  # the film, of which this is a crop
+            np.testing.assert_array_equal(whole[3:7, 2:7], image + 1)
+            layers = dapple.read_layers(path)
+            self.assertEqual({name: layer.shape[2] for name, layer in layers.items()}, {"": 3, "normal": 3, "depth": 1})
+            for entry in ({"bad": 2**40}, {"bad": [1, 2]}, {"bad": None}, {"dapple/window": "no"}):
+                with self.assertRaisesRegex(ValueError, next(iter(entry))):
+                    dapple.write(path, image, {}, entry)
+
     def test_errors(self):
         with self.assertRaises(dapple.SceneError) as caught:
             dapple.parse("WorldBegin\nShape 3\n")

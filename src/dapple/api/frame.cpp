@@ -25,10 +25,13 @@ Image image_of(const Layer& layer, const char* what) {
   return image;
 }
 
-// "albedo.R" is channel R of layer albedo.
+// "albedo.R" is channel R of layer albedo; what has a name in place of a letter is a layer of one channel.
 std::string layer_name(const std::string& channel) {
+  if (channel == "Z") return "depth";
   const size_t dot = channel.rfind('.');
-  return dot == std::string::npos ? "" : channel.substr(0, dot);
+  if (dot == std::string::npos) return channel.size() == 1 ? "" : channel;
+  const std::string layer = channel.substr(0, dot);
+  return layer == "P" ? "position" : layer;
 }
 
 HeaderValue header_value(const image::MetadataValue& value) {
