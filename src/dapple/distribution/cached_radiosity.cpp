@@ -55,6 +55,7 @@ CachedRadiosity::CachedRadiosity(const ShadingScene& shading, const PointPlacer&
     : shading_(shading),
       placer_(placer),
       shader_(shader),
+      open_origins_(shading),
       radiosity_(radiosity),
       irradiance_(irradiance),
       widest_cell_(std::sqrt(Numbers::largest_cell * shading.common_area)) {}
@@ -312,6 +313,7 @@ void CachedRadiosity::link_tiles(int begin, int end, CacheBatch& c, ShadingWorks
 
 void CachedRadiosity::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
+  if (below.arrival == Arrival::diffuse) open_origins_.keep(f, w);
   shader_.shade_diffuse(below, w);
   for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse.at(k));
   f.count = 0;

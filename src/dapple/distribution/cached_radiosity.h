@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "dapple/distribution/open_origins.h"
 #include "dapple/distribution/point_placer.h"
 #include "dapple/distribution/point_shader.h"
 
@@ -69,6 +70,7 @@ class CachedRadiosity {
   const ShadingScene& shading_;
   const PointPlacer& placer_;
   const PointShader& shader_;
+  const OpenOrigins open_origins_;
   gi::RadiosityCache *const radiosity_, *const irradiance_;
   const float widest_cell_;
 };
