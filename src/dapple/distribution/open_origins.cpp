@@ -22,8 +22,6 @@ void OpenOrigins::keep(PointBatch& b, ShadingWorkspace& w) const {
 }
 
 void OpenOrigins::trace(int first, int end, PointBatch& b, ShadingWorkspace& w) const {
-  static const float reach = getenv("OPEN") ? float(atof(getenv("OPEN"))) : 2;
-  if (reach == 0) return;
   int n = 0;
   for (int k = first; k < end; ++k) {
     const uint32_t seed = seed_of(b.key[k], Purpose::openness);
@@ -31,7 +29,7 @@ void OpenOrigins::trace(int first, int end, PointBatch& b, ShadingWorkspace& w) 
       const RayOrigin& from = b.origin[k * PointBatch::most_origins + o];
       const V3f normal = dot(b.wo[k], b.surface[k].Ng) < 0 ? -from.Ng : from.Ng;
       const V3f d = Frame(normal).to_world(square_to_cosine_hemisphere(sample_2d(seed, uint32_t(o), 0)));
-      w.shadow.set(n, integrate::offset_origin(from, d), d, reach * b.width[k], from.time,
+      w.shadow.set(n, integrate::offset_origin(from, d), d, CacheNumbers::open_widths * b.width[k], from.time,
                    trace::ray_key(seed, uint32_t(o)), b.width[k], 0);
       w.shadow_medium[n] = scene::vacuum;
     }

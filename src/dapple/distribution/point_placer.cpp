@@ -48,7 +48,7 @@ void PointPlacer::place_cached_cell(const scene::GridId& id, int i, int j, const
   else
     b.effort[k] =
         int(std::bit_floor(uint32_t(std::clamp(cell.area() / shading_.common_area, 1.0f, CacheNumbers::most_effort))));
-  b.throughput[k] = 1 / CacheNumbers::filled_rays;
+  b.throughput[k] = 1 / CacheNumbers::filled_rays_at(depth);
   b.origins[k] = b.effort[k] >= CacheNumbers::many_origins_effort ? PointBatch::most_origins : PointBatch::few_origins;
   spread_origins(id, i, j, links, true, memory, b, k);
 }
