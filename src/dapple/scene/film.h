@@ -59,6 +59,7 @@ class Film {
     bool cache_use = false;  ///< keep what the radiosity cache did
     bool air = false;        ///< keep AirFeatures
     bool direct = false;     ///< keep the part of radiance that is direct light
+    bool halves = false;     ///< keep every second sample apart: half(), half_direct()
   };
 
   Film() = default;
@@ -90,6 +91,9 @@ class Film {
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
   RGB direct(int x, int y) const;  ///< with Settings::direct; gains do not count
+  /// Means of the samples of even (0) and odd (1) numbers, with Settings::halves; 0 where there are none.
+  RGB half(int x, int y, int which) const;
+  RGB half_direct(int x, int y, int which) const;  ///< with Settings::direct too
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
@@ -124,6 +128,10 @@ class Film {
   struct AirSums {
     double airlight[3] = {0, 0, 0}, transmittance[3] = {0, 0, 0}, weight = 0;
   };
+  struct HalfSums {  ///< of even samples
+    double sum[3] = {0, 0, 0}, weight = 0;
+    RGB direct;  ///< before white balance
+  };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
   }
@@ -139,6 +147,7 @@ class Film {
   std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
   std::vector<RGB> direct_;  ///< sums, before white balance
+  std::vector<HalfSums> halves_;
 };
 
 }  // namespace dapple::scene
