@@ -110,8 +110,8 @@ def noise_free_error(context, folder, picture, layers):
 
 def scenes(folder):
     (folder / "balls.pbrt").write_text(BALLS)
-    all_scenes = {"cornell": (common.ROOT / "scenes/cornell-box/cornell.pbrt", "40x40"), "balls": (folder / "balls.pbrt", "48x32")}
-    all_scenes |= {name: (common.ROOT / "scenes/stage" / (name + ".pbrt"), "48x32") for name in STAGE}
+    all_scenes = {"cornell": (common.ROOT / "scenes/cornell-box/cornell.pbrt", "32x32"), "balls": (folder / "balls.pbrt", "32x24")}
+    all_scenes |= {name: (common.ROOT / "scenes/stage" / (name + ".pbrt"), "32x24") for name in STAGE}
     chosen = os.environ.get("DAPPLE_CLEAN_SCENES", " ".join(all_scenes)).split()
     return {name: all_scenes[name] for name in chosen}
 

@@ -14,7 +14,11 @@ using image::Image;
 
 namespace {
 
-constexpr int smooth_radius = 3, wide_radius = 8;
+// Of squares that are summed twice, so that weights fall off and no square shows.
+constexpr int near_radius = 2, wide_radius = 5;
+
+// Of smoothed variances.
+constexpr int smooth_radius = 3;
 
 // By which crossed squares are divided: halves err by 1.27 to 1.48 times the whole's squares in rooms of 8 to 128
 // samples, and halves of stratified samples differ by more than their noise, which makes crossed squares too small. So
@@ -44,9 +48,13 @@ Image square_sums(const Image& image, int r) {
   return sums;
 }
 
+Image tent_sums(const Image& image, int r) {
+  return square_sums(square_sums(image, r), r);
+}
+
 // What is measured of each pixel relative to its light, summed over channels: crossed squares, their squares, and the
-// square of the difference of the denoised halves.
-enum Measure { crossed, crossed_square, difference };
+// square of the difference of the denoised halves; and 1.
+enum Measure { crossed, crossed_square, difference, number, measures_of_pixel };
 
 /// What light a pixel's errors are relative to: its own, but no less than a part of what the picture shows.
 class Light {
@@ -75,7 +83,7 @@ class Light {
 
 Image measure(const Halves& h, const Light& light) {
   const int width = h.denoised.width(), height = h.denoised.height();
-  Image measures(width, height, 3);
+  Image measures(width, height, measures_of_pixel);
   parallel_for(size_t(height), [&](size_t row) {
     const int y = int(row);
     std::vector<float> a(3 * size_t(width)), b(3 * size_t(width));
@@ -92,8 +100,9 @@ Image measure(const Halves& h, const Light& light) {
       }
       const float scale = 1 / (light(x, y) * light(x, y));
       cross *= scale, apart *= scale;
-      if (!std::isfinite(cross) || !std::isfinite(apart)) continue;
       float* m = measures.pixel(x, y);
+      m[number] = 1;
+      if (!std::isfinite(cross * cross) || !std::isfinite(apart * apart)) continue;
       m[crossed] = cross, m[crossed_square] = cross * cross, m[difference] = apart;
     }
   });
@@ -111,9 +120,10 @@ double whole_ratio(const Image& measures) {
   return sums[1] > 0 ? std::max(1.0, sums[0] / sums[1]) : 1;
 }
 
-int pixels_around(int x, int y, int r, const Image& image) {
-  return (std::min(image.width() - 1, x + r) - std::max(0, x - r) + 1) *
-         (std::min(image.height() - 1, y + r) - std::max(0, y - r) + 1);
+/// As many pixels of equal weight have a mean as exact as that of tent sums, of which `sum` is that of the weights.
+double independent(float sum) {
+  constexpr double side = 2 * wide_radius + 1;
+  return 2.25 * double(sum) / (side * side);
 }
 
 }  // namespace
@@ -144,20 +154,20 @@ Image relative_error(const Halves& h) {
   const Light light(h.denoised);
   const Image measures = measure(h, light);
   const double ratio = whole_ratio(measures);
-  const Image around = square_sums(measures, wide_radius), near = square_sums(measures, smooth_radius);
+  const Image around = tent_sums(measures, wide_radius), near = tent_sums(measures, near_radius);
   Image errors(h.denoised.width(), h.denoised.height(), 1);
   parallel_for(size_t(errors.height()), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < errors.width(); ++x) {
-      const double n = pixels_around(x, y, wide_radius, errors);
-      const float* s = around.pixel(x, y);
-      const double mean = double(s[crossed]) / n, expected = ratio * double(s[difference]) / n;
-      const double noise = std::max(0.0, double(s[crossed_square]) / n - mean * mean) / n;  // variance of the mean
+      const float *s = around.pixel(x, y), *close = near.pixel(x, y);
+      const double mean = double(s[crossed] / s[number]), expected = ratio * double(s[difference] / s[number]);
+      const double spread = double(s[crossed_square] / s[number]) - mean * mean;
+      const double noise = std::max(0.0, spread) / independent(s[number]);  // variance of the mean
       const double most = std::max(expected, mean);
       if (!(most > 0)) continue;
       const double trust = most * most / (most * most + noise);
       const double square = std::max(trust * mean + (1 - trust) * expected, least_share * expected);
-      const double here = double(near.pixel(x, y)[difference]) / pixels_around(x, y, smooth_radius, errors);
+      const double here = double(close[difference] / close[number]);
       errors.pixel(x, y)[0] = float(square / 3 * (expected > 0 ? here * ratio / expected : 1));
     }
   });
