@@ -100,7 +100,7 @@ def noise_free_error(context, folder, picture, layers):
     if "variance" in layers:
         names += ["variance.R", "variance.G", "variance.B"]
         parts.append(np.zeros_like(picture))
-        for name, value in (("Software", "Dapple"), ("dapple/independentSamples", 1), ("dapple/samples", 1024)):
+        for name, value in (("Software", "Dapple 0.1.0"), ("dapple/independentSamples", 1), ("dapple/samples", 1024)):
             spec.attribute(name, value)
     spec.channelnames = names
     write_pixels(folder / "clean.exr", spec, np.ascontiguousarray(np.concatenate(parts, -1).astype(np.float32)))
