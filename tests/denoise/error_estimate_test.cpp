@@ -92,7 +92,8 @@ TEST(ErrorEstimate, StaysFiniteOnFireflies) {
   p.first.pixel(9, 9)[1] = 1e20f;
   p.second.pixel(30, 9)[1] = infinity;
   p.denoised_first.pixel(40, 9)[1] = std::nanf("");
-  for (const float s : p.squares().pixels()) EXPECT_TRUE(std::isfinite(s) && s >= 0) << s;
+  const image::Image squares = p.squares();
+  for (const float s : squares.pixels()) EXPECT_TRUE(std::isfinite(s) && s >= 0) << s;
 }
 
 TEST(ErrorEstimate, IsTheSameForAnyThreads) {

@@ -25,6 +25,10 @@ constexpr int smooth_radius = 3;
 // measured that estimates are right in the mean of four scenes.
 constexpr float half_loss = 1.1f;
 
+// What a pixel's relative squares, of three channels, count for at most: one lamp that the network takes for a firefly
+// would else decide for the whole picture.
+constexpr float most_square = 30;
+
 // Of what the whole picture's ratio tells, what crossed squares must leave: their mean may be below 0 by chance.
 constexpr double least_share = 0.25;
 
@@ -102,7 +106,8 @@ Image measure(const Halves& h, const Light& light) {
       cross *= scale, apart *= scale;
       float* m = measures.pixel(x, y);
       m[number] = 1;
-      if (!std::isfinite(cross * cross) || !std::isfinite(apart * apart)) continue;
+      if (!std::isfinite(cross) || !std::isfinite(apart)) continue;
+      cross = std::clamp(cross, -most_square, most_square), apart = std::min(apart, most_square);
       m[crossed] = cross, m[crossed_square] = cross * cross, m[difference] = apart;
     }
   });

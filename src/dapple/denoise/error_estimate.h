@@ -22,10 +22,10 @@ struct Halves {
 /// With halves a and b of the true picture t and denoised ones A and B, (A - b)^2 + (B - a)^2 - (a - b)^2 has the mean
 /// (A - t)^2 + (B - t)^2: noise and blur alike, without bias, since A does not know the noise of b (as in cross
 /// validation: Rousselle, Knaus and Zwicker, "Adaptive rendering with non-local means filtering", 2012). The whole has
-/// fewer errors than halves by a factor that was measured. As this is noisy, it is taken over 17 x 17 pixels, and
+/// fewer errors than halves by a factor that was measured. As this is noisy, it is taken over some 17 x 17 pixels, and
 /// where it is not even known there it leans on the whole picture's ratio to (A - B)^2, which is less noisy and
-/// says where errors are, but not how large. Errors that all samples
-/// share are not seen.
+/// says where errors are, but not how large. A pixel counts for an error of about three times its light at most. Errors
+/// that all samples share are not seen.
 image::Image relative_error(const Halves& halves);
 
 /// Makes of relative squares absolute ones.
