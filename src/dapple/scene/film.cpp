@@ -57,7 +57,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
   for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
   if (!direct_.empty() && scale > 0) direct_[index(x, y)] += direct * (weight * scale);
-  if (!halves_.empty() && (p.samples - 1) / 4 % 2 == 0) {
+  if (!halves_.empty() && (p.samples - 1) / halved_by % 2 == 0) {
     HalfSums& half = halves_[index(x, y)];
     for (int c = 0; c < 3; ++c) half.sum[c] += double(weight) * double(L[c]);
     if (scale > 0) half.direct += direct * (weight * scale);

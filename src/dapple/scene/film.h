@@ -59,7 +59,7 @@ class Film {
     bool cache_use = false;  ///< keep what the radiosity cache did
     bool air = false;        ///< keep AirFeatures
     bool direct = false;     ///< keep the part of radiance that is direct light
-    bool halves = false;     ///< keep every second sample apart: half(), half_direct()
+    bool halves = false;     ///< keep half of the samples apart: half(), half_direct()
   };
 
   Film() = default;
@@ -91,7 +91,8 @@ class Film {
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
   RGB direct(int x, int y) const;  ///< with Settings::direct; gains do not count
-  /// Means of the samples of even (0) and odd (1) numbers, with Settings::halves; 0 where there are none.
+  /// Means of two halves of the samples, 0 and 1, with Settings::halves; 0 where there are none. By fours, each of
+  /// which is stratified (numeric/sobol.h): so multiples of 8 are halved.
   RGB half(int x, int y, int which) const;
   RGB half_direct(int x, int y, int which) const;  ///< with Settings::direct too
   void set_cache_features(int x, int y, const CacheFeatures& use) {
@@ -128,7 +129,8 @@ class Film {
   struct AirSums {
     double airlight[3] = {0, 0, 0}, transmittance[3] = {0, 0, 0}, weight = 0;
   };
-  struct HalfSums {  ///< of even samples
+  static constexpr uint32_t halved_by = 4;
+  struct HalfSums {  ///< of half 0
     double sum[3] = {0, 0, 0}, weight = 0;
     RGB direct;  ///< before white balance
   };
