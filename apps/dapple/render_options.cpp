@@ -372,7 +372,8 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--aov", o.aovs,
                  "Further layers of an EXR: "
                  "albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
-                 "or all; motion, pixels to the next frame; direct, that part of light where samples are traced as "
+                 "or all; motion, pixels to the next frame; error, the standard error that is left; direct, that part "
+                 "of light where samples are traced as "
                  "paths; airlight,transmittance with scan planes; "
                  "cache_level,cache_age,cache_fills,cache_reuse [none]");
   app.add_flag("--light-groups", o.light_groups,

@@ -19,7 +19,8 @@ constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "alb
 constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal",
                                         "normals",         "shadingnormal", "nn", "n"};
 
-constexpr std::string_view motions[] = {"motion"}, back_motions[] = {"motionback"}, directs[] = {"direct"}, variances[] = {"variance"};
+constexpr std::string_view motions[] = {"motion"}, back_motions[] = {"motionback"}, directs[] = {"direct"},
+                           variances[] = {"variance"};
 constexpr std::string_view depths[] = {"z", "depth", "depthz", "depthv"};  // channels
 
 std::string plain(std::string_view name) {
