@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame, and of the network's bare convolutions: the same
-// primitives, layouts and threads without what lies between them. The tiles of frames beyond 2.1 million pixels
-// overlap; their bare convolutions are not shown.
+// primitives, layouts and threads without what lies between them. Their rate is that of the clock, and that which all
+// threads would have by the processor time that they took, where others use the machine too. The tiles of frames
+// beyond 2.1 million pixels overlap; their bare convolutions are not shown.
 #include <cstdio>
 #include <cstdlib>
 
@@ -28,8 +29,11 @@ int main(int argc, char** argv) {
     const double seconds = timer.seconds();
     std::printf("%.2f s, peak %.0f MB", seconds, double(process_peak_rss_bytes()) / 1e6);
     if (int64_t{padded_w} * padded_h <= 2'100'000) {
+      const double before = process_cpu_seconds();
       const double bare = denoiser.network().bare_seconds(padded_w, padded_h);
-      std::printf("; bare convolutions %.2f s, %.0f GFLOP/s, ratio %.2f", bare, flops / bare / 1e9, seconds / bare);
+      const double busy = (process_cpu_seconds() - before) / thread_count();
+      std::printf("; bare convolutions %.2f s, %.0f GFLOP/s, by processor time %.0f, ratio %.2f", bare,
+                  flops / bare / 1e9, flops / busy / 1e9, seconds / bare);
     }
     std::printf("\n");
   }

@@ -97,7 +97,7 @@ py::dict layers_of(Picture picture) {
 std::string channel_of(const std::string& layer, const std::string& channel) {
   if (layer.empty()) return channel;
   if (channel == "Y") return layer == "depth" ? "Z" : layer == "alpha" ? "A" : layer;
-  const bool is_vector = layer == "normal" || layer == "motion" || layer == "position";
+  const bool is_vector = layer == "normal" || layer == "motion" || layer == "motion_back" || layer == "position";
   const size_t at = is_vector ? std::string("RGB").find(channel) : std::string::npos;
   return layer + "." + (at < 3 ? std::string("XYZ").substr(at, 1) : channel);
 }

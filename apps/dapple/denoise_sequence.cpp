@@ -203,6 +203,11 @@ class Sequence {
       f.camera_at_close = camera("dapple/worldToNDCAtClose");
       f.shutters_a_frame = file.number("dapple/shuttersAFrame").value_or(1);
     }
+    if (picture.motion_back) {
+      check_window(path, file, picture.motion_back->part, picture.motion_back->name, picture.colour);
+      f.motion_back = image_of(file, *picture.motion_back);
+      f.camera_of_previous = camera("dapple/worldToNDCOfPrevious");
+    }
     return f;
   }
 

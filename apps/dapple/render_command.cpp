@@ -141,6 +141,10 @@ render::PictureRequest picture_request(const RenderOptions& o) {
   return r;
 }
 
+bool has_motion(const RenderOptions& o) {
+  return render::show_motion(render::parse_aovs(o.aovs));
+}
+
 // What the picture makes no use of.
 void warn_of_no_effect(const RenderOptions& o, const render::Picture& picture) {
   const auto* const traced = dynamic_cast<const path::PathIntegrator*>(&picture.integrator());
@@ -150,6 +154,8 @@ void warn_of_no_effect(const RenderOptions& o, const render::Picture& picture) {
         "keeps the cache)");
   if (render::show_air(picture.aovs()) && picture.integrator().shaft_tables().lights == 0)
     log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
+  if (!has_motion(o) && !o.previous.empty()) log_warning("--previous has no effect without --aov motion");
+  if (!has_motion(o) && !o.next.empty()) log_warning("--next has no effect without --aov motion");
   if (picture.denoises()) return;
   if (o.denoise_exposure > 0) log_warning("--denoise-exposure has no effect without --denoise on");
   if (!o.denoise_weights.empty()) log_warning("--denoise-weights has no effect without --denoise on");
@@ -237,7 +243,23 @@ struct Job {
   Diagnostics& diagnostics;
   std::vector<std::string> paths;
   Viewer viewer;
+  std::optional<build::BuiltScene> previous{}, next{};  ///< scenes of these frames
 };
+
+// With the film of the frame itself. A neighbour tells no more than where things are.
+std::optional<build::BuiltScene> neighbour(const Job& job, const std::string& path, const V2i& resolution) {
+  if (path.empty()) return std::nullopt;
+  build::BuildOptions options = build_options(job.o);
+  options.gains.clear();
+  options.model = model_options(job.o.model, path);
+  build::BuiltScene scene = build::load_scene(path, options, job.diagnostics);
+  job.outputs.check_inputs(scene.named_files);
+  if (const V2i r = scene.scene->film.resolution; r != resolution)
+    throw InputError(FileLoc{path}, "the frame has " + std::to_string(r.x) + " x " + std::to_string(r.y) +
+                                        " pixels; expected " + std::to_string(resolution.x) + " x " +
+                                        std::to_string(resolution.y) + " as in \"" + job.o.scene + "\"");
+  return scene;
+}
 
 render::RunReport report_of(const Job& job, const build::BuiltScene& built, const render::Picture& picture,
                             const scene::Film& film, const render::SessionResult& result) {
@@ -264,7 +286,8 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
   job.outputs.check_inputs(built.named_files);
   job.outputs.check_input(o.ocio);
 
-  const render::PictureRequest asked = picture_request(o);
+  render::PictureRequest asked = picture_request(o);
+  asked.previous = job.previous ? &*job.previous : nullptr, asked.next = job.next ? &*job.next : nullptr;
   const build::IntegratorRequest request = render::settled_request(built, asked);
   if (request.type == "path" || request.type == "canopy" || request.type == "images")
     warn_of_unused_stages(*built.scene, FileLoc{o.scene, 0, 0}, request.type, job.diagnostics);
@@ -279,6 +302,7 @@ ExitCode render_picture(Job& job, build::BuiltScene& built, const Timer& wall) {
 
   interrupts.begin_rendering();
   render::RenderSession session(picture.integrator(), film, rules);
+  picture.judge(session, film);
   job.viewer.follow(session, film, picture);
   ProgressBar bar(!o.quiet);
   session.on_progress([&](const render::Progress& p) { bar.update(p); });
@@ -339,7 +363,7 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   OutputFiles outputs;
   for (const std::string& path : o.outputs) outputs.add_image("--output", path);
   outputs.add("--stats", o.stats);
-  outputs.check_inputs({o.scene, o.ocio, o.images.file.value_or("")});
+  outputs.check_inputs({o.scene, o.ocio, o.images.file.value_or(""), o.previous, o.next});
   if (o.quiet) set_log_level(1);
   set_thread_count(o.threads);
   Diagnostics diagnostics(o.strict);
@@ -353,6 +377,10 @@ int render_scene(const RenderOptions& o, const std::string& command_line) {
   std::vector<std::string> paths = output_paths(o, built, diagnostics);
   Job job{o, command_line, interrupts, outputs, diagnostics, paths, {o.tev, paths[0], StopToken(interrupts.flag())}};
   if (o.outputs.empty()) outputs.add_image_of_scene(job.paths[0], built.film.place);
+  if (has_motion(o)) {
+    job.previous = neighbour(job, o.previous, built.scene->film.resolution);
+    job.next = neighbour(job, o.next, built.scene->film.resolution);
+  }
   const ExitCode code = render_picture(job, built, wall);
   if (!watched || code == ExitCode::interrupted) return static_cast<int>(code);
   return static_cast<int>(watch(job, *watched));

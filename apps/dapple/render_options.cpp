@@ -215,6 +215,8 @@ void check_render_options(const RenderOptions& o) {
   if (!o.tev.empty()) render::TevAddress check(o.tev);
   if (o.half && o.full_float) throw UsageError("--half and --float exclude each other");
   render::parse_aovs(o.aovs);
+  if (o.watch && !(o.previous.empty() && o.next.empty()))
+    throw UsageError("--previous and --next exclude --watch, which looks after one scene");
   if (!o.compression.empty()) image::check_compression(o.compression);
 }
 
@@ -370,7 +372,8 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--aov", o.aovs,
                  "Further layers of an EXR: "
                  "albedo,normal,depth,position,variance,samples,alpha,patch,grid_point,dice_level,shading_rate "
-                 "or all; motion, pixels to the next frame; direct, that part of light where samples are traced as "
+                 "or all; motion, pixels to the next frame; error, the standard error that is left; direct, that part "
+                 "of light where samples are traced as "
                  "paths; airlight,transmittance with scan planes; "
                  "cache_level,cache_age,cache_fills,cache_reuse [none]");
   app.add_flag("--light-groups", o.light_groups,
@@ -397,6 +400,12 @@ void add_layer_options(CLI::App& app, RenderOptions& o) {
       ->check(CLI::Range(1e-9, 1e9));
   app.add_option("--denoise-weights", o.denoise_weights,
                  "Network for that, .tza of 3, 6 or 9 channels: colour, albedo, normals [that of all 9]");
+  app.add_option(
+      "--next", o.next,
+      "Scene of the frame after this one: AOV motion is exact for what moves, by the same shapes there [none: "
+      "motion goes on as while the shutter is open]");
+  app.add_option("--previous", o.previous,
+                 "Scene of the frame before this one: with AOV motion a layer motion_back, to that frame [none]");
   app.add_option("--stats", o.stats, "Write a JSON run report to this file [none]");
 }
 

@@ -96,6 +96,65 @@ TEST_F(Denoise, DirectLightIsWhatLampsSendToWhatIsSeen) {
   EXPECT_NE(grids.output.find("direct"), std::string::npos) << grids.output;
 }
 
+double mean(const std::vector<float>& values) {
+  double sum = 0;
+  for (const float v : values) sum += double(v);
+  return sum / double(values.size());
+}
+
+// Relative to light, as noise targets have it; the references' noise does not count. Measured ratios: bench/run.py
+// denoised_error.
+TEST_F(Denoise, ErrorsThatAreLeftAreTold) {
+  const std::vector<std::string> path{"--integrator", "path", "--aov", "error", "--pixel-samples"};
+  const auto with = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), path.begin(), path.end());
+    return layers(name, more);
+  };
+  const ExrLayers a = layers("a.exr", {"--integrator", "path", "--pixel-samples", "256", "--seed", "7"}),
+                  b = layers("b.exr", {"--integrator", "path", "--pixel-samples", "256", "--seed", "8"});
+  for (const char* samples : {"8", "64"}) {
+    const ExrLayers on = with("on.exr", {samples, "--denoise", "on"});
+    double told = 0, true_one = 0;
+    const double dark = .1 * mean(a["G"]);
+    for (size_t i = 0; i < on["error"].size(); ++i) {
+      const double light = dark + (double(a["R"][i]) + double(a["G"][i]) + double(a["B"][i])) / 3;
+      told += std::pow(double(on["error"][i]) / light, 2);
+      for (const char* c : {"R", "G", "B"})
+        true_one += (double(on[c][i]) - double(a[c][i])) * (double(on[c][i]) - double(b[c][i])) / (3 * light * light);
+    }
+    EXPECT_NEAR(std::log(std::sqrt(told / true_one)), 0, std::log(1.6)) << samples;
+    const ExrLayers one = with("one.exr", {samples, "--denoise", "on", "--threads", "1"});
+    EXPECT_EQ(one["error"], on["error"]);
+  }
+  const ExrLayers few = with("few.exr", {"4", "--denoise", "on"}), off = with("off.exr", {"4", "--denoise", "off"});
+  EXPECT_TRUE(std::isinf(few["error"][0]));
+  EXPECT_GT(mean(off["error"]), 0);
+  EXPECT_TRUE(std::isfinite(mean(off["error"])));
+}
+
+TEST_F(Denoise, NoiseTargetsAreReachedAfterIt) {
+  const auto samples = [&](const std::string& target, const std::string& denoise, const std::string& threads) {
+    return std::stoi(
+        layers("a.exr", {"--integrator", "path", "--noise-target", target, "--denoise", denoise, "--threads", threads})
+            .text("dapple/samples"));
+  };
+  const int coarse = samples(".15", "on", "2"), fine = samples(".07", "on", "2");
+  EXPECT_GE(coarse, 8);
+  EXPECT_LT(coarse, fine);
+  EXPECT_EQ(samples(".15", "on", "1"), coarse);
+  EXPECT_LT(fine, 512);
+}
+
+// Noisy blocks, which get more samples, are fewer after denoising.
+TEST_F(Denoise, BlocksAreJudgedAfterIt) {
+  const auto samples = [&](const std::string& denoise) {
+    const ExrLayers image = layers("a.exr", {"--integrator", "path", "--pixel-samples", "16", "--max-pixel-samples",
+                                             "64", "--pixel-noise", ".12", "--denoise", denoise, "--aov", "samples"});
+    return mean(image["samples"]);
+  };
+  EXPECT_LT(samples("on"), .8 * samples("off"));
+}
+
 TEST_F(Denoise, PngGetsTheDenoisedImage) {
   ASSERT_EQ(render_to("a.exr", {"-o", file("a.png"), "--integrator", "path", "--pixel-samples", "2", "--denoise", "on"})
                 .exit_code,

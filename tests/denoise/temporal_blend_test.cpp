@@ -205,6 +205,30 @@ TEST(TemporalBlend, FollowsMotion) {
   EXPECT_LT(share, .6);  // most of the texture is elsewhere
 }
 
+// A plane that is slower before this frame than after it, while the camera moves too.
+TEST(TemporalBlend, FollowsMotionToThePreviousFrame) {
+  const double eye = 4 / focal * 2;  // 2 pixels at depth 4
+  const auto at_place = [](double by, double camera) {
+    return [by, camera](double x, double y) {
+      Surface s = plane(camera)(x - by, y);
+      s.albedo = RGB(float(.5 + .3 * std::sin(60 * (x - by + camera / 4))));
+      s.motion = V3d(3, 0, 0);
+      return s;
+    };
+  };
+  SequenceFrame at = frame(0, at_place(0, 0), 0, 0, true);
+  const SequenceFrame before = frame(eye, at_place(-1 / focal, eye), 0, 0, true);
+  double share = 0;
+  blended(at, before, -1, &share);
+  EXPECT_LT(share, .6);
+  at.motion_back = image::Image(width, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) at.motion_back.pixel(x, y)[0] = -3;  // 1 by itself, 2 by the camera
+  at.camera_of_previous = FrameCamera::make(matrix_at(eye), {width, height, 0, 0});
+  EXPECT_LT(rms(blended(at, before, -1, &share), at.noisy), 1e-4);
+  EXPECT_GT(share, .9);
+}
+
 // The camera goes to the right while the shutter is open: the motion of still things is its own, by the matrices.
 TEST(TemporalBlend, TakesTheCamerasMotionOff) {
   const double eye = 4 / focal * 3;  // 3 pixels at depth 4

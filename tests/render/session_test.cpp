@@ -110,6 +110,65 @@ TEST(Session, NoiseTargetIsReached) {
   EXPECT_LT(result.samples, rules.pixel_samples);
 }
 
+// Of a judge whose errors fall like noise: twice as many samples at the most, a quarter more at the least.
+TEST(Session, NoiseTargetIsReachedByWhoJudges) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.pixel_samples = 1 << 16;
+  rules.noise_target = 0.2;
+  render::RenderSession session(integrator, film, rules);
+  std::vector<uint32_t> asked;
+  session.judge_by([&](StopToken) {
+    const auto n = film.samples(0, 0);
+    asked.push_back(n);
+    const double error = .2 * std::sqrt(100. / n);
+    return std::vector<float>(size_t(film.width()) * size_t(film.height()), float(error * error));
+  });
+  const std::atomic<bool> interrupt{false};
+  const auto result = session.run(interrupt);
+  EXPECT_EQ(result.outcome, render::Outcome::noise_target);
+  EXPECT_NEAR(result.samples, 100, 26);
+  EXPECT_LE(result.relative_error, .2);
+  EXPECT_EQ(asked, (std::vector<uint32_t>{8, 16, 32, 64, result.samples}));
+}
+
+TEST(Session, WhoJudgesMayStop) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::StopRules rules;
+  rules.noise_target = 1e-3;
+  render::RenderSession session(integrator, film, rules);
+  std::atomic<bool> interrupt{false};
+  session.judge_by([&](StopToken stop) {
+    interrupt = true;
+    stop.check();
+    return std::vector<float>();
+  });
+  EXPECT_EQ(session.run(interrupt).outcome, render::Outcome::interrupted);
+  EXPECT_EQ(film.samples(0, 0), 8u);
+}
+
+// Only the blocks of whom it says so get more samples.
+TEST(Session, NoisyBlocksAreFoundByWhoJudges) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::RenderSession session(integrator, film, {.pixel_samples = 8, .max_pixel_samples = 16, .pixel_noise = 0.1});
+  session.judge_by([&](StopToken) {
+    std::vector<float> errors(size_t(film.width()) * size_t(film.height()));
+    errors[0] = infinity;
+    return errors;
+  });
+  const std::atomic<bool> interrupt{false};
+  session.run(interrupt);
+  EXPECT_EQ(film.samples(0, 0), 16u);
+  EXPECT_EQ(film.samples(15, 15), 16u);
+  EXPECT_EQ(film.samples(film.width() - 1, film.height() - 1), 8u);
+}
+
 TEST(Session, InterruptKeepsWhatIsDone) {
   const auto built = build_text(box);
   const path::PathIntegrator integrator(*built.scene, bounces(2));

@@ -54,6 +54,29 @@ TEST(Film, BalancesWhite) {
   }
 }
 
+TEST(Film, KeepsHalvesOfItsSamples) {
+  Film::Settings settings;
+  settings.resolution = {1, 1};
+  settings.crop = {V2i(0, 0), V2i(1, 1)};
+  settings.scale = 2;
+  settings.direct = settings.halves = true;
+  Film film(settings);
+  for (int i = 0; i < 12; ++i) {
+    if (i == 4) {
+      EXPECT_EQ(film.half(0, 0, 0).g, 4);
+      EXPECT_EQ(film.half(0, 0, 1).g, 0);
+    }
+    const RGB direct(float(i / 4), 0, 1);
+    film.add(0, 0, i % 2 ? .5f : 1.0f, i == 5 ? RGB(infinity) : RGB(1, 2, 3) + direct, {}, {}, direct);
+  }
+  // 0 to 3 and 8 to 11; of the others one is black, of .5 among 3.
+  EXPECT_NEAR(film.half(0, 0, 0).r, 2 * (1 + 1), 1e-6f);
+  EXPECT_NEAR(film.half_direct(0, 0, 0).r, 2 * 1, 1e-6f);
+  EXPECT_NEAR(film.half(0, 0, 1).r, 2 * 2 * 2.5f / 3, 1e-6f);
+  EXPECT_NEAR(film.half_direct(0, 0, 1).b, 2 * 2.5f / 3, 1e-6f);
+  EXPECT_NEAR(film.pixel(0, 0).b, (2 * film.half(0, 0, 0).b + film.half(0, 0, 1).b) / 3, 1e-6f);
+}
+
 // Colours of gains are colours of light, which white balance comes after.
 TEST(Film, GainsWeightGroups) {
   Film::Settings settings;

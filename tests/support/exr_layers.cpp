@@ -15,7 +15,8 @@ ExrLayers::ExrLayers(const std::string& path) {
     if (parts_ == 0) {
       width_ = spec.width, height_ = spec.height;
       for (const auto& attribute : spec.extra_attribs)
-        if (attribute.type() == OIIO::TypeString || attribute.type() == OIIO::TypeFloat)
+        if (attribute.type() == OIIO::TypeString || attribute.type() == OIIO::TypeFloat ||
+            attribute.type() == OIIO::TypeInt || attribute.type() == OIIO::TypeMatrix)
           texts_[attribute.name().string()] = attribute.get_string();
     }
     std::vector<float> pixels(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));

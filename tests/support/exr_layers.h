@@ -7,8 +7,8 @@
 
 namespace dapple::test {
 
-/// The channels of all parts of an EXR as float, and texts and numbers of its first header. Read with OpenImageIO
-/// directly. std::runtime_error where a file, channel or text is not there.
+/// The channels of all parts of an EXR as float, and texts, numbers and matrices of its first header. Read with
+/// OpenImageIO directly. std::runtime_error where a file, channel or text is not there.
 class ExrLayers {
  public:
   explicit ExrLayers(const std::string& path);

@@ -303,6 +303,7 @@ Picture Scene::render(const RenderOptions& options) {
     render::StopRules rules = picture.rules();
     rules.seconds_before = set_up.seconds();
     render::RenderSession session(picture.integrator(), film, rules);
+    picture.judge(session, film);
     std::atomic<bool> interrupt{false};
     std::exception_ptr failure;  // of the callback, whose threads are not the caller's
     if (options.progress)

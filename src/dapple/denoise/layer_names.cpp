@@ -19,7 +19,8 @@ constexpr std::string_view albedos[] = {"denoisingalbedo", "denoisealbedo", "alb
 constexpr std::string_view normals[] = {"denoisingnormal", "denoisenormal", "ns", "normal",
                                         "normals",         "shadingnormal", "nn", "n"};
 
-constexpr std::string_view motions[] = {"motion"}, directs[] = {"direct"}, variances[] = {"variance"};
+constexpr std::string_view motions[] = {"motion"}, back_motions[] = {"motionback"}, directs[] = {"direct"},
+                           variances[] = {"variance"};
 constexpr std::string_view depths[] = {"z", "depth", "depthz", "depthv"};  // channels
 
 std::string plain(std::string_view name) {
@@ -139,9 +140,11 @@ std::vector<Picture> find_pictures(const image::ExrFile& file) {
                     {},
                     {},
                     {},
+                    {},
                     {}};
     if (view.empty() && is_of_dapple(file)) {
       picture.motion = find(layers, &view, motions);
+      picture.motion_back = find(layers, &view, back_motions);
       picture.direct = find(layers, &view, directs);
       picture.variance = find(layers, &view, variances);
     }

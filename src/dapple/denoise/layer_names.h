@@ -28,10 +28,11 @@ struct Picture {
   Layer noisy;   ///< what is read: colour, or what was kept of it before it was denoised
   std::optional<Layer> albedo, normal;
   std::optional<ChannelPlace> depth;
-  std::optional<Layer> motion;      ///< AOV of Dapple, where the header says that it is one
-  std::optional<Layer> direct;      ///< likewise: the part of noisy that is direct light
-  std::optional<Layer> variance;    ///< likewise
-  std::vector<Layer> light_groups;  ///< Dapple's, "light.NAME"
+  std::optional<Layer> motion;       ///< AOV of Dapple, where the header says that it is one
+  std::optional<Layer> motion_back;  ///< likewise
+  std::optional<Layer> direct;       ///< likewise: the part of noisy that is direct light
+  std::optional<Layer> variance;     ///< likewise
+  std::vector<Layer> light_groups;   ///< Dapple's, "light.NAME"
 };
 
 /// Pictures in a file, with the names that renderers give to layers: Dapple (R; noisy.R, albedo.R, normal.X,

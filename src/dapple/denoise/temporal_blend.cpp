@@ -110,14 +110,17 @@ TemporalBlend::TapMap TemporalBlend::find_again(const Neighbour& n) const {
       const float depth = at_.depth.pixel(x, y)[0];
       const FrameCamera::Point seen = at_.camera->seen_at(x + .5, y + .5, double(depth));
       V3d place = from.camera->place_of(seen);
-      if (!at_.motion.empty()) {
-        // What is left of the motion without the camera's is the surface's own.
-        const RGB whole = triple(at_.motion, x, y);
-        V3d own(double(whole.r), double(whole.g), double(whole.b));
-        if (at_.camera_at_close)
-          own -= (at_.camera_at_close->place_of(seen) - at_.camera->place_of(seen)) * double(at_.shutters_a_frame);
-        place += own * n.frames;
-      }
+      // What is left of the motion without the camera's is the surface's own.
+      const auto own = [&](const Image& motion, const std::optional<FrameCamera>& camera, float shutters) {
+        const RGB whole = triple(motion, x, y);
+        V3d rest(double(whole.r), double(whole.g), double(whole.b));
+        if (camera) rest -= (camera->place_of(seen) - at_.camera->place_of(seen)) * double(shutters);
+        return rest;
+      };
+      if (n.frames < 0 && !at_.motion_back.empty() && at_.camera_of_previous)
+        place -= own(at_.motion_back, at_.camera_of_previous, 1) * n.frames;
+      else if (!at_.motion.empty())
+        place += own(at_.motion, at_.camera_at_close, at_.shutters_a_frame) * n.frames;
       place.x -= .5, place.y -= .5;
       if (!(place.x > -1 && place.y > -1 && place.x < width && place.y < height)) continue;
       Taps& t = taps[row * size_t(width) + size_t(x)];

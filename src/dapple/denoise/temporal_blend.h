@@ -21,6 +21,8 @@ struct SequenceFrame {
   /// frame. None: the camera is still while the shutter is open.
   std::optional<FrameCamera> camera_at_close;
   float shutters_a_frame = 1;
+  image::Image motion_back;                       ///< layer motion_back: the same to the previous frame; may be empty
+  std::optional<FrameCamera> camera_of_previous;  ///< where that is not empty
 
   /// Whether its points can be found in other frames, and theirs in it.
   bool can_be_found() const { return camera && !albedo.empty() && !normal.empty() && !depth.empty(); }

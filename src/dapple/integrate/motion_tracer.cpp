@@ -20,7 +20,7 @@ class Screen {
       : to_ndc_(*m.world_to_ndc), to_camera_(m.world_to_camera), size_(camera.settings().resolution) {}
 
   /// x, y: pixels from the upper left; z: depth. Not finite where the camera cannot see it.
-  V3d of_point(const V3f& p) const { return of(V3d(p), 1); }
+  V3d of_point(const V3d& p) const { return of(p, 1); }
   V3d of_direction(const V3f& d) const { return of(V3d(d), 0); }
 
  private:
@@ -49,7 +49,8 @@ struct Mean {
 }  // namespace
 
 struct MotionTracer::Workspace {
-  Screen open, close;
+  Screen open, close;  ///< close: of the neighbour, where there is one
+  const NeighbourScene* to;
   CameraBatch camera;
   StopToken stop;
   Mean met[CameraBatch::capacity], sky[CameraBatch::capacity];
@@ -60,23 +61,26 @@ struct MotionTracer::Workspace {
   float distance[CameraBatch::capacity];
   RGB passed[CameraBatch::capacity];
 
-  explicit Workspace(const scene::Camera& c)
-      : open(c, scene::camera_matrices(c)), close(c, scene::camera_matrices_at_close(c)) {}
+  Workspace(const scene::Camera& c, const NeighbourScene* neighbour)
+      : open(c, scene::camera_matrices(c)),
+        close(neighbour ? Screen(neighbour->scene.camera, scene::camera_matrices(neighbour->scene.camera))
+                        : Screen(c, scene::camera_matrices_at_close(c))),
+        to(neighbour) {}
 };
 
 bool MotionTracer::can_trace(const scene::Scene& scene) {
   return scene::camera_matrices(scene.camera).world_to_ndc.has_value();
 }
 
-std::vector<V3f> MotionTracer::trace(const Box2i& pixels, StopToken stop) const {
+std::vector<V3f> MotionTracer::trace(const Box2i& pixels, const NeighbourScene* to, StopToken stop) const {
   const int width = pixels.max.x - pixels.min.x, height = pixels.max.y - pixels.min.y;
   std::vector<V3f> out(size_t(width) * size_t(height), V3f(0, 0, 0));
-  if (!can_trace(scene_)) return out;
-  const double frame = double(scene_.camera.shutters_a_frame());
+  if (!can_trace(scene_) || (to && !can_trace(to->scene))) return out;
+  const double frame = to ? 1 : double(scene_.camera.shutters_a_frame());
   std::vector<Box2i> blocks;
   CameraBatch::for_each_block(pixels, [&](const Box2i& block) { blocks.push_back(block); });
   parallel_for(blocks.size(), [&](size_t i) {
-    const auto w = std::make_unique<Workspace>(scene_.camera);
+    const auto w = std::make_unique<Workspace>(scene_.camera, to);
     w->stop = w->tracing.stop = stop;
     trace_block(blocks[i], *w);
     for (int p = 0; p < w->camera.count; ++p) {
@@ -90,7 +94,6 @@ std::vector<V3f> MotionTracer::trace(const Box2i& pixels, StopToken stop) const 
 }
 
 void MotionTracer::trace_block(const Box2i& block, Workspace& w) const {
-  const scene::Camera::Settings& camera = scene_.camera.settings();
   const PixelSets sets(settings_.pixel_samples, settings_.seed);
   for (int s = 0; s < settings_.samples; ++s) {
     w.stop.check();
@@ -103,20 +106,36 @@ void MotionTracer::trace_block(const Box2i& block, Workspace& w) const {
     }
     tracer_.nearest(w.rays, w.camera.count, w.medium, &w.hits, w.distance, w.passed, w.tracing);
     for (int p = 0; p < w.camera.count; ++p) {
-      const Ray& ray = w.camera.ray[p].ray;
-      const float weight = w.camera.film_weight[p];
-      if (w.hits.geometry[p] == no_id) {
-        w.sky[p].add(w.close.of_direction(ray.d) - w.open.of_direction(ray.d), weight);
-        continue;
-      }
-      const float times[3] = {camera.time_open, camera.time_close, ray.time};
-      geom::SurfacePoint at[3];
-      scene_.traced.surfaces(w.hits, p, times, at);
-      // Of scenes with a period the surface may be that of another cell.
-      const V3f shift = ray.o + ray.d * w.distance[p] - at[2].P;
-      w.met[p].add(w.close.of_point(at[1].P + shift) - w.open.of_point(at[0].P + shift), weight);
+      const V3f& d = w.camera.ray[p].ray.d;
+      if (w.hits.geometry[p] == no_id)
+        w.sky[p].add(w.close.of_direction(d) - w.open.of_direction(d), w.camera.film_weight[p]);
+      else
+        add_hit(p, w);
     }
   }
+}
+
+void MotionTracer::add_hit(int p, Workspace& w) const {
+  const scene::Camera::Settings& camera = scene_.camera.settings();
+  const Ray& ray = w.camera.ray[p].ray;
+  const float times[3] = {camera.time_open, camera.time_close, ray.time};
+  geom::SurfacePoint at[3];
+  scene_.traced.surfaces(w.hits, p, times, at);
+  // Of scenes with a period the surface may be that of another cell.
+  const V3f shift = ray.o + ray.d * w.distance[p] - at[2].P;
+  V3d end = V3d(at[1].P + shift);
+  if (w.to) {
+    const float opens[1] = {w.to->scene.camera.settings().time_open};
+    geom::SurfacePoint there[1];
+    if (w.to->same.rename(&w.hits, p)) {
+      w.to->scene.traced.surfaces(w.hits, p, opens, there);
+      end = V3d(there[0].P + shift);
+    } else {
+      const double frames = w.to->frames * double(scene_.camera.shutters_a_frame());
+      end = V3d(at[0].P + shift) + V3d(at[1].P - at[0].P) * frames + w.to->shift;
+    }
+  }
+  w.met[p].add(w.close.of_point(end) - w.open.of_point(V3d(at[0].P + shift)), w.camera.film_weight[p]);
 }
 
 }  // namespace dapple::integrate

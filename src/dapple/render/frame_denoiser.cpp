@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/render/frame_denoiser.h"
 
+#include <cmath>
 #include <optional>
+#include <stdexcept>
 
 #include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/denoise_apart.h"
+#include "dapple/denoise/error_estimate.h"
 #include "dapple/denoise/transfer.h"
-#include "dapple/integrate/motion_tracer.h"
 
 namespace dapple::render {
 
@@ -15,48 +17,54 @@ using scene::Film;
 
 namespace {
 
-/// A film's picture, the part of it that is direct light, or that of a light group.
+/// A colour that a film keeps of each pixel; some have numbers.
 class FilmRows final : public denoise::PixelRows {
  public:
-  static constexpr int all = -1, direct = -2;
-  FilmRows(const Film& film, int part) : PixelRows(film.width(), film.height()), film_(film), part_(part) {}
+  using Value = RGB (*)(const Film&, int x, int y, int which);
+  FilmRows(const Film& film, Value value, int which = 0)
+      : PixelRows(film.width(), film.height()), film_(film), value_(value), which_(which) {}
   void read(int y, int begin, int end, float* out) const override {
     const V2i corner = film_.settings().crop.min;
     for (int x = begin; x < end; ++x) {
-      const int px = corner.x + x, py = corner.y + y;
-      const RGB c = part_ == all      ? film_.pixel(px, py)
-                    : part_ == direct ? film_.direct(px, py)
-                                      : film_.light_group(px, py, part_);
+      const RGB c = value_(film_, corner.x + x, corner.y + y, which_);
       for (int i = 0; i < 3; ++i) *out++ = c[i];
     }
   }
 
  private:
   const Film& film_;
-  const int part_;  ///< a group's number, or one of the above
+  const Value value_;
+  const int which_;
 };
 
-/// Variances of a film's pixels.
-class VarianceRows final : public denoise::PixelRows {
- public:
-  explicit VarianceRows(const Film& film) : PixelRows(film.width(), film.height()), film_(film) {}
-  void read(int y, int begin, int end, float* out) const override {
-    const V2i corner = film_.settings().crop.min;
-    for (int x = begin; x < end; ++x) {
-      const RGB v = film_.variance(corner.x + x, corner.y + y);
-      for (int i = 0; i < 3; ++i) *out++ = v[i];
-    }
-  }
+RGB picture(const Film& film, int x, int y, int) {
+  return film.pixel(x, y);
+}
+RGB direct(const Film& film, int x, int y, int) {
+  return film.direct(x, y);
+}
+RGB light_group(const Film& film, int x, int y, int group) {
+  return film.light_group(x, y, group);
+}
+RGB half(const Film& film, int x, int y, int which) {
+  return film.half(x, y, which);
+}
+RGB half_direct(const Film& film, int x, int y, int which) {
+  return film.half_direct(x, y, which);
+}
+// Infinite below two samples, which cannot tell.
+RGB known_variance(const Film& film, int x, int y, int) {
+  return film.samples(x, y) < 2 ? RGB(infinity) : film.variance(x, y);
+}
+RGB variance(const Film& film, int x, int y, int times) {
+  return film.variance(x, y) * float(times);
+}
 
- private:
-  const Film& film_;
-};
-
-bool tells_variance(const Film& film) {
+bool has_samples(const Film& film, uint32_t samples) {
   const Box2i& crop = film.settings().crop;
   for (int y = crop.min.y; y < crop.max.y; ++y)
     for (int x = crop.min.x; x < crop.max.x; ++x)
-      if (film.samples(x, y) < denoise::least_samples_for_variance) return false;
+      if (film.samples(x, y) < samples) return false;
   return true;
 }
 
@@ -78,28 +86,74 @@ FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
 }
 
 Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate::FeatureTracer::Settings& settings,
-                   StopToken stop) {
-  return image_of(integrate::MotionTracer(scene, settings).trace(crop, stop), crop.max.x - crop.min.x,
+                   StopToken stop, const integrate::NeighbourScene* to) {
+  const integrate::MotionTracer tracer(scene, settings);
+  return image_of(to ? tracer.trace(crop, *to, stop) : tracer.trace(crop, stop), crop.max.x - crop.min.x,
                   crop.max.y - crop.min.y);
 }
 
+Image squared_noise(const Film& film) {
+  return denoise::smooth_variance(FilmRows(film, known_variance));
+}
+
+Image standard_errors(const Film& film, const DenoisedFrame* denoised, bool loops) {
+  Image errors(film.width(), film.height(), 1);
+  if (denoised) {
+    errors = denoised->squared_error;
+  } else if (loops) {
+    errors = squared_noise(film);
+  } else {
+    const V2i corner = film.settings().crop.min;
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = 0; x < film.width(); ++x)
+        errors.pixel(x, y)[0] = known_variance(film, corner.x + x, corner.y + y, 0).average();
+  }
+  for (float& e : errors.pixels()) e = std::sqrt(e);
+  return errors;
+}
+
 FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
+
+/// What the network makes of parts of a film, and what it is told beside them.
+struct FrameDenoiser::Layers {
+  const denoise::PixelRows &colour, *direct, *variance, *albedo, *normal;  ///< all but colour may be null
+};
+
+Image FrameDenoiser::denoise(const Layers& l, const denoise::Denoiser::Options& options) const {
+  Image image = l.direct ? denoise::denoise_apart(denoiser_, l.colour, *l.direct, l.albedo, l.normal, options)
+                         : denoiser_(l.colour, l.albedo, l.normal, options);
+  if (l.variance) denoise::keep_clean_pixels(l.colour, *l.variance, &image);
+  return image;
+}
 
 DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* features, const Options& options) const {
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
   const denoise::PixelRows *const a = albedo ? &*albedo : nullptr, *const n = normal ? &*normal : nullptr;
-  const FilmRows all(film, FilmRows::all);
+  const FilmRows all(film, picture), of_direct(film, direct), of_noise(film, variance, 1);
+  const bool apart = film.settings().direct && !film.has_gains();
+  const bool keeps = options.independent && !film.has_gains() && has_samples(film, denoise::least_samples_for_variance);
   DenoisedFrame frame;
   frame.exposure = options.exposure > 0 ? options.exposure : denoise::auto_exposure(all);
   const denoise::Denoiser::Options of_all{.exposure = frame.exposure, .stop = options.stop};
-  frame.colour = film.settings().direct && !film.has_gains()
-                     ? denoise::denoise_apart(denoiser_, all, FilmRows(film, FilmRows::direct), a, n, of_all)
-                     : denoiser_(all, a, n, of_all);
-  if (options.independent && !film.has_gains() && tells_variance(film))
-    denoise::keep_clean_pixels(all, VarianceRows(film), &frame.colour);
+  frame.colour = denoise({all, apart ? &of_direct : nullptr, keeps ? &of_noise : nullptr, a, n}, of_all);
+  if (options.estimates_error) {
+    if (!film.settings().halves || film.has_gains()) throw std::logic_error("errors are estimated by half films");
+    const FilmRows half_noise(film, variance, 2);
+    Image halves[2];
+    for (int i = 0; i < 2; ++i) {
+      const FilmRows colour(film, half, i), of_half(film, half_direct, i);
+      halves[i] = denoise({colour, apart ? &of_half : nullptr, keeps ? &half_noise : nullptr, a, n}, of_all);
+    }
+    frame.relative_square =
+        denoise::relative_error({FilmRows(film, half, 0), FilmRows(film, half, 1), frame.colour, halves[0], halves[1]});
+    if (!has_samples(film, denoise::least_samples_for_error))
+      for (float& e : frame.relative_square.pixels()) e = infinity;  // not known
+    frame.squared_error = frame.relative_square;
+    denoise::multiply_by_light(frame.colour, &frame.squared_error);
+  }
   for (int g = 0; g < options.light_groups; ++g)
-    frame.light_groups.push_back(denoiser_(FilmRows(film, g), a, n, {.stop = options.stop}));
+    frame.light_groups.push_back(denoiser_(FilmRows(film, light_group, g), a, n, {.stop = options.stop}));
   denoise::add_up_to(frame.colour, frame.light_groups);
   return frame;
 }

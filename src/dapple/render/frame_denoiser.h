@@ -8,7 +8,7 @@
 #include "dapple/denoise/denoiser.h"
 #include "dapple/denoise/weights.h"
 #include "dapple/image/image.h"
-#include "dapple/integrate/feature_tracer.h"
+#include "dapple/integrate/motion_tracer.h"
 #include "dapple/scene/film.h"
 
 namespace dapple::render {
@@ -20,17 +20,27 @@ struct FeatureLayers {
 FeatureLayers trace_features(const scene::Scene& scene, const Box2i& crop,
                              const integrate::FeatureTracer::Settings& settings, StopToken stop = {});
 
-/// How what is seen moves to the next frame, as an image of three channels (integrate::MotionTracer). May
-/// throw Stopped.
+/// How what is seen moves to the next frame, as an image of three channels (integrate::MotionTracer): to that of `to`
+/// where it is not null. May throw Stopped.
 image::Image trace_motion(const scene::Scene& scene, const Box2i& crop,
-                          const integrate::FeatureTracer::Settings& settings, StopToken stop = {});
+                          const integrate::FeatureTracer::Settings& settings, StopToken stop = {},
+                          const integrate::NeighbourScene* to = nullptr);
 
 /// A frame without its noise, over the film's crop.
 struct DenoisedFrame {
   image::Image colour;
   std::vector<image::Image> light_groups;  ///< of which colour is the sum
   float exposure = 1;                      ///< that the network took colour with
+  /// Squared errors of colour's pixels (denoise::relative_error) and these relative to their light, one channel each,
+  /// where they were asked for; infinite below denoise::least_samples_for_error.
+  image::Image squared_error, relative_square;
 };
+
+/// Squares of the errors that a film's pixels have by its own estimate, smoothed; infinite where that is not known.
+image::Image squared_noise(const scene::Film& film);
+/// AOV error: standard errors of a film's pixels, or of those that were denoised with an estimate of the error. Without
+/// `loops` no loop runs in parallel, and the film's are not smoothed.
+image::Image standard_errors(const scene::Film& film, const DenoisedFrame* denoised, bool loops);
 
 /// Denoises films: a pure function of film and layers.
 class FrameDenoiser {
@@ -41,10 +51,11 @@ class FrameDenoiser {
   bool wants_features() const { return denoiser_.inputs() > 3; }
   std::string description() const { return denoiser_.description(); }
   struct Options {
-    int light_groups = 0;      ///< the first of the film, all or none
-    float exposure = 0;        ///< 0: denoise::auto_exposure() of the film
-    bool independent = false;  ///< Integrator::samples_are_independent(): what the network would only harm stays
-                               ///< (denoise::keep_clean_pixels)
+    int light_groups = 0;          ///< the first of the film, all or none
+    float exposure = 0;            ///< 0: denoise::auto_exposure() of the film
+    bool independent = false;      ///< Integrator::samples_are_independent(): what the network would only harm stays
+                                   ///< (denoise::keep_clean_pixels)
+    bool estimates_error = false;  ///< twice the work more; the film keeps halves and has no gains
     StopToken stop{};
   };
   /// Direct light is denoised by itself where the film keeps it and no gains change it (denoise::denoise_apart); with
@@ -54,6 +65,9 @@ class FrameDenoiser {
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, const Options& options) const;
 
  private:
+  struct Layers;
+  image::Image denoise(const Layers& layers, const denoise::Denoiser::Options& options) const;
+
   denoise::Denoiser denoiser_;
 };
 

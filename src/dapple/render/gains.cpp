@@ -12,7 +12,7 @@ std::string why_no_gains(const GainUse& use) {
   if (r.type != "path" && r.type != "distribution")
     return "they go with integrators path and distribution, not " + r.type;
   if (use.noise_target > 0) return "a noise target is judged by samples, which do not know of them";
-  for (const char* aov : {"variance", "airlight", "direct"})
+  for (const char* aov : {"variance", "error", "airlight", "direct"})
     if (std::find(use.aovs.begin(), use.aovs.end(), aov) != use.aovs.end())
       return "layer " + std::string(aov) + " is not known by groups";
   return "";

@@ -263,6 +263,7 @@ void LiveSession::render() {
     if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
   auto film = std::make_unique<scene::Film>(picture_->make_film());
   RenderSession session(picture_->integrator(), *film, picture_->rules());
+  picture_->judge(session, *film);
   uint32_t whole_samples = 0;
   session.on_pass([&](uint32_t samples) {
     whole_samples = samples;

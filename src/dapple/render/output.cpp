@@ -58,7 +58,7 @@ struct Pixel {
   scene::CacheFeatures cache() const { return film.cache_features(x, y); }
 };
 
-enum class AovKind : uint8_t { features, motion, film, direct, air, cache };
+enum class AovKind : uint8_t { features, motion, error, film, direct, air, cache };
 
 /// A layer that --aov names.
 struct Aov {
@@ -66,7 +66,7 @@ struct Aov {
   AovKind kind;
   std::vector<std::string> channels;
   std::optional<SampleType> type;                 ///< none: the picture's
-  void (*write)(const Pixel& pixel, float* out);  ///< null of features and motion
+  void (*write)(const Pixel& pixel, float* out);  ///< null of features, motion and error
 };
 
 const std::vector<Aov>& all_aovs() {
@@ -89,6 +89,7 @@ const std::vector<Aov>& all_aovs() {
       {"depth", film, {"Z"}, full, [](const Pixel& p, float* out) { *out = p.seen().depth; }},
       {"position", film, {"P.X", "P.Y", "P.Z"}, full, position},
       {"variance", film, {"variance.R", "variance.G", "variance.B"}, full, variance},
+      {"error", AovKind::error, {"error"}, full, nullptr},
       {"samples", film, {"samples"}, full, samples},
       {"alpha", film, {"A"}, {}, [](const Pixel& p, float* out) { *out = p.seen().alpha; }},
       {"patch", film, {"patch"}, full, [](const Pixel& p, float* out) { *out = float(p.seen().grid.patch); }},
@@ -144,6 +145,10 @@ ImageLayer aov_layer(const Film& film, const std::string& name, const OutputSett
     if (!settings.motion) throw std::logic_error("AOV motion needs OutputSettings::motion");
     return layer_of(name, aov->channels, *settings.motion, aov->type);
   }
+  if (aov->kind == AovKind::error) {
+    if (!settings.error) throw std::logic_error("AOV error needs OutputSettings::error");
+    return layer_of(name, aov->channels, *settings.error, aov->type);
+  }
   return layer(film, name, aov->channels, aov->type, settings.loops, [&](int x, int y, float* out) {
     aov->write({film, settings.origin, x, y}, out);
   });
@@ -187,12 +192,16 @@ bool show_direct(const std::vector<std::string>& aovs) {
   return std::find(aovs.begin(), aovs.end(), "direct") != aovs.end();
 }
 
+bool show_error(const std::vector<std::string>& aovs) {
+  return std::find(aovs.begin(), aovs.end(), "error") != aovs.end();
+}
+
 bool show_motion(const std::vector<std::string>& aovs) {
   return std::find(aovs.begin(), aovs.end(), "motion") != aovs.end();
 }
 
 bool from_film(const std::string& aov) {
-  return aov != "albedo" && aov != "normal" && aov != "motion" && aov != "direct";
+  return aov != "albedo" && aov != "normal" && aov != "motion" && aov != "direct" && aov != "error";
 }
 
 bool show_air(const std::vector<std::string>& aovs) {
@@ -207,8 +216,7 @@ bool show_cache_use(const std::vector<std::string>& aovs) {
 
 std::vector<std::string> parse_aovs(const std::string& list) {
   std::vector<std::string> known = aov_names(), chosen;
-  known.push_back("motion");
-  known.push_back("direct");
+  known.insert(known.end(), {"motion", "direct", "error"});
   known.insert(known.end(), air_aov_names().begin(), air_aov_names().end());
   known.insert(known.end(), cache_aov_names().begin(), cache_aov_names().end());
   for (size_t begin = 0; begin < list.size();) {
@@ -246,7 +254,12 @@ image::OutputImage make_output(const Film& film, const OutputSettings& settings)
   } else {
     out.layers.push_back(rendered("rgb", {"R", "G", "B"}));
   }
-  for (const std::string& name : settings.aovs) out.layers.push_back(aov_layer(film, name, settings));
+  for (const std::string& name : settings.aovs) {
+    out.layers.push_back(aov_layer(film, name, settings));
+    if (name == "motion" && settings.motion_back)
+      out.layers.push_back(layer_of("motion_back", {"motion_back.X", "motion_back.Y", "motion_back.Z"},
+                                    *settings.motion_back, SampleType::full_float));
+  }
   for (size_t g = 0; g < settings.light_groups.size(); ++g) {
     const std::string name = "light." + settings.light_groups[g];
     std::vector<std::string> channels{name + ".R", name + ".G", name + ".B"};

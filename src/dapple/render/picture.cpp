@@ -148,6 +148,7 @@ scene::Film Picture::make_film() const {
   s.cache_use = request_.log_caches;
   s.direct = keeps_direct(*integrator_, aovs_, denoises());
   s.air = show_air(aovs_);
+  s.halves = denoiser_ && (judges_denoised() || show_error(aovs_));
   scene::Film film(s);
   if (film_groups_ > 0) film.set_gains(built_.scene->light_groups.gains);
   return film;
@@ -168,8 +169,47 @@ void Picture::trace_features(StopToken stop) {
                                                     seed_, std::max(rules_.pixel_samples, rules_.max_pixel_samples)};
   if (!features_ && ((denoiser_ && denoiser_->wants_features()) || any_feature(aovs_)))
     features_ = render::trace_features(*built_.scene, rendered_crop(), settings, stop);
-  if (!motion_ && show_motion(aovs_)) motion_ = trace_motion(*built_.scene, rendered_crop(), settings, stop);
+  if (!motion_ && show_motion(aovs_)) trace_motion(settings, stop);
   feature_seconds_ += timer.seconds();
+}
+
+void Picture::trace_motion(const integrate::FeatureTracer::Settings& settings, StopToken stop) {
+  const scene::Scene& scene = *built_.scene;
+  const auto to = [&](const build::BuiltScene* frame, int frames) {
+    if (!frame) return render::trace_motion(scene, rendered_crop(), settings, stop);
+    const integrate::NeighbourScene neighbour{
+        *frame->scene, frames, built_.origin - frame->origin, {scene.traced, frame->scene->traced}};
+    const size_t shapes = neighbour.same.lost_shapes(), instances = neighbour.same.lost_instances();
+    if (shapes + instances > 0)
+      log_warning(std::string(frames > 0 ? "--next" : "--previous") + ": " + std::to_string(shapes) + " shapes and " +
+                  std::to_string(instances) +
+                  " instances of this frame have no counterpart there; their motion is that while the shutter is open");
+    return render::trace_motion(scene, rendered_crop(), settings, stop, &neighbour);
+  };
+  motion_ = to(asked_.next, 1);
+  if (asked_.previous) motion_back_ = to(asked_.previous, -1);
+}
+
+bool Picture::judges_denoised() const {
+  return denoiser_ && (rules_.noise_target > 0 || rules_.max_pixel_samples > rules_.pixel_samples);
+}
+
+FrameDenoiser::Options Picture::denoising(bool estimates_error, int light_groups, StopToken stop) const {
+  return {.light_groups = light_groups,
+          .exposure = asked_.denoise_exposure,
+          .independent = integrator_->samples_are_independent(),
+          .estimates_error = estimates_error,
+          .stop = stop};
+}
+
+void Picture::judge(RenderSession& session, const scene::Film& film) {
+  if (!judges_denoised()) return;
+  session.judge_by([this, &film](StopToken stop) {
+    trace_features(stop);
+    if (film.has_gains()) return std::vector<float>();  // which may have come meanwhile
+    const DenoisedFrame frame = (*denoiser_)(film, features_ ? &*features_ : nullptr, denoising(true, 0, stop));
+    return std::vector<float>(frame.relative_square.pixels().begin(), frame.relative_square.pixels().end());
+  });
 }
 
 image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopToken stop, bool loops) {
@@ -183,14 +223,12 @@ image::OutputImage Picture::layers(const scene::Film& film, bool denoise, StopTo
   const bool network = denoise && denoiser_;
   if (network || any_feature(aovs_) || show_motion(aovs_)) trace_features(stop);
   if (any_feature(aovs_)) output.features = features_;
-  output.motion = motion_;
+  output.motion = motion_, output.motion_back = motion_back_;
   const Timer timer;
   if (network)
     output.denoised = (*denoiser_)(film, features_ ? &*features_ : nullptr,
-                                   {.light_groups = int(output.light_groups.size()),
-                                    .exposure = asked_.denoise_exposure,
-                                    .independent = integrator_->samples_are_independent(),
-                                    .stop = stop});
+                                   denoising(show_error(aovs_), int(output.light_groups.size()), stop));
+  if (show_error(aovs_)) output.error = standard_errors(film, output.denoised ? &*output.denoised : nullptr, loops);
   denoise_seconds_ = network ? timer.seconds() : 0;
   add_header(&output);
   return make_output(film, output);
@@ -218,14 +256,28 @@ void Picture::add_header(OutputSettings* output) const {
                                {"dapple/denoised", denoising_text(output->denoised.has_value())}});
   if (output->denoised) header.push_back({"dapple/denoiseExposure", output->denoised->exposure});
   if (integrator_->samples_are_independent()) header.push_back({"dapple/independentSamples", 1});
-  const scene::CameraMatrices camera = scene::camera_matrices(scene.camera);
-  header.push_back({"worldToCamera", from_file(camera.world_to_camera, built_.origin)});
-  if (!camera.world_to_ndc) return;
-  header.push_back({"worldToNDC", from_file(*camera.world_to_ndc, built_.origin)});
-  if (!show_motion(aovs_)) return;
-  header.push_back({"dapple/shuttersAFrame", scene.camera.shutters_a_frame()});
-  header.push_back({"dapple/worldToNDCAtClose",
-                    from_file(*scene::camera_matrices_at_close(scene.camera).world_to_ndc, built_.origin)});
+  add_cameras(output);
+}
+
+void Picture::add_cameras(OutputSettings* output) const {
+  const scene::Camera& here = built_.scene->camera;
+  const scene::CameraMatrices camera = scene::camera_matrices(here);
+  const auto add = [&](const char* name, const std::optional<M44f>& matrix, const V3d& origin) {
+    if (matrix) output->metadata.push_back({name, from_file(*matrix, origin)});
+  };
+  add("worldToCamera", camera.world_to_camera, built_.origin);
+  add("worldToNDC", camera.world_to_ndc, built_.origin);
+  if (!camera.world_to_ndc || !show_motion(aovs_)) return;
+  // That of the next frame stands where else the camera is whose motion goes on as far as there.
+  output->metadata.push_back({"dapple/shuttersAFrame", asked_.next ? 1.0f : here.shutters_a_frame()});
+  if (asked_.next)
+    add("dapple/worldToNDCAtClose", scene::camera_matrices(asked_.next->scene->camera).world_to_ndc,
+        asked_.next->origin);
+  else
+    add("dapple/worldToNDCAtClose", scene::camera_matrices_at_close(here).world_to_ndc, built_.origin);
+  if (asked_.previous)
+    add("dapple/worldToNDCOfPrevious", scene::camera_matrices(asked_.previous->scene->camera).world_to_ndc,
+        asked_.previous->origin);
 }
 
 void add_to_header(const SessionResult& result, image::OutputImage* picture) {

@@ -23,6 +23,9 @@ struct PictureRequest {
   float denoise_exposure = 0;               ///< FrameDenoiser::Options::exposure
   std::optional<CacheView> cache_view;      ///< in place of the picture, which is not denoised then
   double time_limit = 0, noise_target = 0;  ///< StopRules
+  /// Scenes of the frames before and after this one, which tell AOV motion exactly and add motion_back; null: not
+  /// known. They outlive the picture.
+  const build::BuiltScene *previous = nullptr, *next = nullptr;
 };
 
 /// The request over the scene's, with what its layers need. UsageError for what contradicts itself or the scene.
@@ -53,12 +56,15 @@ class Picture {
   const std::vector<std::string>& aovs() const { return aovs_; }
   /// With the scene's gains. Around a crop that is to be denoised it has a border, which layers() leaves out.
   scene::Film make_film() const;
+  /// Has the session, which renders `film`, judge errors as they are after denoising, where the picture is denoised
+  /// and rules() have a noise target or noisy blocks. Picture and film outlive the session's run.
+  void judge(RenderSession& session, const scene::Film& film);
   int film_groups() const { return film_groups_; }
   /// Whether a film of make_film() can show these gains.
   bool keeps_for(const std::vector<RGB>& gains) const;
   /// After the camera moved (build::outlasts_camera()), and between films.
   void begin_again() {
-    features_.reset(), motion_.reset();
+    features_.reset(), motion_.reset(), motion_back_.reset();
     integrator_->begin_again();
   }
   integrate::CacheState opacity_state() const;
@@ -77,7 +83,11 @@ class Picture {
 
  private:
   Box2i rendered_crop() const;
+  bool judges_denoised() const;
+  FrameDenoiser::Options denoising(bool estimates_error, int light_groups, StopToken stop) const;
+  void trace_motion(const integrate::FeatureTracer::Settings& settings, StopToken stop);
   void add_header(OutputSettings* output) const;
+  void add_cameras(OutputSettings* output) const;
   std::string denoising_text(bool denoised) const;
 
   build::BuiltScene& built_;
@@ -91,7 +101,7 @@ class Picture {
   std::shared_ptr<const gi::OpacityCache> opacity_;
   std::unique_ptr<const integrate::Integrator> integrator_;
   std::optional<FeatureLayers> features_;
-  std::optional<image::Image> motion_;
+  std::optional<image::Image> motion_, motion_back_;
   bool lacks_weights_ = false;
   double feature_seconds_ = 0, denoise_seconds_ = 0;
 };

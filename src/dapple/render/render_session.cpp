@@ -104,6 +104,9 @@ bool unless_stopped(const Work& work) {
 // show.
 constexpr double darkest = 0.1;
 
+// Below a few samples the variance of a pixel is not known.
+constexpr uint32_t least_judged = 8;
+
 }  // namespace
 
 uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
@@ -112,17 +115,44 @@ uint32_t RenderSession::pass_size(uint32_t done, const StopRules& rules) {
   return std::min(size, rules.pixel_samples - done);
 }
 
+uint32_t RenderSession::next_judged(uint32_t samples, double error, double target) {
+  const double n = samples, wanted = n * (error / target) * (error / target);
+  return uint32_t(std::ceil(std::clamp(wanted, 1.25 * n, 2 * n)));
+}
+
+// Standard error of these pixels relative to their mean, or to `least_mean` if that is more; by the judge's errors
+// where there are some.
+double RenderSession::relative_noise(const Box2i& pixels, const std::vector<float>& errors, double least_mean) const {
+  if (errors.empty()) {
+    const scene::Film::Noise noise = film_.noise(pixels);
+    return noise.variance > 0 ? std::sqrt(noise.variance) / std::max(noise.mean, least_mean) : 0;
+  }
+  const V2i corner = film_.settings().crop.min;
+  double sum = 0;
+  for (int y = pixels.min.y; y < pixels.max.y; ++y)
+    for (int x = pixels.min.x; x < pixels.max.x; ++x)
+      sum += double(errors[size_t(y - corner.y) * size_t(film_.width()) + size_t(x - corner.x)]);
+  return std::sqrt(sum / pixel_count({pixels}));
+}
+
 // Of these areas, which blocks are noisier than they may be. Whole blocks decide: a pixel whose samples all missed what
 // is rare would not know.
-std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas) const {
+std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas, StopToken stop) const {
+  const std::vector<float> errors = judge_ ? judge_(stop) : std::vector<float>();
   const double least_mean = darkest * film_.noise(film_.settings().crop).mean;
   std::vector<Box2i> noisy;
   for (const Box2i& area : areas)
     integrate::CameraBatch::for_each_block(area, [&](const Box2i& block) {
-      const scene::Film::Noise noise = film_.noise(block);
-      if (std::sqrt(noise.variance) > rules_.pixel_noise * std::max(noise.mean, least_mean)) noisy.push_back(block);
+      if (relative_noise(block, errors, least_mean) > rules_.pixel_noise) noisy.push_back(block);
     });
   return noisy;
+}
+
+bool RenderSession::reaches_target(uint32_t samples, StopToken stop, SessionResult* result) {
+  if (!(rules_.noise_target > 0) || samples < least_judged || samples < next_judged_) return false;
+  result->relative_error = relative_noise(film_.settings().crop, judge_ ? judge_(stop) : std::vector<float>(), 0);
+  if (judge_) next_judged_ = next_judged(samples, result->relative_error, rules_.noise_target);
+  return result->relative_error <= rules_.noise_target;
 }
 
 std::shared_lock<std::shared_mutex> RenderSession::use_film() {
@@ -190,17 +220,17 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
     result.max_samples = samples;
     ++result.passes;
     if (pass_callback_) pass_callback_(result.samples);
-    // Below a few samples the variance of a pixel is not known.
-    if (rules.noise_target > 0 && samples >= 8) {
-      result.relative_error = film_.relative_error();
-      if (result.relative_error <= rules.noise_target) {
-        result.outcome = Outcome::noise_target;
-        break;
-      }
-    }
-    if (samples == rules.pixel_samples && samples < rules.max_pixel_samples) {
-      areas = noisy_blocks(areas);
+    bool reached = false;
+    given_up = !unless_stopped([&] {
+      reached = reaches_target(samples, StopToken(interrupt), &result);
+      if (reached || samples != rules.pixel_samples || samples >= rules.max_pixel_samples) return;
+      areas = noisy_blocks(areas, StopToken(interrupt));
       if (!areas.empty()) rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
+    });
+    if (given_up) break;
+    if (reached) {
+      result.outcome = Outcome::noise_target;
+      break;
     }
     if (rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit &&
         samples < rules.pixel_samples) {

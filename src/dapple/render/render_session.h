@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
+#include <vector>
 
 #include "dapple/integrate/integrator.h"
 
@@ -21,7 +22,8 @@ struct StopRules {
       0.07;               ///< standard error of a pixel, root mean square over its block, relative to the block's mean
   double time_limit = 0;  ///< s of rendering, 0 = none; looked at between passes, so the image is that of whole passes
   double seconds_before = 0;  ///< s of set-up that count towards time_limit
-  double noise_target = 0;    ///< relative RMSE by the film's own estimate, 0 = none; looked at between passes
+  double noise_target = 0;    ///< relative RMSE by the film's own estimate or RenderSession::judge_by(), 0 = none;
+                              ///< looked at between passes
 };
 
 /// Where a rendering stands, for progress displays.
@@ -43,7 +45,7 @@ struct SessionResult {
   uint32_t passes = 0;
   double seconds = 0;
   double cpu_seconds = 0;     ///< of the process meanwhile, all threads
-  double relative_error = 0;  ///< Film::relative_error(), where a noise target asked for it
+  double relative_error = 0;  ///< of the picture, as StopRules::noise_target has it, where that asked for it
   integrate::RayCounts rays;
   integrate::StageCounts stages;
   integrate::ShaftCounts shafts;
@@ -64,6 +66,11 @@ class RenderSession {
   /// Called on the thread of run(), after each whole pass with the camera samples that every pixel has: the film may be
   /// read meanwhile.
   void on_pass(std::function<void(uint32_t samples)> callback) { pass_callback_ = std::move(callback); }
+  /// Squares of the relative errors of pixels, row-major over the film's crop, by whose means a noise target and noisy
+  /// blocks are judged in place of the film's own variances: such as what denoising leaves. Called on the thread of
+  /// run() between passes. None: the film's count after all. May throw Stopped.
+  using Judge = std::function<std::vector<float>(StopToken)>;
+  void judge_by(Judge judge) { judge_ = std::move(judge); }
   /// Where `wants` says so, which any rendering thread asks between samples of a block, `look` is called on one of
   /// them while no sample is under way, once the others are between theirs, too: the film may be read, and no loop run
   /// in parallel. What it returns, if anything, is called when samples are under way again.
@@ -86,8 +93,14 @@ class RenderSession {
   /// caches (docs/design/018). Where passes are looked at: 1, 1, 2, 4, 8, 8, and so on.
   static uint32_t pass_size(uint32_t done, const StopRules& rules);
 
+  /// Samples a pixel at which a judge is asked again, who found `error` at so many: where the target is reached if
+  /// errors fall as noise does, but after a quarter more at the earliest, and after as many again at the latest.
+  static uint32_t next_judged(uint32_t samples, double error, double target);
+
  private:
-  std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas) const;
+  double relative_noise(const Box2i& pixels, const std::vector<float>& errors, double least_mean) const;
+  std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas, StopToken stop) const;
+  bool reaches_target(uint32_t samples, StopToken stop, SessionResult* result);
   std::shared_lock<std::shared_mutex> use_film();
   void pause_if_wanted();
 
@@ -96,6 +109,8 @@ class RenderSession {
   const StopRules rules_;
   std::function<void(const Progress&)> callback_;
   std::function<void(uint32_t)> pass_callback_;
+  Judge judge_;
+  uint32_t next_judged_ = 0;
   Pause pause_;
   std::mutex gate_;                ///< before film_in_use_; held by who waits for all of it
   std::shared_mutex film_in_use_;  ///< shared by threads that add samples, where there is a Pause

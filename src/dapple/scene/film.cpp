@@ -28,6 +28,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   if (settings.cache_use) cache_features_.resize(count);
   if (settings.air) air_.resize(count);
   if (settings.direct) direct_.resize(count);
+  if (settings.halves) halves_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups,
@@ -56,6 +57,12 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
   for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
   if (!direct_.empty() && scale > 0) direct_[index(x, y)] += direct * (weight * scale);
+  if (!halves_.empty() && (p.samples - 1) / halved_by % 2 == 0) {
+    HalfSums& half = halves_[index(x, y)];
+    for (int c = 0; c < 3; ++c) half.sum[c] += double(weight) * double(L[c]);
+    if (scale > 0) half.direct += direct * (weight * scale);
+    half.weight += double(weight);
+  }
   p.weight += double(weight);
   if (features_.empty()) return;
   FeatureSums& s = features_[index(x, y)];
@@ -171,6 +178,22 @@ RGB Film::direct(int x, int y) const {
   return weight == 0 ? RGB() : mean_of(direct_[index(x, y)], weight);
 }
 
+RGB Film::half(int x, int y, int which) const {
+  const Pixel& p = pixels_[index(x, y)];
+  const HalfSums& first = halves_[index(x, y)];
+  const double weight = which == 0 ? first.weight : p.weight - first.weight;
+  if (weight == 0) return RGB();
+  RGB mean;
+  for (int c = 0; c < 3; ++c) mean[c] = float((which == 0 ? first.sum[c] : p.sum[c] - first.sum[c]) / weight);
+  return mean;
+}
+
+RGB Film::half_direct(int x, int y, int which) const {
+  const HalfSums& first = halves_[index(x, y)];
+  const double weight = which == 0 ? first.weight : pixels_[index(x, y)].weight - first.weight;
+  return weight == 0 ? RGB() : mean_of(which == 0 ? first.direct : direct_[index(x, y)] - first.direct, weight);
+}
+
 Film::Noise Film::noise(const Box2i& pixels) const {
   Noise sum;
   double n = 0;
@@ -208,7 +231,8 @@ double Film::mean_samples() const {
 
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(RGB) +
-         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) + direct_.size() * sizeof(RGB);
+         cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) + direct_.size() * sizeof(RGB) +
+         halves_.size() * sizeof(HalfSums);
 }
 
 }  // namespace dapple::scene

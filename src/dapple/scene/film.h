@@ -59,6 +59,7 @@ class Film {
     bool cache_use = false;  ///< keep what the radiosity cache did
     bool air = false;        ///< keep AirFeatures
     bool direct = false;     ///< keep the part of radiance that is direct light
+    bool halves = false;     ///< keep half of the samples apart: half(), half_direct()
   };
 
   Film() = default;
@@ -90,6 +91,10 @@ class Film {
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
   RGB direct(int x, int y) const;  ///< with Settings::direct; gains do not count
+  /// Means of two halves of the samples, 0 and 1, with Settings::halves; 0 where there are none. By fours, each of
+  /// which is stratified (numeric/sobol.h): so multiples of 8 are halved.
+  RGB half(int x, int y, int which) const;
+  RGB half_direct(int x, int y, int which) const;  ///< with Settings::direct too
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
@@ -124,6 +129,11 @@ class Film {
   struct AirSums {
     double airlight[3] = {0, 0, 0}, transmittance[3] = {0, 0, 0}, weight = 0;
   };
+  static constexpr uint32_t halved_by = 4;
+  struct HalfSums {  ///< of half 0
+    double sum[3] = {0, 0, 0}, weight = 0;
+    RGB direct;  ///< before white balance
+  };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
   }
@@ -139,6 +149,7 @@ class Film {
   std::vector<CacheFeatures> cache_features_;
   std::vector<AirSums> air_;
   std::vector<RGB> direct_;  ///< sums, before white balance
+  std::vector<HalfSums> halves_;
 };
 
 }  // namespace dapple::scene

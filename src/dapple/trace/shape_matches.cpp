@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/trace/shape_matches.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <tuple>
+
+#include "dapple/base/hash.h"
+
+namespace dapple::trace {
+
+namespace {
+
+/// What shapes that correspond have in common: rank of the object (Ranks), kind, primitives, and how these are joined.
+using ShapeKind = std::tuple<uint32_t, size_t, size_t, uint64_t>;
+
+template <class T>
+uint64_t digest(uint64_t seed, const std::vector<T>& values) {
+  return hash_bytes({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)}, seed);
+}
+
+ShapeKind kind_of(const Shape& shape, uint32_t rank) {
+  size_t parts = 0;
+  uint64_t joined = 0;
+  if (const auto* mesh = std::get_if<MeshPtr>(&shape)) {
+    parts = (*mesh)->P.size();
+    joined = digest(uint64_t((*mesh)->corners), (*mesh)->indices);
+  } else if (const auto* grids = std::get_if<GridsPtr>(&shape)) {
+    parts = (*grids)->P.size();
+    joined = digest(0, (*grids)->grids);
+  } else if (const auto* curves = std::get_if<CurvesPtr>(&shape)) {
+    parts = (*curves)->control_points.size();
+    joined = uint64_t((*curves)->kind);
+  } else if (const auto* disks = std::get_if<DisksPtr>(&shape)) {
+    parts = (*disks)->disks.size();
+  } else {
+    joined = uint64_t(std::get<QuadricPtr>(shape)->kind());
+  }
+  return {rank, shape.index(), parts, joined};
+}
+
+/// Of what rays meet, equal for equal shapes.
+uint64_t key_of(const Shape& shape) {
+  if (const auto* mesh = std::get_if<MeshPtr>(&shape))
+    return digest(digest(digest(uint64_t((*mesh)->flip), (*mesh)->P), (*mesh)->P_end), (*mesh)->uv);
+  if (const auto* grids = std::get_if<GridsPtr>(&shape)) return digest(digest(0, (*grids)->P), (*grids)->P_end);
+  if (const auto* curves = std::get_if<CurvesPtr>(&shape)) return digest(0, (*curves)->control_points);
+  if (const auto* disks = std::get_if<DisksPtr>(&shape)) return digest(digest(0, (*disks)->disks), (*disks)->normals);
+  const geom::Quadric& q = *std::get<QuadricPtr>(shape);
+  std::vector<V3f> places;  // of its surface
+  for (const float u : {0.0f, .3f, 1.0f})
+    for (const float v : {0.0f, .4f, 1.0f}) places.push_back(q.at(u, v).P);
+  return digest(uint64_t(q.flip()), places);
+}
+
+using Place = ShapeMatches::Place;
+
+template <class Kind, class Member>
+using Groups = std::map<Kind, std::vector<Member>>;
+
+/// How objects are placed.
+struct Objects {
+  std::vector<uint32_t> instance;  ///< the only one; no_id: there is none, or many
+  std::vector<uint32_t> rank;      ///< among those of none or many
+
+  explicit Objects(const TracedScene& scene) : instance(scene.object_count(), no_id), rank(scene.object_count()) {
+    std::vector<uint32_t> count(scene.object_count());
+    for (uint32_t i = 0; i < scene.single_count(); ++i) ++count[scene.object_of(i)], instance[scene.object_of(i)] = i;
+    std::vector<bool> is_owned(scene.object_count());
+    const auto note = [&](uint32_t owner) {
+      for (const PlacementTree::Set* set : scene.placements().sets_of(owner)) is_owned[set->object] = true;
+    };
+    note(no_id);
+    for (uint32_t o = 0; o < rank.size(); ++o) note(o);
+    for (uint32_t o = 0, next = 0; o < rank.size(); ++o) {
+      if (count[o] != 1 || is_owned[o] || !scene.placements().sets_of(o).empty()) instance[o] = no_id;
+      if (instance[o] == no_id) rank[o] = next++;
+    }
+  }
+};
+
+Groups<ShapeKind, Place> shapes_of(const TracedScene& scene, const Objects& objects) {
+  Groups<ShapeKind, Place> groups;
+  const auto add = [&](uint32_t object) {
+    const uint32_t instance = object == no_id ? no_id : objects.instance[object];
+    const uint32_t rank = object == no_id || instance != no_id ? no_id : objects.rank[object];
+    for (const uint32_t g : scene.geometries_in(object)) groups[kind_of(scene.shape(g), rank)].push_back({g, instance});
+  };
+  add(no_id);
+  for (uint32_t object = 0; object < scene.object_count(); ++object) add(object);
+  // Geometries have the order of the file.
+  for (auto& [kind, places] : groups)
+    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.geometry < b.geometry; });
+  return groups;
+}
+
+Groups<uint32_t, uint32_t> instances_of(const TracedScene& scene, const Objects& objects) {
+  Groups<uint32_t, uint32_t> groups;
+  for (uint32_t i = 0; i < scene.single_count(); ++i)
+    if (const uint32_t object = scene.object_of(i); objects.instance[object] == no_id)
+      groups[objects.rank[object]].push_back(i);
+  return groups;
+}
+
+/// Of an instance's map when the shutter opens and when it closes.
+uint64_t key_of(const TracedScene& scene, uint32_t instance) {
+  std::vector<float> rows(24);
+  for (const int end : {0, 1}) {
+    float m[3][4];
+    scene.instance_rows(instance, float(end), m);
+    std::memcpy(&rows[size_t(12 * end)], m, sizeof m);
+  }
+  return digest(0, rows);
+}
+
+/// Calls found(member, other) for what corresponds: in their order, all of a group or those that are equal.
+/// `key`: of a member of this scene or the other, equal for equal ones.
+template <class Kind, class Member, class Key, class Found>
+void match(const Groups<Kind, Member>& here, const Groups<Kind, Member>& there, const Key& key, const Found& found) {
+  for (const auto& [kind, members] : here) {
+    const auto group = there.find(kind);
+    if (group == there.end()) continue;
+    const std::vector<Member>& others = group->second;
+    if (members.size() == others.size()) {
+      for (size_t k = 0; k < members.size(); ++k) found(members[k], others[k]);
+      continue;
+    }
+    Groups<uint64_t, Member> equal;
+    for (auto other = others.rbegin(); other != others.rend(); ++other) equal[key(false, *other)].push_back(*other);
+    for (const Member& member : members) {
+      const auto at = equal.find(key(true, member));
+      if (at == equal.end() || at->second.empty()) continue;
+      found(member, at->second.back());
+      at->second.pop_back();
+    }
+  }
+}
+
+bool same_placements(const TracedScene& a, const TracedScene& b) {
+  const auto same = [&](uint32_t owner) {
+    const auto of_a = a.placements().sets_of(owner), of_b = b.placements().sets_of(owner);
+    if (of_a.size() != of_b.size()) return false;
+    for (size_t s = 0; s < of_a.size(); ++s) {
+      const PlacementSet &x = of_a[s]->placements, &y = of_b[s]->placements;
+      if (of_a[s]->object != of_b[s]->object || x.size() != y.size() ||
+          (x.size() > 0 &&
+           std::memcmp(x.blocks().data(), y.blocks().data(), x.blocks().size() * sizeof(PlacementSet::Block)) != 0))
+        return false;
+    }
+    return true;
+  };
+  if (a.object_count() != b.object_count() || !same(no_id)) return false;
+  for (uint32_t object = 0; object < a.object_count(); ++object)
+    if (!same(object)) return false;
+  return true;
+}
+
+}  // namespace
+
+ShapeMatches::ShapeMatches(const TracedScene& here, const TracedScene& there)
+    : place_(here.geometry_count()),
+      instance_(here.single_count(), no_id),
+      single_(here.single_count()),
+      placed_(here.instance_count() - here.single_count()),
+      first_placed_there_(there.single_count()),
+      same_placements_(same_placements(here, there)) {
+  const Objects of_here(here), of_there(there);
+  for (const uint32_t i : of_here.instance)
+    if (i != no_id) single_[i] = true;
+  const auto scene = [&](bool is_here) -> const TracedScene& { return is_here ? here : there; };
+  match(
+      shapes_of(here, of_here), shapes_of(there, of_there),
+      [&](bool is_here, const Place& p) {
+        const uint64_t shape = key_of(scene(is_here).shape(p.geometry));
+        return p.instance == no_id ? shape : hash(shape, key_of(scene(is_here), p.instance));
+      },
+      [&](const Place& a, const Place& b) { place_[a.geometry] = b; });
+  match(
+      instances_of(here, of_here), instances_of(there, of_there),
+      [&](bool is_here, uint32_t i) { return key_of(scene(is_here), i); },
+      [&](uint32_t a, uint32_t b) { instance_[a] = b; });
+}
+
+bool ShapeMatches::rename(HitBatch* hits, int i) const {
+  const Place to = place_[hits->geometry[i]];
+  if (to.geometry == no_id) return false;
+  uint32_t instance = hits->instance[i];
+  if (instance == no_id || is_single(instance))
+    instance = to.instance;
+  else if (instance < instance_.size())
+    instance = instance_[instance];
+  else
+    instance = same_placements_ ? instance - uint32_t(instance_.size()) + first_placed_there_ : no_id;
+  if (instance == no_id && hits->instance[i] != no_id && !is_single(hits->instance[i])) return false;
+  hits->geometry[i] = to.geometry, hits->instance[i] = instance;
+  return true;
+}
+
+size_t ShapeMatches::lost_shapes() const {
+  return size_t(std::count_if(place_.begin(), place_.end(), [](const Place& p) { return p.geometry == no_id; }));
+}
+
+size_t ShapeMatches::lost_instances() const {
+  size_t lost = same_placements_ ? 0 : placed_;
+  for (size_t i = 0; i < instance_.size(); ++i) lost += !single_[i] && instance_[i] == no_id;
+  return lost;
+}
+
+}  // namespace dapple::trace

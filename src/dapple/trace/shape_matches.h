@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dapple/trace/traced_scene.h"
+
+namespace dapple::trace {
+
+/// Which shapes and instances of another scene are those of this one, such as the scene of the next frame: points of
+/// this one have their places there by the same primitive and the same u and v.
+///
+/// Shapes correspond in their order, among those of one kind that have equally many primitives, joined in the same way.
+/// Where the other scene has more or fewer of these, the equal ones correspond, in their order, and the rest has no
+/// match. A shape that is placed once, as those that move are, counts like one that is not placed. Those of
+/// objects that are placed more often correspond among themselves, object by object in their order, and their
+/// instances in theirs; what TracedScene::add_placements() placed, if it is all the same there.
+class ShapeMatches {
+ public:
+  /// Both are committed. They may go afterwards.
+  ShapeMatches(const TracedScene& here, const TracedScene& there);
+
+  /// Renames what hit i of this scene met as the other has it. False, and as it was, where that has none.
+  bool rename(HitBatch* hits, int i) const;
+  /// Of this scene, those that have no match.
+  size_t lost_shapes() const;
+  size_t lost_instances() const;
+
+  /// A shape, and its only instance; no_id: none, or many.
+  struct Place {
+    uint32_t geometry = no_id, instance = no_id;
+  };
+
+ private:
+  bool is_single(uint32_t instance) const { return instance < single_.size() && single_[instance]; }
+
+  std::vector<Place> place_;        ///< by geometry of this scene
+  std::vector<uint32_t> instance_;  ///< by that of this scene; no_id: none
+  std::vector<bool> single_;        ///< by instance: the only one of its object
+  size_t placed_ = 0;               ///< instances of placements
+  uint32_t first_placed_there_ = 0;
+  bool same_placements_ = false;
+};
+
+}  // namespace dapple::trace

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motion to the scenes of neighbouring frames, against closed forms: a pinhole's f x / z there and here.
+#include <gtest/gtest.h>
+
+#include "dapple/render/frame_denoiser.h"
+#include "tests/support/render_text.h"
+
+namespace dapple {
+namespace {
+
+// 20 x 20 pixels, 90 degrees: focal length 10 pixels. From z = 5 downwards; +x of the world is to the left, +y up.
+std::string head(const std::string& place = "LookAt 0 0 5  0 0 0  0 1 0") {
+  return place +
+         "\nCamera \"perspective\" \"float fov\" 90 \"float shutterclose\" 1\n"
+         "Film \"rgb\" \"integer xresolution\" 20 \"integer yresolution\" 20\nPixelFilter \"box\"\nWorldBegin\n";
+}
+const std::string floor_ = "Shape \"bilinearmesh\" \"point3 P\" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]\n";
+const std::string ball = "Shape \"sphere\" \"float radius\" .01\n";
+
+std::string at(const std::string& transform, const std::string& what) {
+  return "AttributeBegin\n" + transform + "\n" + what + "AttributeEnd\n";
+}
+std::string moving(const std::string& end, const std::string& what) {
+  return at("ActiveTransform EndTime\n" + end + "\nActiveTransform All", what);
+}
+
+struct Found {
+  image::Image motion;
+  size_t lost_shapes, lost_instances;
+};
+
+Found motion_to(const std::string& here, const std::string& there, int frames = 1) {
+  const build::BuiltScene a = test::build_text(here), b = test::build_text(there);
+  const integrate::NeighbourScene to{*b.scene, frames, a.origin - b.origin, {a.scene->traced, b.scene->traced}};
+  return {render::trace_motion(*a.scene, a.scene->film.crop, {4, 0, 4}, {}, &to), to.same.lost_shapes(),
+          to.same.lost_instances()};
+}
+
+void expect_everywhere(const Found& found, const V3f& expected, float tolerance = 1e-4f) {
+  for (int y = 0; y < found.motion.height(); ++y)
+    for (int x = 0; x < found.motion.width(); ++x)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(found.motion.pixel(x, y)[c], expected[c], tolerance) << x << ", " << y << ", channel " << c;
+}
+
+// 10 pixels / 5 m; what the shutter says does not count.
+TEST(NeighbourMotion, IsThatOfShapesBetweenTheScenes) {
+  const std::string here = head() + moving("Translate 3 0 0", floor_);
+  for (const int frames : {1, -1}) {
+    const Found found = motion_to(here, head() + at("Translate .5 .25 0", floor_), frames);
+    EXPECT_EQ(found.lost_shapes, 0u);
+    expect_everywhere(found, V3f(-1, -.5f, 0));
+  }
+}
+
+// By a quarter of a turn (x, y) comes to (-y, x), right or left: no linear motion does that.
+TEST(NeighbourMotion, IsExactForTurns) {
+  const Found found = motion_to(head() + floor_, head() + at("Rotate 90 0 0 1", floor_));
+  for (const V2i& p : {V2i(0, 0), V2i(5, 12), V2i(19, 3)}) {
+    const V2f place(float(p.x) + .5f - 10, float(p.y) + .5f - 10);
+    // Of the pixel's samples the mean is within it.
+    EXPECT_NEAR(found.motion.pixel(p.x, p.y)[0], -place.y - place.x, 1) << p.x;
+    EXPECT_NEAR(found.motion.pixel(p.x, p.y)[1], place.x - place.y, 1) << p.x;
+  }
+}
+
+TEST(NeighbourMotion, IsThatOfVertices) {
+  const auto mesh = [](const char* points) {
+    return "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ " + std::string(points) + " ]\n";
+  };
+  expect_everywhere(
+      motion_to(head() + mesh("-90 -90 0  90 -90 0  0 190 0"), head() + mesh("-89 -91 0  91 -91 0  1 189 0")),
+      V3f(-2, 2, 0));
+}
+
+TEST(NeighbourMotion, IsThatOfInstances) {
+  const auto placed = [](const char* where) {
+    return "ObjectBegin \"floor\"\n" + floor_ + "ObjectEnd\n" + at(where, "ObjectInstance \"floor\"\n");
+  };
+  const Found found = motion_to(head() + placed("Translate 0 0 0"), head() + placed("Translate -.5 0 0"));
+  EXPECT_EQ(found.lost_instances, 0u);
+  expect_everywhere(found, V3f(1, 0, 0));
+}
+
+// And of what stays beside it: the neighbour's camera sees it.
+TEST(NeighbourMotion, IsThatOfTheCamera) {
+  expect_everywhere(motion_to(head() + floor_, head("LookAt 0 1 5  0 1 0  0 1 0") + floor_), V3f(0, 2, 0));
+  expect_everywhere(motion_to(head() + floor_, head("LookAt 0 0 6  0 0 0  0 1 0") + at("Translate 0 0 1", floor_)),
+                    V3f(0, 0, 0));
+}
+
+// Scenes far from their origin are built around origins of their own.
+TEST(NeighbourMotion, KnowsOriginsOfScenes) {
+  const std::string far = "LookAt 1000000 0 5  1000000 0 0  0 1 0", farther = "LookAt 2000000 0 5  2000000 0 0  0 1 0";
+  const Found found =
+      motion_to(head(far) + at("Translate 1000000 0 0", floor_), head(farther) + at("Translate 2000000.5 0 0", floor_));
+  expect_everywhere(found, V3f(-1, 0, 0), 1e-2f);
+}
+
+// What moves while the shutter is open is placed by a map of its own, what rests is not: they correspond in the order
+// of the file all the same.
+TEST(NeighbourMotion, FindsWhatBeginsToMove) {
+  const std::string far = "Shape \"bilinearmesh\" \"point3 P\" [ -9 -9 -9  9 -9 -9  -9 9 -9  9 9 -9 ]\n";
+  const std::string resting = head() + at("Translate 0 0 -1", far) + floor_ + at("Translate 0 0 -2", far),
+                    moving_then = head() + at("Translate 0 0 -1", far) +
+                                  at("Translate .5 0 0", moving("Translate 1 0 0", floor_)) +
+                                  at("Translate 0 0 -2", far);
+  const Found begins = motion_to(resting, moving_then), ends = motion_to(moving_then, resting);
+  EXPECT_EQ(begins.lost_shapes + ends.lost_shapes, 0u);
+  expect_everywhere(begins, V3f(-1, 0, 0));
+  expect_everywhere(ends, V3f(1, 0, 0));
+}
+
+// A ball comes: what is equal is found again, in whatever order; what is not goes on as while the shutter is open.
+TEST(NeighbourMotion, FallsBackWhereNothingCorresponds) {
+  const std::string balls = at("Translate 0 0 40", ball);
+  const Found same = motion_to(head() + balls + floor_, head() + balls + at("Translate 0 0 41", ball) + floor_);
+  EXPECT_EQ(same.lost_shapes, 0u);
+  expect_everywhere(same, V3f(0, 0, 0));
+
+  const std::string quad = "Shape \"bilinearmesh\" \"point3 P\" [ -9 -9 50  9 -9 50  -9 9 50  9 9 50 ]\n";
+  const std::string here = head() + moving("Translate .5 0 0", floor_), there = quad + at("Translate .25 0 0", floor_);
+  const Found forwards = motion_to(here, head() + there), backwards = motion_to(here, head() + there, -1);
+  EXPECT_EQ(forwards.lost_shapes, 1u);
+  expect_everywhere(forwards, V3f(-1, 0, 0));
+  expect_everywhere(backwards, V3f(1, 0, 0));
+  // Seen by the neighbour's camera.
+  expect_everywhere(motion_to(here, head("LookAt 0 1 5  0 1 0  0 1 0") + there), V3f(-1, 2, 0));
+}
+
+}  // namespace
+}  // namespace dapple
