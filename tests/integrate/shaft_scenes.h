@@ -25,8 +25,9 @@ struct Parts {
 inline std::string hazy_scene(const Parts& parts) {
   const std::string haze = "MakeNamedMedium \"haze\" " + parts.medium +
                            R"( "rgb sigma_a" [ .01 .01 .01 ] "rgb sigma_s" [ .08 .08 .1 ] "float g" .4 )";
-  std::string text = "LookAt 0 -6 1.5  0 6 2.6  0 0 1\n";
-  if (!parts.bounded) text += haze + "MediumInterface \"\" \"haze\"\n";
+  std::string text = parts.bounded ? "" : haze + "\n";  // before LookAt: height is that of the world
+  text += "LookAt 0 -6 1.5  0 6 2.6  0 0 1\n";
+  if (!parts.bounded) text += "MediumInterface \"\" \"haze\"\n";
   text += parts.camera + R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 24 PixelFilter "box"
 WorldBegin
 )";
