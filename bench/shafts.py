@@ -15,9 +15,18 @@ PLANES, RAYS = (4, 16, 64), 64  # camera samples
 REFERENCE = 1024  # of the picture, by fine planes of another seed
 FRAME_REFERENCE = 1024  # of a whole frame
 FINE = 6, 4096  # planes for each, and bins, that stand for exact light
+DEPTHS = .5, 2  # optical, from the eye to the far side of the stand, at the eye's height
+REFERENCE_SIZE, REFERENCE_RAYS, REFERENCE_PLANES = "96x54", 2048, 64  # samples; of each of two references
 STEPS, FRAMES = 0.06, 4  # m a frame of the move
 STAND = 90  # m, the side of the stand
 MOST_TEXT = 20000  # trees
+
+
+def haze_of_depth(depth, length=63, height=1.7, scale=12):
+    sigma = depth / length * math.exp(height / scale)
+    a, b = f"{.1 * sigma:.6g}", f"{.9 * sigma:.6g}"
+    return (f'MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" {scale} "rgb sigma_a" [ {a} {a} {a} ] '
+            f'"rgb sigma_s" [ {b} {b} {b} ] "float g" .5\nMediumInterface "" "haze"\n')
 
 
 def forest_text(trees=None):
@@ -224,7 +233,40 @@ def marching(air):
     return result, common.table(["samples", "planes", "RMSE", "marching", "RMSE", "times the time"], rows)
 
 
-PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "equal_time": equal_time, "flicker": flicker, "marching": marching}
+def references(air):
+    """Whole pictures by planes, all scatterings, against two by rays, which are kept: what differs beyond their noise."""
+    import numpy as np
+    import OpenImageIO as oiio
+
+    def blocks(path):
+        p = oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)[..., :3].astype(float)
+        h, w = p.shape[0] // 16 * 16, p.shape[1] // 16 * 16
+        return p.mean(axis=(0, 1)), p[:h, :w].reshape(h // 16, 16, w // 16, 16, 3).mean(axis=(1, 3))
+
+    result, rows = {}, []
+    for depth in DEPTHS:
+        scene = air.scene(f"depth_{depth:g}", haze_of_depth(depth) + forest_text())
+        options = ["--integrator", "path", "--resolution", REFERENCE_SIZE, "--float", "--light-learning", "off"]
+        pair = [air.context.out / f"shafts_reference_{depth:g}_{REFERENCE_RAYS}_{seed}.exr" for seed in (1, 2)]
+        for seed, image in enumerate(pair, 1):
+            if not image.exists():
+                common.render(air.context, scene, image, *options, "--light-shafts", "rays", "--pixel-samples", REFERENCE_RAYS, "--seed", seed)
+        by_planes = [air.context.out / f"shafts_depth_{depth:g}_{seed}.exr" for seed in (3, 4)]
+        for seed, image in enumerate(by_planes, 3):
+            common.render(air.context, scene, image, *options, "--light-shafts", "scan-planes", "--pixel-samples", REFERENCE_PLANES, "--seed", seed)
+        (a, a_blocks), (b, b_blocks), (x, x_blocks), (_, y_blocks) = map(blocks, pair + by_planes)
+        mean, size = (a + b) / 2, np.sqrt(((a_blocks + b_blocks) ** 2 / 4).mean())
+        noise = np.sqrt(((a_blocks - b_blocks) ** 2).mean() / 4) / size
+        seen = np.sqrt(((x_blocks - (a_blocks + b_blocks) / 2) ** 2).mean()) / size
+        error = math.sqrt(max(seen**2 - noise**2, 0))
+        bias = math.sqrt(max(((x_blocks - a_blocks) * (y_blocks - b_blocks)).mean(), 0)) / size  # of pictures without noise
+        result[depth] = {"bias_of_blocks": bias, "means": list((x - mean) / mean), "noise_of_means": list(abs(a - b) / 2 / mean), "blocks": error, "noise_of_blocks": noise}
+        rows.append([f"{depth:g}", ", ".join(f"{100 * e:+.2f}" for e in (x - mean) / mean) + " %", ", ".join(f"{100 * e:.2f}" for e in abs(a - b) / 2 / mean) + " %",
+                     f"{100 * error:.2f} %", f"{100 * bias:.2f} %", f"{100 * noise:.2f} %"])
+    return result, common.table([f"optical depth, {REFERENCE_PLANES} samples by planes", f"means, of 2 x {REFERENCE_RAYS} by rays", "noise of these", "16 x 16 blocks", "without the planes' noise", "noise of the rays'"], rows)
+
+
+PARTS = {"queries": queries, "to_one_percent": to_one_percent, "same_rays": same_rays, "trees": tables_and_trees, "frames": frames, "equal_time": equal_time, "flicker": flicker, "marching": marching, "references": references}
 
 
 def bench(context, parts=tuple(PARTS)):

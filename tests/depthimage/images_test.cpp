@@ -135,11 +135,8 @@ TEST(Splats, ImageInItsOwnCameraIsItself) {
   EXPECT_EQ(fragments_seen, seen);
 }
 
-// Rationale: a surface's pieces are each in one image, and are drawn as they lie. Expectation: a sphere of 40 texels
-// covers its disc from everywhere, to .5 % (a polyhedron of 2 x 64 x 32 facets has .16 % less), without a hole.
-TEST(Splats, SphereIsADisc) {
+std::vector<Triangle> sphere(float r) {
   std::vector<Triangle> triangles;
-  const float r = 0.625f;
   const auto at = [&](int i, int j) {
     const float phi = 2 * pi * float(i) / 64, theta = pi * float(j) / 32;
     return V3f(r * std::sin(theta) * std::cos(phi), r * std::sin(theta) * std::sin(phi), r * std::cos(theta));
@@ -150,7 +147,14 @@ TEST(Splats, SphereIsADisc) {
       if (j < 31) triangles.push_back({{at(i, j), at(i + 1, j + 1), at(i, j + 1)}});
     }
   std::erase_if(triangles, [](const Triangle& t) { return !(t.area() > 1e-8f); });
-  const SplatObject object(images_of(triangles, axes, 64));
+  return triangles;
+}
+
+// Rationale: a surface's pieces are each in one image, and are drawn as they lie. Expectation: a sphere of 40 texels
+// covers its disc from everywhere, to .5 % (a polyhedron of 2 x 64 x 32 facets has .16 % less), without a hole.
+TEST(Splats, SphereIsADisc) {
+  const float r = 0.625f;
+  const SplatObject object(images_of(sphere(r), axes, 64));
   KeyedRng rng(4);
   for (int i = 0; i < 20; ++i) {
     const V3f to_viewer = normalize(test::random_point(rng, 1));
@@ -165,6 +169,33 @@ TEST(Splats, SphereIsADisc) {
         const bool inside = std::hypot(dx, dy) * float(side) < r - 0.06f;
         EXPECT_TRUE(!inside || picture.alpha[size_t(y * pixels + x)] == 1.0f) << x << " " << y;
       }
+  }
+}
+
+// Rationale: normals are kept as they are. Expectation: a sphere's mean over its disc is Lambert's law of phases,
+// (2 / 3 pi) (sin a + (pi - a) cos a), within 1 % of what it is at full phase.
+TEST(Splats, SphereHasLambertsPhases) {
+  const SplatObject object(images_of(sphere(0.625f), axes, 64));
+  KeyedRng rng(9);
+  for (int view = 0; view < 5; ++view) {
+    const V3f to_viewer = normalize(test::random_point(rng, 1)),
+              side = normalize(cross(to_viewer, V3f(0.3f, 0.5f, 0.8f)));
+    const int pixels = 111;
+    const auto picture =
+        project(object, 0, orthographic_map(object, to_viewer, pixels), {pixels, pixels}, Shown::normal);
+    for (int degrees = 0; degrees <= 170; degrees += 10) {
+      const double a = degrees * double(pi) / 180;
+      const V3f light = to_viewer * float(std::cos(a)) + side * float(std::sin(a));
+      double sum = 0, cover = 0;
+      for (size_t i = 0; i < picture.alpha.size(); ++i) {
+        const float alpha = picture.alpha[i];
+        const RGB n = picture.color[i] * 2;
+        sum += double(std::max(dot(V3f(n.r - alpha, n.g - alpha, n.b - alpha), light), 0.0f));
+        cover += double(alpha);
+      }
+      const double expected = 2 / (3 * double(pi)) * (std::sin(a) + (double(pi) - a) * std::cos(a));
+      EXPECT_NEAR(sum / cover, expected, 0.01 * 2 / 3) << degrees;
+    }
   }
 }
 

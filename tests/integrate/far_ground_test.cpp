@@ -156,6 +156,29 @@ TEST(FarGround, ServesThePathTracer) {
   EXPECT_NEAR(penumbras.mean().g, rays.mean().g, 0.01f * rays.mean().g);
 }
 
+// Rationale: a box of haze around the ground and the leaves neither is ground nor shades it; light is weakened on its
+// way through it. Expectation: the mean within 1 % of rays.
+TEST(FarGround, LiesInMediaThatEnd) {
+  const std::string medium = R"(
+MakeNamedMedium "haze" "string type" "homogeneous" "rgb sigma_s" [ 0 0 0 ] "rgb sigma_a" [ .1 .2 .05 ]
+MediumInterface "" "haze"
+)";
+  const std::string box = R"(
+AttributeBegin Material "interface" MediumInterface "haze" "" Shape "trianglemesh" "point3 P" [
+ -8 -8 -1  8 -8 -1  8 8 -1  -8 8 -1  -8 -8 6  8 -8 6  8 8 6  -8 8 6 ] "integer indices" [
+ 0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7 ] AttributeEnd
+)";
+  auto settings = direct_light(64);
+  const float clear = render_built(build_text(scene(level, 0.5f, sun)), 1, settings).mean().g;
+  const auto built = build_text(medium + scene(level, 0.5f, sun + box));
+  const auto rays = render_built(built, 1, settings);
+  settings.far_ground = far_ground(*built.scene, 1);
+  const auto penumbras = render_built(built, 1, settings);
+  EXPECT_GT(penumbras.result.rays.mask, 1000u);
+  EXPECT_LT(rays.mean().g, 0.5f * clear);
+  EXPECT_NEAR(penumbras.mean().g, rays.mean().g, 0.01f * rays.mean().g);
+}
+
 // Rationale: scenes without ground, without anything above it, without light from above, and those wider than the most
 // pixels are no errors. Expectation: no pixels or no light; open ground is fully lit; at a cut, what is within reach of
 // what was not looked at is left out.

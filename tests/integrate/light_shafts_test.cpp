@@ -1,95 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light shafts by scan planes against the rays that they stand for.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
-#include "dapple/light/shaft_builder.h"
-#include "tests/support/render_text.h"
+#include "tests/integrate/shaft_scenes.h"
 
 namespace dapple {
 namespace {
 
-using light::ShaftLight;
-using test::build_text;
+using namespace shaft_scenes;
 using test::render_built;
 using test::same_bits;
-
-struct Parts {
-  std::string camera = "Camera \"perspective\" \"float fov\" 60\n";
-  std::string medium = R"("string type" "exponential" "float scaleheight" 3)";
-  std::string lights;
-  std::string textures{};  ///< of the medium
-  bool bounded = false;    ///< by a box, of which the camera is outside
-};
-
-/// Ground, and boards at random places above it, in haze.
-std::string scene(const Parts& parts) {
-  const std::string haze = "MakeNamedMedium \"haze\" " + parts.medium +
-                           R"( "rgb sigma_a" [ .01 .01 .01 ] "rgb sigma_s" [ .08 .08 .1 ] "float g" .4 )";
-  std::string text = "LookAt 0 -6 1.5  0 6 2.6  0 0 1\n";
-  if (!parts.bounded) text += haze + "MediumInterface \"\" \"haze\"\n";
-  text += parts.camera + R"(Film "rgb" "integer xresolution" 32 "integer yresolution" 24 PixelFilter "box"
-WorldBegin
-)";
-  if (parts.bounded) text += parts.textures + haze;
-  text += parts.lights + R"(
-Material "diffuse" "rgb reflectance" [ .3 .3 .25 ]
-Shape "bilinearmesh" "point3 P" [ -30 -30 0  30 -30 0  -30 30 0  30 30 0 ]
-)";
-  KeyedRng rng(8);
-  for (int i = 0; i < 30; ++i) {
-    const float x = rng.next() * 10 - 5, y = rng.next() * 12, z = 2.5f + 2.5f * rng.next();
-    text += fmt::format("Shape \"bilinearmesh\" \"point3 P\" [ {0} {1} {2}  {3} {1} {4}  {0} {5} {2}  {3} {5} {4} ]\n",
-                        x, y, z, x + 0.9f, z + 0.3f, y + 0.7f);
-  }
-  if (parts.bounded)
-    text += R"(Material "interface" MediumInterface "haze" ""
-Shape "trianglemesh" "integer indices" [ 0 2 1 1 2 3  4 5 6 5 7 6  0 1 4 1 5 4  2 6 3 3 6 7  0 4 2 2 4 6  1 3 5 3 7 5 ]
-  "point3 P" [ -8 -2 -.5  8 -2 -.5  -8 14 -.5  8 14 -.5  -8 -2 6  8 -2 6  -8 14 6  8 14 6 ]
-)";
-  return text;
-}
-
-constexpr char sun[] = R"(LightSource "distant" "point3 from" [ -4 5 6 ] "point3 to" [ 0 0 0 ] "rgb L" [ 4 3.6 3 ] )";
-constexpr char disc[] =
-    R"(LightSource "sky" "float sunzenith" 45 "float sunazimuth" 100 "float sunirradiance" 4 "float sundiameter" 6 "float skyirradiance" 1 )";
-constexpr char sky[] = R"(LightSource "infinite" "rgb L" [ .2 .3 .5 ] )";
-constexpr char spot[] =
-    R"(LightSource "spot" "point3 from" [ -3 2 8 ] "point3 to" [ 1.5 4 0 ] "rgb I" [ 60 55 40 ] "float coneangle" 30 "float conedeltaangle" 6 )";
-constexpr char area[] = R"(AttributeBegin AreaLightSource "diffuse" "rgb L" [ 3 3 2 ]
-Shape "sphere" "float radius" .5 AttributeEnd )";
-constexpr char orthographic[] = "Camera \"orthographic\" \"float screenwindow\" [ -4 4 -3 3 ]\n";
-constexpr char homogeneous[] = R"("string type" "homogeneous")";
-
-// Clumps, and a bank of cloud over the ground.
-std::string clumps() {
-  std::string text = R"("string type" "uniformgrid" "point3 p0" [ -8 -2 -.5 ] "point3 p1" [ 8 14 6 ]
-  "integer nx" 12 "integer ny" 12 "integer nz" 8 "float scale" 1.5 "float density" [)";
-  KeyedRng rng(4);
-  for (int i = 0; i < 12 * 12 * 8; ++i) text += fmt::format(" {:.2f}", std::max(3 * rng.next() - 1, 0.0f));
-  return text + " ]";
-}
-constexpr char cloud[] =
-    R"("string type" "cloud" "float density" 4 "point3 p0" [ -1 -.2 -1 ] "point3 p1" [ 1 1 1 ] "float frequency" 3)";
-constexpr char wind[] = R"(Texture "wind" "float" "fbm" "integer octaves" 3
-)";
-constexpr char pattern[] = R"("string type" "pattern" "point3 p0" [ -8 -2 -.5 ] "point3 p1" [ 8 14 6 ]
-  "texture density" "wind" "float maxdensity" 2)";
-
-std::shared_ptr<const ShaftLight> planes_of(const build::BuiltScene& built, light::ShaftSettings settings = {},
-                                            std::string* why = nullptr) {
-  std::vector<std::string> left;
-  std::string none;
-  return light::make_shaft_light(*built.scene, settings, why ? why : &none, &left);
-}
-
-path::PathIntegrator::Settings paths(int scatterings) {
-  path::PathIntegrator::Settings s;
-  s.max_scatterings = s.diffuse_bounces = s.specular_depth = scatterings;
-  return s;
-}
 
 struct Case {
   const char* name;
@@ -101,30 +22,11 @@ void PrintTo(const Case& c, std::ostream* out) {
 
 class LightShafts : public testing::TestWithParam<Case> {};
 
-// Z of a difference of means over blocks of 8 x 8 pixels, less a part of these means, the largest of all blocks and
-// channels.
-double worst_z(const scene::Film& a, const scene::Film& b, double relative) {
-  double worst = 0;
-  for (int y = 0; y < a.height(); y += 8)
-    for (int x = 0; x < a.width(); x += 8)
-      for (int c = 0; c < 3; ++c) {
-        double difference = 0, variance = 0, sum = 0;
-        for (int k = 0; k < 64; ++k) {
-          const int i = x + k % 8, j = y + k / 8;
-          difference += double(a.pixel(i, j)[c]) - double(b.pixel(i, j)[c]);
-          variance += double(a.variance(i, j)[c]) + double(b.variance(i, j)[c]);
-          sum += double(a.pixel(i, j)[c]);
-        }
-        worst = std::max(worst, (std::abs(difference) - relative * sum) / std::sqrt(variance));
-      }
-  return worst;
-}
-
 // Rationale: planes only change how light is found, with all further scatterings. Expectation: equal means of blocks
 // with multiple scattering: of 36 numbers none beyond 4.2 standard errors (1e-3 of all 36, Sidak), with .5 % for the
 // width of bins and planes; and less noise.
 TEST_P(LightShafts, HaveTheExpectationOfRays) {
-  const auto built = build_text(scene(GetParam().parts));
+  const auto built = build_text(hazy_scene(GetParam().parts));
   auto settings = paths(4);
   const auto rays = render_built(built, 256, settings);
   settings.shafts = planes_of(built);
@@ -146,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"clumps_sun", {.medium = clumps(), .lights = std::string(sun) + sky}},
         Case{"clumps_spot_box", {.medium = clumps(), .lights = std::string(spot) + sun, .bounded = true}},
         Case{"clumps_disc", {.medium = clumps(), .lights = disc}},
-        Case{"pattern_box", {.medium = pattern, .lights = disc, .textures = wind, .bounded = true}},
+        Case{"pattern_box", {.medium = windy, .lights = disc, .textures = wind, .bounded = true}},
         Case{"cloud", {.medium = cloud, .lights = std::string(sun) + sky}},
         Case{"orthographic_clumps", {.camera = orthographic, .medium = clumps(), .lights = sun}},
         Case{"orthographic_clumps_box", {.camera = orthographic, .medium = clumps(), .lights = sun, .bounded = true}},
@@ -161,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
 // Rationale: the default integrator takes the same planes. Expectation: its mean is the path tracer's within 1.5 %, of
 // which noise is a third.
 TEST(LightShaftsOfDistribution, HaveTheMeanOfPaths) {
-  const auto built = build_text(scene({.lights = std::string(sun) + sky, .bounded = true}));
+  const auto built = build_text(hazy_scene({.lights = std::string(sun) + sky, .bounded = true}));
   auto reference = paths(4);
   reference.shafts = planes_of(built);
   const RGB expected = render_built(built, 128, reference).mean();
@@ -174,14 +76,14 @@ TEST(LightShaftsOfDistribution, HaveTheMeanOfPaths) {
 // Rationale: Max's picture: what is seen, weakened, and the sun's light in the air. Expectation: that of paths that
 // scatter once, under the sun alone, by the Z-test above; with more light and scatterings to be had, less than all.
 TEST(LightShaftsAlone, LeaveOutOtherLight) {
-  const auto built = build_text(scene({.lights = std::string(sun) + sky}));
+  const auto built = build_text(hazy_scene({.lights = std::string(sun) + sky}));
   auto settings = paths(4);
   settings.shafts = planes_of(built);
   const RGB all = render_built(built, 32, settings).mean();
   settings.shafts = planes_of(built, {.single = true});
   const RGB single = render_built(built, 32, settings).mean();
   EXPECT_LT(single.g, 0.99f * all.g);
-  const auto sunny = build_text(scene({.lights = sun, .bounded = true}));
+  const auto sunny = build_text(hazy_scene({.lights = sun, .bounded = true}));
   auto once = paths(1);
   const auto rays = render_built(sunny, 256, once);
   once.shafts = planes_of(sunny, {.single = true});
@@ -190,7 +92,7 @@ TEST(LightShaftsAlone, LeaveOutOtherLight) {
 
 // Expectation: the same bits for any threads and crop.
 TEST(LightShaftsAlone, AreTheSameForThreadsAndCrop) {
-  const auto built = build_text(scene({.lights = std::string(disc) + spot, .bounded = true}));
+  const auto built = build_text(hazy_scene({.lights = std::string(disc) + spot, .bounded = true}));
   const auto render = [&](int threads) {
     set_thread_count(threads);
     auto settings = paths(3);
@@ -201,6 +103,17 @@ TEST(LightShaftsAlone, AreTheSameForThreadsAndCrop) {
   };
   const auto one = render(1), three = render(3);
   EXPECT_TRUE(same_bits(one.film, three.film));
+  scene::Film::Settings part = built.scene->film;
+  part.crop = {V2i(9, 5), V2i(21, 18)};
+  scene::Film crop(part);
+  auto settings = paths(3);
+  settings.shafts = planes_of(built);
+  const path::PathIntegrator integrator(*built.scene, settings);
+  const std::atomic<bool> interrupt{false};
+  render::RenderSession(integrator, crop, {.pixel_samples = 4}).run(interrupt);
+  for (int y = part.crop.min.y; y < part.crop.max.y; ++y)
+    for (int x = part.crop.min.x; x < part.crop.max.x; ++x)
+      EXPECT_TRUE(crop.pixel(x, y) == one.film.pixel(x, y)) << x << ' ' << y;
 }
 
 /// A film that keeps what the air does.
@@ -262,7 +175,7 @@ Shape "bilinearmesh" "point3 P" [ -30 4 -30  30 4 -30  -30 4 30  30 4 30 ]
 // Rationale: what the air adds is a part of the picture, in the scale of its film. Expectation: with one scattering,
 // pictures without surfaces' light and light in the air add up.
 TEST(LightShaftsAlone, AirAndSurfacesAddUp) {
-  const auto built = build_text(scene({.lights = disc}));
+  const auto built = build_text(hazy_scene({.lights = disc}));
   auto settings = paths(1);
   settings.shafts = planes_of(built, {.single = true});
   const auto with = render_with_air(built, 4, path::PathIntegrator(*built.scene, settings));
@@ -281,7 +194,7 @@ TEST(LightShaftsAlone, AirAndSurfacesAddUp) {
 TEST(LightShaftsAlone, SayWhyTheyDoNotApply) {
   const auto why = [](const Parts& parts) {
     std::string text;
-    const auto built = build_text(scene(parts));
+    const auto built = build_text(hazy_scene(parts));
     EXPECT_FALSE(planes_of(built, {}, &text));
     return text;
   };
@@ -300,7 +213,7 @@ TEST(LightShaftsAlone, KnowWhatOnlyAbsorbs) {
             R"("string type" "uniformgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1 "float density" [ 1 2 ])"),
         std::string(R"("string type" "pattern" "texture density" "wind" "float maxdensity" 2)")}) {
     const auto text = [&](const char* scattering) {
-      return scene({.lights = sun}) + wind + "MakeNamedMedium \"smoke\" " + smoke +
+      return hazy_scene({.lights = sun}) + wind + "MakeNamedMedium \"smoke\" " + smoke +
              " \"rgb sigma_a\" [ .1 .1 .1 ] \"rgb sigma_s\" [ " + scattering +
              " ]\nMaterial \"interface\" MediumInterface \"smoke\" \"haze\"\nTranslate 0 3 1 Shape \"sphere\"\n";
     };
@@ -316,7 +229,7 @@ TEST(LightShaftsAlone, KnowWhatOnlyAbsorbs) {
 
 // Expectation: tables stay within the memory that they may take, and that is said.
 TEST(LightShaftsAlone, KeepToTheirMemory) {
-  const auto built = build_text(scene({.lights = disc}));
+  const auto built = build_text(hazy_scene({.lights = disc}));
   std::string why;
   std::vector<std::string> left;
   const auto small = light::make_shaft_light(*built.scene, {.max_bytes = 300000}, &why, &left);
@@ -329,7 +242,7 @@ TEST(LightShaftsAlone, KeepToTheirMemory) {
 
 // Rationale: a sun at infinity behind an endless even fog. Expectation: black as with rays, and a hint.
 TEST(LightShaftsAlone, NameTheRemedyForEndlessFog) {
-  const auto built = build_text(scene({.medium = homogeneous, .lights = sun}));
+  const auto built = build_text(hazy_scene({.medium = homogeneous, .lights = sun}));
   std::string why;
   std::vector<std::string> left;
   ASSERT_TRUE(light::make_shaft_light(*built.scene, {}, &why, &left));

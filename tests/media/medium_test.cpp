@@ -307,6 +307,22 @@ TEST(GridMedium, RgbGrids) {
 }
 
 /// A spike of density takes a bounded time.
+// Rationale: planes ask what scatters, before rendering. Expectation: a grid of scattering that is zero everywhere, or
+// where the coefficient is, scatters nothing.
+TEST(GridMedium, KnowsWhetherItScatters) {
+  const auto with = [](const RGB& sigma_s, const RGB& inside) {
+    GridMedium::Content content;
+    content.sigma_s = sigma_s;
+    content.sigma_s_grid = VoxelGrid<RGB>({RGB(0), inside, RGB(0), RGB(0)}, 2, 2, 1);
+    return GridMedium(content, Transform(), {}).scatters();
+  };
+  EXPECT_TRUE(with(RGB(1), RGB(0, 0.1f, 0)));
+  EXPECT_FALSE(with(RGB(1), RGB(0)));
+  EXPECT_FALSE(with(RGB(1, 0, 1), RGB(0, 0.1f, 0)));
+  EXPECT_TRUE(slab(profile, RGB(0), RGB(2)).scatters());
+  EXPECT_FALSE(slab(profile, RGB(2), RGB(0)).scatters());
+}
+
 TEST(GridMedium, SpikesAreBounded) {
   std::vector<float> spike(64, 0);
   spike[32] = 1e30f;

@@ -208,6 +208,45 @@ TEST(Portals, MeetWhatFlatGeometryMeets) {
   }
 }
 
+// Rationale: rays that stay together take another way through portals than single ones. Expectation: they meet the
+// same, in packets that enter one placement as a whole, and in such as come apart.
+TEST(Portals, MeetTheSameInPackets) {
+  const Pair p;
+  const auto rays = std::make_unique<RayBatch>();
+  const auto a = std::make_unique<HitBatch>(), b = std::make_unique<HitBatch>();
+  RGB lit_a[RayBatch::capacity], lit_b[RayBatch::capacity];
+  KeyedRng rng(77);
+  int hits = 0, other = 0;
+  for (int batch = 0; batch < 60; ++batch) {
+    const float apart = batch % 2 == 0 ? 0.02f : 3.0f;
+    V3f o(0, 0, 0), d(0, 0, 1);
+    for (int i = 0; i < RayBatch::capacity; ++i) {
+      const V3f aside = V3f(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f) * apart;
+      if (i % RayBatch::packet == 0) {
+        const V3f to = p.nested.instance_point(uint32_t(rng.next() * float(p.nested.instance_count())), V3f(0, 0, 0));
+        d = normalize(V3f(rng.next() - 0.5f, rng.next() - 0.5f, rng.next() - 0.5f));
+        o = to - d * 40;
+      }
+      rays->set(i, o + aside, d, batch % 3 == 0 ? 40 : infinity, 0, uint32_t(i));
+    }
+    p.nested.intersect(*rays, RayBatch::capacity, a.get());
+    p.nested.transmitted(*rays, RayBatch::capacity, lit_a);
+    for (int i = 0; i < RayBatch::capacity; ++i) rays->joined[i] = i % RayBatch::packet != 0;
+    p.nested.intersect(*rays, RayBatch::capacity, b.get());
+    p.nested.transmitted(*rays, RayBatch::capacity, lit_b);
+    for (int i = 0; i < RayBatch::capacity; ++i) {
+      EXPECT_EQ(lit_a[i].r, a->geometry[i] == no_id ? 1.0f : 0.0f);
+      if (a->geometry[i] == no_id && b->geometry[i] == no_id) continue;
+      const bool same = a->geometry[i] == b->geometry[i] && a->primitive[i] == b->primitive[i] &&
+                        a->instance[i] == b->instance[i] && lit_a[i].r == lit_b[i].r &&
+                        std::abs(a->t[i] - b->t[i]) < 2e-5f * a->t[i];
+      ++(same ? hits : other);
+    }
+  }
+  EXPECT_GT(hits, 3000);
+  EXPECT_LE(other, 8);  // where rays graze
+}
+
 // Every path has a number of its own: those of all hits name the very placements that were hit.
 TEST(Portals, CountEachPathOnce) {
   const Pair p;

@@ -7,6 +7,7 @@
 
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
+#include "dapple/integrate/medium_borders.h"
 #include "dapple/vegetation/ground_survey.h"
 #include "dapple/vegetation/mask_scene.h"
 
@@ -26,10 +27,9 @@ std::string shown(T value) {
   return text;
 }
 
-// Light may go from one medium into another, on its way to what masks shade.
-bool has_bounded_media(const scene::Scene& scene) {
-  return scene.has_media() && std::any_of(scene.bindings.begin(), scene.bindings.end(),
-                                          [](const scene::GeometryBinding& b) { return b.changes_medium; });
+// Why light that masks let through cannot be weakened on its way; empty: it can.
+std::string obstacle_of_media(const scene::Scene& scene) {
+  return integrate::MediumBorders::obstacle(scene, integrate::MaterialTable(scene));
 }
 
 }  // namespace
@@ -68,8 +68,8 @@ void MaskRequest::check(const FileLoc& loc, const std::array<std::string_view, 7
 
 std::shared_ptr<const forest::MaskVisibility> make_masks(const scene::Scene& scene, const MaskRequest& request) {
   if (request.sun_shadows.value_or("rays") != "masks") return nullptr;
-  if (has_bounded_media(scene)) {
-    log_warning("shadow masks do not know where media end: shadow rays are traced");
+  if (const std::string why = obstacle_of_media(scene); !why.empty()) {
+    log_warning("shadow masks have no effect: " + why);
     return nullptr;
   }
   const std::vector<emitters::NarrowBeam> beams = vegetation::narrow_beams(scene);
@@ -95,8 +95,8 @@ std::shared_ptr<const forest::GroundVisibility> make_far_ground(const scene::Sce
                                                                 std::shared_ptr<const forest::MaskVisibility> masks) {
   const float nearest = request.far_ground.value_or(0);
   if (!(nearest > 0)) return nullptr;
-  if (has_bounded_media(scene)) {
-    log_warning("penumbras on far ground do not know where media end: shadow rays are traced");
+  if (const std::string why = obstacle_of_media(scene); !why.empty()) {
+    log_warning("penumbras on far ground have no effect: " + why);
     return nullptr;
   }
   const Timer timer;

@@ -35,18 +35,50 @@ void weaken(const scene::Scene& scene, const trace::RayBatch& rays, int n, const
   for (int i = 0; i < n; ++i) visible[i] *= s.transmittance[i];
 }
 
-// s.found of rays that masks have answered: what is left behind the medium in which they set out, all the way.
-void dim_masked(const scene::Scene& scene, const trace::RayBatch& rays, int masked, const int32_t* medium,
-                RayTracer::Scratch& s) {
-  const auto in = [&](int k) { return medium[s.masked_ray[k]]; };
-  const auto add = [&](int k, media::MediumRays* out) {
-    const int i = s.masked_ray[k];
-    out->add(Ray{rays.origin(i), rays.direction(i), infinity, rays.time[i]}, infinity, RGB(1), hash(rays.key[i], 0));
-  };
-  s.media.transmittance(scene, masked, in, add, s.transmittance);
-  for (int k = 0; k < masked; ++k) s.found[k] *= s.transmittance[k];
-}
 }  // namespace
+
+RayTracer::RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media,
+                     const emitters::Visibility* masks)
+    : scene_(scene), materials_(materials), media_(media), masks_(masks) {
+  if (!masks || !media || !scene.has_media()) return;
+  if (MediumBorders::obstacle(scene, materials).empty())
+    borders_ = MediumBorders::find(scene, materials);
+  else
+    masks_ = nullptr;
+}
+
+// s.found of rays that masks have answered: what the media leave of it, from where the rays set out to infinity.
+void RayTracer::dim_masked(const trace::RayBatch& rays, int n, const int32_t* medium, Scratch& s) const {
+  for (int k = 0; k < n; ++k) {
+    const int i = s.masked_ray[k];
+    s.rays.set(k, rays.origin(i), rays.direction(i), infinity, rays.time[i], rays.key[i]);
+    s.medium[k] = medium[i], s.ray[k] = k;
+  }
+  for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
+    if (borders_)
+      borders_->traced().intersect(s.rays, n, &s.hits);
+    else
+      std::fill_n(s.hits.geometry, n, trace::no_id);
+    const auto in = [&](int j) { return s.found[s.ray[j]].is_black() ? scene::vacuum : s.medium[j]; };
+    const auto add = [&](int j, media::MediumRays* out) {
+      out->add(s.segment(j), s.length(j), RGB(1), hash(rays.key[s.masked_ray[s.ray[j]]], segment));
+    };
+    s.media.transmittance(scene_, n, in, add, s.transmittance);
+    int kept = 0;
+    for (int j = 0; j < n; ++j) {
+      RGB& found = s.found[s.ray[j]];
+      found *= s.transmittance[j];
+      if (s.hits.geometry[j] == trace::no_id || found.is_black()) continue;
+      const V3f d = s.rays.direction(j);
+      const geom::SurfacePoint p = borders_->traced().surface_without_tangents(s.rays, s.hits, j);
+      const scene::GeometryBinding& border = scene_.bindings[borders_->geometry(s.hits.geometry[j])];
+      s.medium[kept] = border.medium_beyond(d, p.Ng, s.medium[j]);
+      s.ray[kept] = s.ray[j];
+      s.rays.set(kept++, offset_origin(p, d), d, infinity, s.rays.time[j], s.rays.key[j]);
+    }
+    n = kept;
+  }
+}
 
 // s.transmittance of the segments up to the hits; `rays` are the whole rays, whose keys count. What is behind opaque
 // surfaces is left out.
@@ -184,7 +216,7 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   }
   s.masked.count = masked;
   masks_->visible(s.masked, s.found);
-  if (media_ && masked > 0 && scene_.has_media()) dim_masked(scene_, rays, masked, medium, s);
+  if (media_ && masked > 0 && scene_.has_media()) dim_masked(rays, masked, medium, s);
   for (int k = 0; k < masked; ++k) visible[s.masked_ray[k]] = s.found[k];
   if (unmasked > 0) this->visible(s.unmasked, unmasked, s.unmasked_medium, s.found, s);
   for (int k = 0; k < unmasked; ++k) visible[s.unmasked_ray[k]] = s.found[k];

@@ -9,6 +9,7 @@
 #include "dapple/emitters/visibility.h"
 #include "dapple/integrate/material_table.h"
 #include "dapple/integrate/media_batch.h"
+#include "dapple/integrate/medium_borders.h"
 
 namespace dapple::integrate {
 
@@ -81,10 +82,10 @@ class RayTracer {
   };
 
   /// Both must outlive this object. Without `media` these are not there.
-  /// masks, if given, tells what it can about shadow rays to lights at infinity; it knows nothing of media.
+  /// masks, if given, tells what it can about shadow rays to lights at infinity. It knows nothing of media: these
+  /// weaken such light on its way. It is not asked where MediumBorders::obstacle() stands against that.
   RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media = true,
-            const emitters::Visibility* masks = nullptr)
-      : scene_(scene), materials_(materials), media_(media), masks_(masks) {}
+            const emitters::Visibility* masks = nullptr);
 
   /// Shadow rays that meet a surface of some opacity are stopped or not, by draws; else they are weakened.
   bool draws_opacity() const { return materials_.shadows_pass(); }
@@ -114,6 +115,7 @@ class RayTracer {
                Scratch& scratch, Flights* flights = nullptr, int* sheets = nullptr) const;
 
  private:
+  void dim_masked(const trace::RayBatch& rays, int n, const int32_t* medium, Scratch& s) const;
   void meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
   void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
@@ -126,7 +128,8 @@ class RayTracer {
   const scene::Scene& scene_;
   const MaterialTable& materials_;
   const bool media_;
-  const emitters::Visibility* const masks_;
+  const emitters::Visibility* masks_;
+  std::shared_ptr<const MediumBorders> borders_;  ///< that masked light passes; null: none
 };
 
 }  // namespace dapple::integrate

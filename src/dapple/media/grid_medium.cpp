@@ -21,6 +21,7 @@ GridMedium::GridMedium(Content content, const Transform& medium_to_world, Henyey
       world_to_medium_(medium_to_world.inverse()),
       name_(std::move(name)) {
   build_majorants();
+  scatters_ = any_scattering();
   if (content_.temperature.empty()) return;
   content_.emission = RGB(0);
   float most = 0;
@@ -50,7 +51,8 @@ MediumPoint GridMedium::at(const V3f& p) const {
   return out;
 }
 
-bool GridMedium::scatters() const {
+// Looks at all voxels.
+bool GridMedium::any_scattering() const {
   if (content_.sigma_s.is_black() || content_.sigma_s_grid.empty()) return !content_.sigma_s.is_black();
   bool any = false;
   content_.sigma_s_grid.visit_box(V3f(0, 0, 0), V3f(1, 1, 1),

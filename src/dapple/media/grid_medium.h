@@ -44,7 +44,7 @@ class GridMedium final : public UnevenMedium {
   uint64_t exhausted() const { return given_up_.count(); }  ///< rays given up on; they count as absorbed
   void coefficients(const V3f* P, float time, int n, MediumPoint* out) const override;
   Box3f bounds() const override;
-  bool scatters() const override;
+  bool scatters() const override { return scatters_; }
   std::optional<RGB> extinction_color() const override;
   std::vector<std::string> warnings() const override { return given_up_.warnings(name_); }
 
@@ -53,6 +53,7 @@ class GridMedium final : public UnevenMedium {
   /// `p` in the unit cube that the box is.
   MediumPoint at(const V3f& p) const;
   MajorantWalk walk(const Ray& ray, float t_max) const;
+  bool any_scattering() const;
   void build_majorants();
   V3f to_cube(const V3f& P) const;
 
@@ -60,6 +61,7 @@ class GridMedium final : public UnevenMedium {
   Transform world_to_medium_;
   std::optional<BlackbodyTable> glow_;
   MajorantGrid majorants_;
+  bool scatters_ = false;
   std::string name_;
   GivenUp given_up_;
 };

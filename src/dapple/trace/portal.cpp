@@ -35,6 +35,26 @@ Four magnitude(Four a) {
   return most_of(a, -a);
 }
 
+constexpr int packet = RayBatch::packet;
+constexpr int least_together = 2;  // rays of a packet: fewer go on by themselves
+
+/// From the scene to an object.
+struct Inverse {
+  float row[3][3], origin[3];
+};
+
+Inverse inverse_of(const float (&m)[3][4]) {
+  const V3f a(m[0][0], m[1][0], m[2][0]), b(m[0][1], m[1][1], m[2][1]), c(m[0][2], m[1][2], m[2][2]);
+  const V3f rows[3] = {cross(b, c), cross(c, a), cross(a, b)};
+  const float inverse = 1.0f / dot(a, rows[0]);
+  Inverse out;
+  for (int r = 0; r < 3; ++r) {
+    for (int k = 0; k < 3; ++k) out.row[r][k] = rows[r][k] * inverse;
+    out.origin[r] = m[r][3];
+  }
+  return out;
+}
+
 }  // namespace
 
 /// The placements of a block whose objects' boxes a ray meets, with the ray in the space of each.
@@ -83,33 +103,133 @@ void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
   }
 }
 
+/// The same of a packet.
+struct Portal::PacketEntries {
+  alignas(64) float o[width][3][packet], d[width][3][packet], near[width][packet];
+  alignas(64) int meets[width][packet];
+  float nearest[width];  ///< of its rays
+  int order[width];      ///< by that
+  int count = 0;
+};
+
+// A placement at a time, so that the numbers of sixteen rays lie side by side.
+void Portal::enter(uint32_t block, const int* valid, const RTCRay16& rays, PacketEntries* e) const {
+  const int lanes = int(set_.placements.lanes(block));
+  for (int k = 0; k < lanes; ++k) {
+    float m[3][4], least[3], most[3], corner[3];
+    set_.placements.rows(block * width + uint32_t(k), m);
+    const Inverse to = inverse_of(m);
+    for (int axis = 0; axis < 3; ++axis) {
+      least[axis] = box_.min[axis], most[axis] = box_.max[axis];
+      corner[axis] = std::abs(least[axis]) + std::abs(most[axis]);
+    }
+    constexpr float tiny = std::numeric_limits<float>::min();
+    int any = 0;
+    for (int i = 0; i < packet; ++i) {
+      const float x = rays.org_x[i] - to.origin[0], y = rays.org_y[i] - to.origin[1], z = rays.org_z[i] - to.origin[2];
+      float o[3], d[3], size = 0, near = rays.tnear[i], far = rays.tfar[i];
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* row = to.row[axis];
+        o[axis] = row[0] * x + row[1] * y + row[2] * z;
+        d[axis] = row[0] * rays.dir_x[i] + row[1] * rays.dir_y[i] + row[2] * rays.dir_z[i];
+        size += std::abs(o[axis]);
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        const float grown = rounding * (size + corner[axis]);
+        const float slope = 1.0f / (std::abs(d[axis]) < tiny ? tiny : d[axis]);
+        const float s = (least[axis] - grown - o[axis]) * slope, t = (most[axis] + grown - o[axis]) * slope;
+        const float first = s < t ? s : t, last = s > t ? s : t;
+        near = near > first ? near : first;
+        far = far < last ? far : last;
+      }
+      for (int axis = 0; axis < 3; ++axis) e->o[k][axis][i] = o[axis], e->d[k][axis][i] = d[axis];
+      e->near[k][i] = near;
+      e->meets[k][i] = near <= far * (1 + rounding) ? valid[i] : 0;
+      any |= e->meets[k][i];
+    }
+    if (!any) continue;
+    e->nearest[k] = infinity;
+    for (int i = 0; i < packet; ++i)
+      if (e->meets[k][i]) e->nearest[k] = std::min(e->nearest[k], e->near[k][i]);
+    int at = e->count++;
+    for (; at > 0 && e->nearest[e->order[at - 1]] > e->nearest[k]; --at) e->order[at] = e->order[at - 1];
+    e->order[at] = k;
+  }
+}
+
+/// Names the placement that rays are in by their context, while they are.
+class Portal::Inside {
+ public:
+  Inside(const Portal& portal, RayContext* context)
+      : portal_(portal), context_(*context), outside_(context->embree.instID[0]), scale_(context->scale) {}
+  ~Inside() { context_.embree.instID[0] = outside_, context_.scale = scale_; }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+
+  void enter(uint32_t placement) {
+    const PlacementTree::Set& set = portal_.set_;
+    const uint32_t before = outside_ == RTC_INVALID_GEOMETRY_ID ? portal_.path_offset_ : outside_;
+    context_.embree.instID[0] = before + set.first + placement * set.paths;
+    if (!portal_.scales_) return;
+    float rows[3][4];
+    set.placements.rows(placement, rows);
+    context_.scale = scale_ * largest_scale(rows);
+  }
+
+ private:
+  const Portal& portal_;
+  RayContext& context_;
+  const uint32_t outside_;
+  const float scale_;
+};
+
 template <class Query>
 void Portal::trace(uint32_t block, RayContext* context, RTCRay* ray, const Query& query) const {
   Entries e;
   enter(block, *ray, &e);
   if (e.count == 0) return;
   const V3f o(ray->org_x, ray->org_y, ray->org_z), d(ray->dir_x, ray->dir_y, ray->dir_z);
-  const uint32_t outside = context->embree.instID[0];
-  const uint32_t first = set_.first + (outside == RTC_INVALID_GEOMETRY_ID ? path_offset_ : outside);
-  const float scale = context->scale;
+  Inside inside(*this, context);
   for (int i = 0; i < e.count; ++i) {
     const int k = e.order[i];
     if (!(e.near[k] <= ray->tfar)) break;  // nothing nearer is left, or light has met something
     ray->org_x = e.o[0][k], ray->org_y = e.o[1][k], ray->org_z = e.o[2][k];
     ray->dir_x = e.d[0][k], ray->dir_y = e.d[1][k], ray->dir_z = e.d[2][k];
-    const uint32_t placement = block * width + uint32_t(k);
-    context->embree.instID[0] = first + placement * set_.paths;
-    if (scales_) {
-      float rows[3][4];
-      set_.placements.rows(placement, rows);
-      context->scale = scale * largest_scale(rows);
-    }
+    inside.enter(block * width + uint32_t(k));
     query(inside_, &context->embree, ray);
   }
   ray->org_x = o.x, ray->org_y = o.y, ray->org_z = o.z;
   ray->dir_x = d.x, ray->dir_y = d.y, ray->dir_z = d.z;
-  context->embree.instID[0] = outside;
-  context->scale = scale;
+}
+
+// Embree's own instances move rays in place, too.
+template <class Query>
+void Portal::trace_packet(uint32_t block, RayContext* context, const int* valid, RTCRay16* rays,
+                          const Query& query) const {
+  PacketEntries e;
+  enter(block, valid, *rays, &e);
+  if (e.count == 0) return;
+  float* const places[6] = {rays->org_x, rays->org_y, rays->org_z, rays->dir_x, rays->dir_y, rays->dir_z};
+  alignas(64) float before[6][packet];
+  for (int c = 0; c < 6; ++c) std::memcpy(before[c], places[c], sizeof before[c]);
+  Inside inside(*this, context);
+  for (int n = 0; n < e.count; ++n) {
+    const int k = e.order[n];
+    alignas(64) int with[packet];
+    int any = 0;
+    for (int i = 0; i < packet; ++i) {
+      with[i] = e.near[k][i] <= rays->tfar[i] ? e.meets[k][i] : 0;
+      any |= with[i];
+    }
+    if (!any) continue;
+    inside.enter(block * width + uint32_t(k));
+    for (int c = 0; c < 3; ++c) {
+      std::memcpy(places[c], e.o[k][c], sizeof e.o[k][c]);
+      std::memcpy(places[c + 3], e.d[k][c], sizeof e.d[k][c]);
+    }
+    query(with, inside_, &context->embree, rays);
+  }
+  for (int c = 0; c < 6; ++c) std::memcpy(places[c], before[c], sizeof before[c]);
 }
 
 struct Portal::Callbacks {
@@ -126,7 +246,14 @@ struct Portal::Callbacks {
     rtcIntersect1(scene, context, reinterpret_cast<RTCRayHit*>(ray));
   }
 
-  // Of a packet each ray goes on by itself.
+  static void nearest_of_all(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay16* rays) {
+    rtcIntersect16(valid, scene, context, reinterpret_cast<RTCRayHit16*>(rays));
+  }
+
+  static bool stay_together(const int* valid, unsigned n) {
+    return n == packet && std::count_if(valid, valid + n, [](int v) { return v != 0; }) >= least_together;
+  }
+
   static void intersect(const RTCIntersectFunctionNArguments* a) {
     const Portal& portal = portal_of(a->geometryUserPtr);
     RayContext* const context = context_of(a->context);
@@ -134,6 +261,8 @@ struct Portal::Callbacks {
       portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->rayhit), nearest);
       return;
     }
+    if (stay_together(a->valid, a->N))
+      return portal.trace_packet(a->primID, context, a->valid, reinterpret_cast<RTCRay16*>(a->rayhit), nearest_of_all);
     RTCRayN* rays = RTCRayHitN_RayN(a->rayhit, a->N);
     RTCHitN* hits = RTCRayHitN_HitN(a->rayhit, a->N);
     for (unsigned i = 0; i < a->N; ++i) {
@@ -163,6 +292,8 @@ struct Portal::Callbacks {
       portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->ray), rtcOccluded1);
       return;
     }
+    if (stay_together(a->valid, a->N))
+      return portal.trace_packet(a->primID, context, a->valid, reinterpret_cast<RTCRay16*>(a->ray), rtcOccluded16);
     for (unsigned i = 0; i < a->N; ++i) {
       if (!a->valid[i]) continue;
       RTCRay q = rtcGetRayFromRayN(a->ray, a->N, i);

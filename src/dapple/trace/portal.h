@@ -10,7 +10,8 @@ namespace dapple::trace {
 
 /// A set of placements as one geometry of Embree, of a primitive for every four: a ray is taken into the space of each
 /// whose object's box it meets, and goes on in the scene of that object, which may hold portals again. Embree's own
-/// instances have one level here, and take more than five times the memory.
+/// instances have one level here, and take more than five times the memory. Rays of a packet that go into the same
+/// placement stay together.
 ///
 /// While a ray is inside, instID[0] of its context is the path to where it is (PlacementTree), by which hits are named.
 class Portal {
@@ -27,10 +28,15 @@ class Portal {
 
  private:
   struct Entries;
+  struct PacketEntries;
+  class Inside;
   struct Callbacks;
   void enter(uint32_t block, const RTCRay& ray, Entries* out) const;
+  void enter(uint32_t block, const int* valid, const RTCRay16& rays, PacketEntries* out) const;
   template <class Query>
   void trace(uint32_t block, RayContext* context, RTCRay* ray, const Query& query) const;
+  template <class Query>
+  void trace_packet(uint32_t block, RayContext* context, const int* valid, RTCRay16* rays, const Query& query) const;
 
   const PlacementTree::Set& set_;
   const RTCScene inside_;

@@ -8,6 +8,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/forest/penumbra.h"
+#include "dapple/integrate/ray_tracer.h"
 #include "dapple/scene/patch_table.h"
 #include "dapple/vegetation/ground_numbers.h"
 #include "dapple/vegetation/mask_scene.h"
@@ -57,30 +58,51 @@ struct Plot {
   }
 };
 
-/// Calls visit(i, hit, t) for rays from points along d; NaN for z leaves one out.
+/// Rays from points of a row, which go through what only separates media.
+class Rows {
+ public:
+  explicit Rows(const scene::Scene& scene) : materials_(scene), tracer_(scene, materials_, false) {}
+
+  /// Calls visit(i, hit, t) for rays from points along d; NaN for z leaves one out.
+  template <class Origin, class Visit>
+  void trace(int count, const V3f& d, const Origin& origin, const Visit& visit) const;
+
+ private:
+  struct Scratch {
+    trace::RayBatch rays;
+    trace::HitBatch hits;
+    int index[trace::RayBatch::capacity];
+    int32_t medium[trace::RayBatch::capacity];
+    float distance[trace::RayBatch::capacity];
+    RGB passed[trace::RayBatch::capacity];
+    integrate::RayTracer::Scratch tracing;
+  };
+  const integrate::MaterialTable materials_;
+  const integrate::RayTracer tracer_;
+};
+
 template <class Origin, class Visit>
-void trace_row(const scene::Scene& scene, int count, const V3f& d, const Origin& origin, const Visit& visit) {
-  trace::RayBatch rays;
-  trace::HitBatch hits;
-  int index[trace::RayBatch::capacity];
+void Rows::trace(int count, const V3f& d, const Origin& origin, const Visit& visit) const {
+  const auto s = std::make_unique<Scratch>();
   int n = 0;
   const auto flush = [&] {
-    scene.traced.intersect(rays, n, &hits);
-    for (int k = 0; k < n; ++k) visit(index[k], hits.geometry[k] != trace::no_id, hits.t[k]);
+    std::fill_n(s->medium, n, scene::vacuum);
+    tracer_.nearest(s->rays, n, s->medium, &s->hits, s->distance, s->passed, s->tracing);
+    for (int k = 0; k < n; ++k) visit(s->index[k], s->hits.geometry[k] != trace::no_id, s->distance[k]);
     n = 0;
   };
   for (int i = 0; i < count; ++i) {
     const V3f o = origin(i);
     if (std::isnan(o.z)) continue;
-    rays.set(n, o, d, infinity, scene::PatchTable::dicing_time, uint32_t(i));
-    index[n++] = i;
+    s->rays.set(n, o, d, infinity, scene::PatchTable::dicing_time, uint32_t(i));
+    s->index[n++] = i;
     if (n == trace::RayBatch::capacity) flush();
   }
   if (n > 0) flush();
 }
 
 /// Where anything stands on the ground and may shade it, found by a grid of rays from below and above.
-Box2f shaded_area(const scene::Scene& scene) {
+Box2f shaded_area(const scene::Scene& scene, const Rows& rows) {
   const Box3f all = scene.traced.bounds();
   if (all.isEmpty()) return {};
   const float margin = 1e-3f * std::max(all.max.z - all.min.z, 1.0f), least = 1e-4f * (all.max.z - all.min.z),
@@ -92,8 +114,8 @@ Box2f shaded_area(const scene::Scene& scene) {
     float below[Numbers::scout_cells], above[Numbers::scout_cells];
     std::fill_n(below, Numbers::scout_cells, infinity), std::fill_n(above, Numbers::scout_cells, infinity);
     const auto look = [&](float z, float up, float* distance) {
-      trace_row(
-          scene, Numbers::scout_cells, V3f(0, 0, up),
+      rows.trace(
+          Numbers::scout_cells, V3f(0, 0, up),
           [&](int x) {
             KeyedRng rng(hash(uint64_t(x), uint64_t(row), uint64_t{0x67726f}));
             return V3f(all.min.x + (float(x) + rng.next()) * side_x, all.min.y + (float(row) + rng.next()) * side_y, z);
@@ -120,13 +142,13 @@ Box2f shaded_area(const scene::Scene& scene) {
 }
 
 /// What is met first from below; NaN where nothing is.
-Raster ground_heights(const scene::Scene& scene, const Plot& plot) {
+Raster ground_heights(const scene::Scene& scene, const Rows& rows, const Plot& plot) {
   Raster h(plot.width, plot.height, 1, std::nanf(""));
   const Box3f all = scene.traced.bounds();
   const float bottom = all.min.z - 1e-3f * std::max(all.max.z - all.min.z, 1.0f);
   parallel_for(size_t(plot.height), [&](size_t row) {
-    trace_row(
-        scene, plot.width, V3f(0, 0, 1),
+    rows.trace(
+        plot.width, V3f(0, 0, 1),
         [&](int x) {
           const V2d p = plot.middle(x, int(row));
           return V3f(float(p.x), float(p.y), bottom);
@@ -160,9 +182,10 @@ class Survey {
  public:
   Survey(const scene::Scene& scene, const GroundSurveyOptions& options)
       : scene_(scene),
-        plot_(shaded_area(scene), scene.camera, options),
+        rows_(scene),
+        plot_(shaded_area(scene, rows_), scene.camera, options),
         beams_(narrow_beams(scene)),
-        heights_(ground_heights(scene, plot_)),
+        heights_(ground_heights(scene, rows_, plot_)),
         clearance_(plot_.pitch) {
     light_.area = plot_.area;
     light_.tolerance = float(plot_.pitch);
@@ -191,8 +214,8 @@ class Survey {
     const int columns = plot_.width / step;
     std::vector<double> sum(size_t(plot_.height / step)), count(sum.size());
     parallel_for(sum.size(), [&](size_t row) {
-      trace_row(
-          scene_, columns, d,
+      rows_.trace(
+          columns, d,
           [&](int k) {
             const int x = k * step + step / 2, y = int(row) * step + step / 2;
             const V2d p = plot_.middle(x, y);
@@ -313,6 +336,7 @@ class Survey {
   }
 
   const scene::Scene& scene_;
+  const Rows rows_;
   const Plot plot_;
   const std::vector<emitters::NarrowBeam> beams_;
   Raster heights_;

@@ -5,9 +5,12 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
+#include "dapple/integrate/ray_tracer.h"
 #include "dapple/scene/patch_table.h"
 
 namespace dapple::vegetation {
+
+using integrate::RayTracer;
 
 forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView& v, bool periodic) {
   forest::CanopyMask mask{forest::Raster(v.width, v.height, scene.traced.has_colored_opacity() ? 3 : 1), v.pitch,
@@ -17,14 +20,18 @@ forest::CanopyMask mask_of_scene(const scene::Scene& scene, const SceneMaskView&
   const int side = int(std::ceil(std::sqrt(double(v.samples))));
   const V3d& d = v.direction;
   const double back = (bottom - v.plane) / d.z;
+  const integrate::MaterialTable materials(scene);
+  const RayTracer tracer(scene, materials, false);
+  const std::vector<int32_t> nowhere(RayTracer::capacity, scene::vacuum);
   parallel_for(size_t(v.height), [&](size_t row) {
     trace::RayBatch rays;
     RGB share[trace::RayBatch::capacity];
     int pixel[trace::RayBatch::capacity];
     std::vector<RGB> passed(size_t(v.width));
     int n = 0;
+    const auto scratch = std::make_unique<RayTracer::Scratch>();
     const auto flush = [&] {
-      scene.traced.transmitted(rays, n, share);
+      tracer.visible(rays, n, nowhere.data(), share, *scratch);
       for (int i = 0; i < n; ++i) passed[size_t(pixel[i])] += share[i];
       n = 0;
     };
