@@ -19,6 +19,7 @@ constexpr double by_chance = 1.4;
 /// Squares of a pixel's change and of its noise, both relative to its light.
 struct Squares {
   float change = 0, noise = 0;
+  bool unlit = false;  ///< no sample brought light
 };
 
 }  // namespace
@@ -39,10 +40,18 @@ void keep_clean_pixels(const PixelRows& noisy, const PixelRows& variance, image:
         s.change += d * d;
         s.noise += spread[3 * size_t(x) + c] / (scale * scale);
       }
+      s.unlit = s.noise == 0 && before[3 * size_t(x)] == 0 && before[3 * size_t(x) + 1] == 0 &&
+                before[3 * size_t(x) + 2] == 0;
       if (!std::isfinite(s.change) || !std::isfinite(s.noise) || s.noise < 0) s = Squares();
       squares[y * size_t(width) + size_t(x)] = s;
     }
   });
+  // Where light is rare, most pixels have none of it, and no variance: of these what the image's noise is on average.
+  double all = 0;
+  for (const Squares& s : squares) all += double(s.noise);
+  const auto noise_of_unlit = float(all / double(std::max<size_t>(squares.size(), 1)));
+  for (Squares& s : squares)
+    if (s.unlit) s.noise = noise_of_unlit;
   parallel_for(size_t(height), [&](size_t row) {
     const int y = int(row);
     std::vector<float> before(3 * size_t(width));
