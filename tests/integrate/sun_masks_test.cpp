@@ -88,6 +88,23 @@ TEST_P(MaskedShapes, CastTheShadowsOfRays) {
     }
 }
 
+// Rationale: of a sun without extent the cosine of a margin rounds to 1, and a unit vector with itself to less.
+// Expectation: masks answer all rays to it, from whichever direction it shines, and the means agree to .3 %.
+TEST(Masks, ServeSunsWithoutExtent) {
+  for (const char* from : {"2 1 4", "0 0 4", "-.7 1.3 2.9", "1 -2 3.3"}) {
+    const auto built = build_text(
+        ground("Translate 0 0 .2 Shape \"sphere\" \"float radius\" .2",
+               "LightSource \"distant\" \"point3 from\" [ " + std::string(from) + " ] \"point3 to\" [ 0 0 0 ] "));
+    auto settings = direct_light(16);
+    const auto rays = render_built(built, 4, settings);
+    settings.masks = masks_of(*built.scene, 256, 0.01f);
+    const auto masks = render_built(built, 4, settings);
+    EXPECT_EQ(masks.result.rays.shadow, 0u) << from;
+    EXPECT_GT(masks.result.rays.mask, 1000u) << from;
+    EXPECT_NEAR(masks.mean().g, rays.mean().g, 0.003f * 0.5f / pi) << from;
+  }
+}
+
 // Rationale: haze without bounds above the ground, that absorbs, and that scatters too. Expectation: what masks let
 // through is weakened as shadow rays are: the means agree to .3 %, with random flights to 2 % (their noise is .5 %).
 TEST(MasksInHaze, WeakenLightAsRaysDo) {

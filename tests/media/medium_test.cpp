@@ -306,7 +306,6 @@ TEST(GridMedium, RgbGrids) {
       RGB(1));
 }
 
-/// A spike of density takes a bounded time.
 // Rationale: planes ask what scatters, before rendering. Expectation: a grid of scattering that is zero everywhere, or
 // where the coefficient is, scatters nothing.
 TEST(GridMedium, KnowsWhetherItScatters) {
@@ -323,6 +322,7 @@ TEST(GridMedium, KnowsWhetherItScatters) {
   EXPECT_FALSE(slab(profile, RGB(2), RGB(0)).scatters());
 }
 
+/// A spike of density takes a bounded time.
 TEST(GridMedium, SpikesAreBounded) {
   std::vector<float> spike(64, 0);
   spike[32] = 1e30f;

@@ -313,7 +313,12 @@ void CachedRadiosity::link_tiles(int begin, int end, CacheBatch& c, ShadingWorks
 
 void CachedRadiosity::fill_batch(const Place& below, CacheBatch& c, ShadingWorkspace& w) const {
   PointBatch& f = w.level(below.level);
-  if (below.arrival == Arrival::diffuse) open_origins_.keep(f, w);
+  if (below.arrival == Arrival::diffuse) {
+    // Of leaves, those inside of a crown would leave all to the outer ones.
+    bool of_patch[PointBatch::capacity];
+    for (int k = 0; k < f.count; ++k) of_patch[k] = c.entry[c.target_entry[k]].grid.cluster_level == 0;
+    open_origins_.keep(f, of_patch, w);
+  }
   shader_.shade_diffuse(below, w);
   for (int k = 0; k < f.count; ++k) c.entry[c.target_entry[k]].set(c.target_point[k], f.diffuse.at(k));
   f.count = 0;

@@ -12,18 +12,20 @@ namespace dapple::distribution {
 using integrate::PointBatch;
 using integrate::RayOrigin;
 
-void OpenOrigins::keep(PointBatch& b, ShadingWorkspace& w) const {
+void OpenOrigins::keep(PointBatch& b, const bool* wanted, ShadingWorkspace& w) const {
   int first = 0, rays = 0;
   for (int k = 0; k < b.count; ++k) {
-    if (rays + b.origins[k] > trace::RayBatch::capacity) trace(std::exchange(first, k), k, b, w), rays = 0;
+    if (rays + PointBatch::most_origins > trace::RayBatch::capacity)
+      trace(std::exchange(first, k), k, b, wanted, w), rays = 0;
     rays += b.origins[k];
   }
-  trace(first, b.count, b, w);
+  trace(first, b.count, b, wanted, w);
 }
 
-void OpenOrigins::trace(int first, int end, PointBatch& b, ShadingWorkspace& w) const {
+void OpenOrigins::trace(int first, int end, PointBatch& b, const bool* wanted, ShadingWorkspace& w) const {
   int n = 0;
   for (int k = first; k < end; ++k) {
+    if (!wanted[k]) continue;
     const uint32_t seed = seed_of(b.key[k], Purpose::openness);
     for (int o = 0; o < b.origins[k]; ++o, ++n) {
       const RayOrigin& from = b.origin[k * PointBatch::most_origins + o];
@@ -35,10 +37,11 @@ void OpenOrigins::trace(int first, int end, PointBatch& b, ShadingWorkspace& w) 
     }
   }
   if (n == 0) return;
-  shading_.tracer.visible(w.shadow, n, w.shadow_medium, w.visible, w.tracing);
+  tracer_.visible(w.shadow, n, w.shadow_medium, w.visible, w.tracing);
   w.rays.link += uint64_t(n);
   n = 0;
   for (int k = first; k < end; ++k) {
+    if (!wanted[k]) continue;
     RayOrigin* const origin = b.origin + k * PointBatch::most_origins;
     int open[PointBatch::most_origins], count = 0;
     for (int o = 0; o < b.origins[k]; ++o)

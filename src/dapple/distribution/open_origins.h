@@ -10,17 +10,17 @@ namespace dapple::distribution {
 /// mean, such places make its visible part too dark.
 class OpenOrigins {
  public:
-  explicit OpenOrigins(const ShadingScene& shading) : shading_(shading) {}
+  explicit OpenOrigins(const ShadingScene& shading) : tracer_(shading.scene, shading.materials, false) {}
 
-  /// Of each point of the batch, which stand for cells: an origin stays with the probability with which a ray that
-  /// comes from there by the cosine, as readers do by reciprocity, goes CacheNumbers::open_widths of the cell's width
-  /// freely. The others are replaced by copies of those that stay; where none does, all stay.
-  void keep(integrate::PointBatch& b, ShadingWorkspace& w) const;
+  /// Of each point of the batch for which wanted[k], cells of patches: an origin stays with the probability with which
+  /// a ray that comes from there by the cosine, as readers do by reciprocity, goes CacheNumbers::open_widths of the
+  /// cell's width freely. The others are replaced by copies of those that stay; where none does, all stay.
+  void keep(integrate::PointBatch& b, const bool* wanted, ShadingWorkspace& w) const;
 
  private:
-  void trace(int first, int end, integrate::PointBatch& b, ShadingWorkspace& w) const;
+  void trace(int first, int end, integrate::PointBatch& b, const bool* wanted, ShadingWorkspace& w) const;
 
-  const ShadingScene& shading_;
+  const integrate::RayTracer tracer_;  ///< air is in nobody's way
 };
 
 }  // namespace dapple::distribution

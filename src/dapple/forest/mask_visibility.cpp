@@ -25,7 +25,7 @@ MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::spa
     throw std::invalid_argument("masks of the sky have from 0 to " + std::to_string(most_sky_directions) +
                                 " directions");
   for (const emitters::NarrowBeam& sun : suns) {
-    sun_cosine_.push_back(std::cos(sun.radius + margin));
+    sun_chord2_.push_back(sqr(2 * std::sin((sun.radius + margin) / 2)));
     maps_.push_back(std::make_unique<SlabMap>(*scene_, sun.to_light, double(std::tan(sun.radius + margin)), s.sun,
                                               store_, uint32_t(maps_.size())));
   }
@@ -37,20 +37,20 @@ MaskVisibility::MaskVisibility(std::unique_ptr<const FacetScene> scene, std::spa
 }
 
 int MaskVisibility::map_of(const V3f& d) const {
-  for (size_t s = 0; s < sun_cosine_.size(); ++s)
-    if (dot(d, maps_[s]->frame().to_light) >= sun_cosine_[s]) return int(s);
+  for (size_t s = 0; s < sun_chord2_.size(); ++s)
+    if (comes_from_sun(d, s)) return int(s);
   size_t nearest = 0;
   float most = -infinity;
   for (size_t i = 0; i < sky_x_.size(); ++i) {
     const float cosine = sky_x_[i] * d.x + sky_y_[i] * d.y + sky_z_[i] * d.z;
     if (cosine > most) most = cosine, nearest = i;
   }
-  return int(sun_cosine_.size() + nearest);
+  return int(sun_chord2_.size() + nearest);
 }
 
 bool MaskVisibility::answers(const V3f&, const V3f&, const V3f& d) const {
-  for (size_t s = 0; s < sun_cosine_.size(); ++s)
-    if (dot(d, maps_[s]->frame().to_light) >= sun_cosine_[s]) return true;
+  for (size_t s = 0; s < sun_chord2_.size(); ++s)
+    if (comes_from_sun(d, s)) return true;
   return !sky_x_.empty() && d.z > 0;
 }
 
@@ -81,7 +81,7 @@ void MaskVisibility::visible(const emitters::ShadowRays& rays, RGB* visible) con
     const uint64_t random = hash(rays.key[i], 0x510b);
     SlabStep step;
     step.gx = to_unit_float(random), step.gy = to_unit_float(random << 24);
-    if (order[o].key.map < sun_cosine_.size()) {
+    if (order[o].key.map < sun_chord2_.size()) {
       const V2f drift = map.drift(rays.d[i]);
       step.sx = drift.x, step.sy = drift.y;
     }

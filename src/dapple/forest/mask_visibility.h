@@ -37,7 +37,11 @@ class MaskVisibility final : public emitters::Visibility {
 
   const std::unique_ptr<const FacetScene> scene_;
   mutable TileStore store_;
-  std::vector<float> sun_cosine_;               ///< by sun: of its radius, with a margin
+  bool comes_from_sun(const V3f& d, size_t sun) const {
+    return length2(d - maps_[sun]->frame().to_light) <= sun_chord2_[sun];
+  }
+  std::vector<float> sun_chord2_;  ///< by sun: square of the chord of its radius, with a margin; cosines of suns
+                                   ///< without extent round to 1
   std::vector<std::unique_ptr<SlabMap>> maps_;  ///< of the suns, then of the sky
   std::vector<float> sky_x_, sky_y_, sky_z_;
 };

@@ -13,11 +13,9 @@ bool draw_sheet(uint32_t ray_key, int segment, float through) {
   return through == 1 || (through > 0 && to_unit_float(hash(RayTracer::sheet_key(ray_key, segment), 1)) < through);
 }
 
-// No surface lets shadow rays through, so that each lies in the medium in which it sets out. Of scenes with so many
-// surfaces that looking at them would cost as much as rays, this says no.
+// No surface lets shadow rays through, so that each lies in the medium in which it sets out.
 bool all_stop(const scene::Scene& scene, const MaterialTable& materials) {
-  constexpr size_t most_surfaces = 1024;
-  if (materials.any_sheet() || scene.bindings.size() > most_surfaces) return false;
+  if (materials.any_sheet()) return false;
   for (uint32_t g = 0; g < scene.bindings.size(); ++g)
     if (materials.passes(g)) return false;
   return true;
@@ -39,7 +37,11 @@ void weaken(const scene::Scene& scene, const trace::RayBatch& rays, int n, const
 
 RayTracer::RayTracer(const scene::Scene& scene, const MaterialTable& materials, bool media,
                      const emitters::Visibility* masks)
-    : scene_(scene), materials_(materials), media_(media), masks_(masks) {
+    : scene_(scene),
+      materials_(materials),
+      media_(media),
+      all_stop_(!materials.shadows_pass() || all_stop(scene, materials)),
+      masks_(masks) {
   if (!masks || !media || !scene.has_media()) return;
   if (MediumBorders::obstacle(scene, materials).empty())
     borders_ = MediumBorders::find(scene, materials);
@@ -186,10 +188,9 @@ void RayTracer::go_on(int i, int to, uint64_t key, Scratch& s) const {
 
 void RayTracer::visible(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& s) const {
   s.stop.check();
-  const bool stops = materials_.shadows_pass() && all_stop(scene_, materials_);
-  if (materials_.shadows_pass() && !stops) return visible_through(rays, n, medium, visible, s);
+  if (!all_stop_) return visible_through(rays, n, medium, visible, s);
   scene_.traced.transmitted(rays, n, visible);
-  if (stops && media_) weaken(scene_, rays, n, medium, s, visible);
+  if (materials_.shadows_pass() && media_) weaken(scene_, rays, n, medium, s, visible);
 }
 
 int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,

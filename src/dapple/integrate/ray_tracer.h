@@ -128,6 +128,7 @@ class RayTracer {
   const scene::Scene& scene_;
   const MaterialTable& materials_;
   const bool media_;
+  const bool all_stop_;  ///< no surface lets shadow rays through
   const emitters::Visibility* masks_;
   std::shared_ptr<const MediumBorders> borders_;  ///< that masked light passes; null: none
 };
