@@ -68,6 +68,9 @@ class Extensions {
     if (const json* e = member(of_, "KHR_materials_iridescence")) read_iridescence(*e);
     if (const json* e = member(of_, "KHR_materials_anisotropy")) read_anisotropy(*e);
     if (const json* e = member(of_, "KHR_materials_specular")) read_specular(*e);
+    if (const json* e = member(of_, "KHR_materials_clearcoat"))
+      if (const json* map = member(*e, "clearcoatNormalTexture"))
+        m_.clearcoat_normal_map.strength = number(*map, "scale", 1);
     if (const json* e = member(of_, "KHR_materials_volume")) read_volume(*e);
     if (const json* e = member(of_, "KHR_materials_dispersion"); e && number(*e, "dispersion", 0) > 0)
       leave_out("dispersion");

@@ -2,6 +2,7 @@
 #include "dapple/modelfile/material_looks.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dapple/modelfile/param_list.h"
 
@@ -17,6 +18,25 @@ bool is_clear_pane(const ModelMaterial& m, const ModelSurface& s) {
   return s.transmission >= 1 && s.transmission_map.empty() && !m.has_volume && s.alpha_map.empty() && s.alpha < 0.02f &&
          s.color.min() >= 0.9f && s.color_map.empty() && s.metalness <= 0 && m.clearcoat <= 0 && m.sheen.max() <= 0 &&
          m.film <= 0 && m.specular_tint == RGB(1);
+}
+
+// Of what a dielectric mirrors: a colour of at most 1, and the index that gives the rest of it. glTF's colours may be
+// above 1: its reflectance at normal incidence is that of the index times the colour, at most 1.
+struct Mirroring {
+  RGB tint;
+  float ior;
+};
+Mirroring mirroring_of(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
+  const float most = m.specular_tint.max();
+  if (most <= 1 || !(m.ior > 1)) return {clamp(m.specular_tint, 0, 1), m.ior};
+  if (s.transmission > 0) {
+    textures->diagnostics().unsupported(textures->loc(), "a specular colour above 1 of a model's glass", "1");
+    return {clamp(m.specular_tint, 0, 1), m.ior};
+  }
+  constexpr float most_reflected = 0.95f;  // an index of 76; 1 has none
+  const float own = sqr((m.ior - 1) / (m.ior + 1)), raised = std::min(own * most, most_reflected);
+  const RGB tint = m.specular_tint * (own / raised);
+  return {clamp(tint, 0, 1), (1 + std::sqrt(raised)) / (1 - std::sqrt(raised))};
 }
 
 std::string principled(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
@@ -39,9 +59,10 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   number("base_metalness", s.metalness, s.metalness_map, 0);
   number("specular_roughness", m.roughness, s.alpha_map, 0.3f);
   number("specular_weight", m.specular_weight, "", 1);
-  if (!(m.specular_tint == RGB(1))) {
+  const Mirroring mirroring = mirroring_of(m, s, textures);
+  if (!(mirroring.tint == RGB(1))) {
     if (s.metalness <= 0)
-      d.rgb("specular_color", clamp(m.specular_tint, 0, 1));
+      d.rgb("specular_color", mirroring.tint);
     else  // where it is the colour of the metal's edge
       textures->diagnostics().unsupported(textures->loc(), "a specular colour of a model's partly metallic material",
                                           "white highlights");
@@ -51,7 +72,7 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     d.number("thin_film_ior", double(m.film_ior));
   }
   number("specular_roughness_anisotropy", m.anisotropy, "", 0);
-  if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
+  if (mirroring.ior != 1.5f) d.number("specular_ior", double(mirroring.ior));
   if (s.transmission > 0) {
     number("transmission_weight", s.transmission, s.transmission_map, 0);
     if (m.attenuation_distance > 0) {
@@ -73,7 +94,10 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     number("coat_weight", m.clearcoat, map(m.clearcoat_map, 0), 0);
     number("coat_roughness", m.clearcoat_roughness, map(m.clearcoat_roughness_map, 1), 0);
     d.number("coat_ior", 1.5).number("coat_darkening", 0);  // as glTF has it
-    if (const auto path = textures->picture(m.clearcoat_normal_map)) d.text("coat_normalmap", *path);
+    if (const auto path = textures->picture(m.clearcoat_normal_map)) {
+      d.text("coat_normalmap", *path);
+      textures->report_strength(m.clearcoat_normal_map);
+    }
   }
   if (m.sheen.max() > 0) {
     const float strength = std::min(m.sheen.max(), 1.0f);
