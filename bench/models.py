@@ -5,7 +5,6 @@ left. Needs Blender and the models of Debian's package assimp-testmodels (DAPPLE
 import json
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -68,11 +67,10 @@ def render_pair(context, model, out):
            "camera": camera_of(text), "z_up": up == "z", "sky": SKY, "sun": {"to": sun, "irradiance": SUN["irradiance"]}}
     job_file = out.with_suffix(".json")
     job_file.write_text(json.dumps(job))
-    done = subprocess.run(["blender", "-b", "--factory-startup", "-P", str(common.ROOT / "bench/blender_model.py"), "--", str(job_file)],
-                          capture_output=True, text=True, errors="replace")
-    if not theirs.exists():
-        reason = [line for line in (done.stdout + done.stderr).splitlines() if "rror" in line]
-        return None, "Blender: " + (reason[-1] if reason else "no picture")
+    try:
+        common.blender("blender_model.py", job_file)
+    except RuntimeError as error:
+        return None, "Blender: " + str(error).strip().splitlines()[-1]
     return (ours, theirs), ""
 
 
@@ -94,8 +92,6 @@ def measure(ours, theirs):
 
 
 def bench(context):
-    if not shutil.which("blender"):
-        raise common.Skip("Blender is not installed (scripts/packages.sh lists it)")
     if not FOLDER.is_dir():
         raise common.Skip(f"there are no models in {FOLDER}")
     folder = context.out / "models"

@@ -20,6 +20,7 @@ import equal_time
 import denoise
 import figures
 import flicker
+import gltf_scene
 import interpolation
 import live
 import models
@@ -35,7 +36,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "live": live, "models": models, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "equal_time": equal_time, "figures": figures, "flicker": flicker, "gltf_scene": gltf_scene, "interpolation": interpolation, "live": live, "models": models, "motion": motion,
               "opacity": opacity, "presets": presets, "pruning": pruning, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 

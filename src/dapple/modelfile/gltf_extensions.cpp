@@ -68,6 +68,8 @@ class Extensions {
     if (const json* e = member(of_, "KHR_materials_iridescence")) read_iridescence(*e);
     if (const json* e = member(of_, "KHR_materials_anisotropy")) read_anisotropy(*e);
     if (const json* e = member(of_, "KHR_materials_specular")) read_specular(*e);
+    if (const json* e = member(of_, "KHR_materials_emissive_strength"))
+      m_.emission_strength = std::max(number(*e, "emissiveStrength", 1), 0.0f);
     if (const json* e = member(of_, "KHR_materials_clearcoat"))
       if (const json* map = member(*e, "clearcoatNormalTexture"))
         m_.clearcoat_normal_map.strength = number(*map, "scale", 1);
@@ -103,6 +105,7 @@ class Extensions {
   }
 
   void read_specular(const json& e) {
+    m_.specular_weight = std::clamp(number(e, "specularFactor", 1), 0.0f, 1.0f);
     m_.specular_tint = color(e, "specularColorFactor", RGB(1));
     if (member(e, "specularTexture") || member(e, "specularColorTexture")) leave_out("pictures of specular");
   }

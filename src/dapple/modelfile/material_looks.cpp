@@ -60,13 +60,7 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   number("specular_roughness", m.roughness, s.alpha_map, 0.3f);
   number("specular_weight", m.specular_weight, "", 1);
   const Mirroring mirroring = mirroring_of(m, s, textures);
-  if (!(mirroring.tint == RGB(1))) {
-    if (s.metalness <= 0)
-      d.rgb("specular_color", mirroring.tint);
-    else  // where it is the colour of the metal's edge
-      textures->diagnostics().unsupported(textures->loc(), "a specular colour of a model's partly metallic material",
-                                          "white highlights");
-  }
+  if (!(mirroring.tint == RGB(1))) d.rgb("specular_color", mirroring.tint);
   if (m.film > 0) {
     d.number("thin_film_weight", double(m.film)).number("thin_film_thickness", double(m.film_thickness) / 1000);
     d.number("thin_film_ior", double(m.film_ior));
@@ -176,8 +170,26 @@ std::string mixed(const std::string& first, const std::string& second, double am
 
 }  // namespace
 
+namespace {
+
+// glTF's specular numbers are of dielectrics, OpenPBR's of metal, too.
+std::string metallic(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
+  if (s.metalness <= 0 || (m.specular_weight == 1 && m.specular_tint == RGB(1)))
+    return principled(m, s, m.name, textures);
+  ModelMaterial plain = m;
+  plain.specular_weight = 1, plain.specular_tint = RGB(1);
+  if (s.metalness >= 1 && s.metalness_map.empty()) return principled(plain, s, m.name, textures);
+  ModelSurface base = s, metal = s;
+  base.metalness = 0, metal.metalness = 1;
+  base.metalness_map.clear(), metal.metalness_map.clear();
+  return mixed(principled(m, base, m.name + " base", textures), principled(plain, metal, m.name + " metal", textures),
+               double(s.metalness), s.metalness_map, m.name, textures);
+}
+
+}  // namespace
+
 std::string write_look(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
-  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) return principled(m, s, m.name, textures);
+  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) return metallic(m, s, textures);
   const bool all_metal = s.metalness >= 1 && s.metalness_map.empty(),
              all_glass = s.transmission >= 1 && s.transmission_map.empty();
   const std::string& name = m.name;
