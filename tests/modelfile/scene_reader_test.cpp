@@ -295,6 +295,32 @@ TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
   }
 }
 
+TEST(ModelScenes, SpecularOfGltfIsThatOfDielectrics) {
+  const TempFolder folder;
+  const std::string path = folder.write("m.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"mesh":1}],
+"materials":[{"name":"matt","pbrMetallicRoughness":{"metallicFactor":0.25},"extensions":{
+"KHR_materials_specular":{"specularFactor":0},"KHR_materials_emissive_strength":{"emissiveStrength":8}},
+"emissiveFactor":[1,0.5,0.25]},
+{"name":"bright","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{
+"KHR_materials_specular":{"specularColorFactor":[4,2,1]}}}])"));
+  const SceneDescription s = test::read(path);
+  const auto number = [&](const char* name, const char* parameter, float usual) {
+    return material(s, name).params.get_float(parameter, usual);
+  };
+  // A quarter is metal, whose reflection stays.
+  EXPECT_EQ(material(s, "matt").type, "mix");
+  EXPECT_FLOAT_EQ(number("matt", "amount", 0), .25f);
+  EXPECT_FLOAT_EQ(number("matt base", "specular_weight", 1), 0);
+  EXPECT_FLOAT_EQ(number("matt base", "base_metalness", 0), 0);
+  EXPECT_FLOAT_EQ(number("matt metal", "specular_weight", 1), 1);
+  EXPECT_FLOAT_EQ(number("matt metal", "base_metalness", 0), 1);
+  EXPECT_EQ(s.area_lights.at(0).params.find("L")->numbers, (std::vector<float>{8, 4, 2}));
+  // 4 % times 4 are 16 %, which an index of 1.4 / .6 mirrors.
+  EXPECT_FLOAT_EQ(number("bright", "specular_ior", 1.5f), 1.4f / .6f);
+  EXPECT_EQ(material(s, "bright").params.find("specular_color")->numbers, (std::vector<float>{1, .5f, .25f}));
+}
+
 // Names need not be there, nor differ.
 TEST(ModelScenes, ExtensionsGoByTheOrderOfMaterials) {
   const TempFolder folder;

@@ -327,8 +327,13 @@ M44d to_rows(const aiMatrix4x4& m) {
 Model read_by_assimp(const std::string& path, const ModelTime& time) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // which it deletes
-  const aiScene* const scene =
-      importer.ReadFile(path, aiProcess_JoinIdenticalVertices | aiProcess_GenUVCoords | aiProcess_TransformUVCoords);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_GenUVCoords | aiProcess_TransformUVCoords);
+  // Vertices that lie together and hang on different bones would be joined, too.
+  const auto has_bones = [&] {
+    return std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
+                       [](const aiMesh* m) { return m->HasBones(); });
+  };
+  if (scene && !has_bones()) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
   return Converter(*scene, path, time).convert();
 }
