@@ -11,7 +11,10 @@ import math
 import sys
 
 import bpy
+import numpy
 from mathutils import Matrix, Vector
+
+numpy.bool = bool  # which Blender 3.4 asks for, and NumPy has no more
 
 IMPORTERS = {
     "glb": lambda f: bpy.ops.import_scene.gltf(filepath=f),

@@ -97,8 +97,8 @@ TEST(ModelScenes, ObjFilesWithMaterials) {
   const auto* kd = material(s, "wall").params.find("reflectance");
   ASSERT_TRUE(kd);
   EXPECT_EQ(kd->numbers, (std::vector<float>{.6f, .5f, .4f}));
-  EXPECT_EQ(material(s, "varnish").type, "coateddiffuse");
-  EXPECT_NEAR(material(s, "varnish").params.get_float("roughness", 0), std::sqrt(2.0 / 202), 1e-5);
+  EXPECT_EQ(material(s, "varnish").type, "openpbr");
+  EXPECT_NEAR(material(s, "varnish").params.get_float("specular_roughness", 0), std::pow(2.0 / 202, .25), 1e-5);
   EXPECT_EQ(material(s, "mirror").type, "conductor");
   EXPECT_EQ(material(s, "pane").type, "dielectric");
   EXPECT_FLOAT_EQ(material(s, "pane").params.get_float("eta", 0), 1.5f);
@@ -121,6 +121,16 @@ TEST(ModelScenes, ObjFilesWithNumbersWithoutZeros) {
   const auto mesh = std::find_if(s.shapes.begin(), s.shapes.end(), [](const auto& e) { return e.type != "disk"; });
   ASSERT_NE(mesh, s.shapes.end());
   EXPECT_EQ(mesh->params.find("P")->numbers, (std::vector<float>{.5f, 0, 0, .25f, -.5f, 1.5f, 0, .5f, .75f}));
+}
+
+// What has no material is .8 grey, and what has colours of vertices alone has these.
+TEST(ModelScenes, ObjFilesWithoutMaterials) {
+  const TempFolder folder;
+  const SceneDescription grey = test::read(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  EXPECT_EQ(material(grey, "DefaultMaterial").params.find("reflectance")->numbers, (std::vector<float>{.8f, .8f, .8f}));
+  const SceneDescription red =
+      test::read(folder.write("b.obj", "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n"));
+  EXPECT_EQ(material(red, "DefaultMaterial").params.find("reflectance")->numbers, (std::vector<float>{1, 0, 0}));
 }
 
 TEST(ModelScenes, HaveACameraAndALightWhereTheFileHasNone) {

@@ -102,21 +102,23 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   return textures->define_material(name, d.take());
 }
 
+// Diffuse light has its whole colour under a highlight: a coat over it (`coateddiffuse`) would halve it.
 std::string diffuse_base(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
                          ModelTextures* textures) {
   const bool coated = s.has_highlight && (!s.alpha_map.empty() || s.alpha <= roughest_coat);
-  Directive d(coated ? "coateddiffuse" : "diffuse", textures->loc());
+  Directive d(coated ? "openpbr" : "diffuse", textures->loc());
+  const char* const color = coated ? "base_color" : "reflectance";
   if (s.color_map.empty())
-    d.rgb("reflectance", clamp(s.color, 0, 1));
+    d.rgb(color, clamp(s.color, 0, 1));
   else
-    d.texture("reflectance", textures->scaled(true, s.color_map, s.color));
+    d.texture(color, textures->scaled(true, s.color_map, s.color));
   if (coated) {
-    d.boolean("remaproughness", false);
+    const float roughness = std::sqrt(s.alpha);
     if (s.alpha_map.empty())
-      d.number("roughness", double(s.alpha));
+      d.number("specular_roughness", double(roughness));
     else
-      d.texture("roughness", textures->scaled(false, textures->squared(s.alpha_map), RGB(s.alpha)));
-    d.number("eta", double(m.ior));
+      d.texture("specular_roughness", textures->scaled(false, s.alpha_map, RGB(roughness)));
+    if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
   }
   if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
   return textures->define_material(name, d.take());
