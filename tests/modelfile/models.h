@@ -74,7 +74,7 @@ class GltfArrays {
  public:
   void floats(const std::string& type, const std::vector<float>& values) {
     static constexpr std::pair<const char*, size_t> components[] = {
-        {"SCALAR", 1}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}};
+        {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}};
     size_t each = 1;
     for (const auto& [name, n] : components) each = type == name ? n : each;
     std::string bounds;  // of times and of positions, which need them

@@ -46,6 +46,7 @@ enum class Purpose : uint32_t {
   coats,
   roulette,
   survey,
+  wavelengths,
   probes = 16,
   phase = 0x706873,
   flights = 0x666c79

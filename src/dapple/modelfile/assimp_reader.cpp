@@ -93,6 +93,7 @@ class Converter {
     convert_images();
     mesh_at_.assign(scene_.mNumMeshes, none);
     add_nodes(*scene_.mRootNode);
+    transform_coordinates();
     replace_placeholders();
     show_what_is_invisible();
     convert_cameras();
@@ -176,6 +177,19 @@ class Converter {
     if (mesh.mColors[0]) convert_colors(mesh, &out);
     add_triangles(mesh, usable, &out);
     return out;
+  }
+
+  // glTF's; Assimp turns by the wrong middle.
+  void transform_coordinates() {
+    for (ModelMesh& mesh : model_.meshes) {
+      const UvTransform& t = model_.materials[mesh.material].uv_transform;
+      if (t == UvTransform()) continue;
+      for (auto& uv : mesh.uv)
+        for (V2f& p : uv) {
+          const V2f moved = t(p);
+          p = std::isfinite(moved.x) && std::isfinite(moved.y) ? moved : V2f(0, 0);
+        }
+    }
   }
 
   // The material that Assimp makes up where a file has none: white or grey.
@@ -364,7 +378,10 @@ M44d to_rows(const aiMatrix4x4& m) {
 Model read_by_assimp(const std::string& path, const ModelTime& time) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // which it deletes
-  const aiScene* scene = importer.ReadFile(path, aiProcess_GenUVCoords | aiProcess_TransformUVCoords);
+  const std::string extension = image::extension_of(path);
+  const bool is_gltf = extension == "gltf" || extension == "glb";  // whose transforms gltf_extensions.h reads
+  const aiScene* scene =
+      importer.ReadFile(path, aiProcess_GenUVCoords | (is_gltf ? 0u : unsigned(aiProcess_TransformUVCoords)));
   // Vertices that lie together and hang on different bones would be joined, too.
   const auto has_bones = [&] {
     return std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,

@@ -78,6 +78,9 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     } else {
       color("transmission_color");
     }
+    if (m.dispersion > 0 && m.has_volume)
+      d.number("transmission_dispersion_scale", 1)
+          .number("transmission_dispersion_abbe_number", 20 / double(m.dispersion));
     if (!m.has_volume) d.boolean("geometry_thin_walled", true);
   }
   if (m.clearcoat > 0) {
