@@ -58,6 +58,18 @@ TEST(TextureTransforms, AreThoseOfTheExtension) {
               {.25f, .5f, .25f, 2.5f, 2.25f, .5f}, "all");
 }
 
+// Assimp has materials in the order in which meshes use them.
+TEST(GltfExtensions, FindMaterialsThatWereMoved) {
+  const TempFolder folder;
+  const std::string text = test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":1},{"mesh":0}],"materials":[{"name":"plain"},
+{"name":"film","extensions":{"KHR_materials_iridescence":{"iridescenceFactor":0.5}}}])");
+  const auto s = test::read(folder.write("m.gltf", text));
+  for (const auto& [name, weight] : {std::pair("film", .5f), std::pair("plain", 0.0f)})
+    EXPECT_EQ(s.materials.at(size_t(s.named_materials.at(name))).params.get_float("thin_film_weight", 0), weight)
+        << name;
+}
+
 TEST(TextureTransforms, ThatDifferAreNamed) {
   Diagnostics diagnostics;
   expect_near(coordinates(R"({"offset":[0.25,0.5]})", R"({"offset":[0.5,0.5]})", &diagnostics),

@@ -202,19 +202,30 @@ void add_gltf_extensions(const std::string& path, Model* model) {
   const json file = json::parse(json_text(path), nullptr, false);
   const json* materials = member(file, "materials");
   if (!materials || !materials->is_array()) return;
-  // Assimp keeps them in the order of the file, and adds its own after them.
-  for (size_t i = 0; i < std::min(materials->size(), model->materials.size()); ++i) {
-    const json& material = (*materials)[i];
+  const auto name_of = [](const json& material) {
     const json* name = member(material, "name");
-    ModelMaterial& m = model->materials[i];
-    const bool is_own = m.name == (name && name->is_string() ? name->get<std::string>() : std::string());
-    if (is_own) read_transforms(material, &m);
+    return name && name->is_string() ? name->get<std::string>() : std::string();
+  };
+  // Assimp keeps the order of the file, or takes that of their first use: then only names tell.
+  const auto find = [&](size_t i) -> ModelMaterial* {
+    auto& all = model->materials;
+    const std::string name = name_of((*materials)[i]);
+    if (i < all.size() && all[i].name == name) return &all[i];
+    const auto is_it = [&](const ModelMaterial& m) { return m.name == name; };
+    const auto found = std::find_if(all.begin(), all.end(), is_it);
+    const auto named = std::count_if(materials->begin(), materials->end(),
+                                     [&](const json& material) { return name_of(material) == name; });
+    return named == 1 && std::count_if(all.begin(), all.end(), is_it) == 1 ? &*found : nullptr;
+  };
+  for (size_t i = 0; i < materials->size(); ++i) {
+    const json& material = (*materials)[i];
     const json* extensions = member(material, "extensions");
-    if (!extensions) continue;
-    if (is_own)
-      Extensions(*extensions, &m).read();
-    else
-      m.left_out.push_back("some extensions (its name is not its own)");
+    if (ModelMaterial* const m = find(i)) {
+      read_transforms(material, m);
+      if (extensions) Extensions(*extensions, m).read();
+    } else if (extensions && i < model->materials.size()) {
+      model->materials[i].left_out.push_back("some extensions (its name is not its own)");
+    }
   }
 }
 
