@@ -61,13 +61,13 @@ TEST(Glow, LightsAFloorAsQuadratureSays) {
   ASSERT_TRUE(built.scene->has_glow());
   const double expected = .5 / std::numbers::pi * irradiance(V3d(.6, 0, 0));
   const RGB red(float(expected), float(expected / 2), float(expected / 4));
-  expect_near(render_built(built, 256, direct()).mean(), red, .005f, "path");
+  expect_near(render_built(built, 2048, direct()).mean(), red, .01f, "path");
   for (const int bounces : {0, 1}) {  // with rays that look for lights, too
     DistributionIntegrator::Settings s;
     s.shading.bounces = bounces;
-    s.shading.shadow_rays = {4};
-    s.shading.diffuse_rays = {16, 1};
-    expect_near(render_built(built, 128, s).mean(), red, .01f, "distribution, bounces " + std::to_string(bounces));
+    s.shading.shadow_rays = {1024};  // all pixels see the same few points
+    s.shading.diffuse_rays = {256, 1};
+    expect_near(render_built(built, 4, s).mean(), red, .02f, "distribution, bounces " + std::to_string(bounces));
   }
 }
 
@@ -132,23 +132,21 @@ TEST(Glow, IsTheLightThatRaysFindByChance) {
   s.shading.diffuse_rays = {16, 4, 1};
   for (const bool cache : {false, true}) {
     s.radiosity_cache = cache;
-    expect_near(render_built(light, 64, s).mean(), expected.mean(), .02f, cache ? "cached" : "uncached");
+    expect_near(render_built(light, 64, s).mean(), expected.mean(), cache ? .03f : .02f, cache ? "cached" : "uncached");
   }
 }
 
 TEST(Glow, IsLessNoisyThanChance) {
-  const std::string far = R"(LookAt .6 -6 3  .6 0 0  0 0 1
-Camera "perspective" "float fov" .5
-WorldBegin
-)" + even_grid,
-                    by_chance = R"(LookAt .6 -6 3  .6 0 0  0 0 1
-Camera "perspective" "float fov" .5
-WorldBegin
-)" + even;
-  const std::string film = R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+  const std::string camera = R"(Film "rgb" "integer xresolution" 16 "integer yresolution" 16
 PixelFilter "box" "float xradius" .5 "float yradius" .5
-)",
-                    rest = R"(AttributeBegin
+LookAt .6 -6 3  .6 0 0  0 0 1
+Camera "perspective" "float fov" .5
+WorldBegin
+MakeNamedMedium "fire" "rgb sigma_a" [ 2 2 2 ] "rgb sigma_s" [ 0 0 0 ] "rgb Le" [ 6 6 6 ] "string type")",
+                    grid = R"( "uniformgrid" "integer nx" 2 "integer ny" 2 "integer nz" 2
+"point3 p0" [ -.2 -.2 .8 ] "point3 p1" [ .2 .2 1.2 ] "float density" [ 1 1 1 1 1 1 1 1 ])",
+                    rest = R"(
+AttributeBegin
 MediumInterface "fire" ""
 Material "interface"
 Translate 0 0 1
@@ -157,9 +155,10 @@ AttributeEnd
 Material "diffuse" "rgb reflectance" [ .6 .6 .6 ]
 Shape "bilinearmesh" "point3 P" [ -4 -4 0  4 -4 0  -4 4 0  4 4 0 ]
 )";
-  const auto light = render_text(film + far + rest, 16, direct()),
-             chance = render_text(film + by_chance + rest, 16, direct());
-  EXPECT_LT(noise(light), noise(chance) / 3);
+  const auto light = render_text(camera + grid + rest, 64, bounces(1, 0)),
+             chance = render_text(camera + " \"homogeneous\"" + rest, 64, bounces(1, 0));
+  EXPECT_GT(chance.mean().g, 0);
+  EXPECT_LT(noise(light), noise(chance) / 2);
 }
 
 TEST(Glow, IsTheSameForAnyNumberOfThreadsAndAnyCache) {

@@ -196,7 +196,6 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
 void RayTracer::Scratch::Glow::Part::add(const trace::RayBatch& from, int i, const V3f& normal, int32_t in) {
   rays.set(count, from.origin(i), from.direction(i), from.t_max[i], from.time[i], from.key[i], from.width[i],
            from.spread[i]);
-  rays.joined[count] = from.joined[i];
   Ng[count] = normal;
   medium[count] = in;
   ray[count++] = i;
