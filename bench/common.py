@@ -5,6 +5,7 @@ import math
 import os
 import platform
 import resource
+import shutil
 import statistics
 import subprocess
 import tempfile
@@ -38,6 +39,17 @@ def run(arguments, **options):
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(map(str, arguments))}\nexit code {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
+
+
+def blender(script, *arguments):
+    """Runs a script in Blender, which ends well whatever becomes of the script."""
+    if not shutil.which("blender"):
+        raise Skip("Blender is not installed (scripts/packages.sh lists it)")
+    # It takes the libraries of the first Python that it finds, which should be the system's.
+    found = run(["blender", "-b", "--factory-startup", "-P", ROOT / "bench" / script, "--", *arguments], env={**os.environ, "PATH": os.defpath})
+    if "Error: Python" in found:
+        raise RuntimeError(f"{script} in Blender:\n" + found[found.index("Error: Python"):][:4000])
+    return found
 
 
 def render(context, scene, image, *options):

@@ -21,8 +21,10 @@ import denoise
 import denoised_error
 import figures
 import flicker
+import gltf_scene
 import interpolation
 import live
+import models
 import motion
 import opacity
 import presets
@@ -35,7 +37,7 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "denoised_error": denoised_error, "equal_time": equal_time, "figures": figures, "flicker": flicker, "interpolation": interpolation, "live": live, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "denoised_error": denoised_error, "equal_time": equal_time, "figures": figures, "flicker": flicker, "gltf_scene": gltf_scene, "interpolation": interpolation, "live": live, "models": models, "motion": motion,
               "opacity": opacity, "presets": presets, "pruning": pruning, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -67,6 +68,55 @@ inline std::string as_glb(std::string text) {
   add(uint32_t(bytes.size())), add(0x004e4942);
   return out + bytes;
 }
+
+/// The buffer of a glTF file, whose arrays get accessors 0, 1, ... in the order in which they are added.
+class GltfArrays {
+ public:
+  void floats(const std::string& type, const std::vector<float>& values) {
+    static constexpr std::pair<const char*, size_t> components[] = {
+        {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}};
+    size_t each = 1;
+    for (const auto& [name, n] : components) each = type == name ? n : each;
+    std::string bounds;  // of times and of positions, which need them
+    if (each == 1 || each == 3) {
+      std::vector<float> low(each, 1e30f), high(each, -1e30f);
+      for (size_t i = 0; i < values.size(); ++i)
+        low[i % each] = std::min(low[i % each], values[i]), high[i % each] = std::max(high[i % each], values[i]);
+      bounds = ",\"min\":" + list(low) + ",\"max\":" + list(high);
+    }
+    add(values.data(), values.size() * sizeof(float), 5126, type, values.size() / each, bounds);
+  }
+  void shorts(const std::string& type, const std::vector<uint16_t>& values) {
+    add(values.data(), values.size() * sizeof(uint16_t), 5123, type, values.size() / (type == "VEC4" ? 4 : 1), "");
+  }
+  /// A file of these, and of `more`.
+  std::string file(const std::string& more) const {
+    return R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":)" + std::to_string(bytes_.size()) +
+           R"(,"uri":"data:application/octet-stream;base64,)" + base64(bytes_) + R"("}],"bufferViews":[)" + views_ +
+           "],\"accessors\":[" + accessors_ + "]," + more + "}";
+  }
+
+ private:
+  static std::string list(const std::vector<float>& values) {
+    std::string out = "[";
+    for (const float v : values) out += (out.size() > 1 ? "," : "") + std::to_string(v);
+    return out + "]";
+  }
+  void add(const void* data, size_t size, int component, const std::string& type, size_t count,
+           const std::string& bounds) {
+    const std::string comma = count_ > 0 ? "," : "";
+    views_ += comma + R"({"buffer":0,"byteOffset":)" + std::to_string(bytes_.size()) + R"(,"byteLength":)" +
+              std::to_string(size) + "}";
+    accessors_ += comma + R"({"bufferView":)" + std::to_string(count_++) + R"(,"componentType":)" +
+                  std::to_string(component) + R"(,"count":)" + std::to_string(count) + R"(,"type":")" + type + "\"" +
+                  bounds + "}";
+    bytes_.append(static_cast<const char*>(data), size);
+    while (bytes_.size() % 4 != 0) bytes_ += '\0';
+  }
+
+  std::string bytes_, views_, accessors_;
+  size_t count_ = 0;
+};
 
 inline scenefile::SceneDescription read(const std::string& path, const ModelOptions& options = {},
                                         Diagnostics* diagnostics = nullptr) {

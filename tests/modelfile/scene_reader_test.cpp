@@ -97,8 +97,8 @@ TEST(ModelScenes, ObjFilesWithMaterials) {
   const auto* kd = material(s, "wall").params.find("reflectance");
   ASSERT_TRUE(kd);
   EXPECT_EQ(kd->numbers, (std::vector<float>{.6f, .5f, .4f}));
-  EXPECT_EQ(material(s, "varnish").type, "coateddiffuse");
-  EXPECT_NEAR(material(s, "varnish").params.get_float("roughness", 0), std::sqrt(2.0 / 202), 1e-5);
+  EXPECT_EQ(material(s, "varnish").type, "openpbr");
+  EXPECT_NEAR(material(s, "varnish").params.get_float("specular_roughness", 0), std::pow(2.0 / 202, .25), 1e-5);
   EXPECT_EQ(material(s, "mirror").type, "conductor");
   EXPECT_EQ(material(s, "pane").type, "dielectric");
   EXPECT_FLOAT_EQ(material(s, "pane").params.get_float("eta", 0), 1.5f);
@@ -121,6 +121,16 @@ TEST(ModelScenes, ObjFilesWithNumbersWithoutZeros) {
   const auto mesh = std::find_if(s.shapes.begin(), s.shapes.end(), [](const auto& e) { return e.type != "disk"; });
   ASSERT_NE(mesh, s.shapes.end());
   EXPECT_EQ(mesh->params.find("P")->numbers, (std::vector<float>{.5f, 0, 0, .25f, -.5f, 1.5f, 0, .5f, .75f}));
+}
+
+// What has no material is .8 grey, and what has colours of vertices alone has these.
+TEST(ModelScenes, ObjFilesWithoutMaterials) {
+  const TempFolder folder;
+  const SceneDescription grey = test::read(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  EXPECT_EQ(material(grey, "DefaultMaterial").params.find("reflectance")->numbers, (std::vector<float>{.8f, .8f, .8f}));
+  const SceneDescription red =
+      test::read(folder.write("b.obj", "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n"));
+  EXPECT_EQ(material(red, "DefaultMaterial").params.find("reflectance")->numbers, (std::vector<float>{1, 0, 0}));
 }
 
 TEST(ModelScenes, HaveACameraAndALightWhereTheFileHasNone) {
@@ -265,10 +275,10 @@ TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
 "KHR_materials_iridescence":{"iridescenceFactor":0.75,"iridescenceIor":1.5,"iridescenceThicknessMaximum":300},
 "KHR_materials_anisotropy":{"anisotropyStrength":0.5,"anisotropyRotation":1},
 "KHR_materials_specular":{"specularColorFactor":[1,0.5,0.25]},
-"KHR_materials_dispersion":{"dispersion":0.1},"EXT_of_tomorrow":{}}},
+"EXT_of_tomorrow":{}}},
 {"name":"amber","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":
 {"transmissionFactor":1},"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":0.5,
-"attenuationColor":[1,0.5,0.25]}}}])");
+"attenuationColor":[1,0.5,0.25]},"KHR_materials_dispersion":{"dispersion":0.5}}}])");
   ModelOptions options;
   options.unit = 2;
   for (const std::string& path : {folder.write("m.gltf", text), folder.write("m.glb", test::as_glb(text))}) {
@@ -290,9 +300,36 @@ TEST(ModelScenes, ExtensionsThatAssimpDoesNotRead) {
     EXPECT_EQ(material(s, "amber").params.find("transmission_color")->numbers, (std::vector<float>{1, .5f, .25f}));
     std::string all;
     for (const std::string& m : diagnostics.messages()) all += m;
-    for (const char* lacking : {"dispersion", "direction of anisotropy", "EXT_of_tomorrow"})
+    EXPECT_FLOAT_EQ(number("amber", "transmission_dispersion_abbe_number"), 40);
+    for (const char* lacking : {"direction of anisotropy", "EXT_of_tomorrow"})
       EXPECT_NE(all.find(lacking), std::string::npos) << lacking << ": " << all;
   }
+}
+
+TEST(ModelScenes, SpecularOfGltfIsThatOfDielectrics) {
+  const TempFolder folder;
+  const std::string path = folder.write("m.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"mesh":1}],
+"materials":[{"name":"matt","pbrMetallicRoughness":{"metallicFactor":0.25},"extensions":{
+"KHR_materials_specular":{"specularFactor":0},"KHR_materials_emissive_strength":{"emissiveStrength":8}},
+"emissiveFactor":[1,0.5,0.25]},
+{"name":"bright","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{
+"KHR_materials_specular":{"specularColorFactor":[4,2,1]}}}])"));
+  const SceneDescription s = test::read(path);
+  const auto number = [&](const char* name, const char* parameter, float usual) {
+    return material(s, name).params.get_float(parameter, usual);
+  };
+  // A quarter is metal, whose reflection stays.
+  EXPECT_EQ(material(s, "matt").type, "mix");
+  EXPECT_FLOAT_EQ(number("matt", "amount", 0), .25f);
+  EXPECT_FLOAT_EQ(number("matt base", "specular_weight", 1), 0);
+  EXPECT_FLOAT_EQ(number("matt base", "base_metalness", 0), 0);
+  EXPECT_FLOAT_EQ(number("matt metal", "specular_weight", 1), 1);
+  EXPECT_FLOAT_EQ(number("matt metal", "base_metalness", 0), 1);
+  EXPECT_EQ(s.area_lights.at(0).params.find("L")->numbers, (std::vector<float>{8, 4, 2}));
+  // 4 % times 4 are 16 %, which an index of 1.4 / .6 mirrors.
+  EXPECT_FLOAT_EQ(number("bright", "specular_ior", 1.5f), 1.4f / .6f);
+  EXPECT_EQ(material(s, "bright").params.find("specular_color")->numbers, (std::vector<float>{1, .5f, .25f}));
 }
 
 // Names need not be there, nor differ.

@@ -47,6 +47,8 @@ OpenPbrInputs inputs_of(const MaterialParams& p) {
   in.specular_ior = p.index_number("specular_ior", 1.5f);
   in.transmission_weight = p.unit_number("transmission_weight", 0);
   in.transmission_color = p.reflectance("transmission_color", RGB(1));
+  in.dispersion_scale = p.unit_number("transmission_dispersion_scale", 0);
+  in.abbe_number = p.number("transmission_dispersion_abbe_number", 20);
   in.subsurface_weight = p.unit_number("subsurface_weight", 0);
   in.subsurface_color = p.reflectance("subsurface_color", RGB(0.8f));
   in.subsurface_anisotropy = p.number("subsurface_scatter_anisotropy", 0);
@@ -76,9 +78,6 @@ OpenPbrInputs inputs_of(const MaterialParams& p) {
 }
 
 void report_unsupported(const MaterialParams& p) {
-  if (p.constant("transmission_dispersion_scale", 0) > 0)
-    p.unsupported("transmission_dispersion_scale", "one index for all colours: light is RGB, not wavelengths");
-  p.ignore({"transmission_dispersion_abbe_number"});
   if (p.constant("transmission_depth", 0) < 0)
     throw InputError(p.entity().params.find("transmission_depth")->loc,
                      "\"transmission_depth\" is negative; expected a length, or 0 for none");

@@ -58,6 +58,7 @@ void DiffuseRays::set(const PointBatch& b, const Fan& fan, RaySet& r, int i, con
   r.spread[i] = fan.spread;
   r.rays.set(i, offset_origin(from, d), d, infinity, from.time, key, b.width[k], fan.spread);
   r.medium[i] = shading_.scene.bindings[b.geometry[k]].medium_beyond(d, from.Ng, b.medium_of(k, from));
+  r.wavelength[i] = b.wavelength[k];
   r.share[i] = fan.share;
   r.pdf[i] = -1;
   r.origin[i] = RaySet::of_surface;

@@ -121,6 +121,7 @@ void HitGatherer::set_hit(const PointBatch& b, const RaySet& r, int i, float tak
   found.spread[c] = widened(r.spread[i], taken);
   found.width[c] = b.width[k] + found.spread[c] * r.distance[i];
   found.medium[c] = r.medium[i];
+  found.wavelength[c] = r.wavelength[i];
   const bool sheet = shading_.materials.is_sheet(r.hits.geometry[i]);
   const uint64_t key = sheet ? RayTracer::sheet_key(r.rays.key[i], r.sheets[i]) : hash(b.key[k], r.rays.key[i]);
   found.set_key(c, key, r.sequence[i], r.number[i]);

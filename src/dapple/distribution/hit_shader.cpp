@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/distribution/hit_shader.h"
 
+#include <algorithm>
 #include <functional>
 #include <utility>
 
@@ -151,8 +152,25 @@ void HitShader::light_indirectly(const Place& place, int sets, ShadingWorkspace&
   }
 }
 
+// Glass that disperses light sends one channel, at one wavelength, unless whoever sees it has chosen already. Returns
+// what to multiply its light by.
+RGB HitShader::disperse(PointBatch& b, int k) {
+  if (!(b.bsdf[k].dispersion > 0)) return RGB(1);
+  RGB weight(1);
+  if (b.wavelength[k] == 0) {
+    const int channel = std::min(int(3 * to_unit_float(random_of(b.key[k], Purpose::wavelengths, 0))), 2);
+    b.wavelength[k] = scattering::wavelength_of(channel, to_unit_float(random_of(b.key[k], Purpose::wavelengths, 1)));
+    weight = RGB();
+    weight[channel] = 3;
+  }
+  b.bsdf[k].disperse(b.wavelength[k]);
+  return weight;
+}
+
 void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
   PointBatch& b = w.level(place.level);
+  RGB dispersed[PointBatch::capacity];
+  for (int k = 0; k < b.count; ++k) dispersed[k] = disperse(b, k);
   for (int k = 0; k < b.count; ++k) {
     Bsdf& bsdf = b.bsdf[k];
     b.specular.clear(k);
@@ -180,6 +198,8 @@ void HitShader::light_specular(const Place& place, ShadingWorkspace& w) const {
       if (++w.job_count == w.capacity) send_specular_rays(place, w);
     }
   if (w.job_count > 0) send_specular_rays(place, w);
+  for (int k = 0; k < b.count; ++k)
+    if (dispersed[k] != RGB(1)) b.specular.scale(k, dispersed[k]);
 }
 
 void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspace& w) const {
@@ -217,6 +237,7 @@ void HitShader::draw_specular_rays(const Place& place, RaySet& r, ShadingWorkspa
         s.lobe == Lobe::diffuse ? std::max(b.spread[k], GridNumbers::diffuse_spread) : widened(b.spread[k], onward);
     r.rays.set(i, offset_origin(b.surface[k], s.wi), s.wi, infinity, b.time[k], key, b.width[k], r.spread[i]);
     r.medium[i] = shading_.scene.bindings[b.geometry[k]].medium_beyond(s.wi, b.surface[k].Ng, b.medium[k]);
+    r.wavelength[i] = b.wavelength[k];
     ++(s.lobe == Lobe::diffuse ? w.rays.diffuse : w.rays.specular);
   }
   w.job_count = 0;

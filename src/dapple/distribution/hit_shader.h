@@ -36,6 +36,7 @@ class HitShader final : public PointShader {
   /// diffuse. Sends no diffuse rays from points of b.indirect_known.
   void light_diffuse(const Place& place, ShadingWorkspace& w) const;
   /// Light by all lobes of what is not purely diffuse: b.specular.
+  static RGB disperse(integrate::PointBatch& b, int k);
   void light_specular(const Place& place, ShadingWorkspace& w) const;
   /// specularlighting and postlighting, for viewers: b.Ci.
   void finish(integrate::PointBatch& b, Arrival arrival, ShadingWorkspace& w) const;

@@ -31,6 +31,7 @@ void MediaLight::shade(const Place& place, ShadingWorkspace& w) const {
     r.share[k] = b.share[k];
     r.throughput[k] = b.throughput[k];
     r.medium[k] = b.medium[k];
+    r.wavelength[k] = b.wavelength[k];
     r.rays.set(k, b.surface[k].P, d, infinity, b.time[k], w.seed[k], b.width[k], r.spread[k]);
   }
   r.count = b.count;

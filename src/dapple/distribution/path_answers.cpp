@@ -56,6 +56,7 @@ void PathAnswers::answer_depth(int depth, DiffuseHits& hits, ShadingWorkspace& w
     r.distance[i] = hits.distance[n];
     r.cone[i] = std::min(CacheNumbers::widest_cone, 1 / std::sqrt(hits.pdf[n] * rays));
     r.medium[i] = hits.medium[n];
+    r.wavelength[i] = 0;
     r.cached[i] = false;
   }
   r.L.clear_all(r.count);

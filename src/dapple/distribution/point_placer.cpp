@@ -83,6 +83,7 @@ void PointPlacer::place_middle(const scene::GridId& id, int i, int j, const scen
   b.cell_s[k] = cell.s, b.cell_t[k] = cell.t;
   b.origins[k] = 0;
   b.spread[k] = 0;
+  b.wavelength[k] = 0;
   b.medium[k] = shading_.surface_media.declared(id.geometry, id.behind, id.medium);
   b.set_key(k, hash(shading_.settings.seed, key, id.index(i, j)));
   b.share[k] = motion.segments(id.span);

@@ -135,6 +135,7 @@ void SampleFinisher::set_point(const CameraSample& s, PointBatch& b, int k) cons
   b.width[k] = s.width;
   b.spread[k] = s.spread;
   b.medium[k] = s.medium;
+  b.wavelength[k] = 0;
   b.set_key(k, hash(settings_.shading.seed, s.seed, s.index), hash(settings_.shading.seed, s.seed), s.index);
   b.share[k] = settings_.sharing_samples();
   b.crowd[k] = settings_.visible_points == VisiblePoints::samples

@@ -47,6 +47,7 @@ enum class Purpose : uint32_t {
   roulette,
   survey,
   openness,
+  wavelengths,
   probes = 16,
   phase = 0x706873,
   flights = 0x666c79

@@ -43,7 +43,10 @@ void ShadingScene::trace(RaySet& r, ShadingWorkspace& w) const {
   tracer.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get(), r.sheets);
   w.stages.tracing_seconds += timer.seconds();
   w.stages += std::exchange(w.tracing.stages, {});
-  for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
+  for (int i = 0; i < r.count; ++i) {
+    r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
+    r.lit[i] = r.flights ? r.weight[i] * r.flights->lit[i] : RGB();
+  }
   if (!tracer.weakens()) return;
   for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
 }
@@ -97,6 +100,7 @@ void set_flight(const RayTracer::Flights& flights, int f, const trace::RayBatch&
   b.width[k] = rays.width[r] + rays.spread[r] * length(flights.P[f] - rays.origin(r));
   b.spread[k] = rays.spread[r];
   b.medium[k] = flights.medium[f];
+  b.wavelength[k] = 0;
   b.set_key(k, random_of(rays.key[r], Purpose::flights));
   b.share[k] = share;
   b.crowd[k] = b.effort[k] = 1;

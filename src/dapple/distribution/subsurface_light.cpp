@@ -154,6 +154,7 @@ void SubsurfaceLight::set_ray(const SubsurfaceProbe& probe, const SubsurfaceBatc
   r.share[i] = 1;
   r.throughput[i] = 1;
   r.sheets[i] = 0;
+  r.wavelength[i] = 0;
   r.medium[i] = shading_.surface_media.by_ray() ? shading_.scene.bindings[at.geometry].medium_at(behind, b.medium[k])
                                                 : shading_.surface_media.declared(at.geometry, behind);
 }

@@ -28,6 +28,7 @@ struct LightSample {
                   ///< wi
   float pdf = 0;  ///< solid angle; 1 for delta lights
   bool delta = false;  ///< cannot be hit by a scattered ray
+  bool glow = false;   ///< what arrives is what media emit along wi up to `distance`; `radiance` is a guess of it
 };
 
 /// Where a light sample is wanted. n = 0 in media.

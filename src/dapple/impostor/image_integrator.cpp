@@ -360,6 +360,7 @@ void ImageIntegrator::queue_shadow(int k, int i, ImageWorkspace& w) const {
   if (chosen.light < 0 ||
       !scene_.lights[size_t(chosen.light)]->sample(receiver, sample_2d(w.seed[k], w.index[k], dimension), &light))
     return;
+  if (light.glow) return;  // which only shadow rays through media find
   const float cosine = dot(light.wi, s.normal);
   const bool reflected = cosine > 0;
   // A shading normal sees light that the surface does not.

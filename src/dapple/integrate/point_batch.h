@@ -31,6 +31,7 @@ struct RaySet {
   LightSums L;               ///< what arrives along the ray
   float glint[capacity];     ///< PointBatch::glint of what it meets, unweighted
   RGB glow[capacity];        ///< radiance of the media on the way, weighted
+  RGB lit[capacity];         ///< the same of media that are a light, for who looks for lights by such rays
   uint8_t behind[capacity];  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
@@ -41,6 +42,7 @@ struct RaySet {
   float cone[capacity];    ///< growth of the width of what the ray stands for
   bool cached[capacity];   ///< a cache has said what arrives along the ray
   int32_t medium[capacity];
+  float wavelength[capacity];  ///< PointBatch::wavelength of what it meets
   int share[capacity];         ///< PointBatch::share of what it meets
   int sheets[capacity];        ///< surfaces that it went through (RayTracer::nearest)
   float pdf[capacity];         ///< expected rays a steradian; 0: a delta lobe; below 0: the ray looks for no lights
@@ -83,10 +85,11 @@ struct PointBatch {
   bool moves[capacity];   ///< a shading point of what moves: its rays start from `origin`, each with a time of its own
   float width[capacity];  ///< of the footprint, m
   V3f cell_s[capacity],
-      cell_t[capacity];      ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
-  float spread[capacity];    ///< growth of the width along specular rays
-  int32_t medium[capacity];  ///< in which wo leaves
-  uint64_t key[capacity];    ///< of the random numbers that are the point's own
+      cell_t[capacity];        ///< sides of the micropolygon that the point stands for; 0: it stands for a cone
+  float spread[capacity];      ///< growth of the width along specular rays
+  int32_t medium[capacity];    ///< in which wo leaves
+  float wavelength[capacity];  ///< nm, of the light that the viewer takes, where glass has dispersed it; 0: it has not
+  uint64_t key[capacity];      ///< of the random numbers that are the point's own
   /// Light, diffuse and specular rays take their samples from sets that points of one sequence share, each taking those
   /// at its number: so they are stratified over all of a pixel's samples.
   uint64_t sequence[capacity];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/integrate/ray_tracer.h"
 
+#include <algorithm>
+
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/scattering/sheet.h"
 
@@ -138,7 +140,7 @@ void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* 
 bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const {
   if (s.medium[i] == scene::vacuum) return true;
   const media::MediumSample& flight = s.flight[i];
-  flights->emitted[s.ray[i]] += *passed * flight.emitted;
+  (scene_.glows(s.medium[i]) ? flights->lit : flights->emitted)[s.ray[i]] += *passed * flight.emitted;
   *passed *= flight.weight;
   if (!flight.scattered && !passed->is_black()) return true;
   *distance += flight.scattered ? flight.t : 0;
@@ -159,7 +161,7 @@ void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, f
   const float length = s.length(i);
   const media::MediumCrossing crossing = air.cross(ray, length, *passed, key, flights->scatters);
   flights->ways.push_back({r, ray.d, distance, distance + length, *passed, crossing.transmittance});
-  flights->emitted[r] += *passed * crossing.emitted;
+  (scene_.glows(s.medium[i]) ? flights->lit : flights->emitted)[r] += *passed * crossing.emitted;
   if (flights->scatters) {
     const media::MediumSample& drawn = crossing.scattering;
     const RGB weight = *passed * drawn.weight;
@@ -224,6 +226,64 @@ int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const 
   return masked;
 }
 
+void RayTracer::Scratch::Glow::Part::add(const trace::RayBatch& from, int i, const V3f& normal, int32_t in) {
+  rays.set(count, from.origin(i), from.direction(i), from.t_max[i], from.time[i], from.key[i], from.width[i],
+           from.spread[i]);
+  Ng[count] = normal;
+  medium[count] = in;
+  ray[count++] = i;
+}
+
+int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, const bool* glows,
+                       RGB* visible, Scratch& s) const {
+  if (std::none_of(glows, glows + n, [](bool g) { return g; })) return this->visible(rays, Ng, n, medium, visible, s);
+  if (!s.glow) s.glow = std::make_unique<Scratch::Glow>();
+  auto &glowing = s.glow->glowing, &others = s.glow->others;
+  glowing.count = others.count = 0;
+  for (int i = 0; i < n; ++i) (glows[i] ? glowing : others).add(rays, i, Ng[i], medium[i]);
+  const int masked =
+      others.count > 0 ? this->visible(others.rays, others.Ng, others.count, others.medium, others.found, s) : 0;
+  glow(glowing.rays, glowing.count, glowing.medium, glowing.found, s);
+  for (const auto* part : {&glowing, &others})
+    for (int k = 0; k < part->count; ++k) visible[part->ray[k]] = part->found[k];
+  return masked;
+}
+
+// From surface to surface, until one stops it, or it scatters.
+void RayTracer::glow(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* emitted, Scratch& s) const {
+  s.stop.check();
+  RGB* const passed = s.glow->passed;
+  for (int i = 0; i < n; ++i) {
+    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i],
+               rays.spread[i]);
+    s.medium[i] = medium[i];
+    s.ray[i] = i;
+    passed[i] = RGB(1);
+    emitted[i] = RGB();
+  }
+  const bool colored = scene_.traced.has_colored_opacity();
+  for (int segment = 0; n > 0 && segment < max_segments; ++segment) {
+    scene_.traced.intersect(s.rays, n, &s.hits);
+    fly(rays, n, segment, passed, Flights::all_gamble, s);
+    if (materials_.any_sheet()) meet_sheets(rays, n, segment, s);
+    int kept = 0;
+    for (int i = 0; i < n; ++i) {
+      const int r = s.ray[i];
+      if (s.medium[i] != scene::vacuum) {
+        const media::MediumSample& flight = s.flight[i];
+        if (scene_.glows(s.medium[i])) emitted[r] += passed[r] * flight.emitted;
+        if (flight.scattered) continue;
+        passed[r] *= flight.weight;
+      }
+      if (s.hits.geometry[i] == trace::no_id || !materials_.lets_through(s.hits.geometry[i])) continue;
+      if (materials_.any_sheet()) passed[r] *= s.through[i];
+      if (colored) passed[r] *= s.hits.weight(i);
+      if (!passed[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
+    }
+    n = kept;
+  }
+}
+
 // From surface to surface.
 void RayTracer::visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible,
                                 Scratch& s) const {
@@ -267,6 +327,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     flights->count = 0;
     flights->ways.clear();
     std::fill_n(flights->emitted, n, RGB());
+    std::fill_n(flights->lit, n, RGB());
     if (flights->certain != Flights::all_gamble) std::fill_n(s.drawn_from, n, 0.0f);
   }
   scene_.traced.intersect(rays, n, hits);

@@ -52,6 +52,20 @@ class RayTracer {
     int32_t unmasked_medium[capacity];
     RGB found[capacity];
 
+    // Shadow rays to what media emit, and the others.
+    struct Glow {
+      struct Part {
+        int count = 0, ray[capacity];
+        trace::RayBatch rays;
+        int32_t medium[capacity];
+        V3f Ng[capacity];
+        RGB found[capacity];
+        void add(const trace::RayBatch& from, int i, const V3f& normal, int32_t in);
+      } glowing, others;
+      RGB passed[capacity];
+    };
+    std::unique_ptr<Glow> glow;  ///< null until there is such a ray
+
     Ray segment(int i) const { return {rays.origin(i), rays.direction(i), infinity, rays.time[i]}; }
     float length(int i) const { return hits.geometry[i] == trace::no_id ? rays.t_max[i] : hits.t[i]; }
   };
@@ -62,7 +76,8 @@ class RayTracer {
     int ray[capacity];
     V3f P[capacity];
     int32_t medium[capacity];
-    RGB emitted[capacity];  ///< by ray
+    RGB emitted[capacity];  ///< by ray, but what is
+    RGB lit[capacity];      ///< by media that are a light (scene::Scene::glow_light)
 
     /// The medium, alone to scatter, in which rays do not gamble whether they do; all_gamble: none. What
     /// they meet is weakened by all that is lost, each way through the medium is told, and of the places where it may
@@ -105,6 +120,11 @@ class RayTracer {
   int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,
               Scratch& scratch) const;
 
+  /// The same, where rays i of glows[i] are to the light that media are: visible[i] is the radiance that these emit to
+  /// their origins (emitters::LightSample::glow).
+  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, const bool* glows, RGB* visible,
+              Scratch& scratch) const;
+
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
   /// With `flights`, which ray scatters is drawn at random: the ray ends there, its hit is none and its distance
@@ -118,6 +138,7 @@ class RayTracer {
   void dim_masked(const trace::RayBatch& rays, int n, const int32_t* medium, Scratch& s) const;
   void meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
+  void glow(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* emitted, Scratch& scratch) const;
   void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, int32_t certain, Scratch& s) const;
   bool arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const;

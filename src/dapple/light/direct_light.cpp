@@ -144,7 +144,8 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   const Bsdf& bsdf = b.bsdf[k];
   const V3f normal = from.normal(bsdf.frame.n);
   const float cosine = dot(light.wi, normal), pdf = light.pdf * chosen.probability;
-  RGB L = light.radiance * (w.job_weight[job] * std::abs(cosine) / pdf);
+  const bool glows = uint32_t(chosen.light) == scene_.glow_light;
+  RGB L = (glows ? RGB(1) : light.radiance) * (w.job_weight[job] * std::abs(cosine) / pdf);
   float glint = 0;
   Target target = to_specular;
   if (bsdf.is_diffuse()) {
@@ -188,6 +189,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   w.shadow_light[s] = L;
   w.shadow_glint[s] = glint;
   w.shadow_source[s] = chosen.light;
+  w.shadow_glows[s] = glows;
   return true;
 }
 
@@ -283,7 +285,8 @@ void DirectLight::add_shadow_rays(PointBatch& b, int diffuse_depth, int first, i
 
 void DirectLight::trace(LightWorkspace& w) const {
   const Timer timer;
-  const int masked = tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.visible, w.tracing);
+  const int masked =
+      tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glows, w.visible, w.tracing);
   w.stages.tracing_seconds += timer.seconds();
   w.stages += std::exchange(w.tracing.stages, {});
   w.rays.mask += uint64_t(masked);
@@ -312,6 +315,13 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
       }
       r.L.add(i, Le * weight, group_[light]);
     };
+    if (!r.lit[i].is_black()) {
+      float weight = 1;
+      if (r.pdf[i] > 0)
+        weight = power_heuristic(r.pdf[i], density(receiver(b, k, b.origin_of(r, i)), scene_.glow_light, d, {},
+                                                   share_of(b, k, diffuse_depth)));
+      r.glow[i] += r.lit[i] * weight;
+    }
     if (r.hits.geometry[i] == no_id) {
       if (r.distance[i] < infinity) continue;  // it scattered in a medium
       for (const uint32_t light : scene_.infinite_lights)
@@ -352,7 +362,8 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
       if (!emitters::sample_light(of, chosen.light, to, V2f(w.u0[k], w.u1[k]), &light)) continue;
       if (but && but->owns(uint32_t(chosen.light), light.wi)) continue;
       const float phase = scene_.media[size_t(b.medium[k])]->phase().eval(b.wo[k], light.wi);
-      const RGB L = light.radiance * (phase / (light.pdf * chosen.probability * float(rays[k])));
+      const RGB L =
+          (light.glow ? RGB(1) : light.radiance) * (phase / (light.pdf * chosen.probability * float(rays[k])));
       const ShadowRay ray(to.p, light, P);
       if (L.is_black() || !L.is_finite() || !(ray.distance > 0)) continue;
       const int s = w.shadow_count++;
@@ -363,6 +374,7 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
       w.shadow_point[s] = k;
       w.shadow_light[s] = L;
       w.shadow_source[s] = chosen.light;
+      w.shadow_glows[s] = light.glow;
     }
     trace(w);
     for (int s = 0; s < w.shadow_count; ++s)

@@ -94,6 +94,8 @@ class MaterialReader {
       float strength = 1;
       if (number(AI_MATKEY_SHININESS_STRENGTH, &strength)) out_.specular_color *= std::clamp(strength, 0.0f, 1.0f);
       number(AI_MATKEY_REFLECTIVITY, &out_.reflectivity);
+      if (RGB mirrored; color(AI_MATKEY_COLOR_REFLECTIVE, &mirrored))
+        out_.reflectivity *= std::min(mirrored.max(), 1.0f);
     }
   }
 

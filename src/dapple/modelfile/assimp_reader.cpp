@@ -79,8 +79,10 @@ class Converter {
         end_(scene, time.open >= 0 && time.shutter > 0 ? time.open + time.shutter : time.open) {
     const std::string extension = image::extension_of(path);
     is_gltf_ = extension == "gltf" || extension == "glb";
-    static const std::set<std::string> z_up = {"stl", "ply", "off", "3mf", "amf", "raw"};
+    static const std::set<std::string> z_up = {"stl", "ply", "off", "3mf", "amf", "raw", "blend"},
+                                       without_materials = {"stl", "ply", "off", "raw"};
     model_.z_up = z_up.contains(extension);
+    has_materials_ = !without_materials.contains(extension);
   }
 
   Model convert() {
@@ -91,6 +93,9 @@ class Converter {
     convert_images();
     mesh_at_.assign(scene_.mNumMeshes, none);
     add_nodes(*scene_.mRootNode);
+    transform_coordinates();
+    replace_placeholders();
+    show_what_is_invisible();
     convert_cameras();
     convert_lights(scene_, is_gltf_, &model_);
     place_lights();
@@ -172,6 +177,52 @@ class Converter {
     if (mesh.mColors[0]) convert_colors(mesh, &out);
     add_triangles(mesh, usable, &out);
     return out;
+  }
+
+  // glTF's; Assimp turns by the wrong middle.
+  void transform_coordinates() {
+    for (ModelMesh& mesh : model_.meshes) {
+      const UvTransform& t = model_.materials[mesh.material].uv_transform;
+      if (t == UvTransform()) continue;
+      for (auto& uv : mesh.uv)
+        for (V2f& p : uv) {
+          const V2f moved = t(p);
+          p = std::isfinite(moved.x) && std::isfinite(moved.y) ? moved : V2f(0, 0);
+        }
+    }
+  }
+
+  // The material that Assimp makes up where a file has none: white or grey.
+  bool is_placeholder(const ModelMaterial& m) const {
+    if (is_gltf_ || m.kind != ModelMaterial::phong || m.base_map.given()) return false;
+    return (m.base == RGB(0.6f) && m.name == AI_DEFAULT_MATERIAL_NAME) || (m.base == RGB(1) && !has_materials_);
+  }
+
+  // Where there is no material, colours of vertices are all that there is.
+  void replace_placeholders() {
+    const size_t own = model_.materials.size();
+    for (uint32_t i = 0; i < own; ++i) {
+      if (!is_placeholder(model_.materials[i])) continue;
+      model_.materials[i].base = RGB(1);
+      const auto colored = [&](const ModelMesh& mesh) { return mesh.material == i && !mesh.color.empty(); };
+      if (std::any_of(model_.meshes.begin(), model_.meshes.end(), colored)) {
+        model_.materials.push_back(model_.materials[i]);
+        for (ModelMesh& mesh : model_.meshes)
+          if (colored(mesh)) mesh.material = uint32_t(model_.materials.size() - 1);
+      }
+      model_.materials[i].base = ModelMaterial().base;
+    }
+  }
+
+  // Exporters do not agree which end of transparency is clear: a model that nobody could see means the other one.
+  void show_what_is_invisible() {
+    const auto hidden = [&](const ModelMesh& mesh) {
+      const ModelMaterial& m = model_.materials[mesh.material];
+      return m.opacity <= 0 && !m.opacity_map.given();
+    };
+    if (is_gltf_ || model_.meshes.empty() || !std::all_of(model_.meshes.begin(), model_.meshes.end(), hidden)) return;
+    for (ModelMaterial& m : model_.materials) m.opacity = 1, m.alpha = ModelMaterial::opaque;
+    model_.left_out.push_back("an opacity of 0 of all that there is");
   }
 
   void convert_colors(const aiMesh& mesh, ModelMesh* out) const {
@@ -309,7 +360,7 @@ class Converter {
   const std::string& path_;
   const ModelTime time_;
   const Pose start_, end_;
-  bool is_gltf_ = false;
+  bool is_gltf_ = false, has_materials_ = true;
   Model model_;
   std::vector<uint32_t> mesh_at_;
   scenefile::Triangulator triangulator_;
@@ -327,8 +378,16 @@ M44d to_rows(const aiMatrix4x4& m) {
 Model read_by_assimp(const std::string& path, const ModelTime& time) {
   Assimp::Importer importer;
   importer.SetIOHandler(new RegularFiles);  // which it deletes
-  const aiScene* const scene =
-      importer.ReadFile(path, aiProcess_JoinIdenticalVertices | aiProcess_GenUVCoords | aiProcess_TransformUVCoords);
+  const std::string extension = image::extension_of(path);
+  const bool is_gltf = extension == "gltf" || extension == "glb";  // whose transforms gltf_extensions.h reads
+  const aiScene* scene =
+      importer.ReadFile(path, aiProcess_GenUVCoords | (is_gltf ? 0u : unsigned(aiProcess_TransformUVCoords)));
+  // Vertices that lie together and hang on different bones would be joined, too.
+  const auto has_bones = [&] {
+    return std::any_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
+                       [](const aiMesh* m) { return m->HasBones(); });
+  };
+  if (scene && !has_bones()) scene = importer.ApplyPostProcessing(aiProcess_JoinIdenticalVertices);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
   return Converter(*scene, path, time).convert();
 }

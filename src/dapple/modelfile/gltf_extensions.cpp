@@ -59,6 +59,28 @@ RGB color(const json& of, const char* name, const RGB& fallback) {
   return out;
 }
 
+float element(const json& of, const char* name, size_t i, float fallback) {
+  const json* list = member(of, name);
+  if (!list || !list->is_array() || i >= list->size() || !(*list)[i].is_number()) return fallback;
+  const double v = (*list)[i].get<double>();
+  return std::isfinite(v) ? float(std::clamp(v, -1e6, 1e6)) : fallback;
+}
+
+// KHR_texture_transform, whose v runs downwards, for v that runs upwards.
+UvTransform transform_of(const json& texture) {
+  const json* extensions = member(texture, "extensions");
+  const json* e = extensions ? member(*extensions, "KHR_texture_transform") : nullptr;
+  if (!e) return {};
+  const float angle = number(*e, "rotation", 0), c = std::cos(angle), s = std::sin(angle);
+  const float sx = element(*e, "scale", 0, 1), sy = element(*e, "scale", 1, 1);
+  const V2f of_u(c * sx, s * sy), of_v(-s * sx, c * sy);
+  UvTransform t;
+  t.u = V2f(of_u.x, -of_u.y);
+  t.v = V2f(-of_v.x, of_v.y);
+  t.offset = V2f(element(*e, "offset", 0, 0) + of_u.y, 1 - element(*e, "offset", 1, 0) - of_v.y);
+  return t;
+}
+
 class Extensions {
  public:
   Extensions(const json& of, ModelMaterial* m) : of_(of), m_(*m) {}
@@ -68,9 +90,14 @@ class Extensions {
     if (const json* e = member(of_, "KHR_materials_iridescence")) read_iridescence(*e);
     if (const json* e = member(of_, "KHR_materials_anisotropy")) read_anisotropy(*e);
     if (const json* e = member(of_, "KHR_materials_specular")) read_specular(*e);
+    if (const json* e = member(of_, "KHR_materials_emissive_strength"))
+      m_.emission_strength = std::max(number(*e, "emissiveStrength", 1), 0.0f);
+    if (const json* e = member(of_, "KHR_materials_clearcoat"))
+      if (const json* map = member(*e, "clearcoatNormalTexture"))
+        m_.clearcoat_normal_map.strength = number(*map, "scale", 1);
     if (const json* e = member(of_, "KHR_materials_volume")) read_volume(*e);
-    if (const json* e = member(of_, "KHR_materials_dispersion"); e && number(*e, "dispersion", 0) > 0)
-      leave_out("dispersion");
+    if (const json* e = member(of_, "KHR_materials_dispersion"))
+      m_.dispersion = std::clamp(number(*e, "dispersion", 0), 0.0f, 100.0f);
     name_the_others();
   }
 
@@ -100,6 +127,7 @@ class Extensions {
   }
 
   void read_specular(const json& e) {
+    m_.specular_weight = std::clamp(number(e, "specularFactor", 1), 0.0f, 1.0f);
     m_.specular_tint = color(e, "specularColorFactor", RGB(1));
     if (member(e, "specularTexture") || member(e, "specularColorTexture")) leave_out("pictures of specular");
   }
@@ -137,23 +165,67 @@ class Extensions {
   ModelMaterial& m_;
 };
 
+// The pictures of a material in the order in which they decide about texture coordinates.
+std::vector<const json*> textures_of(const json& material) {
+  std::vector<const json*> out;
+  const auto add = [&](const json* in, std::initializer_list<const char*> names) {
+    if (!in) return;
+    for (const char* name : names)
+      if (const json* texture = member(*in, name)) out.push_back(texture);
+  };
+  add(member(material, "pbrMetallicRoughness"), {"baseColorTexture"});
+  add(&material, {"normalTexture"});
+  add(member(material, "pbrMetallicRoughness"), {"metallicRoughnessTexture"});
+  add(&material, {"emissiveTexture"});
+  if (const json* extensions = member(material, "extensions")) {
+    add(member(*extensions, "KHR_materials_pbrSpecularGlossiness"), {"diffuseTexture"});
+    add(member(*extensions, "KHR_materials_transmission"), {"transmissionTexture"});
+    add(member(*extensions, "KHR_materials_clearcoat"),
+        {"clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"});
+  }
+  return out;
+}
+
+// There is one set of coordinates for all pictures.
+void read_transforms(const json& material, ModelMaterial* m) {
+  const std::vector<const json*> textures = textures_of(material);
+  if (textures.empty()) return;
+  m->uv_transform = transform_of(*textures.front());
+  const auto differs = [&](const json* t) { return !(transform_of(*t) == m->uv_transform); };
+  if (std::any_of(textures.begin(), textures.end(), differs))
+    m->left_out.push_back("texture transforms that differ from the first one's");
+}
+
 }  // namespace
 
 void add_gltf_extensions(const std::string& path, Model* model) {
   const json file = json::parse(json_text(path), nullptr, false);
   const json* materials = member(file, "materials");
   if (!materials || !materials->is_array()) return;
-  // Assimp keeps them in the order of the file, and adds its own after them.
-  for (size_t i = 0; i < std::min(materials->size(), model->materials.size()); ++i) {
+  const auto name_of = [](const json& material) {
+    const json* name = member(material, "name");
+    return name && name->is_string() ? name->get<std::string>() : std::string();
+  };
+  // Assimp keeps the order of the file, or takes that of their first use: then only names tell.
+  const auto find = [&](size_t i) -> ModelMaterial* {
+    auto& all = model->materials;
+    const std::string name = name_of((*materials)[i]);
+    if (i < all.size() && all[i].name == name) return &all[i];
+    const auto is_it = [&](const ModelMaterial& m) { return m.name == name; };
+    const auto found = std::find_if(all.begin(), all.end(), is_it);
+    const auto named = std::count_if(materials->begin(), materials->end(),
+                                     [&](const json& material) { return name_of(material) == name; });
+    return named == 1 && std::count_if(all.begin(), all.end(), is_it) == 1 ? &*found : nullptr;
+  };
+  for (size_t i = 0; i < materials->size(); ++i) {
     const json& material = (*materials)[i];
     const json* extensions = member(material, "extensions");
-    if (!extensions) continue;
-    const json* name = member(material, "name");
-    ModelMaterial& m = model->materials[i];
-    if (m.name == (name && name->is_string() ? name->get<std::string>() : std::string()))
-      Extensions(*extensions, &m).read();
-    else
-      m.left_out.push_back("some extensions (its name is not its own)");
+    if (ModelMaterial* const m = find(i)) {
+      read_transforms(material, m);
+      if (extensions) Extensions(*extensions, m).read();
+    } else if (extensions && i < model->materials.size()) {
+      model->materials[i].left_out.push_back("some extensions (its name is not its own)");
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 #include "dapple/modelfile/material_looks.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dapple/modelfile/param_list.h"
 
@@ -17,6 +18,25 @@ bool is_clear_pane(const ModelMaterial& m, const ModelSurface& s) {
   return s.transmission >= 1 && s.transmission_map.empty() && !m.has_volume && s.alpha_map.empty() && s.alpha < 0.02f &&
          s.color.min() >= 0.9f && s.color_map.empty() && s.metalness <= 0 && m.clearcoat <= 0 && m.sheen.max() <= 0 &&
          m.film <= 0 && m.specular_tint == RGB(1);
+}
+
+// Of what a dielectric mirrors: a colour of at most 1, and the index that gives the rest of it. glTF's colours may be
+// above 1: its reflectance at normal incidence is that of the index times the colour, at most 1.
+struct Mirroring {
+  RGB tint;
+  float ior;
+};
+Mirroring mirroring_of(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
+  const float most = m.specular_tint.max();
+  if (most <= 1 || !(m.ior > 1)) return {clamp(m.specular_tint, 0, 1), m.ior};
+  if (s.transmission > 0) {
+    textures->diagnostics().unsupported(textures->loc(), "a specular colour above 1 of a model's glass", "1");
+    return {clamp(m.specular_tint, 0, 1), m.ior};
+  }
+  constexpr float most_reflected = 0.95f;  // an index of 76; 1 has none
+  const float own = sqr((m.ior - 1) / (m.ior + 1)), raised = std::min(own * most, most_reflected);
+  const RGB tint = m.specular_tint * (own / raised);
+  return {clamp(tint, 0, 1), (1 + std::sqrt(raised)) / (1 - std::sqrt(raised))};
 }
 
 std::string principled(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
@@ -39,19 +59,14 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   number("base_metalness", s.metalness, s.metalness_map, 0);
   number("specular_roughness", m.roughness, s.alpha_map, 0.3f);
   number("specular_weight", m.specular_weight, "", 1);
-  if (!(m.specular_tint == RGB(1))) {
-    if (s.metalness <= 0)
-      d.rgb("specular_color", clamp(m.specular_tint, 0, 1));
-    else  // where it is the colour of the metal's edge
-      textures->diagnostics().unsupported(textures->loc(), "a specular colour of a model's partly metallic material",
-                                          "white highlights");
-  }
+  const Mirroring mirroring = mirroring_of(m, s, textures);
+  if (!(mirroring.tint == RGB(1))) d.rgb("specular_color", mirroring.tint);
   if (m.film > 0) {
     d.number("thin_film_weight", double(m.film)).number("thin_film_thickness", double(m.film_thickness) / 1000);
     d.number("thin_film_ior", double(m.film_ior));
   }
   number("specular_roughness_anisotropy", m.anisotropy, "", 0);
-  if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
+  if (mirroring.ior != 1.5f) d.number("specular_ior", double(mirroring.ior));
   if (s.transmission > 0) {
     number("transmission_weight", s.transmission, s.transmission_map, 0);
     if (m.attenuation_distance > 0) {
@@ -63,6 +78,9 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     } else {
       color("transmission_color");
     }
+    if (m.dispersion > 0 && m.has_volume)
+      d.number("transmission_dispersion_scale", 1)
+          .number("transmission_dispersion_abbe_number", 20 / double(m.dispersion));
     if (!m.has_volume) d.boolean("geometry_thin_walled", true);
   }
   if (m.clearcoat > 0) {
@@ -73,7 +91,10 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
     number("coat_weight", m.clearcoat, map(m.clearcoat_map, 0), 0);
     number("coat_roughness", m.clearcoat_roughness, map(m.clearcoat_roughness_map, 1), 0);
     d.number("coat_ior", 1.5).number("coat_darkening", 0);  // as glTF has it
-    if (const auto path = textures->picture(m.clearcoat_normal_map)) d.text("coat_normalmap", *path);
+    if (const auto path = textures->picture(m.clearcoat_normal_map)) {
+      d.text("coat_normalmap", *path);
+      textures->report_strength(m.clearcoat_normal_map);
+    }
   }
   if (m.sheen.max() > 0) {
     const float strength = std::min(m.sheen.max(), 1.0f);
@@ -84,21 +105,23 @@ std::string principled(const ModelMaterial& m, const ModelSurface& s, const std:
   return textures->define_material(name, d.take());
 }
 
+// Diffuse light has its whole colour under a highlight: a coat over it (`coateddiffuse`) would halve it.
 std::string diffuse_base(const ModelMaterial& m, const ModelSurface& s, const std::string& name,
                          ModelTextures* textures) {
   const bool coated = s.has_highlight && (!s.alpha_map.empty() || s.alpha <= roughest_coat);
-  Directive d(coated ? "coateddiffuse" : "diffuse", textures->loc());
+  Directive d(coated ? "openpbr" : "diffuse", textures->loc());
+  const char* const color = coated ? "base_color" : "reflectance";
   if (s.color_map.empty())
-    d.rgb("reflectance", clamp(s.color, 0, 1));
+    d.rgb(color, clamp(s.color, 0, 1));
   else
-    d.texture("reflectance", textures->scaled(true, s.color_map, s.color));
+    d.texture(color, textures->scaled(true, s.color_map, s.color));
   if (coated) {
-    d.boolean("remaproughness", false);
+    const float roughness = std::sqrt(s.alpha);
     if (s.alpha_map.empty())
-      d.number("roughness", double(s.alpha));
+      d.number("specular_roughness", double(roughness));
     else
-      d.texture("roughness", textures->scaled(false, textures->squared(s.alpha_map), RGB(s.alpha)));
-    d.number("eta", double(m.ior));
+      d.texture("specular_roughness", textures->scaled(false, s.alpha_map, RGB(roughness)));
+    if (m.ior != 1.5f) d.number("specular_ior", double(m.ior));
   }
   if (!s.normal_map.empty()) d.text("normalmap", s.normal_map);
   return textures->define_material(name, d.take());
@@ -152,8 +175,26 @@ std::string mixed(const std::string& first, const std::string& second, double am
 
 }  // namespace
 
+namespace {
+
+// glTF's specular numbers are of dielectrics, OpenPBR's of metal, too.
+std::string metallic(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
+  if (s.metalness <= 0 || (m.specular_weight == 1 && m.specular_tint == RGB(1)))
+    return principled(m, s, m.name, textures);
+  ModelMaterial plain = m;
+  plain.specular_weight = 1, plain.specular_tint = RGB(1);
+  if (s.metalness >= 1 && s.metalness_map.empty()) return principled(plain, s, m.name, textures);
+  ModelSurface base = s, metal = s;
+  base.metalness = 0, metal.metalness = 1;
+  base.metalness_map.clear(), metal.metalness_map.clear();
+  return mixed(principled(m, base, m.name + " base", textures), principled(plain, metal, m.name + " metal", textures),
+               double(s.metalness), s.metalness_map, m.name, textures);
+}
+
+}  // namespace
+
 std::string write_look(const ModelMaterial& m, const ModelSurface& s, ModelTextures* textures) {
-  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) return principled(m, s, m.name, textures);
+  if (m.kind == ModelMaterial::metallic && !is_clear_pane(m, s)) return metallic(m, s, textures);
   const bool all_metal = s.metalness >= 1 && s.metalness_map.empty(),
              all_glass = s.transmission >= 1 && s.transmission_map.empty();
   const std::string& name = m.name;

@@ -34,10 +34,26 @@ void check(const ModelMaterial& m, const Model& model) {
   require(m.kind <= ModelMaterial::unlit && m.alpha <= ModelMaterial::blend, "a material is damaged");
   for (const RGB* c : {&m.base, &m.specular_color, &m.emission, &m.sheen, &m.specular_tint, &m.attenuation_color})
     require(finite(*c), "a colour is not finite");
-  for (const float x :
-       {m.emission_strength, m.opacity, m.alpha_cutoff, m.metalness, m.roughness, m.glossiness, m.exponent,
-        m.reflectivity, m.transmission, m.ior, m.specular_weight, m.clearcoat, m.clearcoat_roughness, m.anisotropy,
-        m.sheen_roughness, m.film, m.film_thickness, m.film_ior, m.attenuation_distance})
+  for (const float x : {m.emission_strength,
+                        m.opacity,
+                        m.alpha_cutoff,
+                        m.metalness,
+                        m.roughness,
+                        m.glossiness,
+                        m.exponent,
+                        m.reflectivity,
+                        m.transmission,
+                        m.ior,
+                        m.specular_weight,
+                        m.clearcoat,
+                        m.clearcoat_roughness,
+                        m.anisotropy,
+                        m.sheen_roughness,
+                        m.film,
+                        m.film_thickness,
+                        m.film_ior,
+                        m.attenuation_distance,
+                        m.dispersion})
     require(std::isfinite(x), "a number of a material is not finite");
   for (const ModelTexture* t :
        {&m.base_map, &m.opacity_map, &m.normal_map, &m.bump_map, &m.emission_map, &m.transmission_map, &m.metalness_map,

@@ -21,6 +21,14 @@ struct ModelTexture {
   bool given() const { return !file.empty() || image >= 0; }
 };
 
+/// What is done to texture coordinates before a picture is looked up: (u, v) becomes rows times (u, v, 1).
+struct UvTransform {
+  V2f u{1, 0}, v{0, 1};
+  V2f offset{0, 0};
+  bool operator==(const UvTransform& o) const { return u == o.u && v == o.v && offset == o.offset; }
+  V2f operator()(const V2f& p) const { return V2f(u.dot(p), v.dot(p)) + offset; }
+};
+
 /// A material as the model has it; which of the numbers count says `kind`.
 struct ModelMaterial {
   enum Kind : uint8_t {
@@ -54,6 +62,8 @@ struct ModelMaterial {
   float film = 0, film_thickness = 0, film_ior = 1.3f;  ///< iridescence: share; nm
   float attenuation_distance = 0;  ///< of a volume, in the model's unit: light becomes attenuation_color; 0: never
   RGB attenuation_color{1};
+  float dispersion = 0;      ///< of a volume: 20 over Abbe's number
+  UvTransform uv_transform;  ///< of all its pictures; done to the coordinates of meshes already
   ModelTexture clearcoat_map, clearcoat_roughness_map;  ///< red, green
   ModelTexture clearcoat_normal_map;
   ModelTexture base_map, opacity_map, normal_map, bump_map, emission_map, transmission_map;

@@ -20,7 +20,7 @@ void material(Io& io, M& m) {
   io(m.glossiness), io(m.exponent), io(m.reflectivity), io(m.transmission), io(m.ior), io(m.metal_rough_map);
   io(m.specular_weight), io(m.clearcoat), io(m.clearcoat_roughness), io(m.anisotropy), io(m.sheen);
   io(m.specular_tint), io(m.film), io(m.film_thickness), io(m.film_ior), io(m.attenuation_distance);
-  io(m.attenuation_color), texture(io, m.clearcoat_normal_map);
+  io(m.attenuation_color), io(m.dispersion), texture(io, m.clearcoat_normal_map);
   io(m.sheen_roughness), texture(io, m.clearcoat_map), texture(io, m.clearcoat_roughness_map);
   texture(io, m.base_map), texture(io, m.opacity_map), texture(io, m.normal_map), texture(io, m.bump_map);
   texture(io, m.emission_map), texture(io, m.transmission_map), texture(io, m.metalness_map);

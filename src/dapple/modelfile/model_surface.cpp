@@ -59,8 +59,7 @@ ModelSurface surface_of(const ModelMaterial& m, const RGB& tint, const std::stri
       break;
   }
   if (const auto path = textures->picture(m.normal_map)) s.normal_map = *path;
-  if (!s.normal_map.empty() && std::abs(m.normal_map.strength - 1) > 0.01f)
-    textures->diagnostics().unsupported(textures->loc(), "the strength of a normal map of a model", "the map as it is");
+  if (!s.normal_map.empty()) textures->report_strength(m.normal_map);
   if (s.normal_map.empty())
     if (const auto path = textures->picture(m.bump_map)) {
       if (textures->pictures().is_normal_map(*path))

@@ -2,6 +2,7 @@
 #include "dapple/modelfile/model_textures.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dapple/modelfile/param_list.h"
 
@@ -17,9 +18,18 @@ std::string printable(const std::string& text) {
 
 }  // namespace
 
-std::array<const ModelTexture*, 8> pictures_of(const ModelMaterial& m) {
-  return {&m.base_map,     &m.normal_map,  &m.roughness_map,    &m.metalness_map,
-          &m.emission_map, &m.opacity_map, &m.transmission_map, &m.bump_map};
+std::array<const ModelTexture*, 11> pictures_of(const ModelMaterial& m) {
+  return {&m.base_map,
+          &m.normal_map,
+          &m.roughness_map,
+          &m.metalness_map,
+          &m.emission_map,
+          &m.opacity_map,
+          &m.transmission_map,
+          &m.bump_map,
+          &m.clearcoat_map,
+          &m.clearcoat_roughness_map,
+          &m.clearcoat_normal_map};
 }
 
 ModelTextures::ModelTextures(const Model& model, std::string prefix, const FileLoc& loc,
@@ -51,6 +61,11 @@ std::optional<std::string> ModelTextures::picture(const ModelTexture& t) {
     return std::nullopt;
   }
   return pictures_.path(t);
+}
+
+void ModelTextures::report_strength(const ModelTexture& t) {
+  if (std::abs(t.strength - 1) > 0.01f)
+    diagnostics_.unsupported(loc_, "the strength of a normal map of a model", "the map as it is");
 }
 
 // A name that nothing of its kind has yet.

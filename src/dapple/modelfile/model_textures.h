@@ -13,7 +13,7 @@
 namespace dapple::modelfile {
 
 /// The pictures that lie over a surface of this material, the most important first; maybe not given.
-std::array<const ModelTexture*, 8> pictures_of(const ModelMaterial& m);
+std::array<const ModelTexture*, 11> pictures_of(const ModelMaterial& m);
 
 /// The named textures and materials that a description gets for the materials of a model. Textures that are alike are
 /// one.
@@ -28,6 +28,8 @@ class ModelTextures {
   uint32_t begin(const ModelMaterial& m);
   /// The file of a picture; nullopt if there is none, if it cannot be read, or if it lies over other coordinates.
   std::optional<std::string> picture(const ModelTexture& t);
+  /// Names the scale of a normal map, which is drawn as it is.
+  void report_strength(const ModelTexture& t);
 
   /// Each returns the name that it got.
   std::string define_texture(bool is_spectrum, const std::string& wanted_name, scenefile::Entity entity);

@@ -43,6 +43,9 @@ static_assert(step_dimensions == PathWorkspace::dimensions);
 // Those of so many steps are for what camera rays meet; then come scatterings of straight flights.
 constexpr uint32_t steps_of_surfaces = 1 << 14;
 
+// Of a path, whatever the step.
+constexpr uint32_t for_channels = (1u << 20) + 1, for_wavelengths = for_channels + 1;
+
 // Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
 constexpr int max_passes = 4096;
 
@@ -113,6 +116,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
 
 void PathIntegrator::start_paths(PathWorkspace& w) const {
   w.path_count = w.camera.count;
+  w.glow_light = scene_.glow_light;
   for (int p = 0; p < w.path_count; ++p) {
     const scene::CameraRay& r = w.camera.ray[p];
     w.start_path(p);
@@ -181,6 +185,7 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
       continue;
     }
     if (w.last[p]) continue;
+    if (w.bsdf[k].dispersion > 0) disperse(k, w);
     light_surface(k, w);
     if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
       add_canopy_light(k, w);
@@ -241,12 +246,26 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   if (flights_.is_straight(p, w)) return flights_.arrive(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const media::MediumSample& s = w.flown[i];
-  w.add_light(p, no_id, w.beta[p] * s.emitted, false);
+  add_glow(p, s.emitted, rays.origin(i), rays.direction(i), w);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
   if (!w.last[p]) w.flight[w.flight_count++] = {p, rays.origin(i) + rays.direction(i) * s.t, rays.direction(i)};
   return false;
+}
+
+// What the medium of path p emitted along its ray; it may be a light that shadow rays look for, too.
+void PathIntegrator::add_glow(int p, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const {
+  if (emitted.is_black()) return;
+  const bool lit = scene_.glows(w.medium[p]);
+  float weight = 1;
+  if (lit && w.bsdf_pdf[p] > 0) {
+    const emitters::Light& light = *scene_.lights[scene_.glow_light];
+    const float pdf =
+        flights_.light_probability(p, scene_.glow_light, w) * light.pdf(w.receiver[p], d, o, V3f(0, 0, 0));
+    weight = power_heuristic(w.bsdf_pdf[p], pdf);
+  }
+  w.add_light(p, no_id, w.beta[p] * emitted * weight, lit && w.finds_direct(p));
 }
 
 // The same inside a subsurface body. Where the path scatters, it goes on in the following step.
@@ -360,7 +379,7 @@ void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, con
   if (f.is_black()) return;
   const float light_pdf = light.pdf * selection.probability;
   const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
-  const RGB contribution = w.beta[p] * f * light.radiance * (weight / light_pdf);
+  const RGB contribution = w.beta[p] * f * (light.glow ? RGB(1) : light.radiance) * (weight / light_pdf);
   if (contribution.is_black()) return;
   if (shafted && flights_.owns(uint32_t(selection.light), light.wi)) return;
   const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
@@ -475,6 +494,20 @@ bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
   return true;
 }
 
+// The path goes on with one channel, chosen by what it would carry, and at a wavelength that stays: at further surfaces
+// that disperse light there is but this channel left.
+void PathIntegrator::disperse(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  const RGB beta = w.beta[p];
+  const float sum = beta.r + beta.g + beta.b;
+  const float u = sum * sample_1d(w.camera.seed[p], w.camera.index[p], for_channels);
+  const int channel = u < beta.r ? 0 : u < beta.r + beta.g || beta.b <= 0 ? (beta.g > 0 ? 1 : 0) : 2;
+  w.beta[p] = RGB();
+  w.beta[p][channel] = sum;
+  w.bsdf[k].disperse(
+      scattering::wavelength_of(channel, sample_1d(w.camera.seed[p], w.camera.index[p], for_wavelengths)));
+}
+
 void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   const int p = w.point_path[k];
@@ -547,8 +580,8 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  const int masked =
-      rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_light, w.shadow_scratch);
+  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glows,
+                                   w.shadow_light, w.shadow_scratch);
   w.stages += std::exchange(w.shadow_scratch.stages, {});
   w.rays.mask += uint64_t(masked);
   w.rays.shadow += uint64_t(w.shadow_count - masked);

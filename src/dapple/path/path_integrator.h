@@ -84,6 +84,7 @@ class PathIntegrator final : public integrate::Integrator {
   bool pass_sheet(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
+  void add_glow(int path, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const;
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
   template <class Evaluate>
@@ -95,6 +96,7 @@ class PathIntegrator final : public integrate::Integrator {
   void gather_in_canopy(int point, PathWorkspace& w) const;
   void scatter_in_medium(int point, PathWorkspace& w) const;
   bool end_or_go_on(int point, scattering::Lobe lobe, PathWorkspace& w) const;
+  void disperse(int point, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
   void cross_boundary(int point, const scattering::BsdfSample& sample, PathWorkspace& w) const;
   void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;

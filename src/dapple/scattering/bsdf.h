@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <utility>
 
 #include "dapple/base/hash.h"
 #include "dapple/base/rgb.h"
@@ -13,6 +14,7 @@
 #include "dapple/scattering/bsdf_sample.h"
 #include "dapple/scattering/coat_layer.h"
 #include "dapple/scattering/common_coat.h"
+#include "dapple/scattering/dispersion.h"
 
 namespace dapple::scattering {
 
@@ -59,8 +61,9 @@ struct Bsdf {
   /// principled: PrincipledLayers' film, and two coordinates of the coat's normal in the frame.
   float film = 0, film_thickness = 0, film_ior = 1, film_base = 1;
   V2f coat_tilt{0, 0};
-  bool bent = false;  ///< the frame's normal is not ng
-  V3f ng{0, 0, 1};    ///< geometric normal, on the side of the frame's; set where bent
+  float dispersion = 0;  ///< principled: cauchy_coefficient() of ior; 0: it is that of all colours
+  bool bent = false;     ///< the frame's normal is not ng
+  V3f ng{0, 0, 1};       ///< geometric normal, on the side of the frame's; set where bent
 
   static Bsdf make_diffuse(RGB reflectance);
   static Bsdf make_diffuse_transmission(RGB reflectance, RGB transmittance);
@@ -118,6 +121,9 @@ struct Bsdf {
   /// Draws wi. False where nothing is scattered. u1 and u2 uniform in [0, 1). Where pdf > 0, weight is eval |cos| /
   /// pdf; for stochastic kinds with an estimate of f of its own, so that the mean is right.
   bool sample(const V3f& wo, float u1, const V2f& u2, uint64_t key, BsdfSample* out) const;
+
+  /// Becomes that of one wavelength, nm (dispersion.h).
+  void disperse(float wavelength) { ior = ior_at(ior, std::exchange(dispersion, 0), wavelength); }
 
   /// True if only delta lobes scatter: no light sampling is needed.
   bool is_delta() const;

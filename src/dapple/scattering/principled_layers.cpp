@@ -30,6 +30,7 @@ PrincipledLayers::PrincipledLayers(const Bsdf& b)
       ior(b.ior),
       alpha_x(b.base_alpha_x),
       alpha_y(b.base_alpha_y),
+      dispersion(b.dispersion),
       transmission(b.escape_terms[1].g),
       transmission_color(b.escape_terms[0]),
       thin_walled(b.max_depth != 0),
@@ -62,6 +63,7 @@ Bsdf PrincipledLayers::bsdf() const {
   b.eta = metal_color;
   b.k = specular_color;
   b.ior = ior;
+  b.dispersion = is_clear() && !thin_walled ? dispersion : 0;
   b.base_alpha_x = alpha_x;
   b.base_alpha_y = alpha_y;
   b.alpha_x = coat_alpha_x;

@@ -17,6 +17,7 @@ struct PrincipledLayers {
   RGB specular_color{1};  ///< of metal at 82 degrees, relative to Schlick's; of what a dielectric mirrors
   float ior = 1.5f;       ///< inside over what is above, coat or air; at least 1
   float alpha_x = 0.09f, alpha_y = 0.09f;
+  float dispersion = 0;    ///< cauchy_coefficient() of ior, where some is clear below; 0: none
   float transmission = 0;  ///< share of the dielectric that is clear below
   RGB transmission_color{1};
   bool thin_walled = false;

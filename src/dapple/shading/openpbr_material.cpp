@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dapple/scattering/dispersion.h"
+
 namespace dapple::shading {
 
 namespace {
@@ -50,6 +52,8 @@ struct Values {
         anisotropy(in.specular_anisotropy, p),
         ior(in.specular_ior, p),
         transmission(in.transmission_weight, p),
+        dispersion(in.dispersion_scale, p),
+        abbe(in.abbe_number, p),
         subsurface(in.subsurface_weight, p),
         subsurface_anisotropy(in.subsurface_anisotropy, p),
         coat(in.coat_weight, p),
@@ -70,8 +74,8 @@ struct Values {
         fuzz_color(in.fuzz_color, p) {}
 
   pattern::InputValues<float> base_weight, diffuse_roughness, metalness, specular_weight, roughness, anisotropy, ior,
-      transmission, subsurface, subsurface_anisotropy, coat, coat_roughness, coat_anisotropy, coat_ior, coat_darkening,
-      fuzz, fuzz_roughness, film, film_thickness, film_ior;
+      transmission, dispersion, abbe, subsurface, subsurface_anisotropy, coat, coat_roughness, coat_anisotropy,
+      coat_ior, coat_darkening, fuzz, fuzz_roughness, film, film_thickness, film_ior;
   pattern::InputValues<RGB> base_color, specular_color, transmission_color, subsurface_color, coat_color, fuzz_color;
 
   scattering::PrincipledLayers layers(int i, bool thin_walled) const;
@@ -110,6 +114,9 @@ scattering::PrincipledLayers Values::layers(int i, bool thin_walled) const {
     outer = lerp(p.coat, 1.0f, p.coat_ior);
   }
   p.ior = std::min(weighed(above_one(ior[i] / outer), unit(specular_weight[i])), 3.0f);
+  // Abbe's number divided by the scale; that of a body below a denser coat is not known.
+  if (const float scale = unit(dispersion[i]); scale > 0 && p.transmission > 0 && ior[i] >= outer && abbe[i] > 0)
+    p.dispersion = std::min(scattering::cauchy_coefficient(ior[i], abbe[i] / scale) / outer, 1.0f);
   p.film = unit(film[i]);
   if (p.film > 0) {
     const float thickness = 1000 * film_thickness[i];
@@ -130,9 +137,9 @@ template <class Of>
 auto OpenPbrInputs::all(Of of) const {
   return of(base_weight, base_diffuse_roughness, base_metalness, base_color, specular_weight, specular_roughness,
             specular_anisotropy, specular_ior, specular_color, transmission_weight, transmission_color,
-            subsurface_weight, subsurface_anisotropy, subsurface_color, coat_weight, coat_roughness, coat_anisotropy,
-            coat_ior, coat_darkening, coat_color, fuzz_weight, fuzz_roughness, fuzz_color, film_weight, film_thickness,
-            film_ior);
+            dispersion_scale, abbe_number, subsurface_weight, subsurface_anisotropy, subsurface_color, coat_weight,
+            coat_roughness, coat_anisotropy, coat_ior, coat_darkening, coat_color, fuzz_weight, fuzz_roughness,
+            fuzz_color, film_weight, film_thickness, film_ior);
 }
 
 bool OpenPbrInputs::is_constant() const {

@@ -16,6 +16,7 @@ struct OpenPbrInputs {
   pattern::Input<RGB> specular_color{RGB(1)};
   pattern::Input<float> transmission_weight{0.0f};
   pattern::Input<RGB> transmission_color{RGB(1)};
+  pattern::Input<float> dispersion_scale{0.0f}, abbe_number{20.0f};
   pattern::Input<float> subsurface_weight{0.0f}, subsurface_anisotropy{0.0f};
   pattern::Input<RGB> subsurface_color{RGB(0.8f)};
   pattern::Input<float> coat_weight{0.0f}, coat_roughness{0.0f}, coat_anisotropy{0.0f}, coat_ior{1.6f},
