@@ -23,7 +23,7 @@ FORESTS = {"forest-inside": SCENES / "forest/forest-inside.pbrt"}
 CLASSROOM = {"classroom": SCENES / "classroom/scene-v4.pbrt"}
 # Struct, number, lower and upper value, scenes. Cosines are halved and doubled in their distance to 1.
 MEASURED = [
-    ("CacheNumbers", "first_filled_rays", 0.0625, 0.25, ROOMS | CLASSROOM | FORESTS), ("CacheNumbers", "filled_rays", 0.25, 1, ROOMS), ("CacheNumbers", "open_widths", 0.5, 2, ROOMS), ("CacheNumbers", "most_growth", 1.5, 6, ROOMS), ("CacheNumbers", "least_growth", 0.5, 2, ROOMS), ("CacheNumbers", "growth_of_one_ray", 6, 24, ROOMS),
+    ("CacheNumbers", "first_filled_rays", 0.0625, 0.25, ROOMS | CLASSROOM | FORESTS), ("CacheNumbers", "filled_rays", 0.25, 1, ROOMS), ("CacheNumbers", "open_widths", 0.25, 1, ROOMS), ("CacheNumbers", "most_growth", 1.5, 6, ROOMS), ("CacheNumbers", "least_growth", 0.5, 2, ROOMS), ("CacheNumbers", "growth_of_one_ray", 6, 24, ROOMS),
     ("CacheNumbers", "largest_cell", 16, 64, ROOMS), ("CacheNumbers", "near_lights", 0.5, 2, ROOMS), ("CacheNumbers", "most_effort", 32, 128, ROOMS),
     ("CacheNumbers", "common_cells", 512, 2048, ROOMS), ("CacheNumbers", "many_origins_effort", 2, 8, ROOMS), ("CacheNumbers", "widest_cone", 0.25, 1, ROOMS),
     ("CacheNumbers", "least_coats", 0.15, 0.6, ROOMS), ("CacheNumbers", "scattered_share", 2, 8, FORESTS), ("CacheNumbers", "group_width", 0.875, 3.5, FORESTS),
