@@ -9,6 +9,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
+#include "dapple/integrate/motion_tracer.h"
 #include "dapple/media/medium.h"
 #include "dapple/path/path_integrator.h"
 #include "dapple/render/output.h"
@@ -258,6 +259,10 @@ std::optional<build::BuiltScene> neighbour(const Job& job, const std::string& pa
     throw InputError(FileLoc{path}, "the frame has " + std::to_string(r.x) + " x " + std::to_string(r.y) +
                                         " pixels; expected " + std::to_string(resolution.x) + " x " +
                                         std::to_string(resolution.y) + " as in \"" + job.o.scene + "\"");
+  if (!integrate::MotionTracer::can_trace(*scene.scene))
+    throw InputError(FileLoc{path},
+                     "motion to this frame is not known: its camera is not linear; expected a camera "
+                     "\"perspective\" or \"orthographic\"");
   return scene;
 }
 

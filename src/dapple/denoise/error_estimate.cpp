@@ -17,9 +17,6 @@ namespace {
 // Of squares that are summed twice, so that weights fall off and no square shows.
 constexpr int near_radius = 2, wide_radius = 5;
 
-// Of smoothed variances.
-constexpr int smooth_radius = 3;
-
 // By which crossed squares are divided: halves err by 1.27 to 1.48 times the whole's squares in rooms of 8 to 128
 // samples, and halves of stratified samples differ by more than their noise, which makes crossed squares too small. So
 // measured that estimates are right in the mean of four scenes.
@@ -32,18 +29,24 @@ constexpr float most_square = 30;
 // Of what the whole picture's ratio tells, what crossed squares must leave: their mean may be below 0 by chance.
 constexpr double least_share = 0.25;
 
+template <class Work>
+void for_rows(int height, bool loops, const Work& work) {
+  if (loops) return parallel_for(size_t(height), work);
+  for (size_t y = 0; y < size_t(height); ++y) work(y);
+}
+
 /// Sums over squares of 2 r + 1 pixels within the picture, along x and then along y: without differences of large sums,
 /// of which small ones would be lost beside fireflies.
-Image square_sums(const Image& image, int r) {
+Image square_sums(const Image& image, int r, bool loops = true) {
   const int width = image.width(), height = image.height(), channels = image.channels();
   Image along(width, height, channels), sums(width, height, channels);
-  parallel_for(size_t(height), [&](size_t row) {
+  for_rows(height, loops, [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < width; ++x)
       for (int i = std::max(0, x - r); i <= std::min(width - 1, x + r); ++i)
         for (int c = 0; c < channels; ++c) along.pixel(x, y)[c] += image.pixel(i, y)[c];
   });
-  parallel_for(size_t(height), [&](size_t row) {
+  for_rows(height, loops, [&](size_t row) {
     const int y = int(row);
     for (int j = std::max(0, y - r); j <= std::min(height - 1, y + r); ++j)
       for (int x = 0; x < width; ++x)
@@ -133,10 +136,10 @@ double independent(float sum) {
 
 }  // namespace
 
-Image smooth_variance(const PixelRows& variance) {
+Image smooth_variance(const PixelRows& variance, bool loops) {
   const int width = variance.width(), height = variance.height();
   Image known(width, height, 2);  // means over channels, and how many
-  parallel_for(size_t(height), [&](size_t y) {
+  for_rows(height, loops, [&](size_t y) {
     std::vector<float> row(3 * size_t(width));
     variance.read(int(y), 0, width, row.data());
     for (int x = 0; x < width; ++x) {
@@ -144,9 +147,9 @@ Image smooth_variance(const PixelRows& variance) {
       if (std::isfinite(mean)) known.pixel(x, int(y))[0] = mean, known.pixel(x, int(y))[1] = 1;
     }
   });
-  const Image around = square_sums(known, smooth_radius);
+  const Image around = square_sums(known, smooth_radius, loops);
   Image smooth(width, height, 1);
-  parallel_for(size_t(height), [&](size_t y) {
+  for_rows(height, loops, [&](size_t y) {
     for (int x = 0; x < width; ++x) {
       const float* sums = around.pixel(x, int(y));
       smooth.pixel(x, int(y))[0] = known.pixel(x, int(y))[1] > 0 ? sums[0] / sums[1] : infinity;
@@ -173,7 +176,8 @@ Image relative_error(const Halves& h) {
       const double trust = most * most / (most * most + noise);
       const double square = std::max(trust * mean + (1 - trust) * expected, least_share * expected);
       const double here = double(close[difference] / close[number]);
-      errors.pixel(x, y)[0] = float(square / 3 * (expected > 0 ? here * ratio / expected : 1));
+      const double told = square / 3 * (expected > 0 ? here * ratio / expected : 1);
+      errors.pixel(x, y)[0] = float(std::min(told, double(most_square / 3)));
     }
   });
   return errors;

@@ -24,15 +24,18 @@ struct Halves {
 /// validation: Rousselle, Knaus and Zwicker, "Adaptive rendering with non-local means filtering", 2012). The whole has
 /// fewer errors than halves by a factor that was measured. As this is noisy, it is taken over some 17 x 17 pixels, and
 /// where it is not even known there it leans on the whole picture's ratio to (A - B)^2, which is less noisy and
-/// says where errors are, but not how large. A pixel counts for an error of about three times its light at most. Errors
-/// that all samples share are not seen.
+/// says where errors are, but not how large. No pixel is told more than about three times its light. Errors that all
+/// samples share are not seen; nor is what A knows of b where the whole picture's variance was used to make it, as
+/// keep_clean_pixels() does.
 image::Image relative_error(const Halves& halves);
 
 /// Makes of relative squares absolute ones.
 void multiply_by_light(const image::Image& denoised, image::Image* squares);
 
 /// Squared errors of pixels that are not denoised, one channel: their variances, means over colours and over 7 x 7
-/// pixels. Those that are not finite are left out there; their own are infinite.
-image::Image smooth_variance(const PixelRows& variance);
+/// pixels as far as there are. Those that are not finite are left out there; their own are infinite. Without `loops` no
+/// loop runs in parallel.
+image::Image smooth_variance(const PixelRows& variance, bool loops = true);
+inline constexpr int smooth_radius = 3;  ///< pixels beside one that it tells of
 
 }  // namespace dapple::denoise

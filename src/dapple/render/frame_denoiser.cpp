@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/render/frame_denoiser.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -56,8 +57,17 @@ RGB half_direct(const Film& film, int x, int y, int which) {
 RGB known_variance(const Film& film, int x, int y, int) {
   return film.samples(x, y) < 2 ? RGB(infinity) : film.variance(x, y);
 }
-RGB variance(const Film& film, int x, int y, int times) {
-  return film.variance(x, y) * float(times);
+RGB variance(const Film& film, int x, int y, int) {
+  return film.variance(x, y);
+}
+// As Film::half() divides them.
+float half_share(const Film& film, int x, int y, int which) {
+  const uint32_t n = film.samples(x, y), first = n / 8 * 4 + std::min(n % 8, 4u);
+  return n == 0 ? 0 : float(which == 0 ? first : n - first) / float(n);
+}
+RGB half_variance(const Film& film, int x, int y, int which) {
+  const float share = half_share(film, x, y, which);
+  return share > 0 ? film.variance(x, y) / share : RGB(infinity);
 }
 
 bool has_samples(const Film& film, uint32_t samples) {
@@ -92,22 +102,8 @@ Image trace_motion(const scene::Scene& scene, const Box2i& crop, const integrate
                   crop.max.y - crop.min.y);
 }
 
-Image squared_noise(const Film& film) {
-  return denoise::smooth_variance(FilmRows(film, known_variance));
-}
-
 Image standard_errors(const Film& film, const DenoisedFrame* denoised, bool loops) {
-  Image errors(film.width(), film.height(), 1);
-  if (denoised) {
-    errors = denoised->squared_error;
-  } else if (loops) {
-    errors = squared_noise(film);
-  } else {
-    const V2i corner = film.settings().crop.min;
-    for (int y = 0; y < film.height(); ++y)
-      for (int x = 0; x < film.width(); ++x)
-        errors.pixel(x, y)[0] = known_variance(film, corner.x + x, corner.y + y, 0).average();
-  }
+  Image errors = denoised ? denoised->squared_error : denoise::smooth_variance(FilmRows(film, known_variance), loops);
   for (float& e : errors.pixels()) e = std::sqrt(e);
   return errors;
 }
@@ -130,25 +126,32 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
   std::optional<denoise::ImageRows> albedo, normal;
   if (features) albedo.emplace(features->albedo), normal.emplace(features->normal);
   const denoise::PixelRows *const a = albedo ? &*albedo : nullptr, *const n = normal ? &*normal : nullptr;
-  const FilmRows all(film, picture), of_direct(film, direct), of_noise(film, variance, 1);
+  const FilmRows all(film, picture), of_direct(film, direct), of_noise(film, variance);
   const bool apart = film.settings().direct && !film.has_gains();
   const bool keeps = options.independent && !film.has_gains() && has_samples(film, denoise::least_samples_for_variance);
   DenoisedFrame frame;
   frame.exposure = options.exposure > 0 ? options.exposure : denoise::auto_exposure(all);
   const denoise::Denoiser::Options of_all{.exposure = frame.exposure, .stop = options.stop};
   frame.colour = denoise({all, apart ? &of_direct : nullptr, keeps ? &of_noise : nullptr, a, n}, of_all);
-  if (options.estimates_error) {
+  if (options.estimates_error && !has_samples(film, denoise::least_samples_for_error)) {
+    frame.relative_square = frame.squared_error = Image(film.width(), film.height(), 1);
+    for (Image* unknown : {&frame.relative_square, &frame.squared_error})
+      std::fill(unknown->pixels().begin(), unknown->pixels().end(), infinity);
+  } else if (options.estimates_error) {
     if (!film.settings().halves || film.has_gains()) throw std::logic_error("errors are estimated by half films");
-    const FilmRows half_noise(film, variance, 2);
     Image halves[2];
     for (int i = 0; i < 2; ++i) {
-      const FilmRows colour(film, half, i), of_half(film, half_direct, i);
+      const FilmRows colour(film, half, i), of_half(film, half_direct, i), half_noise(film, half_variance, i);
       halves[i] = denoise({colour, apart ? &of_half : nullptr, keeps ? &half_noise : nullptr, a, n}, of_all);
     }
     frame.relative_square =
         denoise::relative_error({FilmRows(film, half, 0), FilmRows(film, half, 1), frame.colour, halves[0], halves[1]});
-    if (!has_samples(film, denoise::least_samples_for_error))
-      for (float& e : frame.relative_square.pixels()) e = infinity;  // not known
+    // Of unequal halves the mean error is larger beside the whole's: 1 / n + 1 / m in place of 4 / (n + m).
+    const V2i corner = film.settings().crop.min;
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = 0; x < film.width(); ++x)
+        frame.relative_square.pixel(x, y)[0] *=
+            4 * half_share(film, corner.x + x, corner.y + y, 0) * half_share(film, corner.x + x, corner.y + y, 1);
     frame.squared_error = frame.relative_square;
     denoise::multiply_by_light(frame.colour, &frame.squared_error);
   }

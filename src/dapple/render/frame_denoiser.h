@@ -36,10 +36,8 @@ struct DenoisedFrame {
   image::Image squared_error, relative_square;
 };
 
-/// Squares of the errors that a film's pixels have by its own estimate, smoothed; infinite where that is not known.
-image::Image squared_noise(const scene::Film& film);
-/// AOV error: standard errors of a film's pixels, or of those that were denoised with an estimate of the error. Without
-/// `loops` no loop runs in parallel, and the film's are not smoothed.
+/// AOV error: standard errors of a film's pixels (denoise::smooth_variance), infinite where they are not known, or of
+/// those that were denoised with an estimate of the error. Without `loops` no loop runs in parallel.
 image::Image standard_errors(const scene::Film& film, const DenoisedFrame* denoised, bool loops);
 
 /// Denoises films: a pure function of film and layers.

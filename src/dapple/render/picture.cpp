@@ -8,6 +8,7 @@
 #include "dapple/base/error.h"
 #include "dapple/base/log.h"
 #include "dapple/base/timer.h"
+#include "dapple/denoise/error_estimate.h"
 #include "dapple/denoise/weights.h"
 #include "dapple/render/gains.h"
 #include "dapple/render/report.h"
@@ -134,10 +135,11 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToke
 Box2i Picture::rendered_crop() const {
   const V2i resolution = built_.scene->film.resolution;
   const Box2i& crop = built_.scene->film.crop;
-  if (!denoiser_) return crop;
-  const auto begin = [](int at) { return std::max(0, at - border) / pooled * pooled; };
+  if (!denoiser_ && !show_error(aovs_)) return crop;
+  const int around = denoiser_ ? border : denoise::smooth_radius, step = denoiser_ ? pooled : 1;
+  const auto begin = [&](int at) { return std::max(0, at - around) / step * step; };
   return {V2i(begin(crop.min.x), begin(crop.min.y)),
-          V2i(std::min(resolution.x, crop.max.x + border), std::min(resolution.y, crop.max.y + border))};
+          V2i(std::min(resolution.x, crop.max.x + around), std::min(resolution.y, crop.max.y + around))};
 }
 
 scene::Film Picture::make_film() const {

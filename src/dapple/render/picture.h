@@ -54,7 +54,8 @@ class Picture {
   bool denoises() const { return denoiser_.has_value(); }
   /// Of the request, or all where the scene asks for them.
   const std::vector<std::string>& aovs() const { return aovs_; }
-  /// With the scene's gains. Around a crop that is to be denoised it has a border, which layers() leaves out.
+  /// With the scene's gains. Around a crop that is to be denoised, or whose errors are to be
+  /// shown, it has a border, which layers() leaves out.
   scene::Film make_film() const;
   /// Has the session, which renders `film`, judge errors as they are after denoising, where the picture is denoised
   /// and rules() have a noise target or noisy blocks. Picture and film outlive the session's run.

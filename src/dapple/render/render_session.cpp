@@ -2,6 +2,7 @@
 #include "dapple/render/render_session.h"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "dapple/base/parallel.h"
@@ -130,15 +131,22 @@ double RenderSession::relative_noise(const Box2i& pixels, const std::vector<floa
   const V2i corner = film_.settings().crop.min;
   double sum = 0;
   for (int y = pixels.min.y; y < pixels.max.y; ++y)
-    for (int x = pixels.min.x; x < pixels.max.x; ++x)
-      sum += double(errors[size_t(y - corner.y) * size_t(film_.width()) + size_t(x - corner.x)]);
+    for (int x = pixels.min.x; x < pixels.max.x; ++x) {
+      const float square = errors[size_t(y - corner.y) * size_t(film_.width()) + size_t(x - corner.x)];
+      sum += std::isnan(square) ? double(infinity) : double(square);
+    }
   return std::sqrt(sum / pixel_count({pixels}));
+}
+
+const std::vector<float>& RenderSession::judged(uint32_t samples, StopToken stop) {
+  if (judge_ && judged_ != samples) errors_ = judge_(stop), judged_ = samples;
+  return errors_;
 }
 
 // Of these areas, which blocks are noisier than they may be. Whole blocks decide: a pixel whose samples all missed what
 // is rare would not know.
-std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas, StopToken stop) const {
-  const std::vector<float> errors = judge_ ? judge_(stop) : std::vector<float>();
+std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas, uint32_t samples, StopToken stop) {
+  const std::vector<float>& errors = judged(samples, stop);
   const double least_mean = darkest * film_.noise(film_.settings().crop).mean;
   std::vector<Box2i> noisy;
   for (const Box2i& area : areas)
@@ -148,9 +156,11 @@ std::vector<Box2i> RenderSession::noisy_blocks(const std::vector<Box2i>& areas, 
   return noisy;
 }
 
-bool RenderSession::reaches_target(uint32_t samples, StopToken stop, SessionResult* result) {
-  if (!(rules_.noise_target > 0) || samples < least_judged || samples < next_judged_) return false;
-  result->relative_error = relative_noise(film_.settings().crop, judge_ ? judge_(stop) : std::vector<float>(), 0);
+bool RenderSession::reaches_target(uint32_t samples, bool at_end, StopToken stop, SessionResult* result) {
+  if (!(rules_.noise_target > 0) || samples < least_judged || samples == looked_) return false;
+  if (samples < next_judged_ && !at_end) return false;
+  result->relative_error = relative_noise(film_.settings().crop, judged(samples, stop), 0);
+  looked_ = samples;
   if (judge_) next_judged_ = next_judged(samples, result->relative_error, rules_.noise_target);
   return result->relative_error <= rules_.noise_target;
 }
@@ -180,6 +190,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
   std::vector<Box2i> areas = blocks_of(film_.settings().crop);
   WorkspacePool pool(integrator_);
   std::atomic<bool> given_up{false};
+  bool looks_whole = true;
   SessionResult result;
   std::mutex progress_mutex;
   const uint32_t most = std::max(rules_.pixel_samples, rules_.max_pixel_samples);  // sample sets are made for so many
@@ -220,25 +231,25 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
     result.max_samples = samples;
     ++result.passes;
     if (pass_callback_) pass_callback_(result.samples);
+    const bool is_late = rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit;
     bool reached = false;
-    given_up = !unless_stopped([&] {
-      reached = reaches_target(samples, StopToken(interrupt), &result);
-      if (reached || samples != rules.pixel_samples || samples >= rules.max_pixel_samples) return;
-      areas = noisy_blocks(areas, StopToken(interrupt));
-      if (!areas.empty()) rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
+    // The pass is whole even where this look is not.
+    looks_whole = unless_stopped([&] {
+      reached = reaches_target(samples, is_late || samples >= most, StopToken(interrupt), &result);
+      if (reached || (is_late && judge_) || samples != rules.pixel_samples || samples >= rules.max_pixel_samples)
+        return;
+      areas = noisy_blocks(areas, samples, StopToken(interrupt));
+      if (!areas.empty())
+        rules.pixel_samples = std::min(2 * samples, rules.max_pixel_samples);
+      else
+        reached = reaches_target(samples, true, StopToken(interrupt), &result);
     });
-    if (given_up) break;
-    if (reached) {
-      result.outcome = Outcome::noise_target;
-      break;
-    }
-    if (rules.time_limit > 0 && rules.seconds_before + timer.seconds() >= rules.time_limit &&
-        samples < rules.pixel_samples) {
-      result.outcome = Outcome::time_limit;
-      break;
-    }
+    if (!looks_whole) break;
+    if (reached) result.outcome = Outcome::noise_target;
+    if (!reached && is_late && samples < (judge_ ? most : rules.pixel_samples)) result.outcome = Outcome::time_limit;
+    if (result.outcome != Outcome::finished) break;
   }
-  if (interrupt || given_up) result.outcome = Outcome::interrupted;
+  if (interrupt || given_up || !looks_whole) result.outcome = Outcome::interrupted;
   result.caches = integrator_.caches();
   result.shaft_tables = integrator_.shaft_tables();
   for (const auto& w : pool.idle()) {

@@ -45,7 +45,8 @@ struct SessionResult {
   uint32_t passes = 0;
   double seconds = 0;
   double cpu_seconds = 0;     ///< of the process meanwhile, all threads
-  double relative_error = 0;  ///< of the picture, as StopRules::noise_target has it, where that asked for it
+  double relative_error = 0;  ///< of the picture, as StopRules::noise_target has it, where that asked for it, and
+                              ///< there are 8 samples; of what is there after an interrupt it is the last look's
   integrate::RayCounts rays;
   integrate::StageCounts stages;
   integrate::ShaftCounts shafts;
@@ -67,8 +68,9 @@ class RenderSession {
   /// read meanwhile.
   void on_pass(std::function<void(uint32_t samples)> callback) { pass_callback_ = std::move(callback); }
   /// Squares of the relative errors of pixels, row-major over the film's crop, by whose means a noise target and noisy
-  /// blocks are judged in place of the film's own variances: such as what denoising leaves. Called on the thread of
-  /// run() between passes. None: the film's count after all. May throw Stopped.
+  /// blocks are judged in place of the film's own variances: such as what denoising leaves. NaN counts as infinity.
+  /// Called on the thread of run() between passes and at the end, once for the same samples. None: the film's count
+  /// after all. May throw Stopped.
   using Judge = std::function<std::vector<float>(StopToken)>;
   void judge_by(Judge judge) { judge_ = std::move(judge); }
   /// Where `wants` says so, which any rendering thread asks between samples of a block, `look` is called on one of
@@ -99,8 +101,9 @@ class RenderSession {
 
  private:
   double relative_noise(const Box2i& pixels, const std::vector<float>& errors, double least_mean) const;
-  std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas, StopToken stop) const;
-  bool reaches_target(uint32_t samples, StopToken stop, SessionResult* result);
+  const std::vector<float>& judged(uint32_t samples, StopToken stop);
+  std::vector<Box2i> noisy_blocks(const std::vector<Box2i>& areas, uint32_t samples, StopToken stop);
+  bool reaches_target(uint32_t samples, bool at_end, StopToken stop, SessionResult* result);
   std::shared_lock<std::shared_mutex> use_film();
   void pause_if_wanted();
 
@@ -111,6 +114,8 @@ class RenderSession {
   std::function<void(uint32_t)> pass_callback_;
   Judge judge_;
   uint32_t next_judged_ = 0;
+  std::vector<float> errors_;         ///< the judge's latest; empty: there is none
+  uint32_t judged_ = 0, looked_ = 0;  ///< samples of these, and of SessionResult::relative_error
   Pause pause_;
   std::mutex gate_;                ///< before film_in_use_; held by who waits for all of it
   std::shared_mutex film_in_use_;  ///< shared by threads that add samples, where there is a Pause

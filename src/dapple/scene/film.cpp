@@ -18,6 +18,13 @@ float kept(float v, uint32_t* dropped) {
   return 0;
 }
 
+// Not the sum of the half's own weights: of filters with negative lobes that of a few samples may be about 0.
+double half_weight(uint32_t samples, double weight, uint32_t halved_by, int which) {
+  if (samples == 0) return 0;
+  const uint32_t first = samples / (2 * halved_by) * halved_by + std::min(samples % (2 * halved_by), halved_by);
+  return weight * double(which == 0 ? first : samples - first) / double(samples);
+}
+
 }  // namespace
 
 Film::Film(const Settings& settings) : settings_(settings) {
@@ -181,7 +188,7 @@ RGB Film::direct(int x, int y) const {
 RGB Film::half(int x, int y, int which) const {
   const Pixel& p = pixels_[index(x, y)];
   const HalfSums& first = halves_[index(x, y)];
-  const double weight = which == 0 ? first.weight : p.weight - first.weight;
+  const double weight = half_weight(p.samples, p.weight, halved_by, which);
   if (weight == 0) return RGB();
   RGB mean;
   for (int c = 0; c < 3; ++c) mean[c] = float((which == 0 ? first.sum[c] : p.sum[c] - first.sum[c]) / weight);
@@ -190,7 +197,8 @@ RGB Film::half(int x, int y, int which) const {
 
 RGB Film::half_direct(int x, int y, int which) const {
   const HalfSums& first = halves_[index(x, y)];
-  const double weight = which == 0 ? first.weight : pixels_[index(x, y)].weight - first.weight;
+  const Pixel& p = pixels_[index(x, y)];
+  const double weight = half_weight(p.samples, p.weight, halved_by, which);
   return weight == 0 ? RGB() : mean_of(which == 0 ? first.direct : direct_[index(x, y)] - first.direct, weight);
 }
 

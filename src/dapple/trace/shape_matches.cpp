@@ -12,7 +12,8 @@ namespace dapple::trace {
 
 namespace {
 
-/// What shapes that correspond have in common: rank of the object (Ranks), kind, primitives, and how these are joined.
+/// What shapes that correspond have in common: identity of the object (Objects), kind, primitives, and how these are
+/// joined.
 using ShapeKind = std::tuple<uint32_t, size_t, size_t, uint64_t>;
 
 template <class T>
@@ -20,7 +21,7 @@ uint64_t digest(uint64_t seed, const std::vector<T>& values) {
   return hash_bytes({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)}, seed);
 }
 
-ShapeKind kind_of(const Shape& shape, uint32_t rank) {
+ShapeKind kind_of(const Shape& shape, uint32_t identity) {
   size_t parts = 0;
   uint64_t joined = 0;
   if (const auto* mesh = std::get_if<MeshPtr>(&shape)) {
@@ -37,7 +38,7 @@ ShapeKind kind_of(const Shape& shape, uint32_t rank) {
   } else {
     joined = uint64_t(std::get<QuadricPtr>(shape)->kind());
   }
-  return {rank, shape.index(), parts, joined};
+  return {identity, shape.index(), parts, joined};
 }
 
 /// Of what rays meet, equal for equal shapes.
@@ -61,10 +62,10 @@ using Groups = std::map<Kind, std::vector<Member>>;
 
 /// How objects are placed.
 struct Objects {
-  std::vector<uint32_t> instance;  ///< the only one; no_id: there is none, or many
-  std::vector<uint32_t> rank;      ///< among those of none or many
+  std::vector<uint32_t> instance;  ///< the only one, which counts like none; no_id: there is none, or many
+  std::vector<uint32_t> identity;  ///< of those of none or many, the same in both scenes; no_id: it is not known
 
-  explicit Objects(const TracedScene& scene) : instance(scene.object_count(), no_id), rank(scene.object_count()) {
+  explicit Objects(const TracedScene& scene) : instance(scene.object_count(), no_id), identity(instance) {
     std::vector<uint32_t> count(scene.object_count());
     for (uint32_t i = 0; i < scene.single_count(); ++i) ++count[scene.object_of(i)], instance[scene.object_of(i)] = i;
     std::vector<bool> is_owned(scene.object_count());
@@ -72,20 +73,66 @@ struct Objects {
       for (const PlacementTree::Set* set : scene.placements().sets_of(owner)) is_owned[set->object] = true;
     };
     note(no_id);
-    for (uint32_t o = 0; o < rank.size(); ++o) note(o);
-    for (uint32_t o = 0, next = 0; o < rank.size(); ++o) {
+    for (uint32_t o = 0; o < instance.size(); ++o) note(o);
+    for (uint32_t o = 0; o < instance.size(); ++o)
       if (count[o] != 1 || is_owned[o] || !scene.placements().sets_of(o).empty()) instance[o] = no_id;
-      if (instance[o] == no_id) rank[o] = next++;
-    }
   }
+  /// One more than the last of none or many: so many at least are definitions, after which come single shapes that
+  /// move.
+  size_t defined() const {
+    return size_t(std::find(instance.rbegin(), instance.rend(), no_id).base() - instance.begin());
+  }
+  bool is_known(uint32_t object) const { return instance[object] != no_id || identity[object] != no_id; }
+  /// Known as `id` from here on, by instances: it is placed many times in one of the scenes.
+  void know(uint32_t object, uint32_t id) { identity[object] = id, instance[object] = no_id; }
 };
+
+std::vector<ShapeKind> kinds_in(const TracedScene& scene, uint32_t object) {
+  std::vector<ShapeKind> kinds;
+  for (const uint32_t g : scene.geometries_in(object)) kinds.push_back(kind_of(scene.shape(g), 0));
+  return kinds;
+}
+
+/// The objects of each digest of their shapes.
+std::map<uint64_t, std::vector<uint32_t>> objects_by_shapes(const TracedScene& scene) {
+  std::map<uint64_t, std::vector<uint32_t>> objects;
+  for (uint32_t o = 0; o < scene.object_count(); ++o) {
+    uint64_t all = 0;
+    for (const uint32_t g : scene.geometries_in(o)) all = hash(all, key_of(scene.shape(g)));
+    objects[all].push_back(o);
+  }
+  return objects;
+}
+
+/// Which object there is that of this scene; no_id: none. By number where the first `defined` ones are made alike, and
+/// none of them is found elsewhere; or else those of equal shapes, if these are equally many.
+std::vector<uint32_t> object_pairs(const TracedScene& here, const TracedScene& there, size_t defined) {
+  std::vector<uint32_t> pairs(here.object_count(), no_id);
+  if (defined == 0) return pairs;
+  bool by_number = std::min(here.object_count(), there.object_count()) >= defined;
+  for (uint32_t o = 0; by_number && o < defined; ++o) by_number = kinds_in(here, o) == kinds_in(there, o);
+  const auto of_here = objects_by_shapes(here), of_there = objects_by_shapes(there);
+  for (const auto& [shapes, objects] : of_here) {
+    const auto equal = of_there.find(shapes);
+    if (equal == of_there.end()) continue;
+    for (const uint32_t o : objects)
+      by_number = by_number && (o >= defined || std::binary_search(equal->second.begin(), equal->second.end(), o));
+    if (equal->second.size() != objects.size()) continue;
+    for (size_t k = 0; k < objects.size(); ++k) pairs[objects[k]] = equal->second[k];
+  }
+  if (by_number)
+    for (uint32_t o = 0; o < pairs.size(); ++o) pairs[o] = o < defined ? o : no_id;
+  return pairs;
+}
 
 Groups<ShapeKind, Place> shapes_of(const TracedScene& scene, const Objects& objects) {
   Groups<ShapeKind, Place> groups;
   const auto add = [&](uint32_t object) {
     const uint32_t instance = object == no_id ? no_id : objects.instance[object];
-    const uint32_t rank = object == no_id || instance != no_id ? no_id : objects.rank[object];
-    for (const uint32_t g : scene.geometries_in(object)) groups[kind_of(scene.shape(g), rank)].push_back({g, instance});
+    if (object != no_id && !objects.is_known(object)) return;
+    const uint32_t identity = object == no_id ? no_id : objects.identity[object];
+    for (const uint32_t g : scene.geometries_in(object))
+      groups[kind_of(scene.shape(g), identity)].push_back({g, instance});
   };
   add(no_id);
   for (uint32_t object = 0; object < scene.object_count(); ++object) add(object);
@@ -98,8 +145,8 @@ Groups<ShapeKind, Place> shapes_of(const TracedScene& scene, const Objects& obje
 Groups<uint32_t, uint32_t> instances_of(const TracedScene& scene, const Objects& objects) {
   Groups<uint32_t, uint32_t> groups;
   for (uint32_t i = 0; i < scene.single_count(); ++i)
-    if (const uint32_t object = scene.object_of(i); objects.instance[object] == no_id)
-      groups[objects.rank[object]].push_back(i);
+    if (const uint32_t object = scene.object_of(i); objects.identity[object] != no_id)
+      groups[objects.identity[object]].push_back(i);
   return groups;
 }
 
@@ -137,22 +184,22 @@ void match(const Groups<Kind, Member>& here, const Groups<Kind, Member>& there, 
   }
 }
 
-bool same_placements(const TracedScene& a, const TracedScene& b) {
-  const auto same = [&](uint32_t owner) {
-    const auto of_a = a.placements().sets_of(owner), of_b = b.placements().sets_of(owner);
+bool same_placements(const TracedScene& a, const TracedScene& b, const std::vector<uint32_t>& pairs) {
+  const auto same = [&](uint32_t owner, uint32_t owner_there) {
+    const auto of_a = a.placements().sets_of(owner), of_b = b.placements().sets_of(owner_there);
     if (of_a.size() != of_b.size()) return false;
     for (size_t s = 0; s < of_a.size(); ++s) {
       const PlacementSet &x = of_a[s]->placements, &y = of_b[s]->placements;
-      if (of_a[s]->object != of_b[s]->object || x.size() != y.size() ||
+      if (pairs[of_a[s]->object] != of_b[s]->object || x.size() != y.size() ||
           (x.size() > 0 &&
            std::memcmp(x.blocks().data(), y.blocks().data(), x.blocks().size() * sizeof(PlacementSet::Block)) != 0))
         return false;
     }
     return true;
   };
-  if (a.object_count() != b.object_count() || !same(no_id)) return false;
+  if (!same(no_id, no_id)) return false;
   for (uint32_t object = 0; object < a.object_count(); ++object)
-    if (!same(object)) return false;
+    if (pairs[object] == no_id ? !a.placements().sets_of(object).empty() : !same(object, pairs[object])) return false;
   return true;
 }
 
@@ -163,9 +210,14 @@ ShapeMatches::ShapeMatches(const TracedScene& here, const TracedScene& there)
       instance_(here.single_count(), no_id),
       single_(here.single_count()),
       placed_(here.instance_count() - here.single_count()),
-      first_placed_there_(there.single_count()),
-      same_placements_(same_placements(here, there)) {
-  const Objects of_here(here), of_there(there);
+      first_placed_there_(there.single_count()) {
+  Objects of_here(here), of_there(there);
+  const std::vector<uint32_t> pairs = object_pairs(here, there, std::max(of_here.defined(), of_there.defined()));
+  for (uint32_t o = 0; o < pairs.size(); ++o) {
+    if (pairs[o] == no_id || (of_here.instance[o] != no_id && of_there.instance[pairs[o]] != no_id)) continue;
+    of_here.know(o, o), of_there.know(pairs[o], o);
+  }
+  same_placements_ = same_placements(here, there, pairs);
   for (const uint32_t i : of_here.instance)
     if (i != no_id) single_[i] = true;
   const auto scene = [&](bool is_here) -> const TracedScene& { return is_here ? here : there; };

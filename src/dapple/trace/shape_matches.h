@@ -13,9 +13,13 @@ namespace dapple::trace {
 ///
 /// Shapes correspond in their order, among those of one kind that have equally many primitives, joined in the same way.
 /// Where the other scene has more or fewer of these, the equal ones correspond, in their order, and the rest has no
-/// match. A shape that is placed once, as those that move are, counts like one that is not placed. Those of
-/// objects that are placed more often correspond among themselves, object by object in their order, and their
-/// instances in theirs; what TracedScene::add_placements() placed, if it is all the same there.
+/// match. A shape that is placed once, as those that move are, counts like one that is not placed.
+///
+/// Shapes of objects that are placed more often, in one of the scenes at least, correspond within their object, and so
+/// do its instances. Objects correspond by their numbers where these tell: as far as there are such objects, both
+/// scenes have them of like shapes, and none has moved to another number. Or else those of equal shapes correspond, in
+/// their order, where these are equally many. What TracedScene::add_placements() placed corresponds if it is all the
+/// same there.
 class ShapeMatches {
  public:
   /// Both are committed. They may go afterwards.
