@@ -101,7 +101,7 @@ Shape "sphere" "float radius" .9
   DistributionIntegrator::Settings s;
   s.shading.bounces = 0;
   s.shading.specular_depth = 32;
-  expect_near(render_built(built, 64, s).mean(), 1, .02f, "distribution");
+  expect_near(render_built(built, 512, s).mean(), 1, .02f, "distribution");
 }
 
 }  // namespace
