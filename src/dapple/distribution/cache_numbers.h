@@ -47,9 +47,8 @@ struct CacheNumbers {
   static constexpr float least_answered = 1.0f / 6;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;
-  /// Of cells, in their widths: how far a ray must get from a place that readers see. These are farther away, but for
-  /// those of narrow corners: at 1, stairs are .3 % too bright. Rooms with pictures and lamps before their walls: at
-  /// half and double as here, within .5 %; at 4, a room is .4 % too bright.
+  /// Of cells, in their widths: what is nearer to a place hides it (OpenOrigins). Readers are farther away. Rooms with
+  /// pictures and lamps before their walls: at half and double as here, within .5 %.
   static constexpr float open_widths = 0.5f;
   /// Of the coats that diffuse rays meet, at least such a share is looked at: fewer find lamps by chance.
   static constexpr float least_coats = 0.3f;
