@@ -132,6 +132,17 @@ TEST_F(Denoise, ErrorsThatAreLeftAreTold) {
   EXPECT_TRUE(std::isfinite(mean(off["error"])));
 }
 
+// Errors are smoothed: beside the crop's edge by what lies beyond it.
+TEST_F(Denoise, ErrorsDoNotDependOnTheCrop) {
+  const std::vector<std::string> options{"--integrator", "path", "--aov", "error", "--pixel-samples", "8"};
+  std::vector<std::string> part = options;
+  part.insert(part.end(), {"--crop", "10,20,30,50"});
+  const ExrLayers whole = layers("whole.exr", options), crop = layers("crop.exr", part);
+  ASSERT_EQ(crop["error"].size(), 20u * 30);
+  for (size_t y = 0; y < 30; ++y)
+    for (size_t x = 0; x < 20; ++x) ASSERT_EQ(crop["error"][20 * y + x], whole["error"][64 * (y + 20) + x + 10]) << x;
+}
+
 TEST_F(Denoise, NoiseTargetsAreReachedAfterIt) {
   const auto samples = [&](const std::string& target, const std::string& denoise, const std::string& threads) {
     return std::stoi(

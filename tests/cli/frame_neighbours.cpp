@@ -110,6 +110,10 @@ TEST_F(FrameNeighbours, RefuseWhatIsWrong) {
   std::ofstream(file("shot.2.exr")) << "an image";
   expect(2, {"--next", file("shot.2.exr"), "--aov", "motion"}, "shot.2.exr");
   expect(0, {"--next", scene(3)}, "--next has no effect without --aov motion");
+  std::ofstream(file("round.pbrt"))
+      << "Camera \"spherical\"\nFilm \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n"
+      << "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
+  expect(3, {"--next", file("round.pbrt"), "--aov", "motion"}, "camera");
   std::ofstream(file("bad.pbrt")) << "Shape";
   expect(3, {"--next", file("bad.pbrt"), "--aov", "motion"}, "bad.pbrt:1");
 }

@@ -89,6 +89,32 @@ TEST(NeighbourMotion, IsThatOfTheCamera) {
                     V3f(0, 0, 0));
 }
 
+// Of objects of one kind the first is placed once more in one of the scenes: the others stay what they are.
+TEST(NeighbourMotion, ObjectsStayThemselvesWhenOthersArePlacedAgain) {
+  const auto object = [](const std::string& name, const std::string& size) {
+    return "ObjectBegin \"" + name + "\"\nShape \"bilinearmesh\" \"point3 P\" [ -" + size + " -" + size + " 0  " +
+           size + " -" + size + " 0  -" + size + " " + size + " 0  " + size + " " + size + " 0 ]\nObjectEnd\n";
+  };
+  const auto place = [](const char* z, const std::string& name) {
+    return at(std::string("Translate 0 0 ") + z, "ObjectInstance \"" + name + "\"\n");
+  };
+  const std::string once = head() + object("a", "99") + object("b", "2") + place("-20", "a") + place("0", "b") +
+                           place("-5", "b"),
+                    twice = once + place("-30", "a");
+  for (const bool comes : {true, false}) {
+    const Found found = comes ? motion_to(once, twice) : motion_to(twice, once);
+    EXPECT_EQ(found.lost_shapes, 0u);
+    EXPECT_EQ(found.lost_instances, comes ? 0u : 1u);
+    expect_everywhere(found, V3f(0, 0, 0));
+  }
+  // Another definition before them, in which their numbers change.
+  const std::string more = head() + object("c", "1") + object("a", "99") + object("b", "2") + place("50", "c") +
+                           place("51", "c") + place("-20", "a") + place("0", "b") + place("-5", "b");
+  const Found found = motion_to(once, more);
+  EXPECT_EQ(found.lost_shapes + found.lost_instances, 0u);
+  expect_everywhere(found, V3f(0, 0, 0));
+}
+
 // Scenes far from their origin are built around origins of their own.
 TEST(NeighbourMotion, KnowsOriginsOfScenes) {
   const std::string far = "LookAt 1000000 0 5  1000000 0 0  0 1 0", farther = "LookAt 2000000 0 5  2000000 0 0  0 1 0";

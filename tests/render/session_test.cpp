@@ -151,6 +151,40 @@ TEST(Session, WhoJudgesMayStop) {
   EXPECT_EQ(film.samples(0, 0), 8u);
 }
 
+// What is told in the end is of all samples, and no samples are judged twice.
+TEST(Session, WhoJudgesLooksAtTheEndOnce) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
+  for (const uint32_t most : {0u, 24u}) {
+    scene::Film film(built.scene->film);
+    render::RenderSession session(
+        integrator, film, {.pixel_samples = 12, .max_pixel_samples = most, .pixel_noise = .5, .noise_target = .01});
+    std::vector<uint32_t> asked;
+    session.judge_by([&](StopToken) {
+      asked.push_back(film.samples(0, 0));
+      return std::vector<float>(size_t(film.width()) * size_t(film.height()), 1 / float(asked.back()));
+    });
+    const std::atomic<bool> interrupt{false};
+    const auto result = session.run(interrupt);
+    EXPECT_EQ(result.outcome, render::Outcome::finished);
+    EXPECT_EQ(asked, (std::vector<uint32_t>{8, 12}));
+    EXPECT_NEAR(result.relative_error, std::sqrt(1. / 12), 1e-6);
+  }
+}
+
+TEST(Session, ErrorsThatAreNoNumbersAreNoisy) {
+  const auto built = build_text(box);
+  const path::PathIntegrator integrator(*built.scene, bounces(1));
+  scene::Film film(built.scene->film);
+  render::RenderSession session(integrator, film, {.pixel_samples = 8, .max_pixel_samples = 16, .pixel_noise = .1});
+  session.judge_by([&](StopToken) {
+    return std::vector<float>(size_t(film.width()) * size_t(film.height()), std::numeric_limits<float>::quiet_NaN());
+  });
+  const std::atomic<bool> interrupt{false};
+  session.run(interrupt);
+  EXPECT_EQ(film.samples(film.width() - 1, film.height() - 1), 16u);
+}
+
 // Only the blocks of whom it says so get more samples.
 TEST(Session, NoisyBlocksAreFoundByWhoJudges) {
   const auto built = build_text(box);

@@ -77,6 +77,24 @@ TEST(Film, KeepsHalvesOfItsSamples) {
   EXPECT_NEAR(film.pixel(0, 0).b, (2 * film.half(0, 0, 0).b + film.half(0, 0, 1).b) / 3, 1e-6f);
 }
 
+// Weights of a filter with negative lobes: those of a half may add up to nothing.
+TEST(Film, HalvesOfFiltersWithNegativeLobes) {
+  Film::Settings settings;
+  settings.resolution = {1, 1};
+  settings.crop = {V2i(0, 0), V2i(1, 1)};
+  settings.halves = settings.direct = true;
+  Film film(settings);
+  for (int i = 0; i < 8; ++i) {
+    const RGB light(i % 2 ? 1.0f : 3.0f);
+    film.add(0, 0, i < 4 && i % 2 ? -.99f : 1.0f, light, {}, {}, light);
+  }
+  for (const int which : {0, 1}) {
+    EXPECT_LT(film.half(0, 0, which).g, 4.01f);
+    EXPECT_LT(film.half_direct(0, 0, which).g, 4.01f);
+  }
+  EXPECT_NEAR((film.half(0, 0, 0).g + film.half(0, 0, 1).g) / 2, film.pixel(0, 0).g, 1e-5f);
+}
+
 // Colours of gains are colours of light, which white balance comes after.
 TEST(Film, GainsWeightGroups) {
   Film::Settings settings;
