@@ -298,8 +298,7 @@ TEST(MaterialFactory, OpenPbrFilms) {
 }
 
 TEST(MaterialFactory, OpenPbrNamesWhatItLacks) {
-  for (const char* parameter : {"\"float transmission_dispersion_scale\" 1",
-                                "\"float transmission_depth\" .1",  // of what does not transmit
+  for (const char* parameter : {"\"float transmission_depth\" .1",  // of what does not transmit
                                 "\"float transmission_depth\" .1 \"float transmission_weight\" 1 "
                                 "\"bool geometry_thin_walled\" true",
                                 "\"float subsurface_weight\" .5 \"float thin_film_weight\" 1",
