@@ -23,7 +23,7 @@ TEST(ReaderMap, CountsRaysOfAnArea) {
     readers.push_back({V3f(x, y, 0), up});
   }
   ReaderMap map;
-  map.add_depth(readers, std::vector<float>(readers.size(), .1f), 50);
+  map.add_depth(readers, std::vector<float>(readers.size(), .1f), 50, infinity);
   ASSERT_EQ(map.depths(), 1);
   double dense = 0, sparse = 0;
   for (int i = 0; i < 100; ++i) {
@@ -47,7 +47,7 @@ TEST(ReaderMap, CountsReadersOfACellByTheirWidth) {
     widths.push_back(i % 4 == 0 ? .1f : .4f);
   }
   ReaderMap map;
-  map.add_depth(readers, widths, 10);
+  map.add_depth(readers, widths, 10, infinity);
   double narrow = 0, wide = 0, all = 0, none = 0;
   for (int i = 0; i < 100; ++i) {
     const ReaderMap::Reader at{V3f(1.6f * rng.next() - .8f, 1.6f * rng.next() - .8f, 0), up};
@@ -62,9 +62,29 @@ TEST(ReaderMap, CountsReadersOfACellByTheirWidth) {
   EXPECT_EQ(none, 0);
 }
 
+// 10,000 readers a square metre ask for cells of .4 m, and 100 may share one.
+TEST(ReaderMap, ManyReadersGetNarrowerCells) {
+  KeyedRng rng(5);
+  std::vector<ReaderMap::Reader> readers;
+  for (int i = 0; i < 4000; ++i) readers.push_back({V3f(2 * rng.next() - 1, 2 * rng.next() - 1, 0), up});
+  ReaderMap map;
+  map.add_depth(readers, std::vector<float>(readers.size(), .4f), 10, 100);
+  double widest = 0, narrow = 0, wide = 0;
+  for (int i = 0; i < 100; ++i) {
+    const ReaderMap::Reader at{V3f(1.6f * rng.next() - .8f, 1.6f * rng.next() - .8f, 0), up};
+    widest += double(map.widest(at, 1)) / 100;
+    narrow += double(map.readers(at, 1, {.01f, .05f, .2f})) / 100;
+    wide += double(map.readers(at, 1, {.04f, .28f, .57f})) / 100;
+  }
+  EXPECT_NEAR(widest, .1, .015);
+  EXPECT_NEAR(narrow, 100, 30);
+  EXPECT_EQ(wide, 0);
+  EXPECT_EQ(map.widest({V3f(0, 0, 0), up}, 2), infinity);
+}
+
 TEST(ReaderMap, WithoutReadersKnowsThatNobodyReads) {
   ReaderMap map;
-  map.add_depth({}, {}, 10);
+  map.add_depth({}, {}, 10, 100);
   EXPECT_EQ(map.readers({V3f(0, 0, 0), up}, 1, {1, 0, infinity}), 0);
 }
 

@@ -42,6 +42,14 @@ struct CacheNumbers {
   static constexpr float filled_rays_at(int diffuse_depth) {
     return diffuse_depth > 1 ? filled_rays : first_filled_rays;
   }
+  /// Effort above which cells are made narrower instead, as readers do not see all parts of a wide cell alike, and what
+  /// it sends on is not what they would have found. Of the first bounce more rays would not be sent; a cell of a
+  /// further one is read by cells that pass its error on. A corridor with a bend: 16 % too bright without, 10 at
+  /// double, .7 as here; rooms take 3 to 4 % more rays.
+  static constexpr float first_widest_effort = most_effort, widest_effort = 8;
+  static constexpr float widest_effort_at(int diffuse_depth) {
+    return diffuse_depth > 1 ? widest_effort : first_widest_effort;
+  }
   /// Share of diffuse rays that cells must answer, or camera samples traced as paths do not ask for them: a look-up
   /// costs about a seventh of what it saves. At 240 x 135, 16 samples: none in two forests, more in five rooms.
   static constexpr float least_answered = 1.0f / 6;

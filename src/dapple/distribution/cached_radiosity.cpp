@@ -100,16 +100,18 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
   if (!shading_.patches->flat_patch_hit(r.hits, i, d, time, &w.extents, hit))
     *hit = shading_.patches->patch_hit(r.hits, i, d, time,
                                        shading_.scene.traced.surface_without_tangents(r.rays, r.hits, i), &w.extents);
-  const auto dice = [&](float cache_width) {
-    *width = width_read(b, r, i, growth, cache_width);
+  const auto dice = [&](float cache_width, float widest) {
+    *width = std::min(width_read(b, r, i, growth, cache_width), widest);
     return shading_.patches->dice(*hit, *width, at);
   };
-  if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width);
-  if (!dice(group_width())) return false;
+  const bool counted = below.arrival == Arrival::diffuse && shading_.is_cheap(geometry);
+  const float widest = counted ? shading_.readers.widest(reader_of(r, i), below.depth.diffuse) : infinity;
+  if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width, widest);
+  if (!dice(group_width(), infinity)) return false;
   // Few rays read the mean of a group of leaves: where shading is cheap, they are answered by going on.
   if (at->grid.cluster_level > 0 && shading_.is_cheap(geometry)) return false;
-  return at->grid.cluster_level > 0 || group_width() == shading_.settings.cache_width ||
-         dice(shading_.settings.cache_width);
+  return at->grid.cluster_level > 0 || (group_width() == shading_.settings.cache_width && *width <= widest) ||
+         dice(shading_.settings.cache_width, widest);
 }
 
 ReadCell CachedRadiosity::cell_read(const PointBatch& b, const Place& below, const RaySet& r, int i, float growth,

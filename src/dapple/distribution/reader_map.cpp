@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace dapple::distribution {
 
@@ -17,24 +18,41 @@ float step_of(float width, int steps) {
 
 }  // namespace
 
-void ReaderMap::add_depth(std::span<const Reader> readers, std::span<const float> widths, float rays_each) {
-  OfDepth of{emitters::RegionTree(readers), {}, {}, {}};
-  of.density.resize(of.regions.size());
-  of.below.resize(of.regions.size());
-  for (size_t i = 0; i < readers.size(); ++i) {
-    const int step = std::min(int(step_of(widths[i], width_steps)), width_steps - 1);
-    for (int r = of.regions.home(readers[i]); r >= 0; r = of.regions.parent(r)) ++of.below[size_t(r)][size_t(step) + 1];
-  }
-  of.spread_of.resize(of.regions.size());
-  for (size_t r = 0; r < of.regions.size(); ++r) {
-    for (size_t s = 0; s < width_steps; ++s) of.below[r][s + 1] += of.below[r][s];
-    const uint32_t count = of.below[r].back();
+ReadCell ReadCell::square(float width) {
+  const float half_step = std::numbers::sqrt2_v<float>;
+  return {sqr(width), width / half_step, width * half_step};
+}
+
+void ReaderMap::add_depth(std::span<const Reader> readers, std::span<const float> widths, float rays_each,
+                          float most_readers) {
+  OfDepth of{emitters::RegionTree(readers), {}, {}, {}, {}};
+  const size_t regions = of.regions.size();
+  std::vector<uint32_t> count(regions);
+  for (const Reader& reader : readers)
+    for (int r = of.regions.home(reader); r >= 0; r = of.regions.parent(r)) ++count[size_t(r)];
+  of.density.resize(regions), of.widest.resize(regions), of.spread_of.resize(regions), of.below.resize(regions);
+  for (size_t r = 0; r < regions; ++r) {
     // A surface through a cube has about the area of one of its sides.
-    of.density[r] = float(count) * rays_each / sqr(of.regions.side(int(r)));
+    of.density[r] = float(count[r]) * rays_each / sqr(of.regions.side(int(r)));
+    of.widest[r] = of.density[r] > 0 ? std::sqrt(most_readers / of.density[r]) : infinity;
     const int parent = of.regions.parent(int(r));
-    of.spread_of[r] = count >= enough_readers || parent < 0 ? int(r) : of.spread_of[size_t(parent)];
+    of.spread_of[r] = count[r] >= enough_readers || parent < 0 ? int(r) : of.spread_of[size_t(parent)];
   }
+  for (size_t i = 0; i < readers.size(); ++i) {
+    const int home = of.regions.home(readers[i]);
+    const float width = std::min(widths[i], of.widest[size_t(home)]);
+    const int step = std::min(int(step_of(width, width_steps)), width_steps - 1);
+    for (int r = home; r >= 0; r = of.regions.parent(r)) ++of.below[size_t(r)][size_t(step) + 1];
+  }
+  for (auto& below : of.below)
+    for (size_t s = 0; s < width_steps; ++s) below[s + 1] += below[s];
   depths_.push_back(std::move(of));
+}
+
+float ReaderMap::widest(const Reader& at, int depth) const {
+  if (!knows(depth)) return infinity;
+  const OfDepth& of = depths_[size_t(depth - 1)];
+  return of.widest[size_t(of.regions.home(at))];
 }
 
 float ReaderMap::readers(const Reader& at, int depth, const ReadCell& cell) const {

@@ -76,12 +76,15 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
       all.insert(all.end(), found[i].begin(), found[i].end());
       all_widths.insert(all_widths.end(), widths[i].begin(), widths[i].end());
     }
-    map->add_depth(all, all_widths, rays_each);
+    map->add_depth(all, all_widths, rays_each, shading_.most_readers(map->depths() + 1));
     for (size_t i = 0; i < found.size(); ++i) {
       ends += ends_of[i];
       result.view_dependent |= view_dependent[i];
-      for (size_t k = 0; k < found[i].size(); ++k)
-        answered += cells[i][k].area > 0 && shading_.cell_effort(found[i][k], map->depths(), cells[i][k]) > 0;
+      for (size_t k = 0; k < found[i].size(); ++k) {
+        const float widest = map->widest(found[i][k], map->depths());
+        const ReadCell cell = cells[i][k].least_width > widest ? ReadCell::square(widest) : cells[i][k];
+        answered += cells[i][k].area > 0 && shading_.cell_effort(found[i][k], map->depths(), cell) > 0;
+      }
     }
   }
   if (ends > 0) result.answered = float(answered) / float(ends);

@@ -82,6 +82,11 @@ ReadCell ShadingScene::read_cell(const scene::GridId& tile, scene::PatchTable::E
   return r;
 }
 
+float ShadingScene::most_readers(int depth) const {
+  return CacheNumbers::widest_effort_at(depth) * float(settings.diffuse_rays.at(depth)) /
+         CacheNumbers::filled_rays_at(depth);
+}
+
 int ShadingScene::cell_effort(const ReaderMap::Reader& at, int depth, const ReadCell& cell) const {
   const float effort =
       readers.readers(at, depth, cell) * CacheNumbers::filled_rays_at(depth) / float(settings.diffuse_rays.at(depth));

@@ -63,6 +63,8 @@ class ShadingScene {
   /// How often what is cached will be read; of diffuse depths beyond its own that is not known, and taken for often.
   ReaderMap readers;
   ReadCell read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const;
+  /// Rays that may read one cell: where there are more, they get narrower ones.
+  float most_readers(int depth) const;
   /// PointBatch::effort of a cell around a place, of a diffuse depth of `readers`; 0: so few rays would read it that
   /// each had better go on by a ray of its own.
   int cell_effort(const ReaderMap::Reader& at, int depth, const ReadCell& cell) const;
