@@ -2,8 +2,10 @@
 #include "dapple/distribution/reader_survey.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "dapple/base/parallel.h"
+#include "dapple/base/pool.h"
 #include "dapple/distribution/cache_numbers.h"
 
 namespace dapple::distribution {
@@ -54,6 +56,7 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
   const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
   size_t answered = 0, ends = 0;
   Found result;
+  Pool<Workspace> pool;
   while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
     std::vector<std::vector<float>> widths(found.size());
@@ -62,13 +65,16 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
     std::vector<char> view_dependent(found.size());
     parallel_for(found.size(), [&](size_t i) {
       settings_.stop.check();
-      const auto w = std::make_unique<Workspace>();
+      auto w = pool.take([] { return std::make_unique<Workspace>(); });
       w->depth = map->depths() + 1;
+      w->ends = 0, w->view_dependent = false;
       const uint32_t first = uint32_t(i) * batch;
       trace_camera_rays(first, int(std::min(paths - first, batch)), *w);
-      found[i] = std::move(w->readers), widths[i] = std::move(w->widths), cells[i] = std::move(w->cells);
+      found[i] = std::exchange(w->readers, {}), widths[i] = std::exchange(w->widths, {});
+      cells[i] = std::exchange(w->cells, {});
       ends_of[i] = w->ends;
       view_dependent[i] = w->view_dependent;
+      pool.give(std::move(w));
     });
     std::vector<ReaderMap::Reader> all;
     std::vector<float> all_widths;

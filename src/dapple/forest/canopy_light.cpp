@@ -94,6 +94,7 @@ double CanopyLight::sky_pdf(const V3d& w) const {
 
 bool CanopyLight::sample(const emitters::LightReceiver& to, const V2f& u, emitters::LightSample* out) const {
   V3d w;
+  double by_sky = -1;  // density of the sky's directions; below 0: not known
   const float share = float(sun_share_);
   if (u.x < share) {
     w = sun_->sample({std::min(u.x / share, one_minus_epsilon), u.y});
@@ -101,11 +102,13 @@ bool CanopyLight::sample(const emitters::LightReceiver& to, const V2f& u, emitte
     if (!sky_ || cells_.is_zero()) return false;
     const Distribution2D::Sample s = cells_.sample({std::min((u.x - share) / (1 - share), one_minus_epsilon), u.y});
     w = cell_direction(double(s.p.x), double(s.p.y));
+    by_sky = double(s.pdf) / (2 * pi_d);
   }
   const V3f wi = normalize(x_ * float(w.x) + y_ * float(w.y) + z_ * float(w.z));
   *out = {.wi = wi, .distance = infinity, .radiance = radiance(w) * transmittance(to.p, w), .pdf = 0, .delta = false};
   if (out->radiance.is_black()) return false;
-  out->pdf = float(sun_share_ * (sun_ ? sun_->pdf(w) : 0) + (1 - sun_share_) * (sky_ ? sky_pdf(w) : 0));
+  if (by_sky < 0) by_sky = sky_ ? sky_pdf(w) : 0;
+  out->pdf = float(sun_share_ * (sun_ ? sun_->pdf(w) : 0) + (1 - sun_share_) * by_sky);
   return out->pdf > 0 && out->pdf < infinity;
 }
 

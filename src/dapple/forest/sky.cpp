@@ -23,12 +23,16 @@ Sky Sky::cie_clear(double sun_mu) {
   return {[sun_mu](double mu, double phi, int) {
             const double c =
                 mu * sun_mu + std::sqrt(std::max(0.0, (1 - mu * mu) * (1 - sun_mu * sun_mu))) * std::cos(phi);
-            const double angle = std::acos(std::min(1.0, std::max(-1.0, c)));
-            const double gradation = 1 - std::exp(-0.32 / std::max(mu, 1e-6));
-            const double indicatrix = 1 + 10 * (std::exp(-3 * angle) - std::exp(-3 * pi_d / 2)) + 0.45 * c * c;
-            return gradation * indicatrix;
+            return cie_clear_radiance(mu, c);
           },
           true, false};
+}
+
+double cie_clear_radiance(double mu, double cos_gamma) {
+  const double c = std::clamp(cos_gamma, -1.0, 1.0);
+  const double gradation = 1 - std::exp(-0.32 / std::max(mu, 1e-6));
+  const double indicatrix = 1 + 10 * (std::exp(-3 * std::acos(c)) - std::exp(-3 * pi_d / 2)) + 0.45 * c * c;
+  return gradation * indicatrix;
 }
 
 }  // namespace dapple::forest

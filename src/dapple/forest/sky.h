@@ -18,4 +18,7 @@ struct Sky {
   static Sky cie_clear(double sun_mu);
 };
 
+/// Of Sky::cie_clear(), from the cosine of the angle to the sun.
+double cie_clear_radiance(double mu, double cos_gamma);
+
 }  // namespace dapple::forest

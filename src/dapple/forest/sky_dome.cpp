@@ -16,10 +16,6 @@ namespace {
 
 constexpr double pi_d = std::numbers::pi;
 
-double azimuth_of(const V3d& w) {
-  return std::atan2(w.y, w.x);
-}
-
 /// Sum over midpoints in azimuth and in a number s in [0, 1], of which mu is a function, times the cell of both.
 template <class Mu>
 RGB midpoints(const DirectionDensity& density, double detail, const Mu& mu_of) {
@@ -40,7 +36,7 @@ RGB midpoints(const DirectionDensity& density, double detail, const Mu& mu_of) {
   return {float(total[0] * cell), float(total[1] * cell), float(total[2] * cell)};
 }
 
-/// Perez's formula relative to the zenith, coefficients a + b T.
+/// Perez's formula, coefficients a + b T.
 struct Perez {
   double A, B, C, D, E;
   double at(double mu, double gamma, double cos_gamma) const {
@@ -89,10 +85,7 @@ SkyDome SkyDome::cie_overcast() {
 
 SkyDome SkyDome::cie_clear(const V3d& sun) {
   check_sun(sun);
-  return SkyDome({[sky = Sky::cie_clear(std::min(sun.z, 1.0)), from = azimuth_of(sun)](const V3d& w) {
-                    return RGB(float(sky.radiance(w.z, azimuth_of(w) - from, 0)));
-                  },
-                  0.1, true});
+  return SkyDome({[sun](const V3d& w) { return RGB(float(cie_clear_radiance(w.z, w.dot(sun)))); }, 0.1, true});
 }
 
 SkyDome SkyDome::preetham(const V3d& sun, double T) {
@@ -111,10 +104,12 @@ SkyDome SkyDome::preetham(const V3d& sun, double T) {
                     T * cubic(t, -0.02903, 0.06377, -0.03202, 0.00394) + cubic(t, 0.11693, -0.21196, 0.06052, 0.25886);
   const double yz = T * T * cubic(t, 0.00275, -0.00610, 0.00317, 0) +
                     T * cubic(t, -0.04214, 0.08970, -0.04153, 0.00516) + cubic(t, 0.15346, -0.26756, 0.06670, 0.26688);
+  const double x_scale = xz / px.at(1, t, sun.z), y_scale = yz / py.at(1, t, sun.z),
+               Y_scale = Yz / luminance.at(1, t, sun.z);
   const auto at = [=](const V3d& w) {
     const double cos_gamma = std::clamp(w.dot(sun), -1.0, 1.0), gamma = std::acos(cos_gamma), mu = std::max(w.z, 1e-3);
-    const auto ratio = [&](const Perez& p) { return p.at(mu, gamma, cos_gamma) / p.at(1, t, sun.z); };
-    return from_xyY(xz * ratio(px), yz * ratio(py), Yz * ratio(luminance));
+    return from_xyY(x_scale * px.at(mu, gamma, cos_gamma), y_scale * py.at(mu, gamma, cos_gamma),
+                    Y_scale * luminance.at(mu, gamma, cos_gamma));
   };
   return SkyDome({at, 0.1, false});
 }

@@ -6,41 +6,13 @@
 #include <mutex>
 
 #include "dapple/base/parallel.h"
+#include "dapple/base/pool.h"
 #include "dapple/base/timer.h"
 #include "dapple/integrate/camera_batch.h"
 
 namespace dapple::render {
 
 namespace {
-
-// Workspaces are handed out once a tile; which one a tile gets changes nothing.
-class WorkspacePool {
- public:
-  using Ptr = std::unique_ptr<integrate::Integrator::Workspace>;
-
-  explicit WorkspacePool(const integrate::Integrator& integrator) : integrator_(integrator) {}
-  Ptr take() {
-    {
-      const std::lock_guard lock(mutex_);
-      if (!free_.empty()) {
-        Ptr w = std::move(free_.back());
-        free_.pop_back();
-        return w;
-      }
-    }
-    return integrator_.make_workspace();
-  }
-  void give(Ptr w) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(w));
-  }
-  const std::vector<Ptr>& idle() const { return free_; }
-
- private:
-  const integrate::Integrator& integrator_;
-  std::mutex mutex_;
-  std::vector<Ptr> free_;
-};
 
 std::vector<Box2i> blocks_of(const Box2i& crop) {
   std::vector<Box2i> blocks;
@@ -188,7 +160,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
   const Timer timer;
   const double cpu_start = process_cpu_seconds();
   std::vector<Box2i> areas = blocks_of(film_.settings().crop);
-  WorkspacePool pool(integrator_);
+  Pool<integrate::Integrator::Workspace> pool;
   std::atomic<bool> given_up{false};
   bool looks_whole = true;
   SessionResult result;
@@ -203,7 +175,7 @@ SessionResult RenderSession::run(const std::atomic<bool>& interrupt, StopToken a
     meter.begin(areas, samples, count);
     parallel_for(areas.size(), [&](size_t i) {
       if (interrupt) return;
-      auto workspace = pool.take();
+      auto workspace = pool.take([&] { return integrator_.make_workspace(); });
       const bool whole = unless_stopped([&] {
         for (uint32_t first = 0; first < count && !interrupt; first += at_once) {
           {
