@@ -123,7 +123,7 @@ ReadCell CachedRadiosity::cell_read(const PointBatch& b, const Place& below, con
 bool CachedRadiosity::is_read_enough(const Place& below, const RaySet& r, int i, const scene::GridId& tile,
                                      ShadingWorkspace& w) const {
   const int depth = below.depth.diffuse;
-  return below.arrival != Arrival::diffuse || !shading_.readers.knows(depth) ||
+  return below.arrival != Arrival::diffuse || !shading_.readers->knows(depth) ||
          !shading_.is_cheap(r.hits.geometry[i]) ||
          shading_.cell_effort(reader_of(r, i), depth, shading_.read_cell(tile, &w.extents)) > 0;
 }

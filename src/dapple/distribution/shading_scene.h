@@ -61,7 +61,7 @@ class ShadingScene {
   }
 
   /// How often what is cached will be read; of diffuse depths beyond its own that is not known, and taken for often.
-  ReaderMap readers;
+  std::shared_ptr<const ReaderMap> readers = std::make_shared<const ReaderMap>();
   ReadCell read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const;
   /// PointBatch::effort of a cell around a place, of a diffuse depth of `readers`; 0: so few rays would read it that
   /// each had better go on by a ray of its own.
