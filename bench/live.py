@@ -7,16 +7,18 @@
     PYTHONPATH=build/release/python bench/live.py --list [--scenes ...]
 
 For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel) and to the
-settled one, medians of the rounds; seconds of a fresh session from reading to its first and settled picture; how many fills of the
+settled one, medians of the rounds (first pictures: and the 99th percentile, which of few rounds is the last of them); seconds of a fresh session from reading to its first and settled picture; how many fills of the
 radiosity cache the edit took, of those of the fresh session. `cancel`: from an edit to the end of what was under way. Not denoised.
 `gain`: of the first light, which is a group of its own; `gain, while it renders`: from the gain to the frame that shows it.
-Processor time stands beside the first pictures: half of it is what two idle processors would take.
+Processor time stands beside the first pictures: half of it is what two idle processors would take. `frame()`: milliseconds that a call of it takes
+while the picture is rendered, median, 99th percentile and longest of some thousand.
 
 --list: twenty edits such as users make, one after the other, each settled; against a fresh session of the scene as it then is (of the first
 and the last of them). In the end the geometric means of settled over fresh: with the two gains, and of the other eighteen alone. Times of settled pictures are those of
 --clock: of the wall, or the process's processor time (`cpu`) on a machine that others use too.
 """
 import argparse
+import math
 import os
 import statistics
 import subprocess
@@ -149,6 +151,30 @@ def bench_gains(live, count, rounds):
     return count, settled, meanwhile
 
 
+def bench_frames(live, count):
+    """Seconds of frame() during a rendering."""
+    live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
+    waits = []
+    while True:
+        begin = time.perf_counter()
+        frame = live.frame()
+        waits.append(time.perf_counter() - begin)
+        if frame.edits > count and frame.settled:
+            return count + 1, waits
+        time.sleep(0.0005)
+
+
+def percentile(values, part):
+    """The smallest value that so large a part of all does not exceed."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, math.ceil(part * len(ordered)) - 1)]
+
+
+def both(values):
+    """Median and 99th percentile."""
+    return f"{statistics.median(values):.3f} ({percentile(values, 0.99):.3f})"
+
+
 def fills(frame):
     return sum(c["fills"] for name, c in frame.statistics["caches"].items() if name in
                ("radiosity.coarse", "radiosity.medium", "radiosity.fine"))
@@ -209,8 +235,8 @@ def main():
         fresh_settled, fresh_fills = time.monotonic() - begin, fills(frame)
         m = statistics.median
         count, settled, meanwhile = bench_gains(live, 0, o.rounds)
-        print(f"| {name} | gain | {m(settled):.3f} | - | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
-        print(f"| {name} | gain, while it renders | {m(meanwhile):.3f} | - | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
+        print(f"| {name} | gain | {both(settled)} | - | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
+        print(f"| {name} | gain, while it renders | {both(meanwhile)} | - | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
         for kind, change in edits(dapple.load(SCENES[name])).items():
             firsts, processor, settled, parts, cancels = [], [], [], [], []
             for k in range(o.rounds):
@@ -230,8 +256,10 @@ def main():
                 cancels.append(time.monotonic() - begin)
                 count += 2
                 live.wait()
-            print(f"| {name} | {kind} | {m(firsts):.3f} | {m(processor):.3f} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
-                  f"{100 * m(parts):.0f} % | {m(cancels):.3f} |", flush=True)
+            print(f"| {name} | {kind} | {both(firsts)} | {both(processor)} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
+                  f"{100 * m(parts):.0f} % | {both(cancels)} |", flush=True)
+        count, waits = bench_frames(live, count)
+        print(f"{name}: frame() takes {1e3 * m(waits):.2f} ms, 99 % below {1e3 * percentile(waits, .99):.2f}, the longest of {len(waits)} {1e3 * max(waits):.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -10,8 +10,9 @@
 """
 from . import _core
 from ._core import SceneError, set_threads
-from ._scene import (Gains, Item, Items, LiveFrame, LiveSession, Scene, Session, denoise, load, look_at, parse, read, read_layers, rotate, scale, translate,
-                     write)
+from ._live import LiveFrame, LiveSession
+from ._matrices import look_at, rotate, scale, translate
+from ._scene import Gains, Item, Items, Scene, Session, denoise, load, parse, read, read_layers, write
 
 __version__ = _core.version()
 __all__ = ["Gains", "Item", "Items", "LiveFrame", "LiveSession", "Scene", "SceneError", "Session", "denoise", "load", "look_at", "parse", "read", "read_layers",

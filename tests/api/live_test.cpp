@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <future>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "tests/api/support.h"
@@ -56,6 +57,39 @@ TEST(LiveSession, FramesComeFinerAndFiner) {
   const Picture last = settled(session);
   EXPECT_EQ(reductions, (std::vector<int>{8, 4, 2, 1, 1, 0}));
   expect_same(last, fresh(session));
+}
+
+// What a frame is stands in its header, and so in files of it, from the first sketch on.
+TEST(LiveSession, HeadersOfAllFrames) {
+  const auto text = [](const Picture& p, const std::string& name) -> std::string {
+    for (const auto& [key, value] : p.header)
+      if (key == name) return std::holds_alternative<std::string>(value) ? std::get<std::string>(value) : "a number";
+    return "none";
+  };
+  const auto samples = [](const Picture& p) {
+    int found = 0;
+    for (const auto& [key, value] : p.header)
+      if (key == "dapple/samples") found = std::get<int>(value);
+    return found;
+  };
+  std::vector<std::string> reduced;
+  std::vector<int> counts;
+  std::set<std::string> scenes;
+  LiveSession session(Scene::parse(room), {}, [&](const LiveFrame& f) {
+    reduced.push_back(text(*f.picture, "dapple/reduced"));
+    counts.push_back(samples(*f.picture));
+    scenes.insert(text(*f.picture, "dapple/sceneFingerprint"));
+    EXPECT_EQ(text(*f.picture, "Software"), "Dapple " + version());
+    EXPECT_EQ(text(*f.picture, "dapple/denoised"), "no");
+    EXPECT_EQ(text(*f.picture, "worldToNDC"), "a number");
+  });
+  settled(session);
+  EXPECT_EQ(reduced, (std::vector<std::string>{"1/8 of 32 x 24, a sketch", "1/4 of 32 x 24", "1/2 of 32 x 24", "none",
+                                               "none", "none"}));
+  EXPECT_EQ(counts.front(), 4);
+  EXPECT_EQ(counts.back(), 4);
+  EXPECT_EQ(std::vector<int>(counts.begin() + 1, counts.begin() + 4), (std::vector<int>{1, 1, 1}));
+  EXPECT_EQ(scenes.size(), 1u);
 }
 
 // Its first camera decides how finely it is diced, as if the session had begun with it.
@@ -192,6 +226,21 @@ TEST(LiveSession, SettledFramesOfManySamplesAreFresh) {
   expect_same(settled(session), fresh(session, o));
   session.edit([](Scene& s) { s.edit("light", "key", {{"float scale", 3}}); });
   session.edit([](Scene& s) { move_camera(s, .1); });
+  expect_same(settled(session), fresh(session, o));
+  // Paths that were followed before rendering are known to lights, and to no other edit.
+  for (const bool on : {false, true}) {
+    session.edit("light", "lamp", {{"bool on", on}});
+    expect_same(settled(session), fresh(session, o));
+  }
+  session.edit("material", "gloss", {{"rgb reflectance", {.7, .6, .1}}});
+  expect_same(settled(session), fresh(session, o));
+  session.edit("light", "lamp", {{"rgb L", {9, 1, 1}}});
+  session.edit("shape", "ball", {{"float radius", .8}});
+  expect_same(settled(session), fresh(session, o));
+  session.edit([](Scene& s) {
+    move_camera(s, 1);
+    s.dicing_camera();
+  });
   expect_same(settled(session), fresh(session, o));
 }
 

@@ -54,11 +54,12 @@ bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& r) {
 }
 
 std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
-                                                             int pixel_samples, uint64_t seed, StopToken stop) {
+                                                             int pixel_samples, uint64_t seed, StopToken stop,
+                                                             Preparations* known) {
   if (!outlasts_camera(built, request)) return make_integrator(*built.scene, request, pixel_samples, seed, stop);
   const scene::Camera camera = std::exchange(built.scene->camera, built.dicing_camera);
   try {
-    auto integrator = make_integrator(*built.scene, request, pixel_samples, seed, stop);
+    auto integrator = make_integrator(*built.scene, request, pixel_samples, seed, stop, known);
     built.scene->camera = camera;
     return integrator;
   } catch (...) {

@@ -60,9 +60,11 @@ BuiltScene build_scene(const scenefile::SceneDescription& description, const Bui
                        Diagnostics& diagnostics);
 /// Makes the integrator asked for (integrator_factory.h). Where the scene has a DicingCamera, what is learned before
 /// rendering is learned from there, so that the camera may go elsewhere and find it still true; but not in scenes with
-/// media that scatter, masks or far ground, whose tables are made for the camera itself.
+/// media that scatter, masks or far ground, whose tables are made for the camera itself, and where `known` is left as
+/// it is.
 std::unique_ptr<const integrate::Integrator> make_integrator(BuiltScene& built, const IntegratorRequest& request,
-                                                             int pixel_samples, uint64_t seed, StopToken stop = {});
+                                                             int pixel_samples, uint64_t seed, StopToken stop = {},
+                                                             Preparations* known = nullptr);
 /// Whether that holds: the integrator stays what it would be made anew after the camera moved.
 bool outlasts_camera(const BuiltScene& built, const IntegratorRequest& request);
 

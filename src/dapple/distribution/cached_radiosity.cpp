@@ -105,7 +105,7 @@ bool CachedRadiosity::dice_hit(const PointBatch& b, const Place& below, const Ra
     return shading_.patches->dice(*hit, *width, at);
   };
   const bool counted = below.arrival == Arrival::diffuse && shading_.is_cheap(geometry);
-  const float widest = counted ? shading_.readers.widest(reader_of(r, i), below.depth.diffuse) : infinity;
+  const float widest = counted ? shading_.readers->widest(reader_of(r, i), below.depth.diffuse) : infinity;
   if (!shading_.patches->has_groups(geometry)) return dice(shading_.settings.cache_width, widest);
   if (!dice(group_width(), infinity)) return false;
   // Few rays read the mean of a group of leaves: where shading is cheap, they are answered by going on.
@@ -125,7 +125,7 @@ ReadCell CachedRadiosity::cell_read(const PointBatch& b, const Place& below, con
 bool CachedRadiosity::is_read_enough(const Place& below, const RaySet& r, int i, const scene::GridId& tile,
                                      ShadingWorkspace& w) const {
   const int depth = below.depth.diffuse;
-  return below.arrival != Arrival::diffuse || !shading_.readers.knows(depth) ||
+  return below.arrival != Arrival::diffuse || !shading_.readers->knows(depth) ||
          !shading_.is_cheap(r.hits.geometry[i]) ||
          shading_.cell_effort(reader_of(r, i), depth, shading_.read_cell(tile, &w.extents)) > 0;
 }

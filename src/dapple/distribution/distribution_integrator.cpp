@@ -68,9 +68,21 @@ DistributionIntegrator::DistributionIntegrator(const scene::Scene& scene, const 
       grid_shader_(shading_, placer_, shader_, interpolator_.get(), settings_),
       finisher_(shading_, shader_, settings_, groups_),
       logs_(settings.log_caches && radiosity_ ? std::make_unique<CacheLogs>() : nullptr) {
-  if (settings.visible_points == VisiblePoints::samples && radiosity_)
-    readers_ = ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(&shading_.readers);
+  if (settings.visible_points == VisiblePoints::samples && radiosity_) survey_readers();
   if (radiosity_) answers_.emplace(shading_, shader_, *radiosity_, groups_);
+}
+
+void DistributionIntegrator::survey_readers() {
+  const auto map_of = [](const auto& found) { return std::shared_ptr<const ReaderMap>(found, &found->map); };
+  if (settings_.readers) {
+    readers_ = settings_.readers;
+    shading_.readers = map_of(readers_);
+    return;
+  }
+  const auto found = std::make_shared<SurveyedReaders>();
+  shading_.readers = map_of(found);
+  ReaderSurvey(shading_, placer_, shader_, hider_, finisher_, settings_).fill(found.get());
+  readers_ = found;
 }
 
 bool DistributionIntegrator::samples_are_paths() const {
@@ -78,7 +90,7 @@ bool DistributionIntegrator::samples_are_paths() const {
   return settings_.visible_points == VisiblePoints::samples && radiosity_ && !logs_ &&
          scene_.camera_medium == scene::vacuum &&
          // Paths follow metal and coats; these count as diffuse here.
-         (settings_.shading.caustics || !readers_.view_dependent) &&
+         (settings_.shading.caustics || !readers_->view_dependent) &&
          std::none_of(scene_.materials.begin(), scene_.materials.end(), needs_grids);
 }
 

@@ -40,10 +40,13 @@ class DistributionIntegrator final : public integrate::Integrator {
   /// diffuse rays in these answers. Null where they may not.
   const integrate::RadiosityAnswers* answers() const { return samples_are_paths() ? &*answers_ : nullptr; }
   /// Share of the diffuse rays that cells of the cache will answer (ReaderSurvey), as far as that is known.
-  float answered() const { return readers_.answered; }
+  float answered() const { return readers_ ? readers_->answered : 1; }
+  /// What was surveyed, for DistributionSettings::readers; null: nothing.
+  const std::shared_ptr<const SurveyedReaders>& readers() const { return readers_; }
 
  private:
   std::unique_ptr<const IrradianceInterpolator> make_interpolator() const;
+  void survey_readers();
   std::vector<integrate::CacheState> with_mask_state(std::vector<integrate::CacheState> states) const;
   void add_media(DistributionWorkspace& w, scene::Film& film) const;
   bool samples_are_paths() const;
@@ -80,7 +83,7 @@ class DistributionIntegrator final : public integrate::Integrator {
   const SampleFinisher finisher_;
   const std::unique_ptr<gi::CacheLogs> logs_;
   std::optional<PathAnswers> answers_;
-  ReaderSurvey::Found readers_;
+  std::shared_ptr<const SurveyedReaders> readers_;
 };
 
 }  // namespace dapple::distribution

@@ -40,6 +40,8 @@ struct DistributionSettings {
   std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
   /// Asked before `masks`, for which it answers too; null: none.
   std::shared_ptr<const forest::GroundVisibility> far_ground;
+  /// Of this scene, whatever its lights, and of these settings; null: they are surveyed.
+  std::shared_ptr<const SurveyedReaders> readers;
   StopToken stop;  ///< of what is found out before rendering, which throws Stopped then
 
   /// A pixel may see more small patches than it shades.

@@ -43,7 +43,7 @@ void PointPlacer::place_cached_cell(const scene::GridId& id, int i, int j, const
   place_middle(id, i, j, cell, key, memory, b, k);
   if (id.cluster_level > 0 && links.is_scattered())
     b.share[k] *= CacheNumbers::scattered_share;
-  else if (shading_.readers.knows(depth))
+  else if (shading_.readers->knows(depth))
     b.effort[k] = std::max(shading_.cell_effort({b.surface[k].P, b.wo[k]}, depth, shading_.read_cell(id, memory)), 1);
   else
     b.effort[k] =

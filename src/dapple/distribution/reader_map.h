@@ -54,4 +54,12 @@ class ReaderMap {
   std::vector<OfDepth> depths_;
 };
 
+/// What ReaderSurvey found, of diffuse rays that meet something. It depends on scene, settings and film, and on no
+/// light.
+struct SurveyedReaders {
+  ReaderMap map;
+  float answered = 1;           ///< share that cells of the cache will answer
+  bool view_dependent = false;  ///< some meet what looks different from other sides
+};
+
 }  // namespace dapple::distribution

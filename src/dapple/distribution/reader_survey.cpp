@@ -50,12 +50,12 @@ ReaderSurvey::ReaderSurvey(const ShadingScene& shading, const PointPlacer& place
       uncached_(shading, placer, *this, nullptr, nullptr),
       gatherer_(shading, uncached_, *this) {}
 
-ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
+void ReaderSurvey::fill(SurveyedReaders* result) const {
+  ReaderMap* const map = &result->map;
   const V2i film = shading_.scene.camera.settings().resolution;
   const uint32_t paths = path_count(film, settings_.pixel_samples), batch = CameraSamples::capacity;
   const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
   size_t answered = 0, ends = 0;
-  Found result;
   Pool<Workspace> pool;
   while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
@@ -85,7 +85,7 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
     map->add_depth(all, all_widths, rays_each, shading_.most_readers(map->depths() + 1));
     for (size_t i = 0; i < found.size(); ++i) {
       ends += ends_of[i];
-      result.view_dependent |= view_dependent[i];
+      result->view_dependent |= view_dependent[i];
       for (size_t k = 0; k < found[i].size(); ++k) {
         const float widest = map->widest(found[i][k], map->depths());
         const ReadCell cell = cells[i][k].least_width > widest ? ReadCell::square(widest) : cells[i][k];
@@ -93,8 +93,7 @@ ReaderSurvey::Found ReaderSurvey::fill(ReaderMap* map) const {
       }
     }
   }
-  if (ends > 0) result.answered = float(answered) / float(ends);
-  return result;
+  if (ends > 0) result->answered = float(answered) / float(ends);
 }
 
 void ReaderSurvey::trace_camera_rays(uint32_t first, int count, Workspace& w) const {
@@ -188,7 +187,7 @@ void ReaderSurvey::note_readers(const Place& place, const RayFilter& wanted, Wor
     const int effort = shading_.cell_effort(reader_of(r, i), depth, cell);
     if (effort == 0) continue;
     const float filled = float(settings_.shading.diffuse_rays.at(depth, 1, effort)) /
-                         shading_.readers.readers(reader_of(r, i), depth, cell);
+                         shading_.readers->readers(reader_of(r, i), depth, cell);
     if (to_unit_float(random_of(b.key[r.point[i]], Purpose::survey, r.rays.key[i])) >= filled) r.weight[i] = RGB();
   }
 }

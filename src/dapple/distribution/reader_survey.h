@@ -11,19 +11,13 @@ namespace dapple::distribution {
 /// that reads them. A function of scene, settings and film, not of what is cropped.
 class ReaderSurvey final : public PointShader {
  public:
-  /// Of diffuse rays that meet something.
-  struct Found {
-    float answered = 1;           ///< share that cells of the cache will answer
-    bool view_dependent = false;  ///< some meet what looks different from other sides
-  };
-
   /// All must outlive this object.
   ReaderSurvey(const ShadingScene& shading, const PointPlacer& placer, const HitShader& shader, const Hider& hider,
                const SampleFinisher& finisher, const DistributionSettings& settings);
   ReaderSurvey(const ReaderSurvey&) = delete;
 
   /// Adds all depths of diffuse rays. May throw Stopped. Reads ShadingScene::readers, which may be what is filled.
-  Found fill(ReaderMap* map) const;
+  void fill(SurveyedReaders* found) const;
 
   // Follow paths: send one ray from each point, and light nothing.
   void shade(const Place& place, ShadingWorkspace& w) const override;

@@ -89,7 +89,7 @@ float ShadingScene::most_readers(int depth) const {
 
 int ShadingScene::cell_effort(const ReaderMap::Reader& at, int depth, const ReadCell& cell) const {
   const float effort =
-      readers.readers(at, depth, cell) * CacheNumbers::filled_rays_at(depth) / float(settings.diffuse_rays.at(depth));
+      readers->readers(at, depth, cell) * CacheNumbers::filled_rays_at(depth) / float(settings.diffuse_rays.at(depth));
   return effort < 1 ? 0 : int(std::bit_floor(uint32_t(std::min(effort, CacheNumbers::most_effort))));
 }
 

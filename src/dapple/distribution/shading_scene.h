@@ -61,7 +61,7 @@ class ShadingScene {
   }
 
   /// How often what is cached will be read; of diffuse depths beyond its own that is not known, and taken for often.
-  ReaderMap readers;
+  std::shared_ptr<const ReaderMap> readers = std::make_shared<const ReaderMap>();
   ReadCell read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const;
   /// Rays that may read one cell: where there are more, they get narrower ones.
   float most_readers(int depth) const;

@@ -67,6 +67,12 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
 }
 
 void PathIntegrator::learn() {
+  light_points_ = settings_.light_points ? settings_.light_points
+                                         : std::make_shared<const std::vector<light::LightPoint>>(find_light_points());
+  learned_ = light::learn_lights(scene_, rays_, *light_points_, hash(settings_.seed, for_learning), settings_.stop);
+}
+
+std::vector<light::LightPoint> PathIntegrator::find_light_points() const {
   constexpr size_t batch = PathWorkspace::capacity;
   const uint64_t seed = hash(settings_.seed, for_learning);
   LearningPoints points((size_t(settings_.learning_paths) + batch - 1) / batch);
@@ -78,7 +84,7 @@ void PathIntegrator::learn() {
     w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
     trace_camera_rays(*w);
   });
-  learned_ = light::learn_lights(scene_, rays_, points.thinned(), seed, settings_.stop);
+  return points.thinned();
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {

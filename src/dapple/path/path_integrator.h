@@ -39,6 +39,8 @@ class PathIntegrator final : public integrate::Integrator {
     std::shared_ptr<const integrate::RadiosityAnswers> radiosity;
     /// From the camera, that learn what light reaches which part of the scene; 0: none.
     int learning_paths = 0;
+    /// Where these paths would look for light; it does not depend on lights. Null: they are traced.
+    std::shared_ptr<const std::vector<light::LightPoint>> light_points;
     StopToken stop;                                                 ///< of learning, which throws Stopped then
     std::shared_ptr<const emitters::LearnedLights> learned_lights;  ///< what is known of that already; null: nothing
 
@@ -59,6 +61,8 @@ class PathIntegrator final : public integrate::Integrator {
   bool ends_in_cache() const { return bool(ends_); }
   /// What the paths of Settings::learning_paths have learned; null: nothing.
   const std::shared_ptr<const emitters::LearnedLights>& learned_lights() const { return learned_; }
+  /// Settings::light_points of the same scene with other lights; null where nothing was learned, and once taken.
+  std::shared_ptr<const std::vector<light::LightPoint>> take_light_points() { return std::move(light_points_); }
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
@@ -70,6 +74,7 @@ class PathIntegrator final : public integrate::Integrator {
 
  private:
   void learn();
+  std::vector<light::LightPoint> find_light_points() const;
   void note_point(int point, PathWorkspace& w) const;
   void start_paths(PathWorkspace& w) const;
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
@@ -112,6 +117,7 @@ class PathIntegrator final : public integrate::Integrator {
   const CachedEnds ends_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
   std::shared_ptr<const emitters::LearnedLights> learned_;
+  std::shared_ptr<const std::vector<light::LightPoint>> light_points_;
 };
 
 }  // namespace dapple::path

@@ -26,6 +26,11 @@ bool keeps_surfaces(const build::Changes& c) {
   return !c.settings && !c.area_lights && !c.materials && !c.geometry && !c.all;
 }
 
+// Paths do not depend on lights, and begin at the dicing camera.
+bool keeps_paths(const build::Changes& c) {
+  return !c.settings && !c.materials && !c.geometry && !c.all;
+}
+
 double seconds_since(std::chrono::steady_clock::time_point time) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - time).count();
 }
@@ -43,6 +48,11 @@ integrate::CacheCounts since(const integrate::CacheCounts& before, integrate::Ca
   now.lookups -= before.lookups, now.hits -= before.hits, now.fills -= before.fills;
   now.fill_seconds -= before.fill_seconds;
   return now;
+}
+
+std::string reduced_text(int reduction, const V2i& film, bool is_sketch) {
+  return "1/" + std::to_string(reduction) + " of " + std::to_string(film.x) + " x " + std::to_string(film.y) +
+         (is_sketch ? ", a sketch" : "");
 }
 
 // The same film with nothing done for it.
@@ -240,6 +250,7 @@ void LiveSession::build() {
   if (!keeps) picture_.reset();
   if (!keeps_surfaces(changes)) opacity_.reset();
   built_ = &scene_->built(options_.film);
+  if (!keeps_paths(scene_->made_again())) prepared_ = {};
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
   if (picture_ && changes.camera) picture_->begin_again();
   if (film_) {
@@ -256,7 +267,8 @@ void LiveSession::render() {
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
   if (sketches && !sketch(request)) return;
-  if (!picture_) picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_);
+  if (!picture_)
+    picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_, &prepared_);
   opacity_ = picture_->opacity_cache();
   const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
   for (const int reduction : reductions)
@@ -359,22 +371,22 @@ bool LiveSession::sketch(const build::IntegratorRequest& request) {
   ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
   const auto paths = build::make_integrator(scene, build::sketch_request(request), sketch_samples,
                                             request.seed.value_or(0), StopToken(cancel_));
-  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples);
+  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples, true);
 }
 
 bool LiveSession::render_reduced(int reduction) {
   picture_->begin_again();
   ReducedView view(*built_->scene, reduction, picture_->film_groups());
   const uint32_t nothing_to_show = 0;
-  const bool whole =
-      render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show), reduction, 1);
+  const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
+                                 reduction, 1, false);
   picture_->begin_again();
   return whole;
 }
 
 // False if it was cancelled.
 bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                              int reduction, uint32_t samples) {
+                              int reduction, uint32_t samples, bool is_sketch) {
   StopRules rules;
   rules.pixel_samples = samples;
   RenderSession session(integrator, film, rules);
@@ -384,6 +396,11 @@ bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Fi
   reduced_.push_back(std::move(result));
   OutputSettings output;
   if (options_.picture.light_groups) output.light_groups = built_->scene->light_groups.names;
+  const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
+  output.metadata = scene_header(*built_, request.seed.value_or(0));
+  output.metadata.push_back({"dapple/denoised", "no"});
+  output.metadata.push_back({"dapple/reduced", reduced_text(reduction, built_->scene->film.resolution, is_sketch)});
+  if (integrator.samples_are_independent()) output.metadata.push_back({"dapple/independentSamples", 1});
   publish(make_output(film, output), reduction, samples, nullptr);
   return true;
 }
@@ -391,6 +408,7 @@ bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Fi
 void LiveSession::publish(image::OutputImage picture, int reduction, uint32_t samples, const SessionResult* settled) {
   auto frame = std::make_shared<LiveFrame>();
   frame->picture = std::move(picture);
+  if (!settled) frame->picture.metadata.push_back({"dapple/samples", int(samples)});
   frame->reduction = reduction;
   frame->samples = samples;
   frame->edits = shown_edits_;

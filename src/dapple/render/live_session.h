@@ -88,7 +88,7 @@ class LiveSession {
   bool sketch(const build::IntegratorRequest& request);
   bool render_reduced(int reduction);
   bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                   int reduction, uint32_t samples);
+                   int reduction, uint32_t samples, bool is_sketch);
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
   bool take_gains(std::unique_ptr<Transaction>* look);
@@ -100,6 +100,7 @@ class LiveSession {
   std::unique_ptr<WorkingScene> scene_;
   const Options options_;
   std::shared_ptr<const gi::OpacityCache> opacity_;  ///< of the last picture; refers to the scene as built
+  build::Preparations prepared_;                     ///< of the scene as built, for whatever lights
   std::unique_ptr<Picture> picture_;
   build::BuiltScene* built_ = nullptr;
   /// Of picture_, with all its samples; null before that.

@@ -106,7 +106,7 @@ bool keeps_direct(const integrate::Integrator& integrator, const std::vector<std
 }
 
 Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToken stop,
-                 std::shared_ptr<const gi::OpacityCache> opacity)
+                 std::shared_ptr<const gi::OpacityCache> opacity, build::Preparations* known)
     : built_(built),
       asked_(asked),
       aovs_(aovs_of(built, asked)),
@@ -129,7 +129,7 @@ Picture::Picture(build::BuiltScene& built, const PictureRequest& asked, StopToke
   seed_ = request_.seed.value_or(0);
   const bool open = rules_.pixel_samples == uint32_t(build::max_pixel_samples);
   if (!opacity_) opacity_ = build::make_opacity_cache(*built.scene, request_);
-  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_, stop);
+  integrator_ = build::make_integrator(built, request_, open ? 0 : int(rules_.pixel_samples), seed_, stop, known);
 }
 
 Box2i Picture::rendered_crop() const {
@@ -248,29 +248,20 @@ std::string Picture::denoising_text(bool denoised) const {
 }
 
 void Picture::add_header(OutputSettings* output) const {
-  const scene::Scene& scene = *built_.scene;
-  char fingerprint[17];
-  std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(scene.fingerprint));
   auto& header = output->metadata;
-  header.insert(header.end(), {{"Software", "Dapple " + version()},
-                               {"dapple/sceneFingerprint", std::string(fingerprint)},
-                               {"dapple/seed", std::to_string(seed_)},
-                               {"dapple/denoised", denoising_text(output->denoised.has_value())}});
+  for (auto& line : scene_header(built_, seed_)) header.push_back(std::move(line));
+  header.push_back({"dapple/denoised", denoising_text(output->denoised.has_value())});
   if (output->denoised) header.push_back({"dapple/denoiseExposure", output->denoised->exposure});
   if (integrator_->samples_are_independent()) header.push_back({"dapple/independentSamples", 1});
-  add_cameras(output);
+  if (show_motion(aovs_) && scene::camera_matrices(built_.scene->camera).world_to_ndc) add_cameras_of_motion(output);
 }
 
-void Picture::add_cameras(OutputSettings* output) const {
+// That of the next frame stands where else the camera is whose motion goes on as far as there.
+void Picture::add_cameras_of_motion(OutputSettings* output) const {
   const scene::Camera& here = built_.scene->camera;
-  const scene::CameraMatrices camera = scene::camera_matrices(here);
   const auto add = [&](const char* name, const std::optional<M44f>& matrix, const V3d& origin) {
     if (matrix) output->metadata.push_back({name, from_file(*matrix, origin)});
   };
-  add("worldToCamera", camera.world_to_camera, built_.origin);
-  add("worldToNDC", camera.world_to_ndc, built_.origin);
-  if (!camera.world_to_ndc || !show_motion(aovs_)) return;
-  // That of the next frame stands where else the camera is whose motion goes on as far as there.
   output->metadata.push_back({"dapple/shuttersAFrame", asked_.next ? 1.0f : here.shutters_a_frame()});
   if (asked_.next)
     add("dapple/worldToNDCAtClose", scene::camera_matrices(asked_.next->scene->camera).world_to_ndc,
@@ -280,6 +271,19 @@ void Picture::add_cameras(OutputSettings* output) const {
   if (asked_.previous)
     add("dapple/worldToNDCOfPrevious", scene::camera_matrices(asked_.previous->scene->camera).world_to_ndc,
         asked_.previous->origin);
+}
+
+std::vector<std::pair<std::string, image::MetadataValue>> scene_header(const build::BuiltScene& built, uint64_t seed) {
+  char fingerprint[17];
+  std::snprintf(fingerprint, sizeof fingerprint, "%016llx", static_cast<unsigned long long>(built.scene->fingerprint));
+  std::vector<std::pair<std::string, image::MetadataValue>> header = {
+      {"Software", "Dapple " + version()},
+      {"dapple/sceneFingerprint", std::string(fingerprint)},
+      {"dapple/seed", std::to_string(seed)}};
+  const scene::CameraMatrices camera = scene::camera_matrices(built.scene->camera);
+  header.push_back({"worldToCamera", from_file(camera.world_to_camera, built.origin)});
+  if (camera.world_to_ndc) header.push_back({"worldToNDC", from_file(*camera.world_to_ndc, built.origin)});
+  return header;
 }
 
 void add_to_header(const SessionResult& result, image::OutputImage* picture) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dapple/build/scene_builder.h"
@@ -42,9 +43,9 @@ class Picture {
   /// UsageError for requests that contradict each other or the integrator, IoError where denoising is asked for and its
   /// weights are missing; where a preset would have it, a warning. Makes the integrator, which may take as long as some
   /// samples; Stopped if `stop` ends that. `opacity`: of another picture by the same requests, whose scene has only got
-  /// other lights or another camera; null: one is made.
+  /// other lights or another camera; null: one is made. `known`: as of build::make_integrator().
   Picture(build::BuiltScene& built, const PictureRequest& request, StopToken stop = {},
-          std::shared_ptr<const gi::OpacityCache> opacity = nullptr);
+          std::shared_ptr<const gi::OpacityCache> opacity = nullptr, build::Preparations* known = nullptr);
   ~Picture();
 
   const build::IntegratorRequest& request() const { return request_; }  ///< over the scene's
@@ -88,7 +89,7 @@ class Picture {
   FrameDenoiser::Options denoising(bool estimates_error, int light_groups, StopToken stop) const;
   void trace_motion(const integrate::FeatureTracer::Settings& settings, StopToken stop);
   void add_header(OutputSettings* output) const;
-  void add_cameras(OutputSettings* output) const;
+  void add_cameras_of_motion(OutputSettings* output) const;
   std::string denoising_text(bool denoised) const;
 
   build::BuiltScene& built_;
@@ -106,6 +107,9 @@ class Picture {
   bool lacks_weights_ = false;
   double feature_seconds_ = 0, denoise_seconds_ = 0;
 };
+
+/// What the header of any picture of the scene as it is says: program, scene, seed, the camera's matrices.
+std::vector<std::pair<std::string, image::MetadataValue>> scene_header(const build::BuiltScene& built, uint64_t seed);
 
 /// Adds to the header what a session came to.
 void add_to_header(const SessionResult& result, image::OutputImage* picture);
