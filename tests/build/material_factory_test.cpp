@@ -309,6 +309,10 @@ TEST(MaterialFactory, OpenPbrNamesWhatItLacks) {
   }
   expect_contains(error_of("Material \"openpbr\" \"float coat_weight\" 2"), "from 0 to 1");
   expect_contains(error_of("Material \"openpbr\" \"float specular_ior\" 0"), "index between");
+  for (const char* number : {"0", "-20"})
+    expect_contains(
+        error_of(std::string("Material \"openpbr\" \"float transmission_dispersion_abbe_number\" ") + number),
+        "\"transmission_dispersion_abbe_number\" is out of range; expected a number above 0");
   EXPECT_EQ(build("Material \"openpbr\" \"float shininess\" 2").messages.size(), 1u);
 }
 

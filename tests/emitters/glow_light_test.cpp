@@ -22,18 +22,17 @@ GlowCells cells(const Box3f& box, int nx, int ny, int nz, const std::vector<floa
 
 const V3f origin(0, 0, 0);
 
-// A long box, dark but for some cells, and a small one beside it.
+// A long box, dark but for some cells.
 GlowLight flames() {
   std::vector<float> first(4 * 2 * 3, 0.0f);
   first[1] = 5, first[13] = 1, first[22] = 9;
-  return GlowLight({cells(Box3f(V3f(-1, 0, 1), V3f(1, .6f, 2)), 4, 2, 3, first),
-                    cells(Box3f(V3f(1.5f, -1, .5f), V3f(1.8f, -.7f, .8f)), 1, 1, 1, {4})});
+  return GlowLight(cells(Box3f(V3f(-1, 0, 1), V3f(1, .6f, 2)), 4, 2, 3, first));
 }
 
 TEST(GlowLight, DensityIsThatOfItsSamples) {
   const GlowLight light = flames();
   // Outside, in a bright cell, in a dark one, and under a face.
-  const V3f places[] = {V3f(0, 0, 0), V3f(-.3f, .2f, 1.1f), V3f(.8f, .5f, 1.9f), V3f(1.6f, -.8f, .49f)};
+  const V3f places[] = {V3f(0, 0, 0), V3f(-.3f, .2f, 1.1f), V3f(.8f, .5f, 1.9f), V3f(.3f, .3f, .99f)};
   for (const V3f& p : places) {
     const LightReceiver to{.p = p};
     const auto result = test::chi_square_sphere(
@@ -57,13 +56,13 @@ TEST(GlowLight, IsFoundWhereverItMayBe) {
   EXPECT_EQ(light.pdf({.p = V3f(0, 0, 0)}, V3f(0, 0, -1), origin, origin), 0);
   const auto bounds = light.bounds();
   ASSERT_TRUE(bounds);
-  EXPECT_EQ(bounds->box, Box3f(V3f(-1, -1, .5f), V3f(1.8f, .6f, 2)));
-  EXPECT_NEAR(bounds->intensity, 15 * 1.2f / 24 + 4 * .027f, 1e-4f);
+  EXPECT_EQ(bounds->box, Box3f(V3f(-1, 0, 1), V3f(1, .6f, 2)));
+  EXPECT_NEAR(bounds->intensity, 15 * 1.2f / 24, 1e-4f);
   EXPECT_NEAR(light.power(1), 4 * pi * bounds->intensity, 1e-3f);
 }
 
-// As far as the boxes reach, so that shadow rays end behind all that glows.
-TEST(GlowLight, SamplesReachThroughTheBoxes) {
+// As far as the box reaches, so that shadow rays end behind all that glows.
+TEST(GlowLight, SamplesReachThroughTheBox) {
   const GlowLight light = flames();
   for (int i = 0; i < 200; ++i) {
     KeyedRng rng(hash(5, i));

@@ -109,11 +109,11 @@ void EditableScene::set_lights(scene::Scene* scene, const AreaLightShapes& shape
     if (light->is_infinite()) scene->infinite_lights.push_back(uint32_t(scene->lights.size()));
     scene->lights.push_back(std::move(light));
   }
-  scene->glow_light = trace::no_id;
-  if (!glow_.empty()) {
-    scene->glow_light = uint32_t(scene->lights.size());
+  scene->glow = {};
+  for (const GlowPlace& glow : glow_) {
+    scene->glow.add(glow.medium, glow.place, uint32_t(scene->lights.size()));
     scene->light_groups.of_light.push_back(0);
-    scene->lights.push_back(std::make_unique<emitters::GlowLight>(glow_));
+    scene->lights.push_back(std::make_unique<emitters::GlowLight>(glow.cells));
   }
   const Box3f bounds = scene->traced.bounds();
   const float radius = bounds.isEmpty() ? 1.0f : std::max(0.5f * length(bounds.max - bounds.min), 1e-6f);
@@ -158,7 +158,7 @@ void EditableScene::build_scene_parts(BuiltScene& built) {
   geometry.check_reach(scene.traced.bounds(), scene.camera.position());
   built.times.acceleration_seconds = scene.traced.build_seconds();
   make_lights(&parts, &area_lights);
-  glow_ = find_glow(&scene);
+  glow_ = find_glow(scene);
   set_lights(&scene, area_lights, &parts);
   area_light_shapes_ = std::move(area_lights);
   glowing_materials_ = any_glows_or_fills(description_);

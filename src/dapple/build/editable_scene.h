@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "dapple/build/area_light_shapes.h"
+#include "dapple/build/glow_factory.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/build/texture_factory.h"
-#include "dapple/emitters/glow_light.h"
 
 namespace dapple::build {
 
@@ -72,7 +72,7 @@ class EditableScene {
   AreaLightShapes area_light_shapes_;
   size_t area_lights_ = 0;          ///< that stand first among the scene's lights
   scene::LightGroups area_groups_;  ///< of these
-  std::vector<emitters::GlowCells> glow_;
+  std::vector<GlowPlace> glow_;
   bool glowing_materials_ = false;  ///< some of the area lights are of materials
   BuiltScene built_;
 };

@@ -34,6 +34,18 @@ class SquaredTexture final : public pattern::FloatTexture {
   pattern::FloatTexturePtr of_;
 };
 
+// Where it is a texture, glass has no dispersion at points at which the number is not above 0.
+Input<float> abbe_number(const MaterialParams& p) {
+  const char* const name = "transmission_dispersion_abbe_number";
+  Input<float> number = p.number(name, 20);
+  if (number.constant() && !(*number.constant() > 0))
+    throw InputError(p.entity().params.find(name)->loc, "\"" + std::string(name) +
+                                                            "\" is out of range; expected a number above 0, such as "
+                                                            "64 for crown glass (\"transmission_dispersion_scale\" 0 "
+                                                            "is no dispersion)");
+  return number;
+}
+
 OpenPbrInputs inputs_of(const MaterialParams& p) {
   OpenPbrInputs in;
   in.base_weight = p.unit_number("base_weight", 1);
@@ -48,7 +60,7 @@ OpenPbrInputs inputs_of(const MaterialParams& p) {
   in.transmission_weight = p.unit_number("transmission_weight", 0);
   in.transmission_color = p.reflectance("transmission_color", RGB(1));
   in.dispersion_scale = p.unit_number("transmission_dispersion_scale", 0);
-  in.abbe_number = p.number("transmission_dispersion_abbe_number", 20);
+  in.abbe_number = abbe_number(p);
   in.subsurface_weight = p.unit_number("subsurface_weight", 0);
   in.subsurface_color = p.reflectance("subsurface_color", RGB(0.8f));
   in.subsurface_anisotropy = p.number("subsurface_scatter_anisotropy", 0);

@@ -215,7 +215,8 @@ void DistributionIntegrator::shade_all_claimed(std::span<const std::unique_ptr<W
 
 void DistributionIntegrator::add_media(DistributionWorkspace& w, scene::Film& film) const {
   CameraSamples& s = w.camera;
-  for (int p = 0; p < s.count(); ++p) s.L.add(p, (s.flights.emitted[p] + s.flights.lit[p]) * s.camera.ray[p].weight, 0);
+  for (int p = 0; p < s.count(); ++p) s.L.add(p, s.flights.emitted[p] * s.camera.ray[p].weight, 0);
+  for (const auto& lit : s.flights.lit) s.L.add(lit.ray, lit.radiance * s.camera.ray[lit.ray].weight, 0);
   PointBatch& b = w.shading.level(sample_level);
   b.count = s.flights.count;
   for (int f = 0; f < b.count; ++f) set_flight(s.flights, f, s.rays, settings_.sharing_samples(), b, f);

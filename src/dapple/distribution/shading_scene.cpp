@@ -43,10 +43,10 @@ void ShadingScene::trace(RaySet& r, ShadingWorkspace& w) const {
   tracer.nearest(r.rays, r.count, r.medium, &r.hits, r.distance, w.passed, w.tracing, r.flights.get(), r.sheets);
   w.stages.tracing_seconds += timer.seconds();
   w.stages += std::exchange(w.tracing.stages, {});
-  for (int i = 0; i < r.count; ++i) {
-    r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
-    r.lit[i] = r.flights ? r.weight[i] * r.flights->lit[i] : RGB();
-  }
+  for (int i = 0; i < r.count; ++i) r.glow[i] = r.flights ? r.weight[i] * r.flights->emitted[i] : RGB();
+  r.lit.clear();
+  if (r.flights)
+    for (const auto& lit : r.flights->lit) r.lit.push_back({lit.ray, lit.light, r.weight[lit.ray] * lit.radiance});
   if (!tracer.weakens()) return;
   for (int i = 0; i < r.count; ++i) r.weight[i] *= w.passed[i];
 }

@@ -19,10 +19,10 @@ V3f over(const V3f& a, const V3f& b) {
 }
 
 // Where the value u in [0, 1) falls, and how far into it, in [0, 1).
-size_t find(const std::vector<float>& cdf, float u, float* rest) {
+size_t find(const std::vector<float>& cdf, double u, float* rest) {
   const size_t i = size_t(std::upper_bound(cdf.begin(), cdf.end() - 1, u) - cdf.begin());
-  const float below = i > 0 ? cdf[i - 1] : 0, width = cdf[i] - below;
-  *rest = width > 0 ? std::clamp((u - below) / width, 0.0f, 1 - 0x1p-24f) : 0;
+  const double below = i > 0 ? double(cdf[i - 1]) : 0, width = double(cdf[i]) - below;
+  *rest = width > 0 ? std::clamp(float((u - below) / width), 0.0f, 1 - 0x1p-24f) : 0;
   return i;
 }
 
@@ -37,48 +37,31 @@ std::vector<float> cdf_of(const std::vector<double>& shares) {
 
 }  // namespace
 
-GlowLight::GlowLight(std::vector<GlowCells> parts) {
-  double all = 0;
-  std::vector<double> of_parts;
-  for (const GlowCells& cells : parts) {
-    of_parts.push_back(double(cells.intensity.luminance()));
-    all += of_parts.back();
-    box_.extendBy(cells.box);
-    intensity_ += cells.intensity;
-  }
-  for (size_t i = 0; i < parts.size(); ++i) {
-    GlowCells& cells = parts[i];
-    Part& part = parts_.emplace_back();
-    part.box = cells.box;
-    const V3f size = cells.box.size();
-    const double cell = double(size.x) * size.y * size.z / double(cells.emitted.size());
-    double sum = 0;
-    for (const float e : cells.emitted) sum += double(e);
-    std::vector<double> shares;
-    for (const float e : cells.emitted)
-      shares.push_back((1 - even_share) * (sum > 0 ? double(e) / sum : 0) + even_share / double(cells.emitted.size()));
-    part.cdf = cdf_of(shares);
-    part.density.nx = cells.nx, part.density.ny = cells.ny, part.density.nz = cells.nz;
-    // By what the cdf makes of them, which is what is drawn.
-    for (size_t c = 0; c < shares.size(); ++c)
-      part.density.values.push_back(
-          float(double(part.cdf[c] - (c > 0 ? part.cdf[c - 1] : 0.0f)) * of_parts[i] / all / cell));
-  }
-  cdf_ = cdf_of(of_parts);
+GlowLight::GlowLight(const GlowCells& cells) : box_(cells.box), intensity_(cells.intensity) {
+  const V3f size = box_.size();
+  const double count = double(cells.emitted.size()), cell = double(size.x) * size.y * size.z / count;
+  double sum = 0;
+  for (const float e : cells.emitted) sum += double(e);
+  std::vector<double> shares;
+  for (const float e : cells.emitted)
+    shares.push_back((1 - even_share) * (sum > 0 ? double(e) / sum : 0) + even_share / count);
+  cdf_ = cdf_of(shares);
+  density_.nx = cells.nx, density_.ny = cells.ny, density_.nz = cells.nz;
+  // By what the cdf makes of them, which is what is drawn.
+  for (size_t c = 0; c < cdf_.size(); ++c)
+    density_.values.push_back(float(double(cdf_[c] - (c > 0 ? cdf_[c - 1] : 0.0f)) / cell));
 }
 
 bool GlowLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) const {
   float rest = 0;
-  const Part& part = parts_[find(cdf_, u.x, &rest)];
-  float unused = 0;
-  const int cell = int(find(part.cdf, rest, &unused));
-  const media::MajorantGrid& g = part.density;
+  const media::MajorantGrid& g = density_;
   KeyedRng more(hash(u.x, u.y, to.p.x, to.p.y, to.p.z));
-  const V3f at(float(cell % g.nx) + u.y, float(cell / g.nx % g.ny) + more.next(),
-               float(cell / (g.nx * g.ny)) + more.next());
-  const V3f size = part.box.size();
+  // With more bits than u.x has: where in its cell the point lies hangs on those that the cell's choice leaves.
+  const int cell = int(find(cdf_, double(u.x) + 0x1p-24 * double(more.next()), &rest));
+  const V3f at(float(cell % g.nx) + u.y, float(cell / g.nx % g.ny) + rest, float(cell / (g.nx * g.ny)) + more.next());
+  const V3f size = box_.size();
   const V3f point =
-      part.box.min + V3f(at.x * size.x / float(g.nx), at.y * size.y / float(g.ny), at.z * size.z / float(g.nz));
+      box_.min + V3f(at.x * size.x / float(g.nx), at.y * size.y / float(g.ny), at.z * size.z / float(g.nz));
   const V3f d = point - to.p;
   const float distance = length(d);
   if (!(distance > 0)) return false;
@@ -98,15 +81,13 @@ bool GlowLight::sample(const LightReceiver& to, const V2f& u, LightSample* out) 
 
 // Points are drawn with density q(t) along wi; of directions that is the integral of q t^2.
 float GlowLight::pdf(const V3f& p, const V3f& wi) const {
+  const V3f size = box_.size();
+  media::MajorantWalk walk(density_, over(p - box_.min, size), over(wi, size), infinity);
   double sum = 0;
-  for (const Part& part : parts_) {
-    const V3f size = part.box.size();
-    media::MajorantWalk walk(part.density, over(p - part.box.min, size), over(wi, size), infinity);
-    float begin = 0, end = 0, q = 0;
-    while (walk.next_cell(&begin, &end, &q)) {
-      const double a = double(begin), b = double(end);
-      sum += double(q) * (b - a) * (a * a + a * b + b * b) / 3;
-    }
+  float begin = 0, end = 0, q = 0;
+  while (walk.next_cell(&begin, &end, &q)) {
+    const double a = double(begin), b = double(end);
+    sum += double(q) * (b - a) * (a * a + a * b + b * b) / 3;
   }
   return float(sum);
 }

@@ -28,11 +28,11 @@ struct RaySet {
   int count = 0;
   int point[capacity];
   RGB weight[capacity];
-  LightSums L;               ///< what arrives along the ray
-  float glint[capacity];     ///< PointBatch::glint of what it meets, unweighted
-  RGB glow[capacity];        ///< radiance of the media on the way, weighted
-  RGB lit[capacity];         ///< the same of media that are a light, for who looks for lights by such rays
-  uint8_t behind[capacity];  ///< of a diffuse ray: it left on the other side
+  LightSums L;                               ///< what arrives along the ray
+  float glint[capacity];                     ///< PointBatch::glint of what it meets, unweighted
+  RGB glow[capacity];                        ///< radiance of the media on the way, weighted, but what is
+  std::vector<RayTracer::Flights::Lit> lit;  ///< of media that are lights, for who looks for lights by such rays
+  uint8_t behind[capacity];                  ///< of a diffuse ray: it left on the other side
   trace::RayBatch rays;
   trace::HitBatch hits;
   float distance[capacity];

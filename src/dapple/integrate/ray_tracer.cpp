@@ -136,11 +136,21 @@ void RayTracer::fly(const trace::RayBatch& rays, int n, int segment, const RGB* 
       scene_, n, [&](int i) { return s.medium[i] == certain ? scene::vacuum : s.medium[i]; }, add, s.flight);
 }
 
+// Along the segment of ray i.
+void RayTracer::add_emitted(const Scratch& s, int i, const RGB& emitted, Flights* flights) const {
+  if (emitted.is_black()) return;
+  const uint32_t light = scene_.glow_light(s.medium[i], s.rays.origin(i));
+  if (light == trace::no_id)
+    flights->emitted[s.ray[i]] += emitted;
+  else
+    flights->lit.push_back({s.ray[i], light, emitted});
+}
+
 // Takes ray i to its hit. False if it does not arrive.
 bool RayTracer::arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const {
   if (s.medium[i] == scene::vacuum) return true;
   const media::MediumSample& flight = s.flight[i];
-  (scene_.glows(s.medium[i]) ? flights->lit : flights->emitted)[s.ray[i]] += *passed * flight.emitted;
+  add_emitted(s, i, *passed * flight.emitted, flights);
   *passed *= flight.weight;
   if (!flight.scattered && !passed->is_black()) return true;
   *distance += flight.scattered ? flight.t : 0;
@@ -161,7 +171,7 @@ void RayTracer::pass_for_certain(Scratch& s, int i, uint64_t key, RGB* passed, f
   const float length = s.length(i);
   const media::MediumCrossing crossing = air.cross(ray, length, *passed, key, flights->scatters);
   flights->ways.push_back({r, ray.d, distance, distance + length, *passed, crossing.transmittance});
-  (scene_.glows(s.medium[i]) ? flights->lit : flights->emitted)[r] += *passed * crossing.emitted;
+  add_emitted(s, i, *passed * crossing.emitted, flights);
   if (flights->scatters) {
     const media::MediumSample& drawn = crossing.scattering;
     const RGB weight = *passed * drawn.weight;
@@ -234,28 +244,36 @@ void RayTracer::Scratch::Glow::Part::add(const trace::RayBatch& from, int i, con
   ray[count++] = i;
 }
 
-int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, const bool* glows,
-                       RGB* visible, Scratch& s) const {
-  if (std::none_of(glows, glows + n, [](bool g) { return g; })) return this->visible(rays, Ng, n, medium, visible, s);
+int RayTracer::visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium,
+                       const uint32_t* glow_light, RGB* visible, Scratch& s) const {
+  const auto glows = [](uint32_t light) { return light != trace::no_id; };
+  if (std::none_of(glow_light, glow_light + n, glows)) return this->visible(rays, Ng, n, medium, visible, s);
   if (!s.glow) s.glow = std::make_unique<Scratch::Glow>();
   auto &glowing = s.glow->glowing, &others = s.glow->others;
   glowing.count = others.count = 0;
-  for (int i = 0; i < n; ++i) (glows[i] ? glowing : others).add(rays, i, Ng[i], medium[i]);
+  for (int i = 0; i < n; ++i) {
+    if (glows(glow_light[i])) s.glow->light[glowing.count] = glow_light[i];
+    (glows(glow_light[i]) ? glowing : others).add(rays, i, Ng[i], medium[i]);
+  }
   const int masked =
       others.count > 0 ? this->visible(others.rays, others.Ng, others.count, others.medium, others.found, s) : 0;
-  glow(glowing.rays, glowing.count, glowing.medium, glowing.found, s);
+  glow(glowing.rays, glowing.count, glowing.medium, s.glow->light, glowing.found, s);
   for (const auto* part : {&glowing, &others})
     for (int k = 0; k < part->count; ++k) visible[part->ray[k]] = part->found[k];
   return masked;
 }
 
-// From surface to surface, until one stops it, or it scatters.
-void RayTracer::glow(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* emitted, Scratch& s) const {
+// From surface to surface, until one stops it, it scatters, or the light lies behind. A segment is never cut short: all
+// that glows along it belongs to the light, as it does for rays that find it by chance.
+void RayTracer::glow(const trace::RayBatch& rays, int n, const int32_t* medium, const uint32_t* light, RGB* emitted,
+                     Scratch& s) const {
   s.stop.check();
   RGB* const passed = s.glow->passed;
+  float* const left = s.glow->left;
   for (int i = 0; i < n; ++i) {
-    s.rays.set(i, rays.origin(i), rays.direction(i), rays.t_max[i], rays.time[i], rays.key[i], rays.width[i],
+    s.rays.set(i, rays.origin(i), rays.direction(i), infinity, rays.time[i], rays.key[i], rays.width[i],
                rays.spread[i]);
+    left[i] = rays.t_max[i];
     s.medium[i] = medium[i];
     s.ray[i] = i;
     passed[i] = RGB(1);
@@ -271,14 +289,15 @@ void RayTracer::glow(const trace::RayBatch& rays, int n, const int32_t* medium, 
       const int r = s.ray[i];
       if (s.medium[i] != scene::vacuum) {
         const media::MediumSample& flight = s.flight[i];
-        if (scene_.glows(s.medium[i])) emitted[r] += passed[r] * flight.emitted;
+        if (scene_.glow_light(s.medium[i], s.rays.origin(i)) == light[r]) emitted[r] += passed[r] * flight.emitted;
         if (flight.scattered) continue;
         passed[r] *= flight.weight;
       }
       if (s.hits.geometry[i] == trace::no_id || !materials_.lets_through(s.hits.geometry[i])) continue;
       if (materials_.any_sheet()) passed[r] *= s.through[i];
       if (colored) passed[r] *= s.hits.weight(i);
-      if (!passed[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
+      left[r] -= s.hits.t[i];
+      if (left[r] > 0 && !passed[r].is_black()) go_on(i, kept++, hash(rays.key[r], segment, 1), s);
     }
     n = kept;
   }
@@ -327,7 +346,7 @@ void RayTracer::nearest(trace::RayBatch& rays, int n, int32_t* medium, trace::Hi
     flights->count = 0;
     flights->ways.clear();
     std::fill_n(flights->emitted, n, RGB());
-    std::fill_n(flights->lit, n, RGB());
+    flights->lit.clear();
     if (flights->certain != Flights::all_gamble) std::fill_n(s.drawn_from, n, 0.0f);
   }
   scene_.traced.intersect(rays, n, hits);

@@ -62,7 +62,9 @@ class RayTracer {
         RGB found[capacity];
         void add(const trace::RayBatch& from, int i, const V3f& normal, int32_t in);
       } glowing, others;
+      uint32_t light[capacity];  ///< of rays of `glowing`
       RGB passed[capacity];
+      float left[capacity];  ///< m to the end of what the light may be
     };
     std::unique_ptr<Glow> glow;  ///< null until there is such a ray
 
@@ -72,12 +74,18 @@ class RayTracer {
 
   /// Where rays scattered in media, and what the media added on the way.
   struct Flights {
+    /// Radiance that a light of the scene adds to a ray which is a medium (scene::Scene::glow_light).
+    struct Lit {
+      int ray;
+      uint32_t light;
+      RGB radiance;
+    };
     int count = 0;
     int ray[capacity];
     V3f P[capacity];
     int32_t medium[capacity];
     RGB emitted[capacity];  ///< by ray, but what is
-    RGB lit[capacity];      ///< by media that are a light (scene::Scene::glow_light)
+    std::vector<Lit> lit;   ///< by media that are lights
 
     /// The medium, alone to scatter, in which rays do not gamble whether they do; all_gamble: none. What
     /// they meet is weakened by all that is lost, each way through the medium is told, and of the places where it may
@@ -120,10 +128,10 @@ class RayTracer {
   int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, RGB* visible,
               Scratch& scratch) const;
 
-  /// The same, where rays i of glows[i] are to the light that media are: visible[i] is the radiance that these emit to
-  /// their origins (emitters::LightSample::glow).
-  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, const bool* glows, RGB* visible,
-              Scratch& scratch) const;
+  /// The same, where glow[i] is the light of ray i that a medium is: visible[i] is the radiance that this emits to the
+  /// ray's origin (emitters::LightSample::glow). no_id: another light.
+  int visible(const trace::RayBatch& rays, const V3f* Ng, int n, const int32_t* medium, const uint32_t* glow,
+              RGB* visible, Scratch& scratch) const;
 
   /// Nearest hits. On return, rays that went through surfaces start at the last of them, medium[i] is the one ray i
   /// arrived in, distance[i] the whole way (infinite for a miss), passed[i] the fraction of light that passes.
@@ -138,7 +146,9 @@ class RayTracer {
   void dim_masked(const trace::RayBatch& rays, int n, const int32_t* medium, Scratch& s) const;
   void meet_sheets(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void visible_through(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* visible, Scratch& scratch) const;
-  void glow(const trace::RayBatch& rays, int n, const int32_t* medium, RGB* emitted, Scratch& scratch) const;
+  void glow(const trace::RayBatch& rays, int n, const int32_t* medium, const uint32_t* light, RGB* emitted,
+            Scratch& scratch) const;
+  void add_emitted(const Scratch& s, int i, const RGB& emitted, Flights* flights) const;
   void transmit(const trace::RayBatch& rays, int n, int segment, Scratch& s) const;
   void fly(const trace::RayBatch& rays, int n, int segment, const RGB* passed, int32_t certain, Scratch& s) const;
   bool arrive(const Scratch& s, int i, RGB* passed, float* distance, Flights* flights) const;

@@ -144,8 +144,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   const Bsdf& bsdf = b.bsdf[k];
   const V3f normal = from.normal(bsdf.frame.n);
   const float cosine = dot(light.wi, normal), pdf = light.pdf * chosen.probability;
-  const bool glows = uint32_t(chosen.light) == scene_.glow_light;
-  RGB L = (glows ? RGB(1) : light.radiance) * (w.job_weight[job] * std::abs(cosine) / pdf);
+  RGB L = (light.glow ? RGB(1) : light.radiance) * (w.job_weight[job] * std::abs(cosine) / pdf);
   float glint = 0;
   Target target = to_specular;
   if (bsdf.is_diffuse()) {
@@ -189,7 +188,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   w.shadow_light[s] = L;
   w.shadow_glint[s] = glint;
   w.shadow_source[s] = chosen.light;
-  w.shadow_glows[s] = glows;
+  w.shadow_glow[s] = light.glow ? uint32_t(chosen.light) : no_id;
   return true;
 }
 
@@ -286,7 +285,7 @@ void DirectLight::add_shadow_rays(PointBatch& b, int diffuse_depth, int first, i
 void DirectLight::trace(LightWorkspace& w) const {
   const Timer timer;
   const int masked =
-      tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glows, w.visible, w.tracing);
+      tracer_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glow, w.visible, w.tracing);
   w.stages.tracing_seconds += timer.seconds();
   w.stages += std::exchange(w.tracing.stages, {});
   w.rays.mask += uint64_t(masked);
@@ -315,13 +314,6 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
       }
       r.L.add(i, Le * weight, group_[light]);
     };
-    if (!r.lit[i].is_black()) {
-      float weight = 1;
-      if (r.pdf[i] > 0)
-        weight = power_heuristic(r.pdf[i], density(receiver(b, k, b.origin_of(r, i)), scene_.glow_light, d, {},
-                                                   share_of(b, k, diffuse_depth)));
-      r.glow[i] += r.lit[i] * weight;
-    }
     if (r.hits.geometry[i] == no_id) {
       if (r.distance[i] < infinity) continue;  // it scattered in a medium
       for (const uint32_t light : scene_.infinite_lights)
@@ -332,6 +324,15 @@ void DirectLight::add_lights_hit(const PointBatch& b, RaySet& r, int diffuse_dep
     if (light == no_id) continue;
     const geom::SurfacePoint s = scene_.traced.surface(r.hits, i, r.rays.time[i]);
     add(light, scene_.lights[light]->emitted(s.P, s.Ng, V2f(s.u, s.v), -d), s);
+  }
+  for (const RayTracer::Flights::Lit& lit : r.lit) {
+    const int i = lit.ray, k = r.point[i];
+    if (r.pdf[i] < 0) continue;
+    float weight = 1;
+    if (r.pdf[i] > 0)
+      weight = power_heuristic(r.pdf[i], density(receiver(b, k, b.origin_of(r, i)), lit.light, r.rays.direction(i), {},
+                                                 share_of(b, k, diffuse_depth)));
+    r.glow[i] += lit.radiance * weight;
   }
 }
 
@@ -374,7 +375,7 @@ void DirectLight::light_media(PointBatch& b, int diffuse_depth, const ShaftLight
       w.shadow_point[s] = k;
       w.shadow_light[s] = L;
       w.shadow_source[s] = chosen.light;
-      w.shadow_glows[s] = light.glow;
+      w.shadow_glow[s] = light.glow ? uint32_t(chosen.light) : no_id;
     }
     trace(w);
     for (int s = 0; s < w.shadow_count; ++s)

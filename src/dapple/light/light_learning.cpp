@@ -115,10 +115,13 @@ class Observer {
     const float arrives = s.radiance.luminance() * cosine(point, s.wi) / (s.pdf * probability);
     if (!(arrives > 0 && arrives < infinity)) return;
     out->light = out->own = std::min(arrives, brightest);
-    send(point, s, out);
+    // What a medium sends is known when a ray has been through it, not by what there is room for.
+    if (s.glow) out->light = std::min(cosine(point, s.wi) / (s.pdf * probability), brightest);
+    send(point, s, out, s.glow ? uint32_t(light) : trace::no_id);
   }
 
-  void send(const LightPoint& point, const LightSample& s, LightSeen* out) {
+  // `glow`: the light, if it is a medium.
+  void send(const LightPoint& point, const LightSample& s, LightSeen* out, uint32_t glow = trace::no_id) {
     const bool on_surface = point.geometry != trace::no_id;
     V3f origin = point.to.p;
     int32_t medium = point.medium;
@@ -138,14 +141,15 @@ class Observer {
     rays_.set(count_, origin, ray.d, ray.distance, point.to.time, uint32_t(hash(seed_, number_, sent_++)));
     normal_[count_] = point.Ng;
     medium_[count_] = medium;
+    glow_[count_] = glow;
     seen_[count_++] = out;
     if (count_ == trace::RayBatch::capacity) flush();
   }
 
   void flush() {
     if (count_ == 0) return;
-    tracer_.visible(rays_, normal_, count_, medium_, visible_, scratch_);
-    for (int i = 0; i < count_; ++i) seen_[i]->light *= visible_[i].luminance();
+    tracer_.visible(rays_, normal_, count_, medium_, glow_, visible_, scratch_);
+    for (int i = 0; i < count_; ++i) seen_[i]->light = std::min(seen_[i]->light * visible_[i].luminance(), brightest);
     count_ = 0;
   }
 
@@ -158,6 +162,7 @@ class Observer {
   trace::RayBatch rays_;
   V3f normal_[trace::RayBatch::capacity];
   int32_t medium_[trace::RayBatch::capacity];
+  uint32_t glow_[trace::RayBatch::capacity];
   RGB visible_[trace::RayBatch::capacity];
   LightSeen* seen_[trace::RayBatch::capacity];
   integrate::RayTracer::Scratch scratch_;

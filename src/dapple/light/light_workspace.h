@@ -29,9 +29,9 @@ struct LightWorkspace : integrate::RayJobs {
   int shadow_point[capacity];
   uint8_t shadow_target[capacity];
   RGB shadow_light[capacity], visible[capacity];
-  int shadow_source[capacity];   ///< light
-  bool shadow_glows[capacity];   ///< what arrives is what media emit on the way
-  float shadow_glint[capacity];  ///< PointBatch::glint, unoccluded
+  int shadow_source[capacity];     ///< light
+  uint32_t shadow_glow[capacity];  ///< the light, if it is a medium; else no_id
+  float shadow_glint[capacity];    ///< PointBatch::glint, unoccluded
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
 };

@@ -29,6 +29,8 @@ class ClosedFormMedium : public Medium {
     return source_.is_black() ? RGB() : source_ * (RGB(1) - transmittance(ray, t_max, 0));
   }
 
+  /// sigma_a Le at a point, radiance that it emits per metre.
+  RGB emission_at(const V3f& P) const { return source_ * sigma_t_ * density_.at(P); }
   RGB sigma_s() const { return sigma_s_; }
   RGB sigma_t() const { return sigma_t_; }
   const ExponentialDensity& density() const { return density_; }

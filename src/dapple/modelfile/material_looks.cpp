@@ -33,8 +33,12 @@ Mirroring mirroring_of(const ModelMaterial& m, const ModelSurface& s, ModelTextu
     textures->diagnostics().unsupported(textures->loc(), "a specular colour above 1 of a model's glass", "1");
     return {clamp(m.specular_tint, 0, 1), m.ior};
   }
-  constexpr float most_reflected = 0.95f;  // an index of 76; 1 has none
-  const float own = sqr((m.ior - 1) / (m.ior + 1)), raised = std::min(own * most, most_reflected);
+  constexpr float most_reflected = 0.25f;  // of an index of 3, openpbr's largest
+  const float own = sqr((m.ior - 1) / (m.ior + 1));
+  if (own * most > most_reflected && own < most_reflected)
+    textures->diagnostics().unsupported(
+        textures->loc(), "a specular colour with which a model's dielectric mirrors more than a quarter", "a quarter");
+  const float raised = std::max(std::min(own * most, most_reflected), own);
   const RGB tint = m.specular_tint * (own / raised);
   return {clamp(tint, 0, 1), (1 + std::sqrt(raised)) / (1 - std::sqrt(raised))};
 }

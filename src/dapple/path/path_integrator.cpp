@@ -122,7 +122,7 @@ void PathIntegrator::render(const TileWork& work, Workspace& workspace, Film& fi
 
 void PathIntegrator::start_paths(PathWorkspace& w) const {
   w.path_count = w.camera.count;
-  w.glow_light = scene_.glow_light;
+  w.first_glow = scene_.glow.first_light();
   for (int p = 0; p < w.path_count; ++p) {
     const scene::CameraRay& r = w.camera.ray[p];
     w.start_path(p);
@@ -263,12 +263,12 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
 // What the medium of path p emitted along its ray; it may be a light that shadow rays look for, too.
 void PathIntegrator::add_glow(int p, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const {
   if (emitted.is_black()) return;
-  const bool lit = scene_.glows(w.medium[p]);
+  const uint32_t light = scene_.glow_light(w.medium[p], o);
+  const bool lit = light != no_id;
   float weight = 1;
   if (lit && w.bsdf_pdf[p] > 0) {
-    const emitters::Light& light = *scene_.lights[scene_.glow_light];
     const float pdf =
-        flights_.light_probability(p, scene_.glow_light, w) * light.pdf(w.receiver[p], d, o, V3f(0, 0, 0));
+        flights_.light_probability(p, light, w) * scene_.lights[light]->pdf(w.receiver[p], d, o, V3f(0, 0, 0));
     weight = power_heuristic(w.bsdf_pdf[p], pdf);
   }
   w.add_light(p, no_id, w.beta[p] * emitted * weight, lit && w.finds_direct(p));
@@ -586,7 +586,7 @@ void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) co
 }
 
 void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glows,
+  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glow,
                                    w.shadow_light, w.shadow_scratch);
   w.stages += std::exchange(w.shadow_scratch.stages, {});
   w.rays.mask += uint64_t(masked);

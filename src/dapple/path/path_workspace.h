@@ -24,8 +24,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
 
   // Paths, by number in the block.
   int path_count = 0;
-  bool wants_features = false;  ///< the film keeps AOVs
-  uint32_t glow_light = trace::no_id;  ///< of the scene
+  bool wants_features = false;         ///< the film keeps AOVs
+  uint32_t first_glow = trace::no_id;  ///< GlowTable::first_light
   integrate::CameraBatch camera;
   RGB beta[capacity], L[capacity];
   float bsdf_pdf[capacity];  ///< density of the last scattering; 0 = could not have been found by light sampling
@@ -109,7 +109,8 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   int32_t shadow_medium[capacity];
   V3f shadow_normal[capacity];  ///< of the surface that it leaves; 0 in media
   RGB shadow_light[capacity];   ///< fraction that arrives
-  bool shadow_direct[capacity], shadow_glows[capacity];
+  bool shadow_direct[capacity];
+  uint32_t shadow_glow[capacity];  ///< the light, if it is a medium; else no_id
   integrate::RayTracer::Scratch shadow_scratch;
 
   // Random numbers of a step, by dimension and point.
@@ -180,7 +181,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
                    int32_t in_medium) {
     shadow_source[shadow_count] = light;
     shadow_direct[shadow_count] = diffuse_depth[p] == 0;
-    shadow_glows[shadow_count] = light == glow_light;
+    shadow_glow[shadow_count] = light >= first_glow ? light : trace::no_id;
     shadow_medium[shadow_count] = in_medium;
     shadow_normal[shadow_count] = Ng;
     shadow.set(shadow_count, o, d, distance, time[p], next_key(p), cone_width[p], cone_spread[p]);

@@ -11,6 +11,7 @@
 #include "dapple/scene/camera.h"
 #include "dapple/scene/film.h"
 #include "dapple/scene/filter.h"
+#include "dapple/scene/glow_table.h"
 #include "dapple/scene/light_groups.h"
 #include "dapple/scene/patch_memory.h"
 #include "dapple/shading/material.h"
@@ -66,8 +67,7 @@ class Scene final : public trace::OpacityTest {
   std::unique_ptr<const emitters::LightSampler> light_sampler;
   std::vector<std::shared_ptr<const media::Medium>> media;
   int32_t camera_medium = vacuum;
-  uint32_t glow_light = trace::no_id;  ///< the one of `lights` that media are; no_id: none
-  std::vector<bool> glowing;           ///< by medium: what it emits belongs to that light
+  GlowTable glow;
   Camera camera;
   Filter filter = Filter::box(0.5f);
   Film::Settings film;
@@ -83,8 +83,12 @@ class Scene final : public trace::OpacityTest {
     return first == trace::no_id ? trace::no_id : light_table[first + primitive];
   }
   bool has_media() const { return !media.empty(); }
-  bool has_glow() const { return glow_light != trace::no_id; }
-  bool glows(int32_t medium) const { return has_glow() && medium != vacuum && glowing[size_t(medium)]; }
+  /// The light that a medium's emission belongs to, along a way through it that begins at p; no_id: none, rays find it
+  /// by chance.
+  uint32_t glow_light(int32_t medium, const V3f& p) const {
+    return medium == vacuum ? trace::no_id : glow.light(medium, p);
+  }
+  bool is_glow(uint32_t light) const { return light != trace::no_id && light >= glow.first_light(); }
   /// Writes lane `lane` of `points` from a surface point, whose footprint has the sides dx and dy.
   static void set_point(const geom::SurfacePoint& s, const V3f& dx, const V3f& dy, float time, uint64_t key,
                         pattern::ShadingPoints* points, int lane);
