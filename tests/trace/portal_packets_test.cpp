@@ -68,7 +68,8 @@ std::pair<int, int> packets_as_single_rays(RTCScene scene, const Nearest& neares
     alignas(64) int valid[N];
     RTCRayHit alone[N];
     const auto component = [&rng] { return rng.next() - 0.5f; };
-    const V3f o = V3f(component(), component(), component()) * 14, d(component(), component(), component());
+    const V3f o = V3f(component(), component(), component()) * 14, to = V3f(component(), component(), component()) * 8;
+    const V3f d = to - o;
     for (int i = 0; i < N; ++i) {
       const float apart = turn % 2 == 0 ? 0.1f : 4.0f;
       valid[i] = turn % 3 == 0 && i % 3 == 0 ? 0 : -1;
