@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the benchmarks share: running programs, medians, tables."""
+import hashlib
 import json
 import math
 import os
 import platform
+import re
 import resource
 import shutil
 import statistics
@@ -13,6 +15,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+RENDERING = "trace", "pattern", "media", "emitters", "scattering", "shading", "scene", "integrate", "light", "path"  # libraries that references depend on
 
 
 class Skip(Exception):
@@ -78,14 +81,36 @@ def compare(context, image, reference):
     return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
 
 
-def path_traced_pair(context, scene, size, bounces, samples):
-    """Two independent path-traced pictures, kept for the next time."""
-    images = [context.out / f"{scene.stem}_{size}_b{bounces}_path_{samples}_{seed}.exr" for seed in (1, 2)]
-    for seed, image in enumerate(images, 1):
-        if not image.exists():
-            render(context, scene, image, "--integrator", "path", "--resolution", f"{size}x{size}", "--bounces", bounces, "--pixel-samples",
-                   samples, "--seed", seed, "--float")
+def made_of(scene, *options, root=ROOT):
+    """A name for what makes a picture: the scene, the files that it names, options, and the sources of the libraries that render."""
+    names, waiting, known = hashlib.sha256(repr([str(o) for o in options]).encode()), [Path(scene)], set()
+    while waiting:
+        file = waiting.pop()
+        known.add(file)
+        names.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+        if file.suffix == ".pbrt":
+            named = {file.parent / name for name in re.findall(r'"([^"\n]+\.\w+)"', file.read_text())}
+            waiting += sorted(f for f in named if f.is_file() and f not in known and f not in waiting)
+    for library in RENDERING:
+        for source in sorted((root / "src/dapple" / library).glob("*.*")):
+            names.update(source.name.encode() + b"\0" + hashlib.sha256(source.read_bytes()).digest())
+    return names.hexdigest()[:16]
+
+
+def path_traced(context, name, scene, *options, seeds=(1, 2), threads=None):
+    """Independent path-traced pictures, in floats; kept for the next time under a name of what made them."""
+    options, images = ("--integrator", "path", *options, *(() if "--float" in options else ("--float",))), []
+    for seed in seeds:
+        images.append(context.out / f"{name}_{made_of(scene, *options, '--seed', seed)}.exr")
+        if not images[-1].exists():
+            part = images[-1].with_suffix(".part.exr")
+            render(context, scene, part, *options, "--seed", seed, *(("--threads", threads) if threads else ()))
+            part.rename(images[-1])
     return images
+
+
+def path_traced_pair(context, scene, size, bounces, samples):
+    return path_traced(context, f"{scene.stem}_path", scene, "--resolution", f"{size}x{size}", "--bounces", bounces, "--pixel-samples", samples)
 
 
 def compare_without_noise(context, image, pair):

@@ -118,12 +118,8 @@ def build(folder):
 
 
 def references(context, name, scene):
-    pair = [context.out / f"constants_{name}_{SIZE}_b{BOUNCES}_path_{REFERENCE_SAMPLES}_{seed}.exr" for seed in (101, 202)]
-    for seed, image in zip((101, 202), pair):
-        if not image.exists():
-            common.render(context, scene, image, "--integrator", "path", "--bounces", BOUNCES, "--pixel-samples", REFERENCE_SAMPLES, "--resolution", SIZE, "--seed", seed,
-                          "--float", "--quiet", "--threads", context.threads)
-    return pair
+    return common.path_traced(context, f"constants_{name}_path", scene, "--bounces", BOUNCES, "--pixel-samples", REFERENCE_SAMPLES, "--resolution", SIZE, "--quiet",
+                              seeds=(101, 202), threads=context.threads)
 
 
 def measure(context, varied, name, scene, value=None):

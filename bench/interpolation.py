@@ -46,12 +46,7 @@ AttributeEnd
 
 
 def references(context, scene, name, frame):
-    """Two independent path-traced pictures."""
-    images = [context.out / f"interpolation_{name}_path_{seed}.exr" for seed in (1, 2)]
-    for seed, image in enumerate(images, 1):
-        if not image.exists():
-            common.render(context, scene, image, "--integrator", "path", "--pixel-samples", REFERENCE_SAMPLES, "--seed", seed, *frame)
-    return images
+    return common.path_traced(context, f"interpolation_{name}_path", scene, "--pixel-samples", REFERENCE_SAMPLES, *frame)
 
 
 def bench(context):

@@ -12,8 +12,8 @@ import common
 HAZE = ('MakeNamedMedium "haze" "string type" "exponential" "float scaleheight" 12 "rgb sigma_a" [ .001 .001 .001 ] '
         '"rgb sigma_s" [ .012 .012 .012 ] "float g" .5\nMediumInterface "" "haze"\n')
 PLANES, RAYS = (4, 16, 64), 64  # camera samples
-REFERENCE = 1024  # of the picture, by fine planes of another seed
-FRAME_REFERENCE = 1024  # of a whole frame
+REFERENCE = 128  # of the picture by fine planes, in each of two of other seeds, whose noise is taken off
+FRAME, FRAME_REFERENCE = (4, 16), 64  # of a whole frame, and of the same by rays in each of two
 FINE = 6, 4096  # planes for each, and bins, that stand for exact light
 DEPTHS = .5, 2  # optical, from the eye to the far side of the stand, at the eye's height
 REFERENCE_SIZE, REFERENCE_RAYS, REFERENCE_PLANES = "96x54", 2048, 64  # samples; of each of two references
@@ -110,17 +110,17 @@ def queries(context):
 def to_one_percent(air):
     scene = air.scene("forest", air_alone(forest_text()))
     _, planes = air.exact(scene)
-    reference, *_ = air.render(scene, "reference", "scan-planes", REFERENCE, "--seed", 7, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1],
-                               "--shaft-mb", 4096, repeats=1)
+    pair = [air.render(scene, f"reference_{seed}", "scan-planes", REFERENCE, "--seed", seed, "--shaft-planes", FINE[0] * planes, "--shaft-bins", FINE[1], "--shaft-mb", 4096,
+                       repeats=1)[0] for seed in (7, 8)]
     image, seconds, loading, _ = air.render(scene, "rays", "rays", RAYS)
-    error, blocks, mean = common.compare(air.context, image, reference)
+    error, blocks, mean = common.compare_without_noise(air.context, image, pair)
     # Errors of random flights fall with the root of their number.
     result = {"rays": {"samples": RAYS, "seconds": seconds, "rmse": error, "blocks": blocks, "mean": mean, "to_1_percent": seconds * (error / 0.01) ** 2}}
     rows = [[f"rays, {RAYS}", f"{seconds:.2f} s", "", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %", ""]]
     for samples in PLANES:
         image, seconds, before, stats = air.render(scene, f"planes_{samples}", "scan-planes", samples)
         tables = max(before - loading, 0)
-        error, blocks, mean = common.compare(air.context, image, reference)
+        error, blocks, mean = common.compare_without_noise(air.context, image, pair)
         by_rays = result["rays"]["to_1_percent"] * (0.01 / error) ** 2
         shafts = stats["shafts"]
         result[f"planes {samples}"] = {"samples": samples, "seconds": seconds, "of_tables": tables, "rmse": error, "blocks": blocks, "mean": mean, "by_rays": by_rays,
@@ -172,27 +172,23 @@ def frames(air):
 
 
 def equal_time(air):
-    """A whole frame in haze, all scatterings: errors by planes and by rays, and processor time to the same error."""
+    """A whole frame in haze, all scatterings: errors by planes and by rays against two pictures by rays, and processor time to the same error."""
     scene = air.scene("frame", HAZE + forest_text())
-    options = ["--integrator", "path", "--resolution", air.size, "--float", "--threads", 1, "--light-learning", "off"]
-
-    def frame(name, shafts, samples, *more):
-        image = air.context.out / f"shafts_frame_{name}.exr"
-        found = common.render(air.context, scene, image, *options, "--light-shafts", shafts, "--pixel-samples", samples, *more)
-        return image, found["cpu_seconds"]
-
-    reference, _ = frame("reference", "scan-planes", FRAME_REFERENCE, "--seed", 7)
+    options = ["--resolution", air.size, "--light-learning", "off"]
+    pair = common.path_traced(air.context, "shafts_frame_reference", scene, *options, "--light-shafts", "rays", "--pixel-samples", FRAME_REFERENCE, seeds=(7, 8))
     result, rows = {}, []
-    for name, shafts, samples in (("rays", "rays", 16), ("rays", "rays", 64), ("planes", "scan-planes", 16), ("planes", "scan-planes", 64)):
-        image, seconds = frame(f"{name}_{samples}", shafts, samples)
-        error, blocks, mean = common.compare(air.context, image, reference)
+    for (name, shafts), samples in itertools.product((("rays", "rays"), ("planes", "scan-planes")), FRAME):
+        image = air.context.out / f"shafts_frame_{name}_{samples}.exr"
+        seconds = common.render(air.context, scene, image, "--integrator", "path", "--float", "--threads", 1, *options, "--light-shafts", shafts, "--pixel-samples", samples)["cpu_seconds"]
+        error, blocks, mean = common.compare_without_noise(air.context, image, pair)
         result[f"{name} {samples}"] = {"seconds": seconds, "rmse": error, "blocks": blocks, "mean": mean}
         rows.append([f"{name}, {samples}", f"{seconds:.2f} s", f"{100 * error:.2f} %", f"{100 * blocks:.2f} %", f"{100 * mean:+.2f} %"])
-    for samples in (16, 64):
+    for samples in FRAME:
         r, p = result[f"rays {samples}"], result[f"planes {samples}"]
         result[f"sooner {samples}"] = r["seconds"] / p["seconds"] * (r["rmse"] / p["rmse"]) ** 2
     text = common.table(["frame in haze, samples", "processor time", "RMSE", "8 x 8 blocks", "mean"], rows)
-    return result, text + f"\n\nThe same error {result['sooner 16']:.1f} and {result['sooner 64']:.1f} times sooner (from 16 and 64 samples)."
+    sooner = " and ".join(f"{result[f'sooner {samples}']:.1f}" for samples in FRAME)
+    return result, f"{text}\n\nThe same error {sooner} times sooner (from {' and '.join(map(str, FRAME))} samples)."
 
 
 def flicker(air):
@@ -246,14 +242,11 @@ def references(air):
     result, rows = {}, []
     for depth in DEPTHS:
         scene = air.scene(f"depth_{depth:g}", haze_of_depth(depth) + forest_text())
-        options = ["--integrator", "path", "--resolution", REFERENCE_SIZE, "--float", "--light-learning", "off"]
-        pair = [air.context.out / f"shafts_reference_{depth:g}_{REFERENCE_RAYS}_{seed}.exr" for seed in (1, 2)]
-        for seed, image in enumerate(pair, 1):
-            if not image.exists():
-                common.render(air.context, scene, image, *options, "--light-shafts", "rays", "--pixel-samples", REFERENCE_RAYS, "--seed", seed)
+        frame = ["--resolution", REFERENCE_SIZE, "--light-learning", "off"]
+        pair = common.path_traced(air.context, f"shafts_reference_{depth:g}", scene, *frame, "--light-shafts", "rays", "--pixel-samples", REFERENCE_RAYS)
         by_planes = [air.context.out / f"shafts_depth_{depth:g}_{seed}.exr" for seed in (3, 4)]
         for seed, image in enumerate(by_planes, 3):
-            common.render(air.context, scene, image, *options, "--light-shafts", "scan-planes", "--pixel-samples", REFERENCE_PLANES, "--seed", seed)
+            common.render(air.context, scene, image, "--integrator", "path", "--float", *frame, "--light-shafts", "scan-planes", "--pixel-samples", REFERENCE_PLANES, "--seed", seed)
         (a, a_blocks), (b, b_blocks), (x, x_blocks), (_, y_blocks) = map(blocks, pair + by_planes)
         mean, size = (a + b) / 2, np.sqrt(((a_blocks + b_blocks) ** 2 / 4).mean())
         noise = np.sqrt(((a_blocks - b_blocks) ** 2).mean() / 4) / size

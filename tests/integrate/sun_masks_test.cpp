@@ -138,7 +138,8 @@ std::string border(const std::string& inside, const std::string& outside, const 
 }
 
 // Rationale: on its way to what masks shade, light passes media that end: a ball of haze, one in another, balls of an
-// object that is placed twice, some behind what casts shadows. Expectation: as by rays, means to .3 %, blocks to 4 %.
+// object that is placed twice, some behind what casts shadows. Expectation: as by rays, means to .3 %, blocks to 1 % of
+// the light without media.
 TEST(MasksInHaze, KnowWhereMediaEnd) {
   const std::string quad = R"(Shape "bilinearmesh" "point3 P" [ -1 -1 2  1 -1 3  -1 1 2  1 1 2.5 ])";
   const std::string media = absorbing("haze", ".8 .4 .2") + absorbing("core", "2 3 1");
@@ -158,14 +159,16 @@ TEST(MasksInHaze, KnowWhereMediaEnd) {
     EXPECT_GT(masks.result.rays.mask, 1000u);
     EXPECT_EQ(masks.result.rays.shadow, 0u);
     EXPECT_LT(rays.mean().g, 0.985f * clear);
+    float worst = 0;
     test::expect_near(masks.mean(), rays.mean(), 0.003f, balls.c_str());
     for (int y = 0; y < 64; y += 8)
       for (int x = 0; x < 64; x += 8) {
         float a = 0, b = 0;
         for (int k = 0; k < 64; ++k)
           a += masks.film.pixel(x + k % 8, y + k / 8).g, b += rays.film.pixel(x + k % 8, y + k / 8).g;
-        EXPECT_NEAR(a / 64, b / 64, 0.04f * clear) << balls << x << ' ' << y;
+        worst = std::max(worst, std::abs(a - b) / 64 / clear);
       }
+    EXPECT_LT(worst, 0.01f) << balls;
   }
 }
 

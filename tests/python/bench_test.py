@@ -2,7 +2,9 @@
 """What the benchmarks compute from pictures and times: curves of error against time, reprojection, and the scene that POV-Ray is given."""
 import math
 import re
+import tempfile
 import unittest
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
@@ -56,6 +58,23 @@ class Curves(unittest.TestCase):
         between = {frozenset("xa"): 0.05, frozenset("xb"): 0.05, frozenset("ab"): 0.04 * math.sqrt(2)}
         with mock.patch.object(common, "compare", lambda _, a, b: (between[frozenset(a + b)],) * 2 + (0.01,)):
             self.assertAlmostEqual(common.compare_without_noise(None, "x", "ab")[0], 0.03)
+
+    def test_kept_pictures_are_named_by_what_made_them(self):
+        """Other text, other files that it names or that these name, other options, other sources: another name."""
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            (folder / "src/dapple/path").mkdir(parents=True)
+            files = {"scene.pbrt": 'Include "trees.pbrt"', "trees.pbrt": 'Shape "plymesh" "string filename" "leaf.ply"', "leaf.ply": "ply", "src/dapple/path/walk.cpp": "int x;"}
+            for name, text in files.items():
+                (folder / name).write_text(text)
+            names = [common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder), common.made_of(folder / "scene.pbrt", "--seed", 2, root=folder)]
+            for name in files:
+                (folder / name).write_text(files[name] + "\n")
+                names.append(common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder))
+            self.assertEqual(len(set(names)), 6)
+            for name, text in files.items():
+                (folder / name).write_text(text)
+            self.assertEqual(common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder), names[0])
 
 
 

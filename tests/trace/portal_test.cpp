@@ -210,7 +210,6 @@ TEST(Portals, MeetWhatFlatGeometryMeets) {
 
 // Rationale: rays that stay together take another way through portals than single ones. Expectation: they meet the
 // same, in packets that enter one placement as a whole, and in such as come apart.
-// Without AVX-512 all rays go alone, and this compares the same with the same.
 TEST(Portals, MeetTheSameInPackets) {
   const Pair p;
   const auto rays = std::make_unique<RayBatch>();

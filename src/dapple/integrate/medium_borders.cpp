@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dapple/integrate/changes_medium.h"
 #include "dapple/trace/object_paths.h"
 
 namespace dapple::integrate {
@@ -15,7 +16,7 @@ namespace {
 std::vector<uint32_t> borders_in(const scene::Scene& scene, const MaterialTable& materials, uint32_t object) {
   std::vector<uint32_t> found;
   for (const uint32_t g : scene.traced.geometries_in(object))
-    if (scene.bindings[g].changes_medium && materials.lets_through(g)) found.push_back(g);
+    if (changes_medium(scene, materials, g)) found.push_back(g);
   return found;
 }
 
@@ -45,7 +46,7 @@ std::string MediumBorders::obstacle(const scene::Scene& scene, const MaterialTab
   if (!scene.has_media()) return {};
   for (uint32_t g = 0; g < scene.bindings.size(); ++g) {
     const scene::GeometryBinding& binding = scene.bindings[g];
-    if (binding.changes_medium && materials.lets_through(g) && (binding.alpha || binding.opacity))
+    if (changes_medium(scene, materials, g) && (binding.alpha || binding.opacity))
       return "surfaces between media are cut out";
   }
   uint64_t places = 0;

@@ -11,6 +11,7 @@
 #include "dapple/base/timer.h"
 #include "dapple/emitters/point_light.h"
 #include "dapple/forest/canopy_light.h"
+#include "dapple/integrate/changes_medium.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/light/shaft_fill.h"
 #include "dapple/light/surface_media.h"
@@ -131,7 +132,7 @@ std::string Builder::find_medium() {
     out_.medium = int32_t(m);
   }
   if (!out_.air) return "no medium scatters";
-  for (uint32_t g = 0; g < scene_.bindings.size(); ++g) bounded_ |= changes_medium(scene_, materials_, g);
+  for (uint32_t g = 0; g < scene_.bindings.size(); ++g) bounded_ |= integrate::changes_medium(scene_, materials_, g);
   return find_far_away();
 }
 
@@ -179,7 +180,7 @@ int32_t Builder::medium_at(const V3f& P) const {
   int32_t medium = far_away_;
   if (bounded_)
     follow(P, d, [&](uint32_t geometry, const geom::SurfacePoint& p) {
-      if (!changes_medium(scene_, materials_, geometry)) return true;
+      if (!integrate::changes_medium(scene_, materials_, geometry)) return true;
       medium = scene_.bindings[geometry].medium_at(dot(d, p.Ng) > 0, medium);
       return false;
     });

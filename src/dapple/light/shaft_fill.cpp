@@ -6,6 +6,7 @@
 #include "dapple/base/hash.h"
 #include "dapple/base/parallel.h"
 #include "dapple/emitters/point_light.h"
+#include "dapple/integrate/changes_medium.h"
 #include "dapple/integrate/ray_origin.h"
 #include "dapple/integrate/ray_tracer.h"
 
@@ -123,7 +124,7 @@ void ShaftFill::find_entries(const ShaftSource& source, ShaftLight::Set& set, in
       const V3f d = s.under_way.direction(i);
       const geom::SurfacePoint p = scene_.traced.surface_without_tangents(s.under_way, s.hits, i);
       int32_t here = s.medium[i];
-      if (changes_medium(scene_, materials_, s.hits.geometry[i])) {
+      if (integrate::changes_medium(scene_, materials_, s.hits.geometry[i])) {
         const int32_t before = b.medium_at(dot(d, p.Ng) > 0, here), beyond = b.medium_beyond(d, p.Ng, here);
         const bool known = entry(j) != infinity;
         if (before != here || (beyond == medium_ && known && here != medium_) ||

@@ -20,11 +20,6 @@ struct ShaftSource {
   int32_t start_medium = scene::vacuum;  ///< in which its light sets out
 };
 
-/// Light goes from one medium into another there.
-inline bool changes_medium(const scene::Scene& scene, const integrate::MaterialTable& materials, uint32_t geometry) {
-  return scene.bindings[geometry].changes_medium && materials.lets_through(geometry);
-}
-
 /// Fills the tables of scan planes: traces a ray of light a bin, and notes where it is blocked, what it has passed, and
 /// where it enters the medium. Rays that stand side by side are traced together, groups of planes in parallel.
 class ShaftFill {

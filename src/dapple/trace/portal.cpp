@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace dapple::trace {
 
@@ -25,18 +26,64 @@ Four load(const float (&from)[width]) {
 Four all(float x) {
   return Four{x, x, x, x};
 }
-Four least_of(Four a, Four b) {
+template <class T>
+T least_of(T a, T b) {
   return a < b ? a : b;
 }
-Four most_of(Four a, Four b) {
+template <class T>
+T most_of(T a, T b) {
   return a > b ? a : b;
 }
-Four magnitude(Four a) {
+template <class T>
+T magnitude(T a) {
   return most_of(a, -a);
 }
 
-constexpr int packet = RayBatch::packet;
+/// Shortens [near, far] of a ray in an object's space, a number or four, to what lies in the object's box. Beyond it an
+/// object has nothing: the box is a little larger than what rounding may take away.
+template <class T>
+void clip(const Box3f& box, const T (&o)[3], const T (&d)[3], T* near, T* far) {
+  const T tiny = T{} + std::numeric_limits<float>::min();
+  const T size = magnitude(o[0]) + magnitude(o[1]) + magnitude(o[2]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float least = box.min[axis], most = box.max[axis];
+    const T grown = rounding * (size + (std::abs(least) + std::abs(most)));
+    const T slope = 1.0f / (magnitude(d[axis]) < tiny ? tiny : d[axis]);
+    const T s = (least - grown - o[axis]) * slope, t = (most + grown - o[axis]) * slope;
+    *near = most_of(*near, least_of(s, t));
+    *far = least_of(*far, most_of(s, t));
+  }
+}
+
 constexpr int least_together = 2;  // rays of a packet: fewer go on by themselves
+
+/// What Embree has for packets of so many rays.
+template <int N>
+struct PacketOf;
+template <>
+struct PacketOf<4> {
+  using Ray = RTCRay4;
+  static void nearest(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay4* rays) {
+    rtcIntersect4(valid, scene, context, reinterpret_cast<RTCRayHit4*>(rays));
+  }
+  static constexpr auto any = rtcOccluded4;
+};
+template <>
+struct PacketOf<8> {
+  using Ray = RTCRay8;
+  static void nearest(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay8* rays) {
+    rtcIntersect8(valid, scene, context, reinterpret_cast<RTCRayHit8*>(rays));
+  }
+  static constexpr auto any = rtcOccluded8;
+};
+template <>
+struct PacketOf<16> {
+  using Ray = RTCRay16;
+  static void nearest(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay16* rays) {
+    rtcIntersect16(valid, scene, context, reinterpret_cast<RTCRayHit16*>(rays));
+  }
+  static constexpr auto any = rtcOccluded16;
+};
 
 /// From the scene to an object.
 struct Inverse {
@@ -64,7 +111,6 @@ struct Portal::Entries {
   int count = 0;
 };
 
-// Four at once. Beyond its box an object has nothing: the box is a little larger than what rounding may take away.
 void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
   const auto& m = set_.placements.blocks()[block].m;
   const Four ax = load(m[0][0]), ay = load(m[1][0]), az = load(m[2][0]), bx = load(m[0][1]), by = load(m[1][1]),
@@ -75,23 +121,13 @@ void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
                            {ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx}};
   const Four inverse = 1.0f / (ax * rows[0][0] + ay * rows[0][1] + az * rows[0][2]);
   const Four x = ray.org_x - load(m[0][3]), y = ray.org_y - load(m[1][3]), z = ray.org_z - load(m[2][3]);
-  Four size = all(0);
   for (int axis = 0; axis < 3; ++axis) {
     const Four* row = rows[axis];
     e->o[axis] = (row[0] * x + row[1] * y + row[2] * z) * inverse;
     e->d[axis] = (row[0] * ray.dir_x + row[1] * ray.dir_y + row[2] * ray.dir_z) * inverse;
-    size += magnitude(e->o[axis]);
   }
   Four near = all(ray.tnear), far = all(ray.tfar);
-  for (int axis = 0; axis < 3; ++axis) {
-    const float least = box_.min[axis], most = box_.max[axis];
-    const Four grown = rounding * (size + (std::abs(least) + std::abs(most)));
-    const Four tiny = all(std::numeric_limits<float>::min());
-    const Four slope = 1.0f / (magnitude(e->d[axis]) < tiny ? tiny : e->d[axis]);
-    const Four s = (least - grown - e->o[axis]) * slope, t = (most + grown - e->o[axis]) * slope;
-    near = most_of(near, least_of(s, t));
-    far = least_of(far, most_of(s, t));
-  }
+  clip(box_, e->o, e->d, &near, &far);
   e->near = near;
   const auto meets = near <= far * (1 + rounding);
   const int lanes = int(set_.placements.lanes(block));
@@ -99,60 +135,6 @@ void Portal::enter(uint32_t block, const RTCRay& ray, Entries* e) const {
     if (!meets[k]) continue;
     int at = e->count++;
     for (; at > 0 && near[e->order[at - 1]] > near[k]; --at) e->order[at] = e->order[at - 1];
-    e->order[at] = k;
-  }
-}
-
-/// The same of a packet.
-struct Portal::PacketEntries {
-  alignas(64) float o[width][3][packet], d[width][3][packet], near[width][packet];
-  alignas(64) int meets[width][packet];
-  float nearest[width];  ///< of its rays
-  int order[width];      ///< by that
-  int count = 0;
-};
-
-// A placement at a time, so that the numbers of sixteen rays lie side by side.
-void Portal::enter(uint32_t block, const int* valid, const RTCRay16& rays, PacketEntries* e) const {
-  const int lanes = int(set_.placements.lanes(block));
-  for (int k = 0; k < lanes; ++k) {
-    float m[3][4], least[3], most[3], corner[3];
-    set_.placements.rows(block * width + uint32_t(k), m);
-    const Inverse to = inverse_of(m);
-    for (int axis = 0; axis < 3; ++axis) {
-      least[axis] = box_.min[axis], most[axis] = box_.max[axis];
-      corner[axis] = std::abs(least[axis]) + std::abs(most[axis]);
-    }
-    constexpr float tiny = std::numeric_limits<float>::min();
-    int any = 0;
-    for (int i = 0; i < packet; ++i) {
-      const float x = rays.org_x[i] - to.origin[0], y = rays.org_y[i] - to.origin[1], z = rays.org_z[i] - to.origin[2];
-      float o[3], d[3], size = 0, near = rays.tnear[i], far = rays.tfar[i];
-      for (int axis = 0; axis < 3; ++axis) {
-        const float* row = to.row[axis];
-        o[axis] = row[0] * x + row[1] * y + row[2] * z;
-        d[axis] = row[0] * rays.dir_x[i] + row[1] * rays.dir_y[i] + row[2] * rays.dir_z[i];
-        size += std::abs(o[axis]);
-      }
-      for (int axis = 0; axis < 3; ++axis) {
-        const float grown = rounding * (size + corner[axis]);
-        const float slope = 1.0f / (std::abs(d[axis]) < tiny ? tiny : d[axis]);
-        const float s = (least[axis] - grown - o[axis]) * slope, t = (most[axis] + grown - o[axis]) * slope;
-        const float first = s < t ? s : t, last = s > t ? s : t;
-        near = near > first ? near : first;
-        far = far < last ? far : last;
-      }
-      for (int axis = 0; axis < 3; ++axis) e->o[k][axis][i] = o[axis], e->d[k][axis][i] = d[axis];
-      e->near[k][i] = near;
-      e->meets[k][i] = near <= far * (1 + rounding) ? valid[i] : 0;
-      any |= e->meets[k][i];
-    }
-    if (!any) continue;
-    e->nearest[k] = infinity;
-    for (int i = 0; i < packet; ++i)
-      if (e->meets[k][i]) e->nearest[k] = std::min(e->nearest[k], e->near[k][i]);
-    int at = e->count++;
-    for (; at > 0 && e->nearest[e->order[at - 1]] > e->nearest[k]; --at) e->order[at] = e->order[at - 1];
     e->order[at] = k;
   }
 }
@@ -202,37 +184,15 @@ void Portal::trace(uint32_t block, RayContext* context, RTCRay* ray, const Query
   ray->dir_x = d.x, ray->dir_y = d.y, ray->dir_z = d.z;
 }
 
-// Embree's own instances move rays in place, too.
-template <class Query>
-void Portal::trace_packet(uint32_t block, RayContext* context, const int* valid, RTCRay16* rays,
-                          const Query& query) const {
-  PacketEntries e;
-  enter(block, valid, *rays, &e);
-  if (e.count == 0) return;
-  float* const places[6] = {rays->org_x, rays->org_y, rays->org_z, rays->dir_x, rays->dir_y, rays->dir_z};
-  alignas(64) float before[6][packet];
-  for (int c = 0; c < 6; ++c) std::memcpy(before[c], places[c], sizeof before[c]);
-  Inside inside(*this, context);
-  for (int n = 0; n < e.count; ++n) {
-    const int k = e.order[n];
-    alignas(64) int with[packet];
-    int any = 0;
-    for (int i = 0; i < packet; ++i) {
-      with[i] = e.near[k][i] <= rays->tfar[i] ? e.meets[k][i] : 0;
-      any |= with[i];
-    }
-    if (!any) continue;
-    inside.enter(block * width + uint32_t(k));
-    for (int c = 0; c < 3; ++c) {
-      std::memcpy(places[c], e.o[k][c], sizeof e.o[k][c]);
-      std::memcpy(places[c + 3], e.d[k][c], sizeof e.d[k][c]);
-    }
-    query(with, inside_, &context->embree, rays);
-  }
-  for (int c = 0; c < 6; ++c) std::memcpy(places[c], before[c], sizeof before[c]);
-}
-
 struct Portal::Callbacks {
+  template <int N>
+  struct PacketEntries;
+  template <int N, class Rays>
+  static void enter(const Portal& portal, uint32_t block, const int* valid, const Rays& rays, PacketEntries<N>* out);
+  template <int N, class Rays, class Query>
+  static void trace_packet(const Portal& portal, uint32_t block, RayContext* context, const int* valid, Rays* rays,
+                           const Query& query);
+
   static const Portal& portal_of(void* user) { return *static_cast<const Portal*>(user); }
   static RayContext* context_of(RTCIntersectContext* embree) { return reinterpret_cast<RayContext*>(embree); }
 
@@ -246,12 +206,19 @@ struct Portal::Callbacks {
     rtcIntersect1(scene, context, reinterpret_cast<RTCRayHit*>(ray));
   }
 
-  static void nearest_of_all(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay16* rays) {
-    rtcIntersect16(valid, scene, context, reinterpret_cast<RTCRayHit16*>(rays));
-  }
-
-  static bool stay_together(const int* valid, unsigned n) {
-    return n == packet && std::count_if(valid, valid + n, [](int v) { return v != 0; }) >= least_together;
+  /// As wide as the processor's registers: 16 rays with AVX-512, 8 with AVX, 4 with SSE. False: not as a packet.
+  template <class Visit>
+  static bool as_packet(const int* valid, unsigned n, const Visit& visit) {
+    if (std::count_if(valid, valid + n, [](int v) { return v != 0; }) < least_together) return false;
+    if (n == 16)
+      visit(std::integral_constant<int, 16>());
+    else if (n == 8)
+      visit(std::integral_constant<int, 8>());
+    else if (n == 4)
+      visit(std::integral_constant<int, 4>());
+    else
+      return false;
+    return true;
   }
 
   static void intersect(const RTCIntersectFunctionNArguments* a) {
@@ -261,8 +228,12 @@ struct Portal::Callbacks {
       portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->rayhit), nearest);
       return;
     }
-    if (stay_together(a->valid, a->N))
-      return portal.trace_packet(a->primID, context, a->valid, reinterpret_cast<RTCRay16*>(a->rayhit), nearest_of_all);
+    const bool together = as_packet(a->valid, a->N, [&](auto n) {
+      using Packet = PacketOf<n()>;
+      trace_packet<n()>(portal, a->primID, context, a->valid, reinterpret_cast<typename Packet::Ray*>(a->rayhit),
+                        Packet::nearest);
+    });
+    if (together) return;
     RTCRayN* rays = RTCRayHitN_RayN(a->rayhit, a->N);
     RTCHitN* hits = RTCRayHitN_HitN(a->rayhit, a->N);
     for (unsigned i = 0; i < a->N; ++i) {
@@ -292,8 +263,12 @@ struct Portal::Callbacks {
       portal.trace(a->primID, context, reinterpret_cast<RTCRay*>(a->ray), rtcOccluded1);
       return;
     }
-    if (stay_together(a->valid, a->N))
-      return portal.trace_packet(a->primID, context, a->valid, reinterpret_cast<RTCRay16*>(a->ray), rtcOccluded16);
+    const bool together = as_packet(a->valid, a->N, [&](auto n) {
+      using Packet = PacketOf<n()>;
+      trace_packet<n()>(portal, a->primID, context, a->valid, reinterpret_cast<typename Packet::Ray*>(a->ray),
+                        Packet::any);
+    });
+    if (together) return;
     for (unsigned i = 0; i < a->N; ++i) {
       if (!a->valid[i]) continue;
       RTCRay q = rtcGetRayFromRayN(a->ray, a->N, i);
@@ -302,6 +277,81 @@ struct Portal::Callbacks {
     }
   }
 };
+
+/// Of a packet, as Portal::Entries of a ray.
+template <int N>
+struct Portal::Callbacks::PacketEntries {
+  alignas(64) float o[width][3][N], d[width][3][N], near[width][N];
+  alignas(64) int meets[width][N];
+  float nearest[width];  ///< of its rays
+  int order[width];      ///< by that
+  int count = 0;
+};
+
+// A placement at a time, so that the numbers of all rays lie side by side.
+template <int N, class Rays>
+void Portal::Callbacks::enter(const Portal& portal, uint32_t block, const int* valid, const Rays& rays,
+                              PacketEntries<N>* e) {
+  const PlacementSet& placements = portal.set_.placements;
+  const int lanes = int(placements.lanes(block));
+  for (int k = 0; k < lanes; ++k) {
+    float m[3][4];
+    placements.rows(block * width + uint32_t(k), m);
+    const Inverse to = inverse_of(m);
+    int any = 0;
+    for (int i = 0; i < N; ++i) {
+      const float x = rays.org_x[i] - to.origin[0], y = rays.org_y[i] - to.origin[1], z = rays.org_z[i] - to.origin[2];
+      float o[3], d[3], near = rays.tnear[i], far = rays.tfar[i];
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* row = to.row[axis];
+        o[axis] = row[0] * x + row[1] * y + row[2] * z;
+        d[axis] = row[0] * rays.dir_x[i] + row[1] * rays.dir_y[i] + row[2] * rays.dir_z[i];
+      }
+      clip(portal.box_, o, d, &near, &far);
+      for (int axis = 0; axis < 3; ++axis) e->o[k][axis][i] = o[axis], e->d[k][axis][i] = d[axis];
+      e->near[k][i] = near;
+      e->meets[k][i] = near <= far * (1 + rounding) ? valid[i] : 0;
+      any |= e->meets[k][i];
+    }
+    if (!any) continue;
+    e->nearest[k] = infinity;
+    for (int i = 0; i < N; ++i)
+      if (e->meets[k][i]) e->nearest[k] = std::min(e->nearest[k], e->near[k][i]);
+    int at = e->count++;
+    for (; at > 0 && e->nearest[e->order[at - 1]] > e->nearest[k]; --at) e->order[at] = e->order[at - 1];
+    e->order[at] = k;
+  }
+}
+
+// Embree's own instances move rays in place, too.
+template <int N, class Rays, class Query>
+void Portal::Callbacks::trace_packet(const Portal& portal, uint32_t block, RayContext* context, const int* valid,
+                                     Rays* rays, const Query& query) {
+  PacketEntries<N> e;
+  enter(portal, block, valid, *rays, &e);
+  if (e.count == 0) return;
+  float* const places[6] = {rays->org_x, rays->org_y, rays->org_z, rays->dir_x, rays->dir_y, rays->dir_z};
+  alignas(64) float before[6][N];
+  for (int c = 0; c < 6; ++c) std::memcpy(before[c], places[c], sizeof before[c]);
+  Inside inside(portal, context);
+  for (int n = 0; n < e.count; ++n) {
+    const int k = e.order[n];
+    alignas(64) int with[N];
+    int any = 0;
+    for (int i = 0; i < N; ++i) {
+      with[i] = e.near[k][i] <= rays->tfar[i] ? e.meets[k][i] : 0;
+      any |= with[i];
+    }
+    if (!any) continue;
+    inside.enter(block * width + uint32_t(k));
+    for (int c = 0; c < 3; ++c) {
+      std::memcpy(places[c], e.o[k][c], sizeof e.o[k][c]);
+      std::memcpy(places[c + 3], e.d[k][c], sizeof e.d[k][c]);
+    }
+    query(with, portal.inside_, &context->embree, rays);
+  }
+  for (int c = 0; c < 6; ++c) std::memcpy(places[c], before[c], sizeof before[c]);
+}
 
 RTCGeometry Portal::make_geometry(RTCDevice device) const {
   RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
