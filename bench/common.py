@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the benchmarks share: running programs, medians, tables."""
+import hashlib
 import json
 import math
 import os
 import platform
+import re
 import resource
 import shutil
 import statistics
@@ -76,6 +78,32 @@ def compare(context, image, reference):
     """(relative RMSE of pixels, of 8x8 blocks, largest error of a mean), the light and its edge left out."""
     found = json.loads(run([context.program("image_diff"), image, reference, "--times-median", 8, "--dilate", 2, "--block", 8, "--json"]))
     return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
+
+
+def scene_digest(scene, base=None, seen=None):
+    """Of the text of a scene and of all files that it names, wherever it lies."""
+    scene, seen = Path(scene), set() if seen is None else seen
+    base, digest = base or scene.parent, hashlib.sha256()
+    text = scene.read_bytes()
+    digest.update(text)
+    for name in sorted(set(re.findall(rb'"([^"\n]{1,255})"', text))):
+        path = base / os.fsdecode(name)
+        if not path.is_file() or path in seen:
+            continue
+        seen.add(path)
+        digest.update(name + (scene_digest(path, base, seen).encode() if path.suffix == ".pbrt" else hashlib.sha256(path.read_bytes()).digest()))
+    return digest.hexdigest()
+
+
+def kept_render(context, stem, scene, *options):
+    """A picture of a scene by such options, rendered unless there is one of the same scene and options from an earlier time."""
+    key = hashlib.sha256("\n".join([scene_digest(scene), *map(str, options)]).encode()).hexdigest()[:16]
+    image = context.out / f"{stem}_{key}.exr"
+    if not image.exists():
+        under_way = context.out / f"{stem}_{key}_{os.getpid()}.exr"
+        render(context, scene, under_way, "--threads", context.threads, "--quiet", *options)
+        under_way.rename(image)
+    return image
 
 
 def path_traced_pair(context, scene, size, bounces, samples):
