@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether denoising makes images of many samples worse: display errors (denoise.py) of path tracing as rendered, after the network alone, and with
 what is clean kept (`dapple denoise` uses AOV variance for that). The references' own noise is in all. DAPPLE_CLEAN_REFERENCE their samples,
-DAPPLE_CLEAN_SCENES names of scenes. Then pictures without noise through `dapple denoise`, with AOV variance and as other renderers write them."""
+DAPPLE_CLEAN_SCENES names of scenes, DAPPLE_CLEAN_SIZE that of the pictures. Then pictures without noise through `dapple denoise`, with AOV variance and as other renderers write them."""
 import os
 import tempfile
 from pathlib import Path
@@ -110,8 +110,9 @@ def noise_free_error(context, folder, picture, layers):
 
 def scenes(folder):
     (folder / "balls.pbrt").write_text(BALLS)
-    all_scenes = {"cornell": (common.ROOT / "scenes/cornell-box/cornell.pbrt", "32x32"), "balls": (folder / "balls.pbrt", "32x24")}
-    all_scenes |= {name: (common.ROOT / "scenes/stage" / (name + ".pbrt"), "32x24") for name in STAGE}
+    size = os.environ.get("DAPPLE_CLEAN_SIZE", "32x24")
+    all_scenes = {"cornell": (common.ROOT / "scenes/cornell-box/cornell.pbrt", size), "balls": (folder / "balls.pbrt", size)}
+    all_scenes |= {name: (common.ROOT / "scenes/stage" / (name + ".pbrt"), size) for name in STAGE}
     chosen = os.environ.get("DAPPLE_CLEAN_SCENES", " ".join(all_scenes)).split()
     return {name: all_scenes[name] for name in chosen}
 
@@ -128,12 +129,11 @@ def bench(context):
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for scene, (path, size) in scenes(folder).items():
-            common_options = ["--integrator", "path", "--resolution", size, "--float", "--threads", context.threads, "--quiet"]
-            reference, image = context.out / f"clean_{scene}_{size}_{reference_samples}.exr", folder / "image.exr"
-            if not reference.exists():
-                common.render(context, path, reference, "--pixel-samples", reference_samples, "--seed", 5, *common_options)
+            options, image = ["--integrator", "path", "--resolution", size, "--float"], folder / "image.exr"
+            reference = common.kept_render(context, f"clean_{scene}", path, "--pixel-samples", reference_samples, "--seed", 5, *options)
             wanted = read_channels(reference, "R", "G", "B")
-            common.render(context, path, image, "--pixel-samples", SAMPLES, "--denoise", "on", "--aov", "albedo,normal,variance", *common_options)
+            common.render(context, path, image, "--pixel-samples", SAMPLES, "--denoise", "on", "--aov", "albedo,normal,variance", *options,
+                          "--threads", context.threads, "--quiet")
             without_variance(image, folder / "other.exr")
             common.run([context.program("dapple"), "denoise", folder / "other.exr", "-o", folder / "network.exr", "-q"])
             error = lambda path, prefix="": display_error(read_channels(path, *(prefix + c for c in "RGB")), wanted)[0]

@@ -15,7 +15,6 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RENDERING = "trace", "pattern", "media", "emitters", "scattering", "shading", "scene", "integrate", "light", "path"  # libraries that references depend on
 
 
 class Skip(Exception):
@@ -81,31 +80,36 @@ def compare(context, image, reference):
     return found["relative_rmse"], found["block_rmse"], max(map(abs, found["mean_error"]))
 
 
-def made_of(scene, *options, root=ROOT):
-    """A name for what makes a picture: the scene, the files that it names, options, and the sources of the libraries that render."""
-    names, waiting, known = hashlib.sha256(repr([str(o) for o in options]).encode()), [Path(scene)], set()
-    while waiting:
-        file = waiting.pop()
-        known.add(file)
-        names.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
-        if file.suffix == ".pbrt":
-            named = {file.parent / name for name in re.findall(r'"([^"\n]+\.\w+)"', file.read_text())}
-            waiting += sorted(f for f in named if f.is_file() and f not in known and f not in waiting)
-    for library in RENDERING:
-        for source in sorted((root / "src/dapple" / library).glob("*.*")):
-            names.update(source.name.encode() + b"\0" + hashlib.sha256(source.read_bytes()).digest())
-    return names.hexdigest()[:16]
+def scene_digest(scene, base=None, seen=None):
+    """Of the text of a scene and of all files that it names, wherever it lies."""
+    scene, seen = Path(scene), set() if seen is None else seen
+    base, digest = base or scene.parent, hashlib.sha256()
+    text = scene.read_bytes()
+    digest.update(text)
+    for name in sorted(set(re.findall(rb'"([^"\n]{1,255})"', text))):
+        path = base / os.fsdecode(name)
+        if not path.is_file() or path in seen:
+            continue
+        seen.add(path)
+        digest.update(name + (scene_digest(path, base, seen).encode() if path.suffix == ".pbrt" else hashlib.sha256(path.read_bytes()).digest()))
+    return digest.hexdigest()
+
+
+def kept_render(context, stem, scene, *options, threads=None):
+    """A picture of a scene by such options, rendered unless there is one of the same scene and options from an earlier time."""
+    key = hashlib.sha256("\n".join([scene_digest(scene), *map(str, options)]).encode()).hexdigest()[:16]
+    image = context.out / f"{stem}_{key}.exr"
+    if not image.exists():
+        under_way = context.out / f"{stem}_{key}_{os.getpid()}.exr"
+        render(context, scene, under_way, "--threads", threads or context.threads, "--quiet", *options)
+        under_way.rename(image)
+    return image
 
 
 def path_traced(context, name, scene, *options, seeds=(1, 2), threads=None):
-    """Independent path-traced pictures, in floats; kept for the next time under a name of what made them."""
-    options, images = ("--integrator", "path", *options, *(() if "--float" in options else ("--float",))), []
-    for seed in seeds:
-        images.append(context.out / f"{name}_{made_of(scene, *options, '--seed', seed)}.exr")
-        if not images[-1].exists():
-            part = images[-1].with_suffix(".part.exr")
-            render(context, scene, part, *options, "--seed", seed, *(("--threads", threads) if threads else ()))
-            part.rename(images[-1])
+    """Independent path-traced pictures, in floats; kept for the next time."""
+    options = ("--integrator", "path", *options, *(() if "--float" in options else ("--float",)))
+    images = [kept_render(context, name, scene, *options, "--seed", seed, threads=threads) for seed in seeds]
     return images
 
 

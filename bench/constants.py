@@ -118,7 +118,7 @@ def build(folder):
 
 
 def references(context, name, scene):
-    return common.path_traced(context, f"constants_{name}_path", scene, "--bounces", BOUNCES, "--pixel-samples", REFERENCE_SAMPLES, "--resolution", SIZE, "--quiet",
+    return common.path_traced(context, f"constants_{name}_path", scene, "--bounces", BOUNCES, "--pixel-samples", REFERENCE_SAMPLES, "--resolution", SIZE,
                               seeds=(101, 202), threads=context.threads)
 
 

@@ -61,9 +61,8 @@ def bench(context):
             # Both are parallel throughout.
             return image, stats["render_cpu_seconds"] + context.threads * (times.get("features", 0) + times.get("network", 0))
 
-        reference = context.out / f"denoise_{room}_{size}_reference.exr"
-        if not reference.exists():
-            render("reference", "--integrator", "path", "--pixel-samples", REFERENCE_SAMPLES, "--seed", 77)[0].rename(reference)
+        reference = common.kept_render(context, f"denoise_{room}_reference", SHARED / room / "scene-v4.pbrt", "--resolution", size, "--float",
+                                       "--integrator", "path", "--pixel-samples", REFERENCE_SAMPLES, "--seed", 77)
         wanted = read_channels(reference, "R", "G", "B")
         found = {}
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well AOV error tells what error denoising leaves: root mean squares of both, each relative to the light around, over the whole picture and in
 squares of 16 x 16 pixels. The true error is (x - a)(x - b) with two independent references a and b, whose noise then does not count.
-DAPPLE_ERROR_SCENES, names with spaces between, chooses scenes; DAPPLE_ERROR_REFERENCE the references' samples."""
+DAPPLE_ERROR_SCENES, names with spaces between, chooses scenes, DAPPLE_ERROR_INTEGRATORS integrators; DAPPLE_ERROR_REFERENCE is the references'
+samples. The factor of docs/design/041 was fitted to FITTED alone."""
 import math
 import os
+import re
 import tempfile
 from pathlib import Path
 
@@ -12,11 +14,34 @@ from clean import BALLS
 
 SHARED = common.ROOT.parent / "shared/scenes"
 SAMPLES, REFERENCE_SAMPLES, SQUARE = (8, 32, 128), 1024, 16
-SCENES = {
-    "cornell": (common.ROOT / "scenes/cornell-box/cornell.pbrt", "96x96"), "balls": (None, "96x64"),
-    "copper": (common.ROOT / "scenes/stage/material_conductor_copper.pbrt", "96x64"),
-    "bedroom": (SHARED / "bedroom/scene-v4.pbrt", "112x64"), "veach-mis": (SHARED / "veach-mis/scene-v4.pbrt", "112x64"),
-    "staircase2": (SHARED / "staircase2/scene-v4.pbrt", "64x112"), "kitchen": (SHARED / "kitchen/scene-v4.pbrt", "112x64")}
+CORNELL, STAGE = common.ROOT / "scenes/cornell-box/cornell.pbrt", common.ROOT / "scenes/stage"
+FITTED = {
+    "cornell": (CORNELL, "96x96"), "bedroom": (SHARED / "bedroom/scene-v4.pbrt", "112x64"), "staircase2": (SHARED / "staircase2/scene-v4.pbrt", "64x112"),
+    "kitchen": (SHARED / "kitchen/scene-v4.pbrt", "112x64")}
+SCENES = FITTED | {
+    "balls": (None, "96x64"), "copper": (STAGE / "material_conductor_copper.pbrt", "96x64"), "varnish": (STAGE / "material_coateddiffuse.pbrt", "96x64"),
+    "lamps": (common.ROOT / "scenes/lamps/lamps.pbrt", "96x64"), "bust": (common.ROOT / "scenes/bust/bust.pbrt", "80x96"),
+    "veach-mis": (SHARED / "veach-mis/scene-v4.pbrt", "112x64"), "living-room": (SHARED / "living-room/scene-v4.pbrt", "112x64"),
+    "classroom": (SHARED / "classroom/scene-v4.pbrt", "112x64")}
+FILTERS = ("triangle", "gaussian", "mitchell", "sinc")  # of two scenes, as SCENE-FILTER
+SCENES |= {f"{scene}-{name}": SCENES[scene] for scene in ("cornell", "balls") for name in FILTERS}
+
+
+def with_filter(text, name):
+    return f'PixelFilter "{name}"\n' + re.sub(r'^PixelFilter.*\n', "", text, flags=re.M)
+
+
+def file_of(scene, folder):
+    """The file of one of SCENES, some of which are written here."""
+    file, base, pixel_filter = SCENES[scene][0], *scene.partition("-")[::2]
+    text = BALLS if base == "balls" else None
+    if pixel_filter in FILTERS:
+        text = with_filter(text or file.read_text(), pixel_filter)
+    if text is None:
+        return file
+    file = folder / f"{scene}.pbrt"
+    file.write_text(text)
+    return file
 
 
 def in_squares(values):
@@ -43,27 +68,22 @@ def bench(context):
         raise common.Skip(f"{error} (packages python3-numpy and python3-openimageio)")
     chosen = os.environ.get("DAPPLE_ERROR_SCENES", " ".join(SCENES)).split()
     reference_samples = int(os.environ.get("DAPPLE_ERROR_REFERENCE", REFERENCE_SAMPLES))
+    integrators = os.environ.get("DAPPLE_ERROR_INTEGRATORS", "path distribution").split()
     rows, result = [], {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "balls.pbrt").write_text(BALLS)
         for scene in chosen:
-            file, size = SCENES[scene]
-            file = file or folder / "balls.pbrt"
+            file, size = file_of(scene, folder), SCENES[scene][1]
             if not file.exists():
                 continue
-            common_options = ["--resolution", size, "--float", "--threads", context.threads, "--quiet"]
-            references = []
-            for seed in (1001, 1002):
-                image = context.out / f"error_{scene}_{size}_{reference_samples}_{seed}.exr"
-                if not image.exists():
-                    common.render(context, file, image, "--integrator", "path", "--pixel-samples", reference_samples, "--seed", seed, *common_options)
-                references.append(read_channels(image, "R", "G", "B"))
-            for integrator in ("path", "distribution"):
+            options = ["--resolution", size, "--float"]
+            references = [read_channels(common.kept_render(context, f"error_{scene}", file, "--integrator", "path", "--pixel-samples", reference_samples,
+                                                           "--seed", seed, *options), "R", "G", "B") for seed in (1001, 1002)]
+            for integrator in integrators:
                 for samples in SAMPLES:
                     image = folder / "image.exr"
                     common.render(context, file, image, "--integrator", integrator, "--pixel-samples", samples, "--denoise", "on", "--aov", "error",
-                                  *common_options)
+                                  *options, "--threads", context.threads, "--quiet")
                     x, told = read_channels(image, "R", "G", "B"), read_channels(image, "error")
                     noisy = read_channels(image, "noisy.R", "noisy.G", "noisy.B")
                     mean = np.mean(references, axis=(0, -1), keepdims=False)[..., None]

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // bench_network [WIDTH HEIGHT THREADS]: seconds of denoising a frame, and of the network's bare convolutions: the same
-// primitives, layouts and threads without what lies between them. Their rate is that of the clock, and that which all
-// threads would have by the processor time that they took, where others use the machine too. The tiles of frames
-// beyond 2.1 million pixels overlap; their bare convolutions are not shown.
+// primitives, layouts and threads without what lies between them. By the clock, and by the processor time of all
+// threads over their number, which tells more where others use the machine too. The tiles of frames beyond 2.1 million
+// pixels overlap; their bare convolutions are not shown.
 #include <cstdio>
 #include <cstdlib>
 
@@ -23,17 +23,27 @@ int main(int argc, char** argv) {
   const int padded_w = (w + 15) / 16 * 16, padded_h = (h + 15) / 16 * 16;
   const double flops = denoiser.network().flops(padded_w, padded_h);
   std::printf("%d x %d, %d threads, %s\n", w, h, thread_count(), denoise::instruction_set().c_str());
-  for (int i = 0; i < 3; ++i) {
+  struct Times {
+    double clock, busy;
+  };
+  const auto timed = [](const auto& work) {
+    const double before = process_cpu_seconds();
     const Timer timer;
-    denoiser(colour, &albedo, &normal);
-    const double seconds = timer.seconds();
-    std::printf("%.2f s, peak %.0f MB", seconds, double(process_peak_rss_bytes()) / 1e6);
+    work();
+    return Times{timer.seconds(), (process_cpu_seconds() - before) / thread_count()};
+  };
+  const auto show = [](const char* what, const Times& t) {
+    std::printf("%s %.2f s (by processor time %.2f s)", what, t.clock, t.busy);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const Times frame = timed([&] { denoiser(colour, &albedo, &normal); });
+    show("frame", frame);
+    std::printf(", peak %.0f MB", double(process_peak_rss_bytes()) / 1e6);
     if (int64_t{padded_w} * padded_h <= 2'100'000) {
-      const double before = process_cpu_seconds();
-      const double bare = denoiser.network().bare_seconds(padded_w, padded_h);
-      const double busy = (process_cpu_seconds() - before) / thread_count();
-      std::printf("; bare convolutions %.2f s, %.0f GFLOP/s, by processor time %.0f, ratio %.2f", bare,
-                  flops / bare / 1e9, flops / busy / 1e9, seconds / bare);
+      const Times bare = timed([&] { denoiser.network().bare_seconds(padded_w, padded_h); });
+      show("; bare convolutions", bare);
+      std::printf(", %.0f (%.0f) GFLOP/s; ratio %.2f (%.2f)", flops / bare.clock / 1e9, flops / bare.busy / 1e9,
+                  frame.clock / bare.clock, frame.busy / bare.busy);
     }
     std::printf("\n");
   }

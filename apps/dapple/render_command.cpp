@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <filesystem>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -245,15 +246,44 @@ struct Job {
   std::vector<std::string> paths;
   Viewer viewer;
   std::optional<build::BuiltScene> previous{}, next{};  ///< scenes of these frames
+  std::set<std::string> said{};                         ///< warnings about scenes, wherever it was
 };
 
+class OnlyErrors {
+ public:
+  explicit OnlyErrors(bool quiet) : before_(quiet ? 1 : 2) { set_log_level(0); }
+  ~OnlyErrors() { set_log_level(before_); }
+  OnlyErrors(const OnlyErrors&) = delete;
+  OnlyErrors& operator=(const OnlyErrors&) = delete;
+
+ private:
+  int before_;
+};
+
+// Frames of a shot have most of their faults in common: what was said of one is not said again of another.
+build::BuiltScene load_neighbour(Job& job, const std::string& path, const build::BuildOptions& options) {
+  const auto text = [](const std::string& message) {
+    const size_t place = message.find(": ");
+    return place == std::string::npos ? message : message.substr(place);
+  };
+  for (const std::string& message : job.diagnostics.messages()) job.said.insert(text(message));
+  Diagnostics diagnostics(job.diagnostics.strict());
+  build::BuiltScene scene = [&] {
+    const OnlyErrors guard(job.o.quiet);
+    return build::load_scene(path, options, diagnostics);
+  }();
+  for (const std::string& message : diagnostics.messages())
+    if (job.said.insert(text(message)).second) log_warning(message);
+  return scene;
+}
+
 // With the film of the frame itself. A neighbour tells no more than where things are.
-std::optional<build::BuiltScene> neighbour(const Job& job, const std::string& path, const V2i& resolution) {
+std::optional<build::BuiltScene> neighbour(Job& job, const std::string& path, const V2i& resolution) {
   if (path.empty()) return std::nullopt;
   build::BuildOptions options = build_options(job.o);
   options.gains.clear();
   options.model = model_options(job.o.model, path);
-  build::BuiltScene scene = build::load_scene(path, options, job.diagnostics);
+  build::BuiltScene scene = load_neighbour(job, path, options);
   job.outputs.check_inputs(scene.named_files);
   if (const V2i r = scene.scene->film.resolution; r != resolution)
     throw InputError(FileLoc{path}, "the frame has " + std::to_string(r.x) + " x " + std::to_string(r.y) +

@@ -98,6 +98,24 @@ TEST_F(FrameNeighbours, SayWhatTheyLack) {
   EXPECT_NE(done.output.find("--next: 1 shapes and 0 instances"), std::string::npos) << done.output;
 }
 
+// Faults that frames have in common are said once; those of one alone are said too.
+TEST_F(FrameNeighbours, RepeatNoWarnings) {
+  const std::string odd = "LightSource \"infinite\" \"float oddity\" 1\n",
+                    more = "Material \"diffuse\" \"float rarity\" 1\n";
+  const ProcessResult done =
+      run_dapple({"render", scene(2, "32", odd), "-o", file("shot.2.exr"), "--pixel-samples", "1", "--previous",
+                  scene(1, "32", odd), "--next", scene(3, "32", odd + more), "--aov", "motion"},
+                 120);
+  EXPECT_EQ(done.exit_code, 0) << done.output;
+  const auto count = [&](const std::string& word) {
+    int n = 0;
+    for (size_t at = done.output.find(word); at != std::string::npos; at = done.output.find(word, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("oddity"), 1) << done.output;
+  EXPECT_EQ(count("rarity"), 1) << done.output;
+}
+
 TEST_F(FrameNeighbours, RefuseWhatIsWrong) {
   const auto expect = [&](int code, const std::vector<std::string>& options, const std::string& word) {
     const ProcessResult done = render(2, options);

@@ -59,23 +59,21 @@ class Curves(unittest.TestCase):
         with mock.patch.object(common, "compare", lambda _, a, b: (between[frozenset(a + b)],) * 2 + (0.01,)):
             self.assertAlmostEqual(common.compare_without_noise(None, "x", "ab")[0], 0.03)
 
-    def test_kept_pictures_are_named_by_what_made_them(self):
-        """Other text, other files that it names or that these name, other options, other sources: another name."""
+    def test_kept_pictures_are_known_by_what_they_show(self):
+        """Other text, or other files that it names or that these name: another picture."""
         with tempfile.TemporaryDirectory() as folder:
             folder = Path(folder)
-            (folder / "src/dapple/path").mkdir(parents=True)
-            files = {"scene.pbrt": 'Include "trees.pbrt"', "trees.pbrt": 'Shape "plymesh" "string filename" "leaf.ply"', "leaf.ply": "ply", "src/dapple/path/walk.cpp": "int x;"}
+            files = {"scene.pbrt": 'Include "trees.pbrt"', "trees.pbrt": 'Shape "plymesh" "string filename" "leaf.ply"', "leaf.ply": "ply"}
             for name, text in files.items():
                 (folder / name).write_text(text)
-            names = [common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder), common.made_of(folder / "scene.pbrt", "--seed", 2, root=folder)]
+            names = [common.scene_digest(folder / "scene.pbrt")]
             for name in files:
                 (folder / name).write_text(files[name] + "\n")
-                names.append(common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder))
-            self.assertEqual(len(set(names)), 6)
+                names.append(common.scene_digest(folder / "scene.pbrt"))
+            self.assertEqual(len(set(names)), 4)
             for name, text in files.items():
                 (folder / name).write_text(text)
-            self.assertEqual(common.made_of(folder / "scene.pbrt", "--seed", 1, root=folder), names[0])
-
+            self.assertEqual(common.scene_digest(folder / "scene.pbrt"), names[0])
 
 
 class FittedNumbers(unittest.TestCase):

@@ -115,6 +115,60 @@ TEST(NeighbourMotion, ObjectsStayThemselvesWhenOthersArePlacedAgain) {
   expect_everywhere(found, V3f(0, 0, 0));
 }
 
+// Two walls of one object, in another order in the next frame; each moves by itself.
+TEST(NeighbourMotion, FollowsNamesOfInstances) {
+  const std::string wall = "ObjectBegin \"wall\"\n" + floor_ + "ObjectEnd\n";
+  const auto place = [](const char* where, const char* name) {
+    return at(std::string("Translate ") + where,
+              "ObjectInstance \"wall\" \"string name\" \"" + std::string(name) + "\"\n");
+  };
+  const std::string here = head() + wall + place("0 0 0", "near") + place("0 0 -40", "far"),
+                    there = head() + wall + place("0 0 -40", "far") + place(".5 0 0", "near");
+  const Found found = motion_to(here, there);
+  EXPECT_EQ(found.lost_instances, 0u);
+  expect_everywhere(found, V3f(-1, 0, 0));
+  // Which of the two goes is known as well; what is new has another name.
+  const Found goes = motion_to(here, head() + wall + place("0 0 -30", "new") + place(".5 0 0", "near"));
+  EXPECT_EQ(goes.lost_instances, 1u);
+  expect_everywhere(goes, V3f(-1, 0, 0));
+}
+
+TEST(NeighbourMotion, FollowsNamesOfShapes) {
+  const auto named = [](const char* name, const char* points) {
+    return "Shape \"trianglemesh\" \"string name\" \"" + std::string(name) +
+           "\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ " + points + " ]\n";
+  };
+  const char *far = "-90 -90 -40  90 -90 -40  0 190 -40", *near = "-90 -90 0  90 -90 0  0 190 0",
+             *moved = "-89.5 -90 0  90.5 -90 0  .5 190 0";
+  const Found found =
+      motion_to(head() + named("far", far) + named("near", near), head() + named("near", moved) + named("far", far));
+  EXPECT_EQ(found.lost_shapes, 0u);
+  expect_everywhere(found, V3f(-1, 0, 0));
+}
+
+// Objects that are placed once, deform, and change their order; one of them moves while the shutter is open, in one of
+// the frames.
+TEST(NeighbourMotion, FollowsNamesOfObjects) {
+  const auto object = [](const std::string& name, const std::string& transform, const std::string& wide) {
+    return "ObjectBegin \"" + name + "\"\n" +
+           at(transform, "Shape \"bilinearmesh\" \"point3 P\" [ -" + wide + " -90 0  " + wide + " -90 0  -" + wide +
+                             " 90 0  " + wide + " 90 0 ]\n") +
+           "ObjectEnd\n";
+  };
+  const auto place = [](const char* where, const char* name) {
+    return at(std::string("Translate ") + where, "ObjectInstance \"" + std::string(name) + "\"\n");
+  };
+  const std::string still = "", moving_then = "ActiveTransform EndTime Translate 3 0 0 ActiveTransform All";
+  const std::string here =
+      head() + object("a", still, "90") + object("b", still, "91") + place("0 0 0", "a") + place("0 0 -40", "b");
+  for (const std::string& transform : {still, moving_then}) {
+    const Found found = motion_to(here, head() + object("b", still, "92") + object("a", transform, "90") +
+                                            place("0 0 -40", "b") + place(".5 0 0", "a"));
+    EXPECT_EQ(found.lost_shapes, 0u);
+    expect_everywhere(found, V3f(-1, 0, 0));
+  }
+}
+
 // Scenes far from their origin are built around origins of their own.
 TEST(NeighbourMotion, KnowsOriginsOfScenes) {
   const std::string far = "LookAt 1000000 0 5  1000000 0 0  0 1 0", farther = "LookAt 2000000 0 5  2000000 0 0  0 1 0";

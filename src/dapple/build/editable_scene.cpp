@@ -79,6 +79,7 @@ void EditableScene::read_view(Parts* p) const {
   p->dicing_camera = make_dicing_camera(*context_, options_.film, p->camera);
   if (const auto& lens = p->camera.settings().lens_system) p->film.film.scale *= lens->exposure();
   p->filter = make_filter(*context_);
+  p->film.film.signed_weights = p->filter.has_negative_lobes();
 }
 
 void EditableScene::make_lights(Parts* p, const AreaLightShapes* areas) const {

@@ -218,7 +218,10 @@ void GeometryBuilder::dice(std::vector<Job>* jobs) {
 void GeometryBuilder::build() {
   const Timer timer;
   const auto& d = context_.description;
-  for (size_t i = 0; i < d.objects.size(); ++i) objects_.push_back(scene_.traced.add_object());
+  for (const scenefile::ObjectEntity& object : d.objects) {
+    objects_.push_back(scene_.traced.add_object());
+    scene_.traced.names().name_object(objects_.back(), object.name);
+  }
 
   make_views();
   most_levels_ = most_subdivision_levels(context_, scene_.materials);
@@ -249,6 +252,9 @@ void GeometryBuilder::place_instances() {
     check_transform(transform, instance.loc);
     note_reach(check_placement(transform, instance.loc), instance.loc);
     const uint32_t object = objects_[size_t(instance.object)];
+    const auto named = d.instance_names.find(uint32_t(i));
+    if (named != d.instance_names.end())
+      scene_.traced.names().name_instance(scene_.traced.single_count(), named->second);
     place(object, transform, instance.loc);
     const auto movers = movers_.find(object);
     if (movers == movers_.end()) continue;
@@ -327,6 +333,7 @@ void GeometryBuilder::add(Job& job) {
   if (job.own_object) {
     object = scene_.traced.add_object();
     if (job.object != no_id) {
+      scene_.traced.names().name_part(object, job.object);
       movers_[job.object].push_back({object, job.transform, e.loc});
     } else {
       if (repetition_) {
@@ -388,7 +395,7 @@ void GeometryBuilder::add_shape(const trace::Shape& shape, const Job& job, const
   add_area_light(shape, job, opacity, object, emitter);
   scene_.bindings.push_back(std::move(binding));
   if (!repetition_) {
-    scene_.traced.add(shape, cut_out, object);
+    scene_.traced.names().name_shape(scene_.traced.add(shape, cut_out, object), e.params.item_name());
     return;
   }
   const Box3f box = trace::bounds_of(shape);

@@ -60,13 +60,8 @@ RGB known_variance(const Film& film, int x, int y, int) {
 RGB variance(const Film& film, int x, int y, int) {
   return film.variance(x, y);
 }
-// As Film::half() divides them.
-float half_share(const Film& film, int x, int y, int which) {
-  const uint32_t n = film.samples(x, y), first = n / 8 * 4 + std::min(n % 8, 4u);
-  return n == 0 ? 0 : float(which == 0 ? first : n - first) / float(n);
-}
 RGB half_variance(const Film& film, int x, int y, int which) {
-  const float share = half_share(film, x, y, which);
+  const auto share = float(film.half_share(x, y, which));
   return share > 0 ? film.variance(x, y) / share : RGB(infinity);
 }
 
@@ -151,7 +146,7 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
     for (int y = 0; y < film.height(); ++y)
       for (int x = 0; x < film.width(); ++x)
         frame.relative_square.pixel(x, y)[0] *=
-            4 * half_share(film, corner.x + x, corner.y + y, 0) * half_share(film, corner.x + x, corner.y + y, 1);
+            float(4 * film.half_share(corner.x + x, corner.y + y, 0) * film.half_share(corner.x + x, corner.y + y, 1));
     frame.squared_error = frame.relative_square;
     denoise::multiply_by_light(frame.colour, &frame.squared_error);
   }

@@ -188,8 +188,9 @@ void Picture::trace_motion(const integrate::FeatureTracer::Settings& settings, S
                   " instances of this frame have no counterpart there; their motion is that while the shutter is open");
     return render::trace_motion(scene, rendered_crop(), settings, stop, &neighbour);
   };
-  motion_ = to(asked_.next, 1);
+  image::Image forwards = to(asked_.next, 1);
   if (asked_.previous) motion_back_ = to(asked_.previous, -1);
+  motion_ = std::move(forwards);
 }
 
 bool Picture::judges_denoised() const {

@@ -18,13 +18,6 @@ float kept(float v, uint32_t* dropped) {
   return 0;
 }
 
-// Not the sum of the half's own weights: of filters with negative lobes that of a few samples may be about 0.
-double half_weight(uint32_t samples, double weight, uint32_t halved_by, int which) {
-  if (samples == 0) return 0;
-  const uint32_t first = samples / (2 * halved_by) * halved_by + std::min(samples % (2 * halved_by), halved_by);
-  return weight * double(which == 0 ? first : samples - first) / double(samples);
-}
-
 }  // namespace
 
 Film::Film(const Settings& settings) : settings_(settings) {
@@ -36,6 +29,7 @@ Film::Film(const Settings& settings) : settings_(settings) {
   if (settings.air) air_.resize(count);
   if (settings.direct) direct_.resize(count);
   if (settings.halves) halves_.resize(count);
+  if (settings.signed_weights) squared_weights_.resize(count);
 }
 
 void Film::add(int x, int y, float weight, const RGB& radiance, const Features& f, std::span<const RGB> groups,
@@ -69,6 +63,12 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     for (int c = 0; c < 3; ++c) half.sum[c] += double(weight) * double(L[c]);
     if (scale > 0) half.direct += direct * (weight * scale);
     half.weight += double(weight);
+  }
+  if (!squared_weights_.empty()) {
+    SquaredWeights& sums_of_squares = squared_weights_[index(x, y)];
+    const double square = double(weight) * double(weight);
+    for (int c = 0; c < 3; ++c) sums_of_squares.light[c] += square * double(L[c]);
+    sums_of_squares.alone += square;
   }
   p.weight += double(weight);
   if (features_.empty()) return;
@@ -141,9 +141,16 @@ RGB Film::variance(int x, int y) const {
   if (p.samples < 2 || p.weight == 0) return v;
   const double n = p.samples;
   for (int c = 0; c < 3; ++c) {
-    const double mean = p.sum[c] / n;
-    const double of_sample = std::max(0.0, p.square[c] / n - mean * mean) * n / (n - 1);
-    v[c] = float(of_sample * n / (p.weight * p.weight));
+    double of_sample = 0;
+    if (squared_weights_.empty()) {
+      const double mean = p.sum[c] / n;
+      of_sample = p.square[c] / n - mean * mean;
+    } else {  // of deviations from the pixel: weights of both signs vary where light does not
+      const SquaredWeights& w = squared_weights_[index(x, y)];
+      const double mean = p.sum[c] / p.weight;
+      of_sample = (p.square[c] + mean * (mean * w.alone - 2 * w.light[c])) / n;
+    }
+    v[c] = float(std::max(0.0, of_sample) * n / (n - 1) * n / (p.weight * p.weight));
   }
   return v;
 }
@@ -185,21 +192,34 @@ RGB Film::direct(int x, int y) const {
   return weight == 0 ? RGB() : mean_of(direct_[index(x, y)], weight);
 }
 
+double Film::half_share(int x, int y, int which) const {
+  const uint32_t n = pixels_[index(x, y)].samples,
+                 first = n / (2 * halved_by) * halved_by + std::min(n % (2 * halved_by), halved_by);
+  return n == 0 ? 0 : double(which == 0 ? first : n - first) / n;
+}
+
 RGB Film::half(int x, int y, int which) const {
   const Pixel& p = pixels_[index(x, y)];
   const HalfSums& first = halves_[index(x, y)];
-  const double weight = half_weight(p.samples, p.weight, halved_by, which);
+  const double weight = half_share(x, y, which) * p.weight;
   if (weight == 0) return RGB();
+  const double own = which == 0 ? first.weight : p.weight - first.weight;
   RGB mean;
-  for (int c = 0; c < 3; ++c) mean[c] = float((which == 0 ? first.sum[c] : p.sum[c] - first.sum[c]) / weight);
+  for (int c = 0; c < 3; ++c) {
+    const double whole = p.sum[c] / p.weight, sum = which == 0 ? first.sum[c] : p.sum[c] - first.sum[c];
+    mean[c] = float(whole + (sum - whole * own) / weight);
+  }
   return mean;
 }
 
 RGB Film::half_direct(int x, int y, int which) const {
-  const HalfSums& first = halves_[index(x, y)];
   const Pixel& p = pixels_[index(x, y)];
-  const double weight = half_weight(p.samples, p.weight, halved_by, which);
-  return weight == 0 ? RGB() : mean_of(which == 0 ? first.direct : direct_[index(x, y)] - first.direct, weight);
+  const HalfSums& first = halves_[index(x, y)];
+  const RGB& all = direct_[index(x, y)];
+  const double weight = half_share(x, y, which) * p.weight;
+  if (weight == 0) return RGB();
+  const double own = which == 0 ? first.weight : p.weight - first.weight;
+  return mean_of((which == 0 ? first.direct : all - first.direct) + all * float((weight - own) / p.weight), weight);
 }
 
 Film::Noise Film::noise(const Box2i& pixels) const {
@@ -240,7 +260,7 @@ double Film::mean_samples() const {
 size_t Film::bytes() const {
   return pixels_.size() * sizeof(Pixel) + features_.size() * sizeof(FeatureSums) + group_sums_.size() * sizeof(RGB) +
          cache_features_.size() * sizeof(CacheFeatures) + air_.size() * sizeof(AirSums) + direct_.size() * sizeof(RGB) +
-         halves_.size() * sizeof(HalfSums);
+         halves_.size() * sizeof(HalfSums) + squared_weights_.size() * sizeof(SquaredWeights);
 }
 
 }  // namespace dapple::scene

@@ -55,11 +55,12 @@ class Film {
     std::optional<RgbMatrix> white_balance;  ///< applied to radiance too
     float max_component = infinity;          ///< samples are scaled down to this (zero-variance trick, off by default)
     bool features = false;                   ///< keep AOVs
-    int light_groups = 0;    ///< images beside the picture, one for each group of lights, whose sum it is
-    bool cache_use = false;  ///< keep what the radiosity cache did
-    bool air = false;        ///< keep AirFeatures
-    bool direct = false;     ///< keep the part of radiance that is direct light
-    bool halves = false;     ///< keep half of the samples apart: half(), half_direct()
+    int light_groups = 0;         ///< images beside the picture, one for each group of lights, whose sum it is
+    bool cache_use = false;       ///< keep what the radiosity cache did
+    bool air = false;             ///< keep AirFeatures
+    bool direct = false;          ///< keep the part of radiance that is direct light
+    bool halves = false;          ///< keep half of the samples apart: half(), half_direct()
+    bool signed_weights = false;  ///< the filter has negative lobes (Filter::has_negative_lobes)
   };
 
   Film() = default;
@@ -84,17 +85,22 @@ class Film {
   void set_gains(std::vector<RGB> gains);
   bool has_gains() const { return !gains_.empty(); }  ///< other than 1
 
-  RGB pixel(int x, int y) const;     ///< film coordinates
-  RGB variance(int x, int y) const;  ///< of the pixel's mean; samples taken as independent (an upper estimate)
+  RGB pixel(int x, int y) const;  ///< film coordinates
+  /// Of the pixel's mean, a ratio of sums; samples are taken as independent (an upper estimate).
+  RGB variance(int x, int y) const;
   uint32_t samples(int x, int y) const;
   Features features(int x, int y) const;
   AirFeatures air(int x, int y) const;
   RGB light_group(int x, int y, int group) const;
   RGB direct(int x, int y) const;  ///< with Settings::direct; gains do not count
   /// Means of two halves of the samples, 0 and 1, with Settings::halves; 0 where there are none. By fours, each of
-  /// which is stratified (numeric/sobol.h): so multiples of 8 are halved.
+  /// which is stratified (numeric/sobol.h): so multiples of 8 are halved. Weights of a half may add up to about 0 where
+  /// the filter has negative lobes, so its ratio of sums is expanded about that of the whole, P, to first order:
+  /// P + sum(w (L - P)) / (share sum of all w). The halves' mean, by their shares, is P.
   RGB half(int x, int y, int which) const;
   RGB half_direct(int x, int y, int which) const;  ///< with Settings::direct too
+  /// Of the samples, how many half 0 or 1 has; 0 without samples.
+  double half_share(int x, int y, int which) const;
   void set_cache_features(int x, int y, const CacheFeatures& use) {
     cache_features_[index(x, y)] = use;
   }  ///< with Settings::cache_use
@@ -134,6 +140,9 @@ class Film {
     double sum[3] = {0, 0, 0}, weight = 0;
     RGB direct;  ///< before white balance
   };
+  struct SquaredWeights {  ///< sums of squares of weights, times light and alone
+    double light[3] = {0, 0, 0}, alone = 0;
+  };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
   }
@@ -150,6 +159,7 @@ class Film {
   std::vector<AirSums> air_;
   std::vector<RGB> direct_;  ///< sums, before white balance
   std::vector<HalfSums> halves_;
+  std::vector<SquaredWeights> squared_weights_;  ///< with Settings::signed_weights
 };
 
 }  // namespace dapple::scene

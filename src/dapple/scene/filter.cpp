@@ -30,9 +30,11 @@ Filter::Filter(FilterKind kind, const V2f& radius, float a, float b) : kind_(kin
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<double> sums(bins + 1, 0);
     const float width = 2 * radius_[axis] / bins;
-    for (int i = 0; i < bins; ++i)
-      sums[size_t(i) + 1] =
-          sums[size_t(i)] + std::abs(double(evaluate(axis, (float(i) + .5f) * width - radius_[axis])));
+    for (int i = 0; i < bins; ++i) {
+      const float f = evaluate(axis, (float(i) + .5f) * width - radius_[axis]);
+      sums[size_t(i) + 1] = sums[size_t(i)] + std::abs(double(f));
+      has_negative_lobes_ = has_negative_lobes_ || f < 0;
+    }
     Axis& table = axes_[axis];
     table.cdf.resize(bins + 1);
     for (int i = 0; i <= bins; ++i) table.cdf[size_t(i)] = float(sums[size_t(i)] / sums[bins]);

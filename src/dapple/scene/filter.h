@@ -27,6 +27,7 @@ class Filter {
   }
   float evaluate(const V2f& offset) const { return evaluate(0, offset.x) * evaluate(1, offset.y); }
   const V2f& radius() const { return radius_; }
+  bool has_negative_lobes() const { return has_negative_lobes_; }
 
  private:
   struct Axis {
@@ -41,6 +42,7 @@ class Filter {
   V2f radius_;
   float a_, b_;
   Axis axes_[2];
+  bool has_negative_lobes_ = false;
 };
 
 }  // namespace dapple::scene

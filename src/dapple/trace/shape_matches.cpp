@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <map>
+#include <set>
 #include <tuple>
+#include <unordered_map>
 
 #include "dapple/base/hash.h"
 
@@ -12,16 +15,16 @@ namespace dapple::trace {
 
 namespace {
 
-/// What shapes that correspond have in common: identity of the object (Objects), kind, primitives, and how these are
-/// joined.
-using ShapeKind = std::tuple<uint32_t, size_t, size_t, uint64_t>;
+/// What shapes that correspond have in common: identity or name of the object (Objects), kind, primitives, and how
+/// these are joined.
+using ShapeKind = std::tuple<uint64_t, size_t, size_t, uint64_t>;
 
 template <class T>
 uint64_t digest(uint64_t seed, const std::vector<T>& values) {
   return hash_bytes({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)}, seed);
 }
 
-ShapeKind kind_of(const Shape& shape, uint32_t identity) {
+ShapeKind kind_of(const Shape& shape, uint64_t identity) {
   size_t parts = 0;
   uint64_t joined = 0;
   if (const auto* mesh = std::get_if<MeshPtr>(&shape)) {
@@ -64,8 +67,10 @@ using Groups = std::map<Kind, std::vector<Member>>;
 struct Objects {
   std::vector<uint32_t> instance;  ///< the only one, which counts like none; no_id: there is none, or many
   std::vector<uint32_t> identity;  ///< of those of none or many, the same in both scenes; no_id: it is not known
+  std::vector<uint64_t> name;      ///< of those of one that both scenes name and have once; else 0
 
-  explicit Objects(const TracedScene& scene) : instance(scene.object_count(), no_id), identity(instance) {
+  explicit Objects(const TracedScene& scene)
+      : instance(scene.object_count(), no_id), identity(instance), name(instance.size()) {
     std::vector<uint32_t> count(scene.object_count());
     for (uint32_t i = 0; i < scene.single_count(); ++i) ++count[scene.object_of(i)], instance[scene.object_of(i)] = i;
     std::vector<bool> is_owned(scene.object_count());
@@ -77,21 +82,21 @@ struct Objects {
     for (uint32_t o = 0; o < instance.size(); ++o)
       if (count[o] != 1 || is_owned[o] || !scene.placements().sets_of(o).empty()) instance[o] = no_id;
   }
-  /// One more than the last of none or many: so many at least are definitions, after which come single shapes that
-  /// move.
-  size_t defined() const {
-    return size_t(std::find(instance.rbegin(), instance.rend(), no_id).base() - instance.begin());
-  }
   bool is_known(uint32_t object) const { return instance[object] != no_id || identity[object] != no_id; }
-  /// Known as `id` from here on, by instances: it is placed many times in one of the scenes.
+  /// Known as `id` from here on, by instances.
   void know(uint32_t object, uint32_t id) { identity[object] = id, instance[object] = no_id; }
+  /// Names of which all objects are placed once.
+  std::set<uint64_t> names_once(const ItemNames::Digests& names) const {
+    std::set<uint64_t> once, more;
+    for (const auto& [object, digest] : names) (instance[object] != no_id ? once : more).insert(digest);
+    for (const uint64_t digest : more) once.erase(digest);
+    return once;
+  }
+  void take_names(const ItemNames::Digests& names, const std::set<uint64_t>& chosen) {
+    for (const auto& [object, digest] : names)
+      if (chosen.contains(digest)) name[object] = digest;
+  }
 };
-
-std::vector<ShapeKind> kinds_in(const TracedScene& scene, uint32_t object) {
-  std::vector<ShapeKind> kinds;
-  for (const uint32_t g : scene.geometries_in(object)) kinds.push_back(kind_of(scene.shape(g), 0));
-  return kinds;
-}
 
 /// The objects of each digest of their shapes.
 std::map<uint64_t, std::vector<uint32_t>> objects_by_shapes(const TracedScene& scene) {
@@ -104,24 +109,33 @@ std::map<uint64_t, std::vector<uint32_t>> objects_by_shapes(const TracedScene& s
   return objects;
 }
 
-/// Which object there is that of this scene; no_id: none. By number where the first `defined` ones are made alike, and
-/// none of them is found elsewhere; or else those of equal shapes, if these are equally many.
-std::vector<uint32_t> object_pairs(const TracedScene& here, const TracedScene& there, size_t defined) {
-  std::vector<uint32_t> pairs(here.object_count(), no_id);
-  if (defined == 0) return pairs;
-  bool by_number = std::min(here.object_count(), there.object_count()) >= defined;
-  for (uint32_t o = 0; by_number && o < defined; ++o) by_number = kinds_in(here, o) == kinds_in(there, o);
-  const auto of_here = objects_by_shapes(here), of_there = objects_by_shapes(there);
-  for (const auto& [shapes, objects] : of_here) {
-    const auto equal = of_there.find(shapes);
-    if (equal == of_there.end()) continue;
-    for (const uint32_t o : objects)
-      by_number = by_number && (o >= defined || std::binary_search(equal->second.begin(), equal->second.end(), o));
-    if (equal->second.size() != objects.size()) continue;
-    for (size_t k = 0; k < objects.size(); ++k) pairs[objects[k]] = equal->second[k];
+/// The first object of each name.
+std::map<uint64_t, uint32_t> objects_by_name(const TracedScene& scene) {
+  std::map<uint64_t, uint32_t> numbers;
+  for (const auto& [object, name] : scene.names().objects()) {
+    const auto [at, is_new] = numbers.emplace(name, object);
+    if (!is_new) at->second = std::min(at->second, object);
   }
-  if (by_number)
-    for (uint32_t o = 0; o < pairs.size(); ++o) pairs[o] = o < defined ? o : no_id;
+  return numbers;
+}
+
+/// Which object there is that of this scene; no_id: none. By name, or else those of equal shapes, if these are equally
+/// many.
+std::vector<uint32_t> object_pairs(const TracedScene& here, const TracedScene& there) {
+  std::vector<uint32_t> pairs(here.object_count(), no_id);
+  std::vector<bool> is_taken(there.object_count());
+  const auto named_there = objects_by_name(there);
+  for (const auto& [name, object] : objects_by_name(here))
+    if (const auto found = named_there.find(name); found != named_there.end())
+      pairs[object] = found->second, is_taken[found->second] = true;
+  auto of_here = objects_by_shapes(here), of_there = objects_by_shapes(there);
+  for (auto& [shapes, objects] : of_here) {
+    std::vector<uint32_t>& equal = of_there[shapes];
+    std::erase_if(objects, [&](uint32_t o) { return pairs[o] != no_id; });
+    std::erase_if(equal, [&](uint32_t o) { return is_taken[o]; });
+    if (equal.size() != objects.size()) continue;
+    for (size_t k = 0; k < objects.size(); ++k) pairs[objects[k]] = equal[k];
+  }
   return pairs;
 }
 
@@ -130,7 +144,8 @@ Groups<ShapeKind, Place> shapes_of(const TracedScene& scene, const Objects& obje
   const auto add = [&](uint32_t object) {
     const uint32_t instance = object == no_id ? no_id : objects.instance[object];
     if (object != no_id && !objects.is_known(object)) return;
-    const uint32_t identity = object == no_id ? no_id : objects.identity[object];
+    uint64_t identity = object == no_id ? no_id : objects.identity[object];
+    if (object != no_id && objects.name[object] != 0) identity = objects.name[object];
     for (const uint32_t g : scene.geometries_in(object))
       groups[kind_of(scene.shape(g), identity)].push_back({g, instance});
   };
@@ -161,27 +176,60 @@ uint64_t key_of(const TracedScene& scene, uint32_t instance) {
   return digest(0, rows);
 }
 
-/// Calls found(member, other) for what corresponds: in their order, all of a group or those that are equal.
-/// `key`: of a member of this scene or the other, equal for equal ones.
-template <class Kind, class Member, class Key, class Found>
-void match(const Groups<Kind, Member>& here, const Groups<Kind, Member>& there, const Key& key, const Found& found) {
-  for (const auto& [kind, members] : here) {
+/// How members of a group are told apart: by their names' digests, 0 where they have none, or by a key that is equal
+/// for equal ones. Of this scene or the other.
+template <class Member>
+struct Identity {
+  std::function<uint64_t(bool is_here, const Member&)> name, key;
+};
+
+/// Takes what corresponds by name out of the groups, and of groups that both have names all that has one.
+template <class Member, class Found>
+void match_names(std::vector<Member>* members, std::vector<Member>* others, const Identity<Member>& identity,
+                 const Found& found) {
+  std::unordered_map<uint64_t, Member> named;
+  for (const Member& other : *others)
+    if (const uint64_t name = identity.name(false, other); name != 0) named.emplace(name, other);
+  const auto has_name = [&](const Member& m) { return identity.name(true, m) != 0; };
+  if (named.empty() || std::none_of(members->begin(), members->end(), has_name)) return;
+  for (const Member& member : *members)
+    if (const auto at = named.find(identity.name(true, member)); at != named.end()) {
+      found(member, at->second);
+      named.erase(at);
+    }
+  std::erase_if(*members, has_name);
+  std::erase_if(*others, [&](const Member& m) { return identity.name(false, m) != 0; });
+}
+
+/// Calls found(member, other) for what corresponds: by name, then in their order, all of a group or those that are
+/// equal.
+template <class Kind, class Member, class Found>
+void match(Groups<Kind, Member> here, Groups<Kind, Member> there, const Identity<Member>& identity,
+           const Found& found) {
+  for (auto& [kind, members] : here) {
     const auto group = there.find(kind);
     if (group == there.end()) continue;
-    const std::vector<Member>& others = group->second;
+    std::vector<Member>& others = group->second;
+    match_names(&members, &others, identity, found);
     if (members.size() == others.size()) {
       for (size_t k = 0; k < members.size(); ++k) found(members[k], others[k]);
       continue;
     }
     Groups<uint64_t, Member> equal;
-    for (auto other = others.rbegin(); other != others.rend(); ++other) equal[key(false, *other)].push_back(*other);
+    for (auto other = others.rbegin(); other != others.rend(); ++other)
+      equal[identity.key(false, *other)].push_back(*other);
     for (const Member& member : members) {
-      const auto at = equal.find(key(true, member));
+      const auto at = equal.find(identity.key(true, member));
       if (at == equal.end() || at->second.empty()) continue;
       found(member, at->second.back());
       at->second.pop_back();
     }
   }
+}
+
+uint64_t name_in(const ItemNames::Digests& names, uint32_t number) {
+  const auto at = names.find(number);
+  return at == names.end() ? 0 : at->second;
 }
 
 bool same_placements(const TracedScene& a, const TracedScene& b, const std::vector<uint32_t>& pairs) {
@@ -212,26 +260,32 @@ ShapeMatches::ShapeMatches(const TracedScene& here, const TracedScene& there)
       placed_(here.instance_count() - here.single_count()),
       first_placed_there_(there.single_count()) {
   Objects of_here(here), of_there(there);
-  const std::vector<uint32_t> pairs = object_pairs(here, there, std::max(of_here.defined(), of_there.defined()));
+  const std::vector<uint32_t> pairs = object_pairs(here, there);
   for (uint32_t o = 0; o < pairs.size(); ++o) {
     if (pairs[o] == no_id || (of_here.instance[o] != no_id && of_there.instance[pairs[o]] != no_id)) continue;
     of_here.know(o, o), of_there.know(pairs[o], o);
   }
+  const auto &names_here = here.names().objects(), &names_there = there.names().objects();
+  std::set<uint64_t> once = of_here.names_once(names_here);
+  const std::set<uint64_t> once_there = of_there.names_once(names_there);
+  std::erase_if(once, [&](uint64_t name) { return !once_there.contains(name); });
+  of_here.take_names(names_here, once), of_there.take_names(names_there, once);
   same_placements_ = same_placements(here, there, pairs);
   for (const uint32_t i : of_here.instance)
     if (i != no_id) single_[i] = true;
   const auto scene = [&](bool is_here) -> const TracedScene& { return is_here ? here : there; };
-  match(
-      shapes_of(here, of_here), shapes_of(there, of_there),
-      [&](bool is_here, const Place& p) {
-        const uint64_t shape = key_of(scene(is_here).shape(p.geometry));
-        return p.instance == no_id ? shape : hash(shape, key_of(scene(is_here), p.instance));
-      },
-      [&](const Place& a, const Place& b) { place_[a.geometry] = b; });
-  match(
-      instances_of(here, of_here), instances_of(there, of_there),
-      [&](bool is_here, uint32_t i) { return key_of(scene(is_here), i); },
-      [&](uint32_t a, uint32_t b) { instance_[a] = b; });
+  match(shapes_of(here, of_here), shapes_of(there, of_there),
+        Identity<Place>{
+            [&](bool is_here, const Place& p) { return name_in(scene(is_here).names().shapes(), p.geometry); },
+            [&](bool is_here, const Place& p) {
+              const uint64_t shape = key_of(scene(is_here).shape(p.geometry));
+              return p.instance == no_id ? shape : hash(shape, key_of(scene(is_here), p.instance));
+            }},
+        [&](const Place& a, const Place& b) { place_[a.geometry] = b; });
+  match(instances_of(here, of_here), instances_of(there, of_there),
+        Identity<uint32_t>{[&](bool is_here, uint32_t i) { return name_in(scene(is_here).names().instances(), i); },
+                           [&](bool is_here, uint32_t i) { return key_of(scene(is_here), i); }},
+        [&](uint32_t a, uint32_t b) { instance_[a] = b; });
 }
 
 bool ShapeMatches::rename(HitBatch* hits, int i) const {

@@ -11,15 +11,17 @@ namespace dapple::trace {
 /// Which shapes and instances of another scene are those of this one, such as the scene of the next frame: points of
 /// this one have their places there by the same primitive and the same u and v.
 ///
-/// Shapes correspond in their order, among those of one kind that have equally many primitives, joined in the same way.
-/// Where the other scene has more or fewer of these, the equal ones correspond, in their order, and the rest has no
-/// match. A shape that is placed once, as those that move are, counts like one that is not placed.
+/// What both scenes name (ItemNames) corresponds by its name: objects, and in them, among those of one kind, shapes and
+/// instances. What one of them names so and the other does not has no match among what has names.
+///
+/// The rest corresponds in its order: shapes among those of one kind that have equally many primitives, joined in the
+/// same way. Where the other scene has more or fewer of these, the equal ones correspond, in their order, and the
+/// others have no match. A shape that is placed once, as those that move are, counts like one that is not placed, but
+/// within what bears its object's name.
 ///
 /// Shapes of objects that are placed more often, in one of the scenes at least, correspond within their object, and so
-/// do its instances. Objects correspond by their numbers where these tell: as far as there are such objects, both
-/// scenes have them of like shapes, and none has moved to another number. Or else those of equal shapes correspond, in
-/// their order, where these are equally many. What TracedScene::add_placements() placed corresponds if it is all the
-/// same there.
+/// do its instances. Objects without names correspond where their shapes are equal, in their order, if these are
+/// equally many. What TracedScene::add_placements() placed corresponds if it is all the same there.
 class ShapeMatches {
  public:
   /// Both are committed. They may go afterwards.

@@ -10,6 +10,7 @@
 #include "dapple/base/animated_transform.h"
 #include "dapple/trace/embree_device.h"
 #include "dapple/trace/instance_reach.h"
+#include "dapple/trace/item_names.h"
 #include "dapple/trace/portal.h"
 #include "dapple/trace/ray_context.h"
 #include "dapple/trace/traced_shapes.h"
@@ -59,6 +60,9 @@ class TracedScene {
   /// crosses a border is there on both sides. Distances along rays count on; positions of hits may lie in any copy.
   void set_period(const Box2f& cell) { period_ = cell; }
   const std::optional<Box2f>& period() const { return period_; }
+  /// Of what was added; nothing that is traced depends on them.
+  ItemNames& names() { return names_; }
+  const ItemNames& names() const { return names_; }
   void set_opacity_test(const OpacityTest* test) { opacity_test_ = test; }
   void set_recorder(RayRecorder* recorder) { recorder_ = recorder; }  ///< null for none
   /// Builds the acceleration structures. Throws MemoryError if they do not fit.
@@ -185,6 +189,7 @@ class TracedScene {
   std::vector<RTCGeometry> top_portals_;
   std::vector<std::shared_ptr<Geometry>> geometries_;
   TracedShapes shapes_;
+  ItemNames names_;
   const OpacityTest* opacity_test_ = nullptr;
   RayRecorder* recorder_ = nullptr;
   double build_seconds_ = 0;
