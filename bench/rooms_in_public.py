@@ -250,6 +250,8 @@ def stairwell(variant):
     h = floors * rise
     s.room((w, d, h), "wall", "terrazzo", "white", {"n": [(w / 2 - .6, w / 2 + .6, rise * i + 2.2, rise * i + 3.4) for i in range(floors - 1)]}, .25)
     s.sky(s.between(45, 65), s.between(60, 100), light((1, .9, .78), 20), light((.6, .78, 1), 10))
+    s.diffuse("street", (.2, .2, .19))
+    s.quad("street", (-80, d + .3, -.1), (80, d + .3, -.1), (80, d + 160, -.1), (-80, d + 160, -.1))
     flight, steps = 1.5, 10
     for k in range(floors - 1):
         z0 = rise * k
