@@ -3,7 +3,8 @@
 """Rooms and places that no constant was fitted to: the default, denoised, against path tracing, denoised.
 
 Scenes are made by script, of any variant, so that unseen ones can be made at any time. Each is rendered by default and by `path` at S and 4 S
-samples, all with 4 diffuse bounces. Errors are those of equal_time.py, against two path-traced halves: without the references' own noise. Sooner:
+samples, all with 4 diffuse bounces. Errors are those of equal_time.py, against two path-traced halves: without the references' own noise. Of dark
+rooms halves are grainy: display is expanded about `path` at 4 S samples, denoised, where the halves say how far that is off. Sooner:
 processor seconds that `path` would take to the default's denoised display error, on the line in log-log through its S and 4 S samples, over the
 default's. A mean's standard error is that of the squares of SQUARE x SQUARE pixels, over seeds and halves.
 """
@@ -68,10 +69,8 @@ def times_sooner(ours, path, longer):
 
 
 def measure(o, scene):
-    from equal_time import BOUNCES, read, reference, render
+    from equal_time import BOUNCES, Reference, read, reference, render
     from reprojection import read_channels
-
-    truth = reference(o, scene, o.size, for_program=False)
 
     def frames(name, *options):
         found = []
@@ -79,10 +78,13 @@ def measure(o, scene):
             image = o.images / f"{scene.stem}-{name}-{seed}.exr"
             stats = render(o.program, scene, image, ["--bounces", BOUNCES, "--resolution", o.size, "--seed", seed, "--threads", o.threads, "--denoise", "on", *options])
             found.append((read(image), read_channels(image, "noisy.R", "noisy.G", "noisy.B"), stats["render_cpu_seconds"]))
-        return summary(found, truth)
+        return found
     found = {"path": frames("path", "--integrator", "path", "--pixel-samples", o.samples),
              "longer": frames("longer", "--integrator", "path", "--pixel-samples", 4 * o.samples),
              "default": frames("default", "--integrator", "distribution", "--pixel-samples", o.samples, *o.options)}
+    guide = sum(denoised for denoised, _, _ in found["longer"]) / len(o.seeds)
+    truth = Reference(*reference(o, scene, o.size, for_program=False).halves, guide)
+    found = {name: summary(made, truth) for name, made in found.items()}
     return found | {"sooner": times_sooner(found["default"], found["path"], found["longer"])}
 
 

@@ -13,7 +13,7 @@ import made_rooms
 import numpy as np
 import run
 import scene_writer
-from equal_time import Reference
+from equal_time import Reference, display, display_slope
 
 
 def corners(line):
@@ -140,6 +140,20 @@ class Figures(unittest.TestCase):
         exact = Reference(self.truth_image, self.truth_image).errors(frames[0][0])["display"]
         self.assertAlmostEqual(found["denoised"], exact, delta=.06 * exact)
         self.assertAlmostEqual(found["seconds"], 4)
+
+    def test_grainy_halves(self):
+        """Display errors of pictures that are 10 % too bright, against halves whose pixels err by .7 of their value: as against what they are of."""
+        truth = self.truth_image * np.linspace(.05, 1.2, 150)[:, None]
+        grain = lambda: truth * np.exp(self.rng.normal(-.2, .4 ** .5, truth.shape))
+        exact = Reference(truth, truth).errors(1.1 * truth)["display"]
+        halves = grain(), grain()
+        self.assertAlmostEqual(Reference(*halves, .98 * truth).errors(1.1 * truth)["display"], exact, delta=.1 * exact)
+        self.assertGreater(Reference(*halves).errors(1.1 * truth)["display"], 1.5 * exact)
+
+    def test_slope_of_display(self):
+        x = np.array([.0005, .01, .2, .45, .7])
+        difference = (display(x + 1e-7, 2) - display(x - 1e-7, 2)) / 2e-7
+        np.testing.assert_allclose(display_slope(x, 2), difference, rtol=1e-4)
 
     def test_times_sooner(self):
         at = lambda error, seconds: {"denoised": error, "seconds": seconds}
