@@ -45,28 +45,41 @@ def display(x, scale):
     return np.where(x < .0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - .055)
 
 
+def display_slope(x, scale):
+    """Derivative of display() by x."""
+    import numpy as np
+    y = x * scale
+    return scale * np.where(y < .0031308, 12.92, np.where(y < 1, 1.055 / 2.4 * np.maximum(y, .0031308) ** (1 / 2.4 - 1), 0))
+
+
 def block_means(x):
     h, w = (n // BLOCK * BLOCK for n in x.shape[:2])
     return x[:h, :w].reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK, -1).mean((1, 3))
 
 
 class Reference:
-    """Two independent halves, and errors against them."""
+    """Two independent halves, and errors against them. Where halves are so noisy that their display is darker than that of what they are of (a
+    curve's mean is not the curve of the mean), a `guide`, a picture with little noise, is what display is expanded about, to first order."""
 
-    def __init__(self, a, b):
+    def __init__(self, a, b, guide=None):
         import numpy as np
-        self.halves, mean = (a, b), (a + b) / 2
-        luminance = mean.mean(-1)
+        self.halves, mean, self.guide = (a, b), (a + b) / 2, guide
+        luminance = (mean if guide is None else guide).mean(-1)
         self.counts = (luminance > 0) & (luminance < MEDIANS * np.median(luminance[luminance > 0]))
         self.level = mean[self.counts].mean()
         self.scale = .5 / max(np.quantile(luminance, .7), 1e-9)
+
+    def shown(self, half):
+        if self.guide is None:
+            return display(half, self.scale)
+        return display(self.guide, self.scale) + display_slope(self.guide, self.scale) * (half - self.guide)
 
     def errors(self, x):
         """By metric, and of the mean; relative, but for `display`."""
         import numpy as np
         d = [np.where(self.counts[..., None], x - half, 0) for half in self.halves]
         blocks = [block_means(e) for e in d]
-        shown = [display(x, self.scale) - display(half, self.scale) for half in self.halves]
+        shown = [display(x, self.scale) - self.shown(half) for half in self.halves]
 
         def rmse(a, b, norm):
             return math.sqrt(max((a * b).mean(), 1e-20)) / norm
@@ -95,11 +108,12 @@ def render(program, scene, image, options):
         return json.loads(stats.read_text())
 
 
-def reference(o, scene, size):
+def reference(o, scene, size, for_program=True):
+    """Two halves by the program o.baseline, kept in o.out: for this program alone, or, for scenes and options that mean the same to all, for any."""
     halves = []
     for seed in REFERENCE_SEEDS:
         options = ["--integrator", "path", "--bounces", BOUNCES, "--resolution", size, "--pixel-samples", o.reference_samples, "--seed", seed]
-        name = hash_of(Path(o.baseline), scene_hash(scene), *options)
+        name = hash_of(*[Path(o.baseline)] * for_program, scene_hash(scene), *options)
         image = Path(o.out) / "references" / f"{scene.parent.name}-{scene.stem}-{size}-{name}.exr"
         if not image.exists():
             image.parent.mkdir(parents=True, exist_ok=True)

@@ -24,6 +24,7 @@ import flicker
 import gltf_scene
 import interpolation
 import live
+import made_rooms
 import models
 import motion
 import opacity
@@ -37,9 +38,11 @@ import subsurface
 import sun_masks
 import time_to_error
 
-BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "denoised_error": denoised_error, "equal_time": equal_time, "figures": figures, "flicker": flicker, "gltf_scene": gltf_scene, "interpolation": interpolation, "live": live, "models": models, "motion": motion,
+BENCHMARKS = {"against_cycles": against_cycles, "against_povray": against_povray, "bare_rays": bare_rays, "canopy": canopy, "clean": clean, "constants": constants, "denoise": denoise, "denoised_error": denoised_error, "equal_time": equal_time, "figures": figures, "flicker": flicker, "gltf_scene": gltf_scene, "interpolation": interpolation, "live": live, "made_rooms": made_rooms, "models": models, "motion": motion,
               "opacity": opacity, "presets": presets, "pruning": pruning, "radiosity": radiosity, "scene_load": scene_load, "sequence": sequence, "shafts": shafts,
               "subsurface": subsurface, "sun_masks": sun_masks, "time_to_error": time_to_error}
+
+TAKE_OPTIONS = ("made_rooms",)  # their bench() has a second parameter
 
 
 def main():
@@ -49,15 +52,17 @@ def main():
     parser.add_argument("--out", default=common.ROOT / "out/bench", help="folder of the results")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
-    options = parser.parse_args()
+    options, more = parser.parse_known_args()
     for name in options.names:
         if name not in BENCHMARKS:
             parser.error(f"no benchmark {name}; there are {', '.join(BENCHMARKS)}")
+    if more and not (len(options.names) == 1 and options.names[0] in TAKE_OPTIONS):
+        parser.error(f"unknown options {' '.join(more)}; options of their own have {', '.join(TAKE_OPTIONS)}, each run alone")
 
     context = common.Context(options.build, options.out, options.repeats, options.threads)
     for name in options.names or BENCHMARKS:
         try:
-            result, text = BENCHMARKS[name].bench(context)
+            result, text = BENCHMARKS[name].bench(context, more) if name in TAKE_OPTIONS else BENCHMARKS[name].bench(context)
         except common.Skip as reason:
             print(f"## {name}\n\nSkipped: {reason}.\n")
             continue
