@@ -152,8 +152,7 @@ void warn_of_no_effect(const RenderOptions& o, const render::Picture& picture) {
   const auto* const traced = dynamic_cast<const path::PathIntegrator*>(&picture.integrator());
   if (picture.request().type == "distribution" && traced && !traced->ends_in_cache())
     log_info(
-        "cached radiosity would answer few diffuse rays here: samples are traced as paths (--radiosity-cache on "
-        "keeps the cache)");
+        "cached radiosity would save little here: samples are traced as paths (--radiosity-cache on keeps the cache)");
   if (render::show_air(picture.aovs()) && picture.integrator().shaft_tables().lights == 0)
     log_warning("--aov: airlight is black and transmittance 1 without light shafts by scan planes (--light-shafts)");
   if (!has_motion(o) && !o.previous.empty()) log_warning("--previous has no effect without --aov motion");

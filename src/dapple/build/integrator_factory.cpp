@@ -6,6 +6,7 @@
 #include "dapple/base/log.h"
 #include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/distribution_integrator.h"
+#include "dapple/integrate/noise_probe.h"
 #include "dapple/path/ambient_occlusion.h"
 #include "dapple/path/path_integrator.h"
 
@@ -137,6 +138,14 @@ std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& 
   return paths.learned_lights();
 }
 
+// Whether cells of the cache save more than they cost.
+bool takes_noise_away(const scene::Scene& scene, const path::PathIntegrator& cached, const path::PathIntegrator& alone,
+                      int samples, StopToken stop) {
+  const integrate::NoiseProbe probe(scene.camera.settings().resolution, samples);
+  return probe.knows_little() ||
+         probe.variance_ratio(cached, alone, stop) <= 1 - double(distribution::CacheNumbers::least_removed);
+}
+
 }  // namespace
 
 std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene& scene, const IntegratorRequest& asked,
@@ -195,9 +204,12 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   const integrate::RadiosityAnswers* const answers = made->answers();
   if (!answers) return made;
   path::PathIntegrator::Settings p = path_settings(s);
-  if (asked.radiosity_cache || made->answered() >= distribution::CacheNumbers::least_answered)
-    p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
-  return std::make_unique<path::PathIntegrator>(scene, p);
+  auto alone = std::make_unique<path::PathIntegrator>(scene, p);
+  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return alone;
+  p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
+  auto cached = std::make_unique<path::PathIntegrator>(scene, p);
+  if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;
+  return alone;
 }
 
 }  // namespace dapple::build

@@ -53,6 +53,9 @@ struct CacheNumbers {
   /// Share of diffuse rays that cells must answer, or camera samples traced as paths do not ask for them: a look-up
   /// costs about a seventh of what it saves. At 240 x 135, 16 samples: none in two forests, more in five rooms.
   static constexpr float least_answered = 1.0f / 6;
+  /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.1 to 1.5 times
+  /// as long.
+  static constexpr float least_removed = 0.1f;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;
   /// Of cells, in their widths: what is nearer to a place hides it (OpenOrigins). Readers are farther away. Rooms with
