@@ -55,7 +55,7 @@ struct CacheNumbers {
   static constexpr float least_answered = 1.0f / 6;
   /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.1 to 1.5 times
   /// as long.
-  static constexpr float least_removed = 0.1f;
+  static constexpr float least_removed = 0.125f;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;
   /// Of cells, in their widths: what is nearer to a place hides it (OpenOrigins). Readers are farther away. Rooms with

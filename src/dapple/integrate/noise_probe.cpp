@@ -16,7 +16,7 @@ NoiseProbe::NoiseProbe(const V2i& film, int pixel_samples) : film_(film), pixel_
   if (film.x < box_side || film.y < box_side) return;
   const double image = double(film.x) * film.y * pixel_samples;
   const int count = int(std::min(image / image_samples, double(most_boxes)));
-  constexpr uint32_t set = 0x6e6f697365;  // of all that random numbers are for
+  constexpr uint32_t set = 0x6e6f6973;  // of all that random numbers are for
   for (int i = 0; i < count; ++i) {
     const V2f at = sample_2d(set, uint32_t(i), 0);
     const V2i corner(int(at.x * float(film.x - box_side + 1)), int(at.y * float(film.y - box_side + 1)));
@@ -31,7 +31,10 @@ std::vector<double> NoiseProbe::variances(const Integrator& integrator, StopToke
   parallel_for(boxes_.size(), [&](size_t i) {
     stop.check();
     const Box2i& box = boxes_[i];
-    scene::Film film({.resolution = film_, .crop = box});
+    scene::Film::Settings of_box;
+    of_box.resolution = film_;
+    of_box.crop = box;
+    scene::Film film(of_box);
     auto workspace = pool.take([&] { return integrator.make_workspace(); });
     integrator.render({box, 0, samples, pixel_samples_, stop}, *workspace, film);
     pool.give(std::move(workspace));
