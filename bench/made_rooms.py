@@ -6,7 +6,8 @@ Scenes are made by script, of any variant, so that unseen ones can be made at an
 samples, all with 4 diffuse bounces. Errors are those of equal_time.py, against two path-traced halves: without the references' own noise. Of dark
 rooms halves are grainy: display is expanded about `path` at 4 S samples, denoised, where the halves say how far that is off. Sooner:
 processor seconds that `path` would take to the default's denoised display error, on the line in log-log through its S and 4 S samples, over the
-default's. A mean's standard error is that of the squares of SQUARE x SQUARE pixels, over seeds and halves.
+default's. A mean's standard error is the larger one of two, over seeds: of whole pictures (which alone sees what errs alike everywhere, but of two
+seeds knows little) and of squares of SQUARE x SQUARE pixels; that of the halves is added.
 """
 import argparse
 import sys
@@ -42,8 +43,9 @@ def mean_error(images, truth):
         return counted[:h * SQUARE, :w * SQUARE].reshape(h, SQUARE, w, SQUARE).sum((1, 3)).ravel()
 
     def variance(pictures):
-        """Of the sum over all squares of the mean picture, as if squares were independent."""
-        return np.var([squares(p) for p in pictures], axis=0, ddof=1).sum() / len(pictures)
+        """Of the sum over all squares of the mean picture."""
+        sums = np.array([squares(p) for p in pictures])
+        return max(np.var(sums, axis=0, ddof=1).sum(), np.var(sums.sum(1), ddof=1)) / len(pictures)
     total = truth.level * truth.counts.sum()
     error = np.mean([truth.errors(x)["mean"] for x in images])
     return float(error), float(np.sqrt(variance(images) + variance(truth.halves)) / total)

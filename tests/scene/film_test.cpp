@@ -146,8 +146,9 @@ TEST(Film, VariancesAndHalvesAreThoseOfTheFilter) {
                      b = double(film.half(x, y, 1).r) - light;
         told += double(film.variance(x, y).r), error += d * d, of_halves += (a * a + b * b) / 2, product += a * b;
       }
-    // 10,000 pixels: 1.4 % is a standard error, the ratio's second order some per cent more.
-    EXPECT_NEAR(told / error, 1, .08) << int(c.kind);
+    // 10,000 pixels: 1.4 % is a standard error. The ratio's second order is the relative variance of the sum of
+    // weights: 9 % of sinc, whose 64 weights add up to 24 on average.
+    EXPECT_NEAR(told / error, 1, .12) << int(c.kind);
     EXPECT_NEAR(of_halves / error, 2, .16) << int(c.kind);
     EXPECT_NEAR(product / error, 0, .1) << int(c.kind);
   }

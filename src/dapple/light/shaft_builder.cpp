@@ -39,7 +39,6 @@ constexpr float bins_a_pixel = 3;         // of the longer side of the picture
 constexpr float most_slanting = 0.9998f;  // cosine of the sun to the line of sight, of orthographic cameras
 constexpr float even_over_all = 100;      // of all bins: these are even
 constexpr float entry_error = 0.02f;      // optical depth; rays of light are at random places in bins
-
 constexpr int survey_rays = 64;
 
 float radical_inverse(uint32_t i) {
@@ -451,8 +450,7 @@ std::shared_ptr<const shafts::LightDepths> Builder::depths_to(const ShaftSource&
 std::shared_ptr<const ShaftLight> Builder::build(std::string* why) {
   const Timer timer;
   out_.settings = settings_;
-  *why = obstacle();
-  if (!why->empty()) return nullptr;
+  if (*why = obstacle(); !why->empty()) return nullptr;
   box_ = scene_.traced.bounds();
   bulk_ = trace::bulk_bounds(scene_.traced);
   colored_ = scene_.traced.has_colored_opacity();
