@@ -28,15 +28,11 @@ class Portal {
 
  private:
   struct Entries;
-  struct PacketEntries;
   class Inside;
   struct Callbacks;
   void enter(uint32_t block, const RTCRay& ray, Entries* out) const;
-  void enter(uint32_t block, const int* valid, const RTCRay16& rays, PacketEntries* out) const;
   template <class Query>
   void trace(uint32_t block, RayContext* context, RTCRay* ray, const Query& query) const;
-  template <class Query>
-  void trace_packet(uint32_t block, RayContext* context, const int* valid, RTCRay16* rays, const Query& query) const;
 
   const PlacementTree::Set& set_;
   const RTCScene inside_;
