@@ -21,6 +21,7 @@ import rooms_outside
 
 KINDS = {**rooms_at_home.KINDS, **rooms_in_public.KINDS, **rooms_outside.KINDS}
 SQUARE = 15
+LOST = 1e-4  # a mean of products that is not positive counts as next to nothing
 
 
 def write(folder, kind, variant):
@@ -62,10 +63,10 @@ def summary(frames, truth):
 
 
 def times_sooner(ours, path, longer):
-    """At equal denoised display error; None where four times the samples leave path tracing as it was."""
+    """At equal denoised display error; None where four times the samples leave path tracing as it was, or an error is lost in the halves' noise."""
     from denoise import time_at
 
-    if longer["denoised"] > .97 * path["denoised"]:
+    if longer["denoised"] > .97 * path["denoised"] or min(r["denoised"] for r in (ours, path, longer)) < LOST:
         return None
     return time_at(ours["denoised"], [(p["seconds"], p["denoised"]) for p in (path, longer)]) / ours["seconds"]
 
@@ -92,7 +93,7 @@ def measure(o, scene):
 
 def row(name, found):
     ours, path, longer = (found[k] for k in ("default", "path", "longer"))
-    percent = lambda r, key: f"{100 * r[key]:.2f}"
+    percent = lambda r, key: f"{100 * r[key]:.2f}" if r[key] > LOST else "lost in noise"
     as_path = ours["raw"] == path["raw"]  # the default found that its cache would not pay
     return [name + " (as path)" * as_path, *(percent(r, "denoised") for r in (ours, path, longer)), *(percent(r, "raw") for r in (ours, path)),
             *(f"{100 * r['mean']:+.1f} ± {100 * r['mean_standard_error']:.1f}" for r in (ours, path)),

@@ -164,6 +164,7 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(made_rooms.times_sooner(at(.025, 8), at(.1, 1), at(.05, 4)), 2)
         self.assertAlmostEqual(made_rooms.times_sooner(at(.2, 1), at(.1, 1), at(.05, 4)), .25)
         self.assertIsNone(made_rooms.times_sooner(at(.2, 1), at(.1, 1), at(.1, 4)))
+        self.assertIsNone(made_rooms.times_sooner(at(.05, 1), at(.1, 1), at(1e-10, 4)))
 
     def test_options(self):
         self.assertEqual(made_rooms.parsed(["--scenes", "cave,office", "--seeds", "3,4", "--options", "--preset", "draft"]).options, ["--preset", "draft"])
