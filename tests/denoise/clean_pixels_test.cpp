@@ -73,6 +73,26 @@ TEST(CleanPixels, BlackOnesAreNotCleanWhereLightIsRare) {
   EXPECT_LT(error_kept(p), .025);
 }
 
+// One sample of some thousand brings three quarters of the light. Squares of pixels that it missed look clean: they
+// would become as dark as they are, .2 in place of .8.
+TEST(CleanPixels, WhatRareLightMissedIsNotClean) {
+  Pictures p;
+  constexpr float rare = 40;  // a pixel that has met it, of 1 / 64 of them
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) {
+      const bool lit = hash(uint64_t(x), uint64_t(y), 5) % 64 == 0;
+      for (int c = 0; c < 3; ++c) {
+        p.truth.pixel(x, y)[c] = p.denoised.pixel(x, y)[c] = .2f + rare / 64;
+        p.noisy.pixel(x, y)[c] = .2f + (lit ? rare : 0);
+        p.variance.pixel(x, y)[c] = lit ? rare * rare : 1e-6f;
+      }
+    }
+  keep_clean_pixels(ImageRows(p.noisy), ImageRows(p.variance), &p.denoised);
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x)
+      ASSERT_NEAR(p.denoised.pixel(x, y)[0], p.truth.pixel(x, y)[0], .05f) << x << ", " << y;
+}
+
 // Black around a bright picture is clean if the picture is.
 TEST(CleanPixels, BlackStaysBlackBesideWhatIsClean) {
   Pictures p;

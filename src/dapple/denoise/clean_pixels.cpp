@@ -22,6 +22,37 @@ struct Squares {
   bool unlit = false;  ///< no sample brought light
 };
 
+/// Mean noise around each pixel: of blocks, and those next to them.
+class NoiseAround {
+ public:
+  NoiseAround(const std::vector<Squares>& squares, int width, int height)
+      : columns_((width + side - 1) / side),
+        rows_((height + side - 1) / side),
+        means_(size_t(columns_) * size_t(rows_)) {
+    parallel_for(means_.size(), [&](size_t b) {
+      const int first_x = int(b) % columns_ * side, first_y = int(b) / columns_ * side;
+      const int end_x = std::min(first_x + side, width), end_y = std::min(first_y + side, height);
+      double sum = 0;
+      for (int y = first_y; y < end_y; ++y)
+        for (int x = first_x; x < end_x; ++x) sum += double(squares[size_t(y) * size_t(width) + size_t(x)].noise);
+      means_[b] = sum / (double(end_x - first_x) * (end_y - first_y));
+    });
+  }
+  double at(int x, int y) const {
+    double sum = 0;
+    int count = 0;
+    for (int j = std::max(y / side - 1, 0); j <= std::min(y / side + 1, rows_ - 1); ++j)
+      for (int i = std::max(x / side - 1, 0); i <= std::min(x / side + 1, columns_ - 1); ++i, ++count)
+        sum += means_[size_t(j) * size_t(columns_) + size_t(i)];
+    return sum / count;
+  }
+
+ private:
+  static constexpr int side = 16;
+  int columns_, rows_;
+  std::vector<double> means_;
+};
+
 }  // namespace
 
 void keep_clean_pixels(const PixelRows& noisy, const PixelRows& variance, image::Image* denoised) {
@@ -52,6 +83,7 @@ void keep_clean_pixels(const PixelRows& noisy, const PixelRows& variance, image:
   const auto noise_of_unlit = float(all / double(std::max<size_t>(squares.size(), 1)));
   for (Squares& s : squares)
     if (s.unlit) s.noise = noise_of_unlit;
+  const NoiseAround around(squares, width, height);
   parallel_for(size_t(height), [&](size_t row) {
     const int y = int(row);
     std::vector<float> before(3 * size_t(width));
@@ -60,11 +92,13 @@ void keep_clean_pixels(const PixelRows& noisy, const PixelRows& variance, image:
       const float* old = &before[3 * size_t(x)];
       if (!std::isfinite(old[0]) || !std::isfinite(old[1]) || !std::isfinite(old[2])) continue;
       double change = 0, noise = 0;
+      int count = 0;
       for (int j = std::max(0, y - radius); j <= std::min(height - 1, y + radius); ++j)
-        for (int i = std::max(0, x - radius); i <= std::min(width - 1, x + radius); ++i) {
+        for (int i = std::max(0, x - radius); i <= std::min(width - 1, x + radius); ++i, ++count) {
           const Squares& s = squares[size_t(j) * size_t(width) + size_t(i)];
           change += double(s.change), noise += double(s.noise);
         }
+      noise = std::max(noise, count * around.at(x, y));
       const double error = std::max(0.0, change - by_chance * noise);
       if (!(error > 0)) continue;
       const auto share = float(noise / (noise + error));
