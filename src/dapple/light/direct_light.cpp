@@ -144,7 +144,8 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   const Bsdf& bsdf = b.bsdf[k];
   const V3f normal = from.normal(bsdf.frame.n);
   const float cosine = dot(light.wi, normal), pdf = light.pdf * chosen.probability;
-  RGB L = (light.glow ? RGB(1) : light.radiance) * (w.job_weight[job] * std::abs(cosine) / pdf);
+  const bool glows = scene_.is_glow(uint32_t(chosen.light));
+  RGB L = (glows ? RGB(1) : light.radiance) * (w.job_weight[job] * std::abs(cosine) / pdf);
   float glint = 0;
   Target target = to_specular;
   if (bsdf.is_diffuse()) {
@@ -188,7 +189,7 @@ bool DirectLight::add_shadow_ray(const PointBatch& b, int diffuse_depth, int job
   w.shadow_light[s] = L;
   w.shadow_glint[s] = glint;
   w.shadow_source[s] = chosen.light;
-  w.shadow_glow[s] = light.glow ? uint32_t(chosen.light) : no_id;
+  w.shadow_glow[s] = glows ? uint32_t(chosen.light) : no_id;
   return true;
 }
 
