@@ -14,7 +14,7 @@
 namespace dapple::integrate {
 namespace {
 
-// Samples of 1 with noise of a standard deviation of its own in each column of pixels.
+// Samples of 1 with noise of this standard deviation, times `right` in the right half of the film.
 class Grain final : public Integrator {
  public:
   explicit Grain(float deviation, float right = 1) : deviation_(deviation), right_(right) {}
@@ -34,21 +34,39 @@ class Grain final : public Integrator {
   float deviation_, right_;
 };
 
+scene::Film::Settings film_of(int width, int height) {
+  scene::Film::Settings film;
+  film.resolution = {width, height};
+  return film;
+}
+
 TEST(NoiseProbe, ComparesVariances) {
-  const NoiseProbe probe({240, 135}, 16);
-  ASSERT_FALSE(probe.knows_little());
-  EXPECT_NEAR(probe.variance_ratio(Grain(.1f), Grain(.2f), {}), .25, .25 * .01);
-  EXPECT_NEAR(probe.variance_ratio(Grain(.2f), Grain(.2f), {}), 1, 1e-6);
-  EXPECT_NEAR(probe.variance_ratio(Grain(.2f), Grain(0), {}), 1, 1e-6) << "without noise nothing can be less";
-  // A hundred times as bright on one side counts as the other side does.
-  EXPECT_NEAR(probe.variance_ratio(Grain(.1f, 50), Grain(.2f, 100), {}), .25, .25 * .05);
-  EXPECT_NEAR(probe.variance_ratio(Grain(.2f, 50), Grain(.2f, 100), {}), .5, .1);
+  const NoiseProbe probe(film_of(240, 135), 16);
+  ASSERT_FALSE(probe.has_too_few_boxes());
+  const auto ratio = [&](const Grain& a, const Grain& b) { return probe.variance_ratio(a, b, {}).value; };
+  EXPECT_NEAR(ratio(Grain(.1f), Grain(.2f)), .25, .25 * .02);
+  EXPECT_NEAR(ratio(Grain(.2f), Grain(.2f)), 1, 1e-6);
+  EXPECT_LT(probe.variance_ratio(Grain(.1f), Grain(.2f), {}).error, .01);
+  EXPECT_EQ(ratio(Grain(0), Grain(0)), 1) << "no noise";
+  EXPECT_NEAR(ratio(Grain(1e-4f), Grain(2e-4f)), 1, .01) << "noise that nobody sees";
+  // A quarter of the noise on one side counts as the other side does.
+  EXPECT_NEAR(ratio(Grain(.05f, 4), Grain(.1f, 4)), .25, .25 * .03);
+  const NoiseProbe::Ratio half = probe.variance_ratio(Grain(.05f, 4), Grain(.05f, 8), {});
+  EXPECT_NEAR(half.value, .5, .1);  // as many boxes lie on both sides, within 4 of 31
+  EXPECT_GT(half.error, .05);
+}
+
+// Weights of a filter with negative lobes are no noise: where samples are all alike there is none to compare.
+TEST(NoiseProbe, TakesTheFilmAsItIs) {
+  scene::Film::Settings film = film_of(240, 135);
+  film.max_component = .5f;  // which all samples are scaled down to
+  EXPECT_EQ(NoiseProbe(film, 16).variance_ratio(Grain(.1f), Grain(.2f), {}).value, 1);
 }
 
 TEST(NoiseProbe, LeavesSmallImagesAlone) {
-  EXPECT_TRUE(NoiseProbe({64, 64}, 16).knows_little());
-  EXPECT_TRUE(NoiseProbe({4, 100000}, 16).knows_little());
-  EXPECT_FALSE(NoiseProbe({64, 64}, 64).knows_little());
+  EXPECT_TRUE(NoiseProbe(film_of(64, 64), 16).has_too_few_boxes());
+  EXPECT_TRUE(NoiseProbe(film_of(4, 100000), 16).has_too_few_boxes());
+  EXPECT_FALSE(NoiseProbe(film_of(64, 64), 64).has_too_few_boxes());
 }
 
 std::string sphere_in(const std::string& surroundings) {
@@ -70,11 +88,12 @@ bool default_reads_cache(const std::string& text) {
   request.type = "distribution";
   const auto made = build::make_integrator(*built.scene, request, 16, 0);
   const auto* paths = dynamic_cast<const path::PathIntegrator*>(made.get());
-  return !paths || paths->ends_in_cache();
+  EXPECT_NE(paths, nullptr);
+  return paths && paths->ends_in_cache();
 }
 
-// Under an open sky nearly all noise is that of the sky itself, which no cache takes away; in a closed room with a lamp
-// behind a shade it is that of light that walls send on.
+// Under an open sky most noise is that of the sky itself, which no cache takes away; in a closed room with a lamp
+// behind a shade it is that of light that walls send on. By a filter whose weights differ, too.
 TEST(NoiseProbe, KeepsTheCacheWhereItTakesNoiseAway) {
   const std::string floor = test::wall({-9, -9, 0}, {9, -9, 0}, {-9, 9, 0}, {9, 9, 0});
   EXPECT_FALSE(default_reads_cache(sphere_in("LightSource \"infinite\" \"rgb L\" [ 1 1 1 ]\n" + floor)));
@@ -87,6 +106,7 @@ TEST(NoiseProbe, KeepsTheCacheWhereItTakesNoiseAway) {
                                   test::wall({4, -4, 0}, {-4, -4, 0}, {4, -4, 3}, {-4, -4, 3})})
     room += side;
   EXPECT_TRUE(default_reads_cache(sphere_in(room)));
+  EXPECT_TRUE(default_reads_cache("PixelFilter \"mitchell\"\n" + sphere_in(room)));
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "dapple/base/hash.h"
 #include "tests/support/cache_rooms.h"
 #include "tests/support/render_text.h"
@@ -80,6 +82,17 @@ TEST(ReaderMap, ManyReadersGetNarrowerCells) {
   EXPECT_NEAR(narrow, 100, 30);
   EXPECT_EQ(wide, 0);
   EXPECT_EQ(map.widest({V3f(0, 0, 0), up}, 2), infinity);
+}
+
+// Readers at one place, or a few, say nothing of how wide cells may be.
+TEST(ReaderMap, FewReadersLimitNothing) {
+  for (const size_t count : {1u, 5u}) {
+    const std::vector<ReaderMap::Reader> readers(count, {V3f(.5f, .5f, 0), up});
+    ReaderMap map;
+    map.add_depth(readers, std::vector<float>(count, .1f), 50, 100);
+    EXPECT_EQ(map.widest({V3f(.5f, .5f, 0), up}, 1), infinity);
+    EXPECT_TRUE(std::isfinite(map.readers({V3f(.5f, .5f, 0), up}, 1, cell)));
+  }
 }
 
 TEST(ReaderMap, WithoutReadersKnowsThatNobodyReads) {

@@ -245,12 +245,23 @@ IntegratorRequest EditableScene::described_request() const {
   return make_integrator_request(*context_);
 }
 
+namespace {
+std::vector<bool> emitters_of(const scene::Scene& scene) {
+  std::vector<bool> emit;
+  for (const auto& binding : scene.bindings) emit.push_back(binding.first_light != trace::no_id);
+  return emit;
+}
+}  // namespace
+
 Changes EditableScene::update(Changes changes) {
   if (!changes.any()) return changes;
   Parts parts;
   const bool view = changes.camera || changes.settings;
   if (view && !changes.all) read_view(&parts);
   if (view && !changes.all && !same_view(parts.dicing_camera, built_.dicing_camera)) changes.all = true;
+  // Where the eye is inside of a medium that glows decides what its lights are.
+  const int32_t medium = built_.scene ? built_.scene->camera_medium : scene::vacuum;
+  if (changes.camera && medium != scene::vacuum && built_.scene->media[size_t(medium)]->emits()) changes.all = true;
   if (changes.materials && !changes.all && !make_materials_again(&parts)) changes.geometry = true;
   if (changes.area_lights && !changes.all && !area_light_shapes_.can_make_again(description_)) changes.geometry = true;
   if (changes.geometry && !changes.all && !build_geometry()) changes.all = true;
@@ -269,7 +280,9 @@ Changes EditableScene::update(Changes changes) {
   }
   if (changes.materials) scene.materials = std::move(parts.materials);
   if (lights) {
+    const std::vector<bool> emitted = emitters_of(scene);
     set_lights(&scene, area_light_shapes_, &parts);
+    changes.emitters = emitters_of(scene) != emitted;
     warn_of_emptiness();
   }
   return changes;

@@ -21,11 +21,12 @@ struct Changes {
   bool gains = false;        ///< of light groups
   bool geometry = false;     ///< shapes, instances: textures stay
   bool all = false;          ///< anything else
+  bool emitters = false;     ///< which surfaces emit; EditableScene::update() finds it out
 
   bool any() const { return camera || settings || lights || area_lights || materials || gains || geometry || all; }
   Changes& operator|=(const Changes& o) {
     camera |= o.camera, settings |= o.settings, lights |= o.lights, area_lights |= o.area_lights,
-        materials |= o.materials, gains |= o.gains, geometry |= o.geometry, all |= o.all;
+        materials |= o.materials, gains |= o.gains, geometry |= o.geometry, all |= o.all, emitters |= o.emitters;
     return *this;
   }
 };

@@ -124,7 +124,8 @@ void add_glow(const Emission& medium, const Box3f& place, const Box3f& box, cons
 std::vector<GlowPlace> find_glow(const scene::Scene& scene) {
   std::vector<GlowPlace> out;
   const auto emits = [](const auto& medium) { return medium && medium->emits(); };
-  if (std::none_of(scene.media.begin(), scene.media.end(), emits)) return out;
+  // Positions in scenes that repeat may lie in any copy.
+  if (scene.traced.period() || std::none_of(scene.media.begin(), scene.media.end(), emits)) return out;
   const MediumPlaces places(scene);
   for (size_t i = 0; i < scene.media.size(); ++i) {
     const int32_t number = int32_t(i);

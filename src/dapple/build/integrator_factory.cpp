@@ -2,6 +2,7 @@
 #include "dapple/build/integrator_factory.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dapple/base/log.h"
 #include "dapple/distribution/cache_numbers.h"
@@ -138,12 +139,16 @@ std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& 
   return paths.learned_lights();
 }
 
-// Whether cells of the cache save more than they cost.
+// Whether cells of the cache save more than they cost; where that is not certain they are read.
 bool takes_noise_away(const scene::Scene& scene, const path::PathIntegrator& cached, const path::PathIntegrator& alone,
                       int samples, StopToken stop) {
-  const integrate::NoiseProbe probe(scene.camera.settings().resolution, samples);
-  return probe.knows_little() ||
-         probe.variance_ratio(cached, alone, stop) <= 1 - double(distribution::CacheNumbers::least_removed);
+  scene::Film::Settings film;  // of the camera for which surfaces are diced, whatever is seen
+  film.resolution = scene.camera.settings().resolution;
+  film.signed_weights = scene.film.signed_weights;
+  const integrate::NoiseProbe probe(film, samples);
+  if (probe.has_too_few_boxes()) return true;
+  const integrate::NoiseProbe::Ratio ratio = probe.variance_ratio(cached, alone, stop);
+  return ratio.value * std::exp(-ratio.error) <= 1 - double(distribution::CacheNumbers::least_removed);
 }
 
 }  // namespace

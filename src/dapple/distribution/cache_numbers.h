@@ -45,7 +45,7 @@ struct CacheNumbers {
   /// Effort above which cells are made narrower instead, as readers do not see all parts of a wide cell alike, and what
   /// it sends on is not what they would have found. Of the first bounce more rays would not be sent; a cell of a
   /// further one is read by cells that pass its error on. A corridor with a bend: 16 % too bright without, 10 at
-  /// double, .7 as here; rooms take 3 to 4 % more rays.
+  /// double, 2 as here; rooms take 3 to 4 % more rays.
   static constexpr float first_widest_effort = most_effort, widest_effort = 8;
   static constexpr float widest_effort_at(int diffuse_depth) {
     return diffuse_depth > 1 ? widest_effort : first_widest_effort;
@@ -53,9 +53,9 @@ struct CacheNumbers {
   /// Share of diffuse rays that cells must answer, or camera samples traced as paths do not ask for them: a look-up
   /// costs about a seventh of what it saves. At 240 x 135, 16 samples: none in two forests, more in five rooms.
   static constexpr float least_answered = 1.0f / 6;
-  /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.1 to 1.5 times
+  /// Share of the variance of camera samples that cells must take away: with them, as many samples take 1.0 to 1.5 times
   /// as long.
-  static constexpr float least_removed = 0.125f;
+  static constexpr float least_removed = 0.2f;
   /// Scattering, counted from the camera, from which on rays that cells do not end go on by Russian roulette.
   static constexpr int roulette_depth = 3;
   /// Of cells, in their widths: what is nearer to a place hides it (OpenOrigins). Readers are farther away. Rooms with

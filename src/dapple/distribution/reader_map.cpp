@@ -10,6 +10,7 @@ namespace dapple::distribution {
 namespace {
 
 constexpr float steps_per_octave = 2, first_octave = -20;
+constexpr float most_density = 1e30f;    // of readers at one place
 constexpr uint32_t enough_readers = 32;  // of a region, for the distribution of their widths
 
 float step_of(float width, int steps) {
@@ -33,8 +34,10 @@ void ReaderMap::add_depth(std::span<const Reader> readers, std::span<const float
   of.density.resize(regions), of.widest.resize(regions), of.spread_of.resize(regions), of.below.resize(regions);
   for (size_t r = 0; r < regions; ++r) {
     // A surface through a cube has about the area of one of its sides.
-    of.density[r] = float(count[r]) * rays_each / sqr(of.regions.side(int(r)));
-    of.widest[r] = of.density[r] > 0 ? std::sqrt(most_readers / of.density[r]) : infinity;
+    const double side = double(of.regions.side(int(r)));
+    of.density[r] = float(std::min(count[r] * double(rays_each) / (side * side), double(most_density)));
+    const bool known = count[r] >= enough_readers && of.density[r] < most_density;
+    of.widest[r] = known ? std::sqrt(most_readers / of.density[r]) : infinity;
     const int parent = of.regions.parent(int(r));
     of.spread_of[r] = count[r] >= enough_readers || parent < 0 ? int(r) : of.spread_of[size_t(parent)];
   }

@@ -3,56 +3,66 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "dapple/base/parallel.h"
 #include "dapple/base/pool.h"
 #include "dapple/numeric/sobol.h"
-#include "dapple/scene/film.h"
 
 namespace dapple::integrate {
 
-NoiseProbe::NoiseProbe(const V2i& film, int pixel_samples) : film_(film), pixel_samples_(uint32_t(pixel_samples)) {
-  if (film.x < box_side || film.y < box_side) return;
-  const double image = double(film.x) * film.y * pixel_samples;
+NoiseProbe::NoiseProbe(const scene::Film::Settings& film, int pixel_samples)
+    : film_(film), pixel_samples_(uint32_t(pixel_samples)) {
+  film_.features = film_.cache_use = film_.air = film_.direct = film_.halves = false;
+  film_.light_groups = 0;
+  const V2i size = film.resolution;
+  if (size.x < box_side || size.y < box_side) return;
+  const double image = double(size.x) * size.y * pixel_samples;
   const int count = int(std::min(image / image_samples, double(most_boxes)));
   constexpr uint32_t set = 0x6e6f6973;  // of all that random numbers are for
   for (int i = 0; i < count; ++i) {
     const V2f at = sample_2d(set, uint32_t(i), 0);
-    const V2i corner(int(at.x * float(film.x - box_side + 1)), int(at.y * float(film.y - box_side + 1)));
+    const V2i corner(int(at.x * float(size.x - box_side + 1)), int(at.y * float(size.y - box_side + 1)));
     boxes_.push_back({corner, corner + V2i(box_side, box_side)});
   }
 }
 
-// Mean variance of the pixels of each box.
-std::vector<double> NoiseProbe::variances(const Integrator& integrator, StopToken stop) const {
-  std::vector<double> found(boxes_.size());
+std::vector<NoiseProbe::Box> NoiseProbe::look(const Integrator& integrator, StopToken stop) const {
+  std::vector<Box> found(boxes_.size());
   Pool<Integrator::Workspace> pool;
   parallel_for(boxes_.size(), [&](size_t i) {
     stop.check();
     const Box2i& box = boxes_[i];
-    scene::Film::Settings of_box;
-    of_box.resolution = film_;
+    scene::Film::Settings of_box = film_;
     of_box.crop = box;
     scene::Film film(of_box);
     auto workspace = pool.take([&] { return integrator.make_workspace(); });
     integrator.render({box, 0, samples, pixel_samples_, stop}, *workspace, film);
     pool.give(std::move(workspace));
+    constexpr double part = 1.0 / (box_side * box_side);
     for (int y = box.min.y; y < box.max.y; ++y)
-      for (int x = box.min.x; x < box.max.x; ++x) found[i] += double(film.variance(x, y).luminance());
+      for (int x = box.min.x; x < box.max.x; ++x) {
+        found[i].variance += part * double(film.variance(x, y).luminance());
+        found[i].light += part * double(film.pixel(x, y).luminance());
+      }
   });
   return found;
 }
 
-double NoiseProbe::variance_ratio(const Integrator& other, const Integrator& reference, StopToken stop) const {
-  const std::vector<double> others = variances(other, stop), all = variances(reference, stop);
-  const double sum = std::accumulate(all.begin(), all.end(), 0.0);
-  if (!(sum > 0) || !std::isfinite(sum)) return 1;
-  // Boxes without noise say nothing.
-  const double little = 1e-3 * sum / double(all.size());
-  double logs = 0;
-  for (size_t i = 0; i < all.size(); ++i) logs += std::log((others[i] + little) / (all[i] + little));
-  return std::exp(logs / double(all.size()));
+NoiseProbe::Ratio NoiseProbe::variance_ratio(const Integrator& other, const Integrator& reference,
+                                             StopToken stop) const {
+  const std::vector<Box> others = look(other, stop), all = look(reference, stop);
+  constexpr double unseen = 1.0 / 300;
+  double sum = 0, squares = 0;
+  int count = 0;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const double little = sqr(unseen * all[i].light),
+                 log = std::log((others[i].variance + little) / (all[i].variance + little));
+    if (!std::isfinite(log)) continue;  // black
+    sum += log, squares += log * log, ++count;
+  }
+  if (count < 2) return {};
+  const double mean = sum / count;
+  return {std::exp(mean), std::sqrt(std::max(squares / count - mean * mean, 0.0) / (count - 1))};
 }
 
 }  // namespace dapple::integrate

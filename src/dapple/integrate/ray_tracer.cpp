@@ -289,7 +289,8 @@ void RayTracer::glow(const trace::RayBatch& rays, int n, const int32_t* medium, 
       const int r = s.ray[i];
       if (s.medium[i] != scene::vacuum) {
         const media::MediumSample& flight = s.flight[i];
-        if (scene_.glow_light(s.medium[i], s.rays.origin(i)) == light[r]) emitted[r] += passed[r] * flight.emitted;
+        if (!flight.emitted.is_black() && scene_.glow_light(s.medium[i], s.rays.origin(i)) == light[r])
+          emitted[r] += passed[r] * flight.emitted;
         if (flight.scattered) continue;
         passed[r] *= flight.weight;
       }

@@ -35,9 +35,10 @@ Mirroring mirroring_of(const ModelMaterial& m, const ModelSurface& s, ModelTextu
   }
   constexpr float most_reflected = 0.25f;  // of an index of 3, openpbr's largest
   const float own = sqr((m.ior - 1) / (m.ior + 1));
-  if (own * most > most_reflected && own < most_reflected)
-    textures->diagnostics().unsupported(
-        textures->loc(), "a specular colour with which a model's dielectric mirrors more than a quarter", "a quarter");
+  if (own * most > most_reflected)
+    textures->diagnostics().unsupported(textures->loc(),
+                                        "a specular colour with which a model's dielectric mirrors more than a quarter",
+                                        own < most_reflected ? "a quarter" : "what the index mirrors");
   const float raised = std::max(std::min(own * most, most_reflected), own);
   const RGB tint = m.specular_tint * (own / raised);
   return {clamp(tint, 0, 1), (1 + std::sqrt(raised)) / (1 - std::sqrt(raised))};

@@ -566,7 +566,7 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
 // Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few
 // degrees, so such a light is taken to be as wide as that.
 void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
-  if (!scene_.light_sampler) return;
+  if (!scene_.light_sampler || w.points_found) return;
   const int p = w.point_path[k];
   const emitters::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
   const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));

@@ -26,9 +26,10 @@ bool keeps_surfaces(const build::Changes& c) {
   return !c.settings && !c.area_lights && !c.materials && !c.geometry && !c.all;
 }
 
-// Paths do not depend on lights, and begin at the dicing camera.
+// Paths do not depend on lights, and begin at the dicing camera. A mesh that becomes a lamp, or no longer is one, is
+// hit elsewhere by rounding.
 bool keeps_paths(const build::Changes& c) {
-  return !c.settings && !c.materials && !c.geometry && !c.all;
+  return !c.settings && !c.emitters && !c.materials && !c.geometry && !c.all;
 }
 
 double seconds_since(std::chrono::steady_clock::time_point time) {
