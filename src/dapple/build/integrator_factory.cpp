@@ -2,7 +2,6 @@
 #include "dapple/build/integrator_factory.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dapple/base/log.h"
 #include "dapple/distribution/cache_numbers.h"
@@ -148,7 +147,7 @@ bool takes_noise_away(const scene::Scene& scene, const path::PathIntegrator& cac
   const integrate::NoiseProbe probe(film, samples);
   if (probe.has_too_few_boxes()) return true;
   const integrate::NoiseProbe::Ratio ratio = probe.variance_ratio(cached, alone, stop);
-  return ratio.value * std::exp(-ratio.error) <= 1 - double(distribution::CacheNumbers::least_removed);
+  return ratio.value - ratio.error <= 1 - double(distribution::CacheNumbers::least_removed);
 }
 
 }  // namespace

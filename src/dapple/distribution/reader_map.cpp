@@ -36,10 +36,10 @@ void ReaderMap::add_depth(std::span<const Reader> readers, std::span<const float
     // A surface through a cube has about the area of one of its sides.
     const double side = double(of.regions.side(int(r)));
     of.density[r] = float(std::min(count[r] * double(rays_each) / (side * side), double(most_density)));
-    const bool known = count[r] >= enough_readers && of.density[r] < most_density;
-    of.widest[r] = known ? std::sqrt(most_readers / of.density[r]) : infinity;
     const int parent = of.regions.parent(int(r));
     of.spread_of[r] = count[r] >= enough_readers || parent < 0 ? int(r) : of.spread_of[size_t(parent)];
+    const bool known = count[size_t(of.spread_of[r])] >= enough_readers && of.density[r] < most_density;
+    of.widest[r] = known ? std::sqrt(most_readers / of.density[r]) : infinity;
   }
   for (size_t i = 0; i < readers.size(); ++i) {
     const int home = of.regions.home(readers[i]);

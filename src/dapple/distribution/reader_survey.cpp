@@ -2,6 +2,7 @@
 #include "dapple/distribution/reader_survey.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "dapple/base/parallel.h"
@@ -21,10 +22,12 @@ constexpr uint64_t for_survey = 0x737572766579;  // of all that random numbers a
 
 constexpr int most_depths = 6;  // beyond, few rays are left
 
-// One path for so many camera samples, within limits: some hundredths of the image's work.
-uint32_t path_count(const V2i& film, int pixel_samples) {
+// One path for so many camera samples, within limits: some hundredths of the image's work. Paths of each depth are
+// followed from the camera: half as many for each, so that all take about what the first two take.
+uint32_t path_count(const V2i& film, int pixel_samples, int depth) {
   constexpr double least = 256, most = 16384, part = 1.0 / 64;
-  return uint32_t(std::clamp(double(film.x) * film.y * pixel_samples * part, least, most));
+  const double first = std::clamp(double(film.x) * film.y * pixel_samples * part, least, most);
+  return uint32_t(std::max(first * std::exp2(1 - depth), least));
 }
 
 }  // namespace
@@ -53,11 +56,12 @@ ReaderSurvey::ReaderSurvey(const ShadingScene& shading, const PointPlacer& place
 void ReaderSurvey::fill(SurveyedReaders* result) const {
   ReaderMap* const map = &result->map;
   const V2i film = shading_.scene.camera.settings().resolution;
-  const uint32_t paths = path_count(film, settings_.pixel_samples), batch = CameraSamples::capacity;
-  const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
-  size_t answered = 0, ends = 0;
+  double answered = 0, ends = 0;  // rays
   Pool<Workspace> pool;
   while (map->depths() < std::min(settings_.shading.bounces, most_depths)) {
+    const uint32_t paths = path_count(film, settings_.pixel_samples, map->depths() + 1),
+                   batch = CameraSamples::capacity;
+    const float rays_each = float(double(film.x) * film.y * settings_.pixel_samples / paths);
     std::vector<std::vector<ReaderMap::Reader>> found((paths + batch - 1) / batch);
     std::vector<std::vector<float>> widths(found.size());
     std::vector<std::vector<ReadCell>> cells(found.size());
@@ -84,16 +88,17 @@ void ReaderSurvey::fill(SurveyedReaders* result) const {
     }
     map->add_depth(all, all_widths, rays_each, shading_.most_readers(map->depths() + 1));
     for (size_t i = 0; i < found.size(); ++i) {
-      ends += ends_of[i];
+      ends += double(rays_each) * double(ends_of[i]);
       result->view_dependent |= view_dependent[i];
       for (size_t k = 0; k < found[i].size(); ++k) {
         const float widest = map->widest(found[i][k], map->depths());
         const ReadCell cell = cells[i][k].least_width > widest ? ReadCell::square(widest) : cells[i][k];
-        answered += cells[i][k].area > 0 && shading_.cell_effort(found[i][k], map->depths(), cell) > 0;
+        if (cells[i][k].area > 0 && shading_.cell_effort(found[i][k], map->depths(), cell) > 0)
+          answered += double(rays_each);
       }
     }
   }
-  if (ends > 0) result->answered = float(answered) / float(ends);
+  if (ends > 0) result->answered = float(answered / ends);
 }
 
 void ReaderSurvey::trace_camera_rays(uint32_t first, int count, Workspace& w) const {

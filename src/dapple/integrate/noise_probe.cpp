@@ -50,19 +50,24 @@ std::vector<NoiseProbe::Box> NoiseProbe::look(const Integrator& integrator, Stop
 
 NoiseProbe::Ratio NoiseProbe::variance_ratio(const Integrator& other, const Integrator& reference,
                                              StopToken stop) const {
-  const std::vector<Box> others = look(other, stop), all = look(reference, stop);
-  constexpr double unseen = 1.0 / 300;
-  double sum = 0, squares = 0;
-  int count = 0;
+  std::vector<Box> others = look(other, stop), all = look(reference, stop);
+  const auto count = double(all.size());
+  double light = 0;
+  for (const Box& box : others) light += box.light / count;
+  double sum_of_others = 0, sum = 0;
   for (size_t i = 0; i < all.size(); ++i) {
-    const double little = sqr(unseen * all[i].light),
-                 log = std::log((others[i].variance + little) / (all[i].variance + little));
-    if (!std::isfinite(log)) continue;  // black
-    sum += log, squares += log * log, ++count;
+    constexpr double dark = 0.1;  // as a part of the mean: darker boxes count less
+    const double scale = 1 / (sqr(others[i].light) + sqr(dark * light));
+    sum_of_others += others[i].variance *= scale;
+    sum += all[i].variance *= scale;
   }
-  if (count < 2) return {};
-  const double mean = sum / count;
-  return {std::exp(mean), std::sqrt(std::max(squares / count - mean * mean, 0.0) / (count - 1))};
+  if (!(sum > 0) || !std::isfinite(sum) || !std::isfinite(sum_of_others)) return {};
+  const double value = sum_of_others / sum;
+  double squares = 0;
+  for (size_t i = 0; i < all.size(); ++i)
+    if (const double rest = sum - all[i].variance; rest > 0)
+      squares += sqr((sum_of_others - others[i].variance) / rest - value);
+  return {value, std::sqrt(squares * (count - 1) / count)};
 }
 
 }  // namespace dapple::integrate

@@ -18,11 +18,11 @@ class NoiseProbe {
 
   struct Ratio {
     double value = 1;  ///< of variances; 1 where there is no noise
-    double error = 0;  ///< standard error of its logarithm
+    double error = 0;  ///< its standard error, by leaving out one box at a time
   };
-  /// Variance of samples by `other` as a part of that by `reference`, geometric mean over boxes; noise of 1 / 300
-  /// of a box's light does not count. Noise that all samples of `other` share, as that of a cache, is not seen. May
-  /// throw Stopped.
+  /// Variance of samples by `other` as a part of that by `reference`: of sums over boxes, in each of which it is
+  /// relative to the square of the light, as it is seen. `other` should be the less noisy one, which tells the light.
+  /// Noise that all samples of `other` share, as that of a cache, is not seen. May throw Stopped.
   Ratio variance_ratio(const Integrator& other, const Integrator& reference, StopToken stop) const;
 
  private:
