@@ -339,7 +339,7 @@ TEST(ModelScenes, SpecularOfGltfEndsWithTheLargestIndex) {
   const std::string path = folder.write("m.gltf", test::triangle_gltf(R"("scene":0,"scenes":[{"nodes":[0]}],
 "nodes":[{"mesh":0}],
 "materials":[{"name":"brighter","pbrMetallicRoughness":{"metallicFactor":0},"extensions":{
-"KHR_materials_specular":{"specularColorFactor":[12.5,6.25,0]}}}])"));
+"KHR_materials_specular":{"specularColorFactor":[12.5,6.25,0]}}},{}])"));
   Diagnostics diagnostics;
   const SceneDescription s = test::read(path, {}, &diagnostics);
   EXPECT_FLOAT_EQ(material(s, "brighter").params.get_float("specular_ior", 1.5f), 3);
