@@ -147,10 +147,10 @@ TEST_F(FrameNeighbours, CountTheirWarnings) {
 }
 
 TEST_F(FrameNeighbours, WarnBeforeTheyFail) {
-  std::ofstream(file("bad.pbrt")) << "WorldBegin\nLightSource \"infinite\" \"float oddity\" 1\nShape";
+  std::ofstream(file("bad.pbrt")) << "WorldBegin\nLightSource \"infinite\" \"float scale\" 1 \"float scale\" 2\nShape";
   const ProcessResult done = render(2, {"--next", file("bad.pbrt"), "--aov", "motion"});
   EXPECT_EQ(done.exit_code, 3) << done.output;
-  EXPECT_NE(done.output.find("oddity"), std::string::npos) << done.output;
+  EXPECT_NE(done.output.find("is given twice"), std::string::npos) << done.output;
 }
 
 TEST_F(FrameNeighbours, RefuseWhatIsWrong) {
