@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+REFERENCE_VERSION = 1  # to be raised where path tracing gives other means than before: kept pictures are then made again
 
 
 class Skip(Exception):
@@ -81,7 +82,8 @@ def compare(context, image, reference):
 
 
 def scene_digest(scene, base=None, seen=None):
-    """Of the text of a scene and of all files that it names, wherever it lies."""
+    """Of the text of a scene and of all files that it names between quotes, relative to its folder; of those that end in .pbrt, of what they name
+    too. What other files name (a glTF file its buffers and images, say) is not seen."""
     scene, seen = Path(scene), set() if seen is None else seen
     base, digest = base or scene.parent, hashlib.sha256()
     text = scene.read_bytes()
@@ -96,8 +98,8 @@ def scene_digest(scene, base=None, seen=None):
 
 
 def kept_render(context, stem, scene, *options, threads=None):
-    """A picture of a scene by such options, rendered unless there is one of the same scene and options from an earlier time."""
-    key = hashlib.sha256("\n".join([scene_digest(scene), *map(str, options)]).encode()).hexdigest()[:16]
+    """A picture of a scene by such options, rendered unless there is one of the same scene, options and REFERENCE_VERSION from an earlier time."""
+    key = hashlib.sha256("\n".join([str(REFERENCE_VERSION), scene_digest(scene), *map(str, options)]).encode()).hexdigest()[:16]
     image = context.out / f"{stem}_{key}.exr"
     if not image.exists():
         under_way = context.out / f"{stem}_{key}_{os.getpid()}.exr"
@@ -109,8 +111,7 @@ def kept_render(context, stem, scene, *options, threads=None):
 def path_traced(context, name, scene, *options, seeds=(1, 2), threads=None):
     """Independent path-traced pictures, in floats; kept for the next time."""
     options = ("--integrator", "path", *options, *(() if "--float" in options else ("--float",)))
-    images = [kept_render(context, name, scene, *options, "--seed", seed, threads=threads) for seed in seeds]
-    return images
+    return [kept_render(context, name, scene, *options, "--seed", seed, threads=threads) for seed in seeds]
 
 
 def path_traced_pair(context, scene, size, bounces, samples):

@@ -108,12 +108,12 @@ def render(program, scene, image, options):
         return json.loads(stats.read_text())
 
 
-def reference(o, scene, size, for_program=True):
-    """Two halves by the program o.baseline, kept in o.out: for this program alone, or, for scenes and options that mean the same to all, for any."""
+def reference(o, scene, size):
+    """Two halves by the program o.baseline, kept in o.out for this program alone."""
     halves = []
     for seed in REFERENCE_SEEDS:
         options = ["--integrator", "path", "--bounces", BOUNCES, "--resolution", size, "--pixel-samples", o.reference_samples, "--seed", seed]
-        name = hash_of(*[Path(o.baseline)] * for_program, scene_hash(scene), *options)
+        name = hash_of(Path(o.baseline), scene_hash(scene), *options)
         image = Path(o.out) / "references" / f"{scene.parent.name}-{scene.stem}-{size}-{name}.exr"
         if not image.exists():
             image.parent.mkdir(parents=True, exist_ok=True)

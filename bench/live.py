@@ -154,14 +154,15 @@ def bench_gains(live, count, rounds):
 def bench_frames(live, count):
     """Seconds of frame() during a rendering."""
     live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
-    waits = []
-    while True:
+    waits, end = [], time.monotonic() + 600
+    while time.monotonic() < end:
         begin = time.perf_counter()
         frame = live.frame()
         waits.append(time.perf_counter() - begin)
         if frame.edits > count and frame.settled:
             return count + 1, waits
         time.sleep(0.0005)
+    raise RuntimeError("no frame has settled within 600 s")
 
 
 def percentile(values, part):

@@ -40,8 +40,9 @@ def mean_error(images, truth):
 
     def squares(x):
         counted = np.where(truth.counts[..., None], x, 0).mean(-1)
-        h, w = (n // SQUARE for n in counted.shape)
-        return counted[:h * SQUARE, :w * SQUARE].reshape(h, SQUARE, w, SQUARE).sum((1, 3)).ravel()
+        for axis in (0, 1):  # the last ones may be smaller
+            counted = np.add.reduceat(counted, range(0, counted.shape[axis], SQUARE), axis)
+        return counted.ravel()
 
     def variance(pictures):
         """Of the sum over all squares of the mean picture."""
@@ -72,7 +73,7 @@ def times_sooner(ours, path, longer):
 
 
 def measure(o, scene):
-    from equal_time import BOUNCES, Reference, read, reference, render
+    from equal_time import BOUNCES, REFERENCE_SEEDS, Reference, read, render
     from reprojection import read_channels
 
     def frames(name, *options):
@@ -86,7 +87,9 @@ def measure(o, scene):
              "longer": frames("longer", "--integrator", "path", "--pixel-samples", 4 * o.samples),
              "default": frames("default", "--integrator", "distribution", "--pixel-samples", o.samples, *o.options)}
     guide = sum(denoised for denoised, _, _ in found["longer"]) / len(o.seeds)
-    truth = Reference(*reference(o, scene, o.size, for_program=False).halves, guide)
+    halves = common.path_traced(o.context, f"made_rooms_{scene.stem}_reference", scene, "--bounces", BOUNCES, "--resolution", o.size, "--pixel-samples",
+                                o.reference_samples, seeds=REFERENCE_SEEDS)
+    truth = Reference(*map(read, halves), guide)
     found = {name: summary(made, truth) for name, made in found.items()}
     return found | {"sooner": times_sooner(found["default"], found["path"], found["longer"])}
 
@@ -133,15 +136,13 @@ def bench(context, arguments=()):
     except ImportError as error:
         raise common.Skip(f"{error} (packages python3-numpy and python3-openimageio)")
     o = parsed(arguments)
-    o.program = o.baseline = context.program("dapple")
-    o.out, o.threads = context.out, context.threads
+    o.context, o.program, o.threads = context, context.program("dapple"), context.threads
     rows, result = [], {}
     with tempfile.TemporaryDirectory() as folder:
         o.images = Path(o.keep or folder)
         o.images.mkdir(parents=True, exist_ok=True)
         for kind in o.scenes:
-            # References are found again by what lies in a scene's folder.
-            scene = write(context.out / "made_rooms" / f"{kind}-{o.variant}", kind, o.variant)
+            scene = write(context.out / "made_rooms", kind, o.variant)
             result[kind] = measure(o, scene)
             rows.append(row(kind, result[kind]))
             print(*rows[-1], sep=" | ", flush=True)

@@ -268,7 +268,7 @@ class Scene:
                 for _, _, z0, z1 in sorted((h for h in holes if h[0] < (u0 + u1) / 2 < h[1]), key=lambda h: h[2]) + [(0, 0, height, height)]:
                     if z0 > z:
                         self.box(material, (u0, -thick, z), (u1, 0, z0))
-                    z = z1
+                    z = max(z, z1)
 
     def room(self, size, wall, floor, ceiling, holes=None, thick=.2):
         """From the origin to `size`. `holes` by wall: s, e, n, w look towards -y, +x, +y, -x; u runs counter-clockwise seen from above."""

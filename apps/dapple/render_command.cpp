@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <filesystem>
-#include <set>
+#include <map>
+#include <regex>
 #include <thread>
 #include <utility>
 
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
+#include "dapple/base/quiet_diagnostics.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/integrate/motion_tracer.h"
@@ -235,6 +237,35 @@ class Viewer {
   std::atomic<double> due_{0}, asked_{0};  ///< s; 0: not asked
 };
 
+/// Warnings about scenes: what they say, not where, and how often the scene says it that does so most often.
+class SaidWarnings {
+ public:
+  /// Of the messages about one scene those that are new, or more often than in any before; from here on they are said.
+  std::vector<std::string> news(const std::vector<std::string>& messages) {
+    std::vector<std::string> found;
+    std::map<std::string, size_t> here;
+    for (const std::string& message : messages) {
+      const std::string text = without_place(message);
+      if (++here[text] <= most_[text]) continue;
+      most_[text] = here[text];
+      found.push_back(message);
+    }
+    return found;
+  }
+
+ private:
+  /// Places are FileLoc::to_string(), and paths may have colons.
+  static std::string without_place(const std::string& message) {
+    static const std::regex line(":[0-9]+(:[0-9]+)?: ");
+    std::smatch found;
+    if (std::regex_search(message, found, line)) return found.suffix();
+    const size_t colon = message.find(": ");
+    return colon == std::string::npos ? message : message.substr(colon);
+  }
+
+  std::map<std::string, size_t> most_;
+};
+
 // What stays from picture to picture of a watched scene.
 struct Job {
   const RenderOptions& o;
@@ -245,35 +276,27 @@ struct Job {
   std::vector<std::string> paths;
   Viewer viewer;
   std::optional<build::BuiltScene> previous{}, next{};  ///< scenes of these frames
-  std::set<std::string> said{};                         ///< warnings about scenes, wherever it was
-};
-
-class OnlyErrors {
- public:
-  explicit OnlyErrors(bool quiet) : before_(quiet ? 1 : 2) { set_log_level(0); }
-  ~OnlyErrors() { set_log_level(before_); }
-  OnlyErrors(const OnlyErrors&) = delete;
-  OnlyErrors& operator=(const OnlyErrors&) = delete;
-
- private:
-  int before_;
+  SaidWarnings said{};
+  size_t neighbour_warnings = 0;  ///< printed of previous and next
 };
 
 // Frames of a shot have most of their faults in common: what was said of one is not said again of another.
 build::BuiltScene load_neighbour(Job& job, const std::string& path, const build::BuildOptions& options) {
-  const auto text = [](const std::string& message) {
-    const size_t place = message.find(": ");
-    return place == std::string::npos ? message : message.substr(place);
-  };
-  for (const std::string& message : job.diagnostics.messages()) job.said.insert(text(message));
+  job.said.news(job.diagnostics.messages());
   Diagnostics diagnostics(job.diagnostics.strict());
-  build::BuiltScene scene = [&] {
-    const OnlyErrors guard(job.o.quiet);
-    return build::load_scene(path, options, diagnostics);
-  }();
-  for (const std::string& message : diagnostics.messages())
-    if (job.said.insert(text(message)).second) log_warning(message);
-  return scene;
+  const auto tell = [&] {
+    for (const std::string& message : job.said.news(diagnostics.messages()))
+      log_warning(message), ++job.neighbour_warnings;
+  };
+  try {
+    const QuietDiagnostics quiet(diagnostics);
+    build::BuiltScene scene = build::load_scene(path, options, diagnostics);
+    tell();
+    return scene;
+  } catch (...) {
+    tell();
+    throw;
+  }
 }
 
 // With the film of the frame itself. A neighbour tells no more than where things are.
@@ -309,7 +332,7 @@ render::RunReport report_of(const Job& job, const build::BuiltScene& built, cons
   report.dropped_samples = film.dropped_samples();
   report.feature_seconds = picture.feature_seconds();
   report.denoise_seconds = picture.denoise_seconds();
-  report.warnings = job.diagnostics.count();
+  report.warnings = job.diagnostics.count() + job.neighbour_warnings;
   return report;
 }
 

@@ -140,7 +140,8 @@ TEST_F(Denoise, ErrorsThatAreLeftAreTold) {
 }
 
 // Weights of both signs are no noise of the light: where they count as such, .64 of the error is told under mitchell.
-// Of sinc few samples have weights whose sum is far from 0.
+// Sinc is there against nonsense alone: of few samples its weights add up to about 0, and what is told is up to twice
+// the error.
 TEST_F(Denoise, ErrorsAreToldOfFiltersWithNegativeLobes) {
   std::ifstream in(cornell);
   const std::string text{std::istreambuf_iterator<char>(in), {}};

@@ -2,6 +2,7 @@
 // dapple render --previous --next, and what dapple denoise --frames makes of it.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "tests/support/dapple_program.h"
@@ -114,6 +115,42 @@ TEST_F(FrameNeighbours, RepeatNoWarnings) {
   };
   EXPECT_EQ(count("oddity"), 1) << done.output;
   EXPECT_EQ(count("rarity"), 1) << done.output;
+}
+
+// In folders whose names look like the end of a place, too; as often as one frame has them. What is printed is counted.
+TEST_F(FrameNeighbours, CountTheirWarnings) {
+  const auto spots = [](int times) {
+    std::string text;
+    for (int i = 0; i < times; ++i) text += "LightSource \"spot\" \"float coneangle\" 20 \"float conedeltaangle\" 30\n";
+    return text;
+  };
+  const auto in_folder = [&](int frame, const std::string& more) {
+    const std::string folder = file("take " + std::to_string(frame) + ": old");
+    std::filesystem::create_directory(folder);
+    std::filesystem::copy(scene(frame, "32", more), folder + "/frame.pbrt");
+    return folder + "/frame.pbrt";
+  };
+  const ProcessResult done = run_dapple(
+      {"render", in_folder(2, spots(2)), "-o", file("shot.2.exr"), "--pixel-samples", "1", "--previous",
+       in_folder(1, spots(2)), "--next", in_folder(3, spots(3)), "--aov", "motion", "--stats", file("s.json")},
+      120);
+  EXPECT_EQ(done.exit_code, 0) << done.output;
+  const auto count = [](const std::string& text, const std::string& word) {
+    int n = 0;
+    for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count(done.output, "is cut to it"), 3) << done.output;
+  std::ifstream in(file("s.json"));
+  const std::string stats{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_NE(stats.find("\"warnings\": 3"), std::string::npos) << stats;
+}
+
+TEST_F(FrameNeighbours, WarnBeforeTheyFail) {
+  std::ofstream(file("bad.pbrt")) << "WorldBegin\nLightSource \"infinite\" \"float scale\" 1 \"float scale\" 2\nShape";
+  const ProcessResult done = render(2, {"--next", file("bad.pbrt"), "--aov", "motion"});
+  EXPECT_EQ(done.exit_code, 3) << done.output;
+  EXPECT_NE(done.output.find("is given twice"), std::string::npos) << done.output;
 }
 
 TEST_F(FrameNeighbours, RefuseWhatIsWrong) {

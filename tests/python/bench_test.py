@@ -75,6 +75,17 @@ class Curves(unittest.TestCase):
                 (folder / name).write_text(text)
             self.assertEqual(common.scene_digest(folder / "scene.pbrt"), names[0])
 
+    def test_kept_pictures_are_made_again_for_another_version(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(common, "render", lambda _, scene, image, *options: image.write_text("")):
+            context, scene = SimpleNamespace(out=Path(folder), threads=1), Path(folder) / "scene.pbrt"
+            scene.write_text("WorldBegin")
+            kept = lambda: common.path_traced(context, "a", scene, seeds=(1, 2))
+            before = kept()
+            self.assertEqual(len(set(before)), 2)
+            self.assertEqual(kept(), before)
+            with mock.patch.object(common, "REFERENCE_VERSION", common.REFERENCE_VERSION + 1):
+                self.assertFalse(set(kept()) & set(before))
+
 
 class FittedNumbers(unittest.TestCase):
     HEADER = "#pragma once\n\nstruct AnyNumbers {\n  /// a, b = 3\n  static constexpr float least = 1, most = 0.5f;\n  static constexpr int rays = 4;\n};\n"

@@ -133,6 +133,61 @@ TEST(NeighbourMotion, FollowsNamesOfInstances) {
   expect_everywhere(goes, V3f(-1, 0, 0));
 }
 
+// Things that share a name correspond in their order, or where they are equal if one more has it.
+TEST(NeighbourMotion, FollowsNamesThatAreShared) {
+  const std::string wall = "ObjectBegin \"wall\"\n" + floor_ + "ObjectEnd\n";
+  const auto place = [](const char* where, const char* name) {
+    return at(std::string("Translate ") + where,
+              "ObjectInstance \"wall\" \"string name\" \"" + std::string(name) + "\"\n");
+  };
+  const std::string here = head() + wall + place("0 0 0", "pane") + place("0 0 -40", "pane") + place("0 0 -50", "back");
+  const Found moved =
+      motion_to(here, head() + wall + place("0 0 -50", "back") + place(".5 0 0", "pane") + place("0 0 -40", "pane"));
+  EXPECT_EQ(moved.lost_instances, 0u);
+  expect_everywhere(moved, V3f(-1, 0, 0));
+  const Found more = motion_to(here, head() + wall + place("0 0 -30", "pane") + place("0 0 0", "pane") +
+                                         place("0 0 -41", "pane") + place("0 0 -50", "back"));
+  EXPECT_EQ(more.lost_instances, 1u);
+  expect_everywhere(more, V3f(0, 0, 0));
+}
+
+// Exporters number definitions: one more before them takes their names. Placed once or more often.
+TEST(NeighbourMotion, NamesOfObjectsThatAreNotAlikeDoNotCount) {
+  const std::string triangle =
+      "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ -90 -90 0  90 -90 0  0 190 0 ]\n";
+  const auto object = [](const char* name, const std::string& shape) {
+    return "ObjectBegin \"" + std::string(name) + "\"\n" + shape + "ObjectEnd\n";
+  };
+  const auto place = [](const char* where, const char* name) {
+    return at(std::string("Translate ") + where, "ObjectInstance \"" + std::string(name) + "\"\n");
+  };
+  for (const bool once : {true, false}) {
+    const auto twice = [&](const char* where, const char* name) {
+      return place(where, name) + (once ? "" : place("0 0 60", name));
+    };
+    const std::string here = head() + object("0", floor_) + object("1", triangle) + twice("0 0 -40", "0") +
+                             twice("0 0 0", "1"),
+                      there = head() + object("0", ball) + object("1", floor_) + object("2", triangle) +
+                              twice("0 0 70", "0") + twice("0 0 -40", "1") + twice(".5 0 0", "2");
+    const Found found = motion_to(here, there);
+    EXPECT_EQ(found.lost_shapes, 0u) << once;
+    EXPECT_EQ(found.lost_instances, 0u) << once;
+    expect_everywhere(found, V3f(-1, 0, 0));
+  }
+}
+
+// An object that gets another part is the same object.
+TEST(NeighbourMotion, NamesOfObjectsHoldWhenAPartIsAdded) {
+  const auto scene = [](const char* where, const std::string& more) {
+    return head() + "ObjectBegin \"a\"\n" + floor_ + more + "ObjectEnd\n" +
+           at(std::string("Translate ") + where, "ObjectInstance \"a\"\n") +
+           at("Translate 0 0 60", "ObjectInstance \"a\"\n");
+  };
+  const Found found = motion_to(scene("0 0 0", ""), scene(".5 0 0", at("Translate 0 0 -1", ball)));
+  EXPECT_EQ(found.lost_shapes + found.lost_instances, 0u);
+  expect_everywhere(found, V3f(-1, 0, 0));
+}
+
 TEST(NeighbourMotion, FollowsNamesOfShapes) {
   const auto named = [](const char* name, const char* points) {
     return "Shape \"trianglemesh\" \"string name\" \"" + std::string(name) +

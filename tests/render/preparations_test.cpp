@@ -16,8 +16,8 @@ using test::same_bits;
 
 const std::string varnished = R"(Material "coateddiffuse" "rgb reflectance" [ .3 .5 .2 ] "float roughness" 0.1)";
 
-// Readers, and places that want light, of one scene serve the same scene with other lights: it looks as if they had
-// been found for it, and it does look at them.
+// Readers, and places that want light, of one scene serve the same scene with other lights: The picture is
+// the same, bit for bit, and other preparations change it.
 TEST(Preparations, HoldForOtherLights) {
   const auto lit = [](const std::string& lights) { return build_text(furnished_room(varnished) + lights); };
   const auto before = lit("LightSource \"infinite\""), after = lit(R"(

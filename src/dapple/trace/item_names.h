@@ -10,8 +10,8 @@
 namespace dapple::trace {
 
 /// What a scene calls its objects, shapes and instances, by their numbers, where it names them: ShapeMatches finds them
-/// in another scene by that. Only digests of names are kept. Objects of one name are parts of one thing, the first of
-/// them the largest.
+/// in another scene by that. Only digests of names are kept. Objects of one name are parts of one thing, and
+/// the first of them need not be the largest.
 class ItemNames {
  public:
   using Digests = std::unordered_map<uint32_t, uint64_t>;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <set>
 #include <tuple>
-#include <unordered_map>
 
 #include "dapple/base/hash.h"
 
@@ -44,6 +44,21 @@ ShapeKind kind_of(const Shape& shape, uint64_t identity) {
   return {identity, shape.index(), parts, joined};
 }
 
+/// Kinds of the shapes of an object, or of several.
+using Kinds = std::multiset<ShapeKind>;
+
+void add_kinds(const TracedScene& scene, uint32_t object, Kinds* kinds) {
+  for (const uint32_t g : scene.geometries_in(object)) kinds->insert(kind_of(scene.shape(g), 0));
+}
+
+/// Whether objects of one name may be the same thing: exporters number definitions, and the numbers change when one is
+/// added. Half of the shapes suffices, since a thing may get a part.
+bool are_alike(const Kinds& a, const Kinds& b) {
+  std::vector<ShapeKind> common;
+  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
+  return 2 * common.size() >= std::max(a.size(), b.size());
+}
+
 /// Of what rays meet, equal for equal shapes.
 uint64_t key_of(const Shape& shape) {
   if (const auto* mesh = std::get_if<MeshPtr>(&shape))
@@ -67,7 +82,7 @@ using Groups = std::map<Kind, std::vector<Member>>;
 struct Objects {
   std::vector<uint32_t> instance;  ///< the only one, which counts like none; no_id: there is none, or many
   std::vector<uint32_t> identity;  ///< of those of none or many, the same in both scenes; no_id: it is not known
-  std::vector<uint64_t> name;      ///< of those of one that both scenes name and have once; else 0
+  std::vector<uint64_t> name;      ///< of those of one that both scenes name, have once, and have alike; else 0
 
   explicit Objects(const TracedScene& scene)
       : instance(scene.object_count(), no_id), identity(instance), name(instance.size()) {
@@ -119,15 +134,26 @@ std::map<uint64_t, uint32_t> objects_by_name(const TracedScene& scene) {
   return numbers;
 }
 
-/// Which object there is that of this scene; no_id: none. By name, or else those of equal shapes, if these are equally
-/// many.
+/// Of the objects of each name together.
+std::map<uint64_t, Kinds> kinds_by_name(const TracedScene& scene) {
+  std::map<uint64_t, Kinds> kinds;
+  for (const auto& [object, name] : scene.names().objects()) add_kinds(scene, object, &kinds[name]);
+  return kinds;
+}
+
+/// Which object there is that of this scene; no_id: none. By name, if they are alike, or else those of equal shapes, if
+/// these are equally many.
 std::vector<uint32_t> object_pairs(const TracedScene& here, const TracedScene& there) {
   std::vector<uint32_t> pairs(here.object_count(), no_id);
   std::vector<bool> is_taken(there.object_count());
   const auto named_there = objects_by_name(there);
-  for (const auto& [name, object] : objects_by_name(here))
-    if (const auto found = named_there.find(name); found != named_there.end())
-      pairs[object] = found->second, is_taken[found->second] = true;
+  for (const auto& [name, object] : objects_by_name(here)) {
+    const auto found = named_there.find(name);
+    if (found == named_there.end()) continue;
+    Kinds kinds, kinds_there;
+    add_kinds(here, object, &kinds), add_kinds(there, found->second, &kinds_there);
+    if (are_alike(kinds, kinds_there)) pairs[object] = found->second, is_taken[found->second] = true;
+  }
   auto of_here = objects_by_shapes(here), of_there = objects_by_shapes(there);
   for (auto& [shapes, objects] : of_here) {
     std::vector<uint32_t>& equal = of_there[shapes];
@@ -183,47 +209,53 @@ struct Identity {
   std::function<uint64_t(bool is_here, const Member&)> name, key;
 };
 
-/// Takes what corresponds by name out of the groups, and of groups that both have names all that has one.
+/// Calls found(member, other) in their order, if there are equally many, else for those that are equal.
+template <class Member, class Found>
+void match_in_order(const std::vector<Member>& members, const std::vector<Member>& others,
+                    const Identity<Member>& identity, const Found& found) {
+  if (members.size() == others.size()) {
+    for (size_t k = 0; k < members.size(); ++k) found(members[k], others[k]);
+    return;
+  }
+  Groups<uint64_t, Member> equal;
+  for (auto other = others.rbegin(); other != others.rend(); ++other)
+    equal[identity.key(false, *other)].push_back(*other);
+  for (const Member& member : members) {
+    const auto at = equal.find(identity.key(true, member));
+    if (at == equal.end() || at->second.empty()) continue;
+    found(member, at->second.back());
+    at->second.pop_back();
+  }
+}
+
+/// Matches what has the same name, and takes all that has a name out of groups that both have names.
 template <class Member, class Found>
 void match_names(std::vector<Member>* members, std::vector<Member>* others, const Identity<Member>& identity,
                  const Found& found) {
-  std::unordered_map<uint64_t, Member> named;
-  for (const Member& other : *others)
-    if (const uint64_t name = identity.name(false, other); name != 0) named.emplace(name, other);
-  const auto has_name = [&](const Member& m) { return identity.name(true, m) != 0; };
-  if (named.empty() || std::none_of(members->begin(), members->end(), has_name)) return;
-  for (const Member& member : *members)
-    if (const auto at = named.find(identity.name(true, member)); at != named.end()) {
-      found(member, at->second);
-      named.erase(at);
-    }
-  std::erase_if(*members, has_name);
+  const auto by_name = [&](bool is_here, const std::vector<Member>& all) {
+    Groups<uint64_t, Member> named;
+    for (const Member& m : all)
+      if (const uint64_t name = identity.name(is_here, m); name != 0) named[name].push_back(m);
+    return named;
+  };
+  const Groups<uint64_t, Member> named = by_name(true, *members), named_there = by_name(false, *others);
+  if (named.empty() || named_there.empty()) return;
+  for (const auto& [name, same] : named)
+    if (const auto at = named_there.find(name); at != named_there.end())
+      match_in_order(same, at->second, identity, found);
+  std::erase_if(*members, [&](const Member& m) { return identity.name(true, m) != 0; });
   std::erase_if(*others, [&](const Member& m) { return identity.name(false, m) != 0; });
 }
 
-/// Calls found(member, other) for what corresponds: by name, then in their order, all of a group or those that are
-/// equal.
+/// Within each group by name, then in order.
 template <class Kind, class Member, class Found>
 void match(Groups<Kind, Member> here, Groups<Kind, Member> there, const Identity<Member>& identity,
            const Found& found) {
   for (auto& [kind, members] : here) {
     const auto group = there.find(kind);
     if (group == there.end()) continue;
-    std::vector<Member>& others = group->second;
-    match_names(&members, &others, identity, found);
-    if (members.size() == others.size()) {
-      for (size_t k = 0; k < members.size(); ++k) found(members[k], others[k]);
-      continue;
-    }
-    Groups<uint64_t, Member> equal;
-    for (auto other = others.rbegin(); other != others.rend(); ++other)
-      equal[identity.key(false, *other)].push_back(*other);
-    for (const Member& member : members) {
-      const auto at = equal.find(identity.key(true, member));
-      if (at == equal.end() || at->second.empty()) continue;
-      found(member, at->second.back());
-      at->second.pop_back();
-    }
+    match_names(&members, &group->second, identity, found);
+    match_in_order(members, group->second, identity, found);
   }
 }
 
@@ -268,7 +300,10 @@ ShapeMatches::ShapeMatches(const TracedScene& here, const TracedScene& there)
   const auto &names_here = here.names().objects(), &names_there = there.names().objects();
   std::set<uint64_t> once = of_here.names_once(names_here);
   const std::set<uint64_t> once_there = of_there.names_once(names_there);
-  std::erase_if(once, [&](uint64_t name) { return !once_there.contains(name); });
+  const auto kinds = kinds_by_name(here), kinds_there = kinds_by_name(there);
+  std::erase_if(once, [&](uint64_t name) {
+    return !once_there.contains(name) || !are_alike(kinds.at(name), kinds_there.at(name));
+  });
   of_here.take_names(names_here, once), of_there.take_names(names_there, once);
   same_placements_ = same_placements(here, there, pairs);
   for (const uint32_t i : of_here.instance)

@@ -11,16 +11,16 @@ namespace dapple::trace {
 /// Which shapes and instances of another scene are those of this one, such as the scene of the next frame: points of
 /// this one have their places there by the same primitive and the same u and v.
 ///
-/// What both scenes name (ItemNames) corresponds by its name: objects, and in them, among those of one kind, shapes and
-/// instances. What one of them names so and the other does not has no match among what has names.
+/// What both scenes name (ItemNames) corresponds by its name: objects with half of their kinds of shapes in common, and
+/// in them, among those of one kind, shapes and instances. A name that only one scene has matches nothing.
 ///
 /// The rest corresponds in its order: shapes among those of one kind that have equally many primitives, joined in the
-/// same way. Where the other scene has more or fewer of these, the equal ones correspond, in their order, and the
-/// others have no match. A shape that is placed once, as those that move are, counts like one that is not placed, but
-/// within what bears its object's name.
+/// same way, or of one name. Where there are more or fewer of these, the equal ones correspond, in their
+/// order, and the others have no match. A shape that is placed once, as those that move are, counts like one that is
+/// not placed, but within what bears its object's name.
 ///
 /// Shapes of objects that are placed more often, in one of the scenes at least, correspond within their object, and so
-/// do its instances. Objects without names correspond where their shapes are equal, in their order, if these are
+/// do its instances. Other objects correspond where their shapes are equal, in their order, if these are
 /// equally many. What TracedScene::add_placements() placed corresponds if it is all the same there.
 class ShapeMatches {
  public:
