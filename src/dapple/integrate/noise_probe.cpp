@@ -61,7 +61,8 @@ NoiseProbe::Ratio NoiseProbe::variance_ratio(const Integrator& other, const Inte
     sum_of_others += others[i].variance *= scale;
     sum += all[i].variance *= scale;
   }
-  if (!(sum > 0) || !std::isfinite(sum) || !std::isfinite(sum_of_others)) return {};
+  constexpr double unseen = 1e-8;  // relative to the square of light: rounding
+  if (!(sum > unseen * count) || !std::isfinite(sum) || !std::isfinite(sum_of_others)) return {};
   const double value = sum_of_others / sum;
   double squares = 0;
   for (size_t i = 0; i < all.size(); ++i)
