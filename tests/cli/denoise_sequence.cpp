@@ -177,7 +177,7 @@ TEST_F(DenoiseSequence, WithoutNeighboursIsAsOneImage) {
   for (int f = 1; f <= 2; ++f) {
     const ProcessResult rendered =
         run_dapple({"render", file("scene.pbrt"), "-o", file(name("rich", f)), "--resolution", "64x48", "--integrator",
-                    "path", "--pixel-samples", "16", "--seed", std::to_string(f), "--float", "--light-groups", "--aov",
+                    "path", "--pixel-samples", "512", "--seed", std::to_string(f), "--float", "--light-groups", "--aov",
                     "albedo,normal,depth,direct,variance"},
                    120);
     ASSERT_EQ(rendered.exit_code, 0) << rendered.output;
