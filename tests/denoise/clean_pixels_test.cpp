@@ -93,6 +93,16 @@ TEST(CleanPixels, WhatRareLightMissedIsNotClean) {
       ASSERT_NEAR(p.denoised.pixel(x, y)[0], p.truth.pixel(x, y)[0], .05f) << x << ", " << y;
 }
 
+// One pixel is far off and does not know it: those around it stay denoised.
+TEST(CleanPixels, OnePixelSpeaksForItselfAlone) {
+  Pictures p = pictures(.05f, false);
+  for (int c = 0; c < 3; ++c) p.noisy.pixel(30, 30)[c] = 40;
+  keep_clean_pixels(ImageRows(p.noisy), ImageRows(p.variance), &p.denoised);
+  for (int y = 27; y <= 33; ++y)
+    for (int x = 27; x <= 33; ++x)
+      ASSERT_NEAR(p.denoised.pixel(x, y)[0], p.truth.pixel(x, y)[0], .02f) << x << ", " << y;
+}
+
 // Black around a bright picture is clean if the picture is.
 TEST(CleanPixels, BlackStaysBlackBesideWhatIsClean) {
   Pictures p;

@@ -91,15 +91,16 @@ void keep_clean_pixels(const PixelRows& noisy, const PixelRows& variance, image:
     for (int x = 0; x < width; ++x) {
       const float* old = &before[3 * size_t(x)];
       if (!std::isfinite(old[0]) || !std::isfinite(old[1]) || !std::isfinite(old[2])) continue;
-      double change = 0, noise = 0;
+      double change = 0, largest = 0, noise = 0;
       int count = 0;
       for (int j = std::max(0, y - radius); j <= std::min(height - 1, y + radius); ++j)
         for (int i = std::max(0, x - radius); i <= std::min(width - 1, x + radius); ++i, ++count) {
           const Squares& s = squares[size_t(j) * size_t(width) + size_t(i)];
           change += double(s.change), noise += double(s.noise);
+          largest = std::max(largest, double(s.change));
         }
       noise = std::max(noise, count * around.at(x, y));
-      const double error = std::max(0.0, change - by_chance * noise);
+      const double error = std::max(0.0, change - largest - by_chance * noise);
       if (!(error > 0)) continue;
       const auto share = float(noise / (noise + error));
       float* after = denoised->pixel(x, y);
