@@ -9,7 +9,6 @@
 #include "commands.h"
 #include "dapple/base/log.h"
 #include "dapple/base/parallel.h"
-#include "dapple/base/quiet_diagnostics.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/scene_builder.h"
 #include "dapple/integrate/motion_tracer.h"
@@ -283,13 +282,12 @@ struct Job {
 // Frames of a shot have most of their faults in common: what was said of one is not said again of another.
 build::BuiltScene load_neighbour(Job& job, const std::string& path, const build::BuildOptions& options) {
   job.said.news(job.diagnostics.messages());
-  Diagnostics diagnostics(job.diagnostics.strict());
+  Diagnostics diagnostics(job.diagnostics.strict(), false);
   const auto tell = [&] {
     for (const std::string& message : job.said.news(diagnostics.messages()))
       log_warning(message), ++job.neighbour_warnings;
   };
   try {
-    const QuietDiagnostics quiet(diagnostics);
     build::BuiltScene scene = build::load_scene(path, options, diagnostics);
     tell();
     return scene;

@@ -2,7 +2,6 @@
 #include "dapple/base/error.h"
 
 #include "dapple/base/log.h"
-#include "dapple/base/quiet_diagnostics.h"
 
 namespace dapple {
 inline namespace base {
@@ -42,7 +41,7 @@ void Diagnostics::warn(const FileLoc& loc, const std::string& message, const std
   } else {
     messages_.push_back(loc.to_string() + ": " + shorten(message));
   }
-  if (!QuietDiagnostics::is_quiet(*this)) log_warning(messages_.back());
+  if (logs_) log_warning(messages_.back());
 }
 
 void Diagnostics::unsupported(const FileLoc& loc, const std::string& what, const std::string& stand_in) {

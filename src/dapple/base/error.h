@@ -65,7 +65,8 @@ class MemoryError : public Error {
 /// throws InputError instead.
 class Diagnostics {
  public:
-  explicit Diagnostics(bool strict = false) : strict_(strict) {}
+  /// `logs`: warnings are logged as they are reported, not kept alone.
+  explicit Diagnostics(bool strict = false, bool logs = true) : strict_(strict), logs_(logs) {}
 
   /// Reports `message` at `loc`. Warnings with an equal non-empty key are reported for the first place only.
   void warn(const FileLoc& loc, const std::string& message, const std::string& key = {});
@@ -79,7 +80,7 @@ class Diagnostics {
   std::vector<std::string> unsupported_features() const;
 
  private:
-  const bool strict_;
+  const bool strict_, logs_;
   mutable std::mutex mutex_;
   std::set<std::string> keys_;
   std::vector<std::string> messages_;
