@@ -10,4 +10,13 @@ namespace dapple::pattern {
 /// tangents.
 PatternGraph::Footprint pattern_footprint(PatternGraph* graph, PatternGraph::Value value);
 
+/// What is added to each operand of a node.
+using PatternMoves = std::array<PatternGraph::Value, max_pattern_operands>;
+/// The change of `value` where its operands change by `moves`: exact to first order for arithmetic, a difference for
+/// the rest.
+PatternGraph::Value pattern_change(PatternGraph* graph, PatternGraph::Value value, const PatternMoves& moves);
+
+/// `value` is the width of a filter: it has no footprint and no spread of its own.
+void keep_as_width(PatternGraph* graph, PatternGraph::Value value);
+
 }  // namespace dapple::pattern

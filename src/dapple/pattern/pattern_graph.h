@@ -102,6 +102,13 @@ class PatternGraph {
   }
   /// The first of a value stays.
   void keep_footprint(Value value, const Footprint& footprint) { footprints_.emplace(value, footprint); }
+  /// What pattern_spread.h has found out about a value; null: nothing yet.
+  const Value* known_spread(Value value) const {
+    const auto at = spreads_.find(value);
+    return at == spreads_.end() ? nullptr : &at->second;
+  }
+  /// The first of a value stays.
+  void keep_spread(Value value, Value spread) { spreads_.emplace(value, spread); }
 
   std::optional<float> number(Value value) const;
   const Node& node(Value value) const { return nodes_[value.node()]; }
@@ -133,6 +140,7 @@ class PatternGraph {
   std::vector<FloatTexturePtr> foreign_float_;
   std::vector<RgbTexturePtr> foreign_rgb_;
   std::map<Value, Footprint> footprints_;
+  std::map<Value, Value> spreads_;
 };
 
 }  // namespace dapple::pattern

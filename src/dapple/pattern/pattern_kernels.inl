@@ -13,6 +13,9 @@
 #endif
 
 namespace dapple::pattern {
+
+const PatternKernels& DAPPLE_KERNELS();
+
 namespace {
 
 constexpr int capacity = 256;
@@ -83,8 +86,8 @@ void noise(const PatternCall& c) {
 }
 
 /// Octaves each lane resolves; returns how many the finest does.
-float resolve(const PatternCall& c, float* resolved) {
-  const float *width2 = c.in[3], octaves = c.parameters[0];
+float resolve(const PatternCall& c, const float* width2, float* resolved) {
+  const float octaves = c.parameters[0];
   const int n = lanes(c);
   int32_t most = 0;  // floats that are not negative compare as integers do, and their maximum vectorises
   DAPPLE_LANES(int i = 0; i < n; ++i) {
@@ -104,7 +107,7 @@ void octaves(const PatternCall& c) {
   const float *x = c.in[0], *y = c.in[1], *z = c.in[2];
   float* __restrict out = c.out[0];
   const int n = lanes(c);
-  const float most = resolve(c, resolved), count = c.parameters[0];
+  const float most = resolve(c, c.in[3], resolved), count = c.parameters[0];
   for (int i = 0; i < n; ++i) out[i] = 0;
   float frequency = 1, amplitude = 1;
   for (float octave = 0; octave < count; octave += 1) {
@@ -121,6 +124,25 @@ void octaves(const PatternCall& c) {
     }
     frequency *= lane::lacunarity;
     amplitude *= c.parameters[1];
+  }
+}
+
+/// Of the variance of a sum of octaves of variance 1, times their squared amplitudes, what octaves() leaves out: a mean
+/// over the footprint with the weight w keeps w^2 of it.
+void left_out_octaves(const PatternCall& c) {
+  alignas(64) float resolved[capacity];
+  const float count = c.parameters[0], omega = c.parameters[1];
+  float* __restrict out = c.out[0];
+  const int n = lanes(c);
+  resolve(c, c.in[0], resolved);
+  for (int i = 0; i < n; ++i) out[i] = 0;
+  float power = 1;
+  for (float octave = 0; octave < count; octave += 1) {
+    DAPPLE_LANES(int i = 0; i < n; ++i) {
+      const float w = lane::octave_weight(resolved[i], octave);
+      out[i] += power * (1 - w * w);
+    }
+    power *= omega * omega;
   }
 }
 
@@ -177,6 +199,53 @@ void ramp(const PatternCall& c) {
       const int s = segment[i];
       const float t = x[i] - starts[s];
       out[i] = ((c3[s] * t + c2[s]) * t + c1[s]) * t + c0[s];
+    }
+  }
+}
+
+/// Medians of the fifths of a normal distribution beside the middle one, scaled to a variance of 1.
+constexpr float fifths[] = {-1.4636f, -0.5989f, 0.5989f, 1.4636f};
+
+/// The mean or the standard deviation of an operation over an operand that is spread in a normal distribution: of five
+/// applications. Exactly the operation where nothing is spread.
+template <bool deviation>
+void over_fifths(const PatternCall& c) {
+  alignas(64) float moved[capacity], middle[max_pattern_results][capacity], there[max_pattern_results][capacity],
+      squares[max_pattern_results][capacity];
+  const auto op = static_cast<PatternOp>(c.parameters[0]);
+  const auto which = static_cast<size_t>(c.parameters[1]);
+  const float *x = c.in[which], *spread = c.in[3];
+  const int n = lanes(c);
+  const PatternKernels::Kernel apply = DAPPLE_KERNELS().find(op, 0);
+  PatternCall inner = c;
+  inner.parameters += 2;
+  for (int r = 0; r < c.results; ++r) inner.out[r] = middle[r];
+  apply(inner);
+  int32_t any = 0;
+  DAPPLE_LANES(int i = 0; i < n; ++i) any |= std::bit_cast<int32_t>(spread[i]);
+  for (int r = 0; r < c.results; ++r) {
+    inner.out[r] = there[r];
+    for (int i = 0; i < n; ++i) c.out[r][i] = squares[r][i] = 0;
+  }
+  inner.in[which] = moved;
+  for (const float fifth : fifths) {
+    if (any == 0) break;
+    DAPPLE_LANES(int i = 0; i < n; ++i) moved[i] = x[i] + fifth * spread[i];
+    apply(inner);
+    for (int r = 0; r < c.results; ++r) {
+      float* __restrict sums = c.out[r];
+      DAPPLE_LANES(int i = 0; i < n; ++i) {
+        const float d = there[r][i] - middle[r][i];
+        sums[i] += d;
+        squares[r][i] += d * d;
+      }
+    }
+  }
+  for (int r = 0; r < c.results; ++r) {
+    float* __restrict out = c.out[r];
+    DAPPLE_LANES(int i = 0; i < n; ++i) {
+      const float shift = 0.2f * out[i];
+      out[i] = deviation ? lane::sqrt(0.2f * squares[r][i] - shift * shift) : middle[r][i] + shift;
     }
   }
 }
@@ -272,8 +341,11 @@ const PatternKernels& DAPPLE_KERNELS() {
     put(t, PatternOp::simplex, 0, noise<lane::simplex_noise>);
     put(t, PatternOp::fbm, 0, octaves<false>);
     put(t, PatternOp::turbulence, 0, octaves<true>);
+    put(t, PatternOp::left_out_octaves, 0, left_out_octaves);
     put(t, PatternOp::worley, 0, worley);
     put(t, PatternOp::ramp, 0, ramp);
+    put(t, PatternOp::mean_over, 0, over_fifths<false>);
+    put(t, PatternOp::deviation_over, 0, over_fifths<true>);
     put(t, PatternOp::rgb_to_hsv, 0, rgb_to_hsv);
     put(t, PatternOp::hsv_to_rgb, 0, hsv_to_rgb);
     return k;

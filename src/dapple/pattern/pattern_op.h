@@ -40,12 +40,15 @@ enum class PatternOp : uint8_t {
   mix,           ///< a (1 - c) + b c
   smoothstep,    ///< low, high, x
   // Kernels with parameters or several results.
-  perlin,      ///< x, y, z
-  simplex,     ///< x, y, z
-  fbm,         ///< x, y, z, squared footprint; parameters: octaves, omega
-  turbulence,  ///< the same of absolute values
-  worley,      ///< x, y, z; parameter: jitter; results: distances F1 and F2, random number of the nearest cell
-  ramp,        ///< x; parameters: see PatternRamp; 1 or 3 results
+  perlin,            ///< x, y, z
+  simplex,           ///< x, y, z
+  fbm,               ///< x, y, z, squared footprint; parameters: octaves, omega
+  turbulence,        ///< the same of absolute values
+  left_out_octaves,  ///< squared footprint; parameters: octaves, omega; sum of squared amplitudes left out of fbm
+  worley,            ///< x, y, z; parameter: jitter; results: distances F1 and F2, random number of the nearest cell
+  ramp,              ///< x; parameters: see PatternRamp; 1 or 3 results
+  mean_over,         ///< three operands of another op, spread of one; parameters: op, which operand, the op's own
+  deviation_over,    ///< the same
   rgb_to_hsv,
   hsv_to_rgb,
   image,  ///< s, t, ds/dx, dt/dx, ds/dy, dt/dy; 1 or 3 results
@@ -63,8 +66,11 @@ constexpr int operand_count(PatternOp op) {
   switch (op) {
     case PatternOp::fbm:
     case PatternOp::turbulence:
+    case PatternOp::mean_over:
+    case PatternOp::deviation_over:
       return 4;
     case PatternOp::ramp:
+    case PatternOp::left_out_octaves:
       return 1;
     case PatternOp::image:
       return 6;
@@ -96,6 +102,9 @@ constexpr float instructions_of(PatternOp op) {
     case PatternOp::turbulence:
     case PatternOp::ramp:
       return 20;
+    case PatternOp::mean_over:
+    case PatternOp::deviation_over:
+      return 50;
     case PatternOp::worley:
       return 300;
     case PatternOp::image:

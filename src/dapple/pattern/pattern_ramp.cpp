@@ -79,7 +79,7 @@ PatternRamp::PatternRamp(std::vector<float> starts, std::span<const std::array<R
 
 PatternGraph::Results PatternRamp::apply(PatternFloat x) const {
   const PatternGraph::Value operand = x.value();
-  return x.graph().apply(PatternOp::ramp, std::span(&operand, 1), parameters_, results_);
+  return apply_to_means(&x.graph(), PatternOp::ramp, std::span(&operand, 1), parameters_, results_);
 }
 
 PatternFloat PatternRamp::operator()(PatternFloat x) const {

@@ -3,6 +3,7 @@
 
 #include "dapple/base/rgb.h"
 #include "dapple/pattern/pattern_footprint.h"
+#include "dapple/pattern/pattern_spread.h"
 
 namespace dapple::pattern {
 
@@ -21,6 +22,7 @@ class PatternFloat {
   PatternGraph::Value value() const { return value_; }
   std::optional<float> constant() const { return graph_->number(value_); }
   PatternFloat number(float v) const { return {graph_, graph_->constant(v)}; }
+  PatternFloat spread() const { return {graph_, pattern_spread(graph_, value_)}; }
   PatternFloat footprint(int axis) const {
     return {graph_, pattern_footprint(graph_, value_)[static_cast<size_t>(axis)]};
   }
@@ -54,14 +56,10 @@ inline PatternFloat pattern_input(PatternGraph& graph, PatternInput input) {
   return {&graph, graph.input(input)};
 }
 
-inline PatternFloat apply(PatternOp op, PatternFloat a) {
-  return {&a.graph(), a.graph().apply(op, {a.value()})};
-}
-inline PatternFloat apply(PatternOp op, PatternFloat a, PatternFloat b) {
-  return {&a.graph(), a.graph().apply(op, {a.value(), b.value()})};
-}
-inline PatternFloat apply(PatternOp op, PatternFloat a, PatternFloat b, PatternFloat c) {
-  return {&a.graph(), a.graph().apply(op, {a.value(), b.value(), c.value()})};
+template <class... More>
+PatternFloat apply(PatternOp op, PatternFloat a, More... more) {
+  const PatternGraph::Value operands[]{a.value(), more.value()...};
+  return {&a.graph(), apply_to_means(&a.graph(), op, operands)[0]};
 }
 
 #define DAPPLE_PATTERN_UNARY(name, op)       \
@@ -113,7 +111,7 @@ inline PatternFloat clamp(PatternFloat x, PatternFloat low, PatternFloat high) {
   return min(max(x, low), high);
 }
 inline PatternFloat select(PatternFloat condition, PatternFloat a, PatternFloat b) {
-  return apply(PatternOp::select, condition, a, b);
+  return {&a.graph(), select_by_mean(&a.graph(), condition.value(), a.value(), b.value())};
 }
 inline PatternFloat mix(PatternFloat a, PatternFloat b, PatternFloat t) {
   return apply(PatternOp::mix, a, b, t);

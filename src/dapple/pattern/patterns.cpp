@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/pattern/patterns.h"
 
+#include "dapple/pattern/noise.h"
 #include "dapple/pattern/pattern_ramp.h"
 
 namespace dapple::pattern {
@@ -18,9 +19,22 @@ PatternColor apply3(PatternOp op, const PatternVector& p, const std::vector<floa
   return color(p.x.graph(), p.x.graph().apply(op, operands, parameters, 3));
 }
 
+/// `value`, which its filter has robbed of this standard deviation.
+PatternFloat with_spread(PatternFloat value, PatternFloat spread) {
+  keep_as_width(&value.graph(), spread.value());
+  value.graph().keep_spread(value.value(), spread.value());
+  return value;
+}
+
 PatternFloat octaves_of(PatternOp op, const PatternPoint3& q, int octaves, float omega) {
   const Value operands[]{q.p.x.value(), q.p.y.value(), q.p.z.value(), squared_footprint(q).value()};
-  return {&q.p.x.graph(), q.p.x.graph().apply(op, operands, {static_cast<float>(octaves), omega})[0]};
+  PatternGraph& graph = q.p.x.graph();
+  const std::vector<float> parameters{static_cast<float>(octaves), omega};
+  const PatternFloat sum{&graph, graph.apply(op, operands, parameters)[0]};
+  const PatternFloat left_out{&graph,
+                              graph.apply(PatternOp::left_out_octaves, std::span(operands).last(1), parameters)[0]};
+  const bool absolute = op == PatternOp::turbulence;
+  return with_spread(sum, sqrt(left_out * (absolute ? lane::absolute_noise_variance : lane::noise_variance)));
 }
 
 /// 1 where the footprint resolves a wavelength of 1, 0 where it is half as long or longer.
@@ -30,6 +44,11 @@ PatternFloat resolved(const PatternPoint3& q) {
   return select(less(0, width2), smoothstep(octaves.number(0.3f), octaves.number(0.7f), octaves), octaves.number(1));
 }
 
+/// The share of the standard deviation that a mean over the footprint takes, which keeps `weight` of what varies.
+PatternFloat taken(PatternFloat weight) {
+  return sqrt(1 - weight * weight);
+}
+
 constexpr float filter_width = 1.5f;  // footprints on either side
 
 PatternFloat filtered_wave(PatternFloat x, PatternFloat dx, PatternFloat dy) {
@@ -37,7 +56,8 @@ PatternFloat filtered_wave(PatternFloat x, PatternFloat dx, PatternFloat dy) {
 }
 
 PatternFloat weight_of_sign(PatternFloat sign) {
-  return clamp(0.5f - sign * 0.5f, 0, 1);
+  const PatternFloat weight = clamp(0.5f - sign * 0.5f, 0, 1);
+  return with_spread(weight, sqrt(weight * (1 - weight)));
 }
 
 PatternFloat plane_noise(PatternFloat s, PatternFloat t) {
@@ -88,7 +108,9 @@ PatternFloat perlin(const PatternPoint3& q) {
 }
 
 PatternFloat simplex(const PatternPoint3& q) {
-  return expression::apply(PatternOp::simplex, q.p.x, q.p.y, q.p.z) * resolved(q);
+  const PatternFloat weight = resolved(q);
+  return with_spread(expression::apply(PatternOp::simplex, q.p.x, q.p.y, q.p.z) * weight,
+                     taken(weight) * std::sqrt(lane::simplex_variance));
 }
 
 PatternFloat fbm(const PatternPoint3& q, int octaves, float omega) {
@@ -101,11 +123,19 @@ PatternFloat turbulence(const PatternPoint3& q, int octaves, float omega) {
 
 PatternCells worley(const PatternPoint3& q, float jitter) {
   const PatternColor cells = apply3(PatternOp::worley, q.p, {jitter});
-  // Means over space, fitted to averages of 50,000 points (tests/shading/pattern_noise.cpp).
+  // Means and standard deviations over space, fitted to averages over a million points
+  // (tests/pattern/pattern_noise.cpp).
   const float mean_f1 = 0.480f + 0.041f * jitter * jitter, mean_f2 = 0.703f + 0.0155f * jitter;
-  const PatternFloat weight = resolved(q);
-  const auto filtered = [&](PatternFloat v, float mean) { return mix(v.number(mean), v, weight); };
-  return {filtered(cells.r, mean_f1), filtered(cells.g, mean_f2), filtered(cells.b, 0.5f)};
+  const float spread_f1 = 0.139f + 0.033f * jitter * jitter, spread_f2 = 0.075f + 0.068f * jitter;
+  const PatternFloat weight = resolved(q), spread = taken(weight);
+  const auto filtered = [&](PatternFloat v, float mean, float deviation) {
+    return with_spread(mix(v.number(mean), v, weight), spread * deviation);
+  };
+  const PatternCells means{filtered(cells.r, mean_f1, spread_f1), filtered(cells.g, mean_f2, spread_f2),
+                           filtered(cells.b, 0.5f, std::sqrt(1.0f / 12))};
+  with_spread(means.f2 - means.f1,
+              spread * (0.184f - 0.026f * jitter));  // borders of cells: the two are not independent
+  return means;
 }
 
 PatternFloat windy(const PatternPoint3& q) {
