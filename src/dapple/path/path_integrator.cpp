@@ -37,11 +37,7 @@ using vegetation::mask_cache;
 
 namespace {
 
-// Dimensions of the sampler: the camera's first, then a block of them for every step of the paths.
-enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, step_dimensions };
-static_assert(step_dimensions == PathWorkspace::dimensions);
-// Those of so many steps are for what camera rays meet; then come scatterings of straight flights.
-constexpr uint32_t steps_of_surfaces = 1 << 14;
+constexpr uint32_t steps_of_surfaces = 1 << 14;  // then come scatterings of straight flights
 
 // Of a path, whatever the step.
 constexpr uint32_t for_channels = (1u << 20) + 1, for_wavelengths = for_channels + 1;
@@ -59,6 +55,7 @@ PathIntegrator::PathIntegrator(const scene::Scene& scene, const Settings& settin
       materials_(scene),
       rays_(scene, materials_, true, settings.visibility()),
       flights_(scene, settings.shafts, settings.texture_footprint),
+      light_(scene, rays_, flights_),
       ends_(settings.radiosity, 1 / settings.texture_footprint),
       learned_(settings.learned_lights) {
   hit_lights_ =
@@ -174,7 +171,7 @@ void PathIntegrator::take_step(uint32_t step, PathWorkspace& w) const {
 // The surfaces of a step, and its scatterings in media: light, and where paths go on.
 void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
   w.append_flights();
-  w.draw_samples(CameraBatch::dimensions + step * step_dimensions);
+  w.draw_samples(CameraBatch::dimensions + step * PathWorkspace::dimensions);
   w.shadow_count = 0;
   for (int k = 0; k < w.surface_count; ++k) {
     if (w.bsdf[k].kind == BsdfKind::passthrough) {
@@ -185,21 +182,21 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
     const int p = w.point_path[k];
     if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
     w.region[k] = {};
-    if (learned_) w.region[k] = learned_->region(receiver_at(k, true, w), w.vertex_key(p, 0));
+    if (learned_) w.region[k] = learned_->region(PathLight::receiver_at(k, true, w), w.vertex_key(p, 0));
     if (w.last[p] && gathers()) {
       gather_in_canopy(k, w);
       continue;
     }
     if (w.last[p]) continue;
     if (w.bsdf[k].dispersion > 0) disperse(k, w);
-    light_surface(k, w);
+    light_.light_surface(k, w);
     if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
       add_canopy_light(k, w);
     scatter(k, w);
   }
   for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
   w.swap_rays();
-  trace_shadows(w);
+  light_.trace_shadows(w);
 }
 
 // Adds what rays meet that shines, and gathers the surfaces to be shaded.
@@ -211,7 +208,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
     const V3f d = w.now->batch.direction(i);
     if (w.walk[p].inside() ? !walk(i, w) : w.medium[p] != scene::vacuum && !arrive(i, w)) continue;
     if (w.hit.geometry[i] == no_id) {
-      add_environment(p, w.now->batch.origin(i), d, w);
+      light_.add_environment(p, w.now->batch.origin(i), d, w);
       continue;
     }
     const uint32_t light = scene_.emitter_index(w.hit.geometry[i], w.hit.primitive[i]);
@@ -225,7 +222,7 @@ void PathIntegrator::collect_hits(PathWorkspace& w) const {
                        ? scene_.traced.surface(w.hit, i, w.time[p])
                        : scene_.traced.surface_without_tangents(w.now->batch, w.hit, i);
     w.cone_width[p] += w.cone_spread[p] * w.hit.t[i];
-    if (light != no_id) add_emission(p, light, w.surface[k], d, w);
+    if (light != no_id) light_.add_emission(p, light, w.surface[k], d, w);
     w.coat_alone[k] = w.left[i] == PathWorkspace::Left::coat;
     if (w.left[i] == PathWorkspace::Left::nothing) --w.point_count;
   }
@@ -252,26 +249,12 @@ bool PathIntegrator::arrive(int i, PathWorkspace& w) const {
   if (flights_.is_straight(p, w)) return flights_.arrive(i, w);
   const trace::RayBatch& rays = w.now->batch;
   const media::MediumSample& s = w.flown[i];
-  add_glow(p, s.emitted, rays.origin(i), rays.direction(i), w);
+  light_.add_glow(p, s.emitted, rays.origin(i), rays.direction(i), w);
   w.beta[p] *= s.weight;
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return false;
   if (!s.scattered) return true;
   if (!w.last[p]) w.flight[w.flight_count++] = {p, rays.origin(i) + rays.direction(i) * s.t, rays.direction(i)};
   return false;
-}
-
-// What the medium of path p emitted along its ray; it may be a light that shadow rays look for, too.
-void PathIntegrator::add_glow(int p, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const {
-  if (emitted.is_black()) return;
-  const uint32_t light = scene_.glow_light(w.medium[p], o);
-  const bool lit = light != no_id;
-  float weight = 1;
-  if (lit && w.bsdf_pdf[p] > 0) {
-    const float pdf =
-        flights_.light_probability(p, light, w) * scene_.lights[light]->pdf(w.receiver[p], d, o, V3f(0, 0, 0));
-    weight = power_heuristic(w.bsdf_pdf[p], pdf);
-  }
-  w.add_light(p, no_id, w.beta[p] * emitted * weight, lit && w.finds_direct(p));
 }
 
 // The same inside a subsurface body. Where the path scatters, it goes on in the following step.
@@ -289,35 +272,6 @@ bool PathIntegrator::walk(int i, PathWorkspace& w) const {
   w.push_ray(p, P, d, w.next_key(p));
   ++w.rays.subsurface;
   return false;
-}
-
-void PathIntegrator::add_environment(int p, const V3f& o, const V3f& d, PathWorkspace& w) const {
-  for (const uint32_t index : scene_.infinite_lights) {
-    const emitters::Light& light = *scene_.lights[index];
-    const RGB Le = light.environment_at(o, d, 0);  // unfiltered, as light samples are
-    if (Le.is_black() || (w.shafted[p] && flights_.owns(index, d))) continue;
-    float weight = 1;
-    if (w.bsdf_pdf[p] > 0) {
-      const emitters::Light& drawn = w.shafted[p] ? flights_.rest_of(index) : light;
-      const float pdf = flights_.light_probability(p, index, w) *
-                        emitters::light_pdf(drawn, int(index), w.receiver[p], d, V3f(0, 0, 0), V3f(0, 0, 0));
-      weight = power_heuristic(w.bsdf_pdf[p], pdf);
-    }
-    w.add_light(p, index, w.beta[p] * Le * weight, w.finds_direct(p));
-  }
-}
-
-void PathIntegrator::add_emission(int p, uint32_t index, const geom::SurfacePoint& s, const V3f& d,
-                                  PathWorkspace& w) const {
-  const emitters::Light& light = *scene_.lights[index];
-  const RGB Le = light.emitted(s.P, s.Ng, V2f(s.u, s.v), -d);
-  if (Le.is_black()) return;
-  float weight = 1;
-  if (w.bsdf_pdf[p] > 0) {
-    const float pdf = flights_.light_probability(p, index, w) * light.pdf(w.receiver[p], d, s.P, s.Ng);
-    weight = power_heuristic(w.bsdf_pdf[p], pdf);
-  }
-  w.add_light(p, index, w.beta[p] * Le * weight, w.finds_direct(p));
 }
 
 void PathIntegrator::prelight(PathWorkspace& w) const {
@@ -356,69 +310,13 @@ bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
   if (!materials_.is_sheet(w.point_geometry[k])) return false;
   const float through = scattering::straight_transmittance(w.bsdf[k], -w.wi[k]);
   if (through == 0) return false;
-  if (w.sample(dim_lobe, k) < 1 - through) {
+  if (w.sample(PathWorkspace::dim_lobe, k) < 1 - through) {
     w.bsdf[k].reflects_only = true;
     return false;
   }
   pass_through(k, w);
   ++w.rays.specular;
   return true;
-}
-
-// Draws a light for path p and sends a shadow ray. evaluate(wi, &pdf) gives f |cos|; `surface` is null in media.
-template <class Evaluate>
-void PathIntegrator::connect(int k, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
-                             const Evaluate& evaluate, PathWorkspace& w) const {
-  const int p = w.point_path[k];
-  // Planes have some lights; these are not drawn.
-  const bool shafted = !surface && flights_.is_straight(p, w);
-  const emitters::LightSampler* const sampler = shafted ? flights_.rest() : scene_.light_sampler.get();
-  const auto selection =
-      sampler ? sampler->select(receiver, w.sample(dim_light, k)) : emitters::LightSampler::Selection();
-  if (selection.light < 0) return;
-  const emitters::Light& drawn =
-      shafted ? flights_.rest_of(uint32_t(selection.light)) : *scene_.lights[size_t(selection.light)];
-  emitters::LightSample light;
-  if (!emitters::sample_light(drawn, selection.light, receiver, w.sample2(dim_light_point, k), &light)) return;
-  float scatter_pdf = 0;
-  const RGB f = evaluate(light.wi, &scatter_pdf);
-  if (f.is_black()) return;
-  const float light_pdf = light.pdf * selection.probability;
-  const float weight = light.delta ? 1 : power_heuristic(light_pdf, scatter_pdf);
-  const RGB contribution = w.beta[p] * f * (light.glow ? RGB(1) : light.radiance) * (weight / light_pdf);
-  if (contribution.is_black()) return;
-  if (shafted && flights_.owns(uint32_t(selection.light), light.wi)) return;
-  const V3f origin = surface ? offset_origin(*surface, light.wi) : receiver.p;
-  int32_t medium = w.medium[p];
-  if (surface) medium = scene_.bindings[w.point_geometry[k]].medium_beyond(light.wi, surface->Ng, medium);
-  const ShadowRay ray(receiver.p, light, origin);
-  const V3f Ng = surface ? surface->Ng : V3f(0, 0, 0);
-  if (ray.distance > 0)
-    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, contribution, medium);
-}
-
-void PathIntegrator::note_point(int k, PathWorkspace& w) const {
-  if (w.walk[w.point_path[k]].inside()) return;
-  const geom::SurfacePoint& s = w.surface[k];
-  w.points_found->note({receiver_at(k, true, w), s.Ng, s.error, w.point_geometry[k], w.medium[w.point_path[k]]});
-}
-
-void PathIntegrator::light_surface(int k, PathWorkspace& w) const {
-  const Bsdf& bsdf = w.bsdf[k];
-  if (!scene_.light_sampler || bsdf.is_delta()) return;
-  if (w.points_found) return note_point(k, w);
-  // What shines inside a body is found by walking: light is weakened on the way, which shadow rays do not know.
-  if (bsdf.kind != BsdfKind::subsurface && w.walk[w.point_path[k]].inside()) return;
-  const V3f wo = -w.wi[k];
-  const uint64_t key = w.vertex_key(w.point_path[k], 1);
-  connect(
-      k, receiver_at(k, true, w), &w.surface[k],
-      [&](const V3f& wi, float* pdf) {
-        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
-        if (bsdf.kind == BsdfKind::subsurface && dot(wi, w.surface[k].Ng) < 0) return RGB();
-        return f * std::abs(dot(wi, bsdf.frame.n));
-      },
-      w);
 }
 
 // Light that the canopy's leaves scattered, at a diffuse surface; what has other lobes besides counts by its albedo.
@@ -438,35 +336,20 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
 void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   add_canopy_light(k, w);
-  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(dim_roulette, k) >= PathNumbers::lit_share) return;
-  if (w.points_found) return note_point(k, w);
-  const V3f wo = -w.wi[k];
-  const uint64_t key = w.vertex_key(w.point_path[k], 1);
-  connect(
-      k, receiver_at(k, false, w), &w.surface[k],
-      [&](const V3f& wi, float* pdf) {
-        const RGB f = bsdf.eval_pdf(wo, wi, key, pdf);
-        *pdf = 0;  // no ray goes on that could meet the light
-        return f * (std::abs(dot(wi, bsdf.frame.n)) / PathNumbers::lit_share);
-      },
-      w);
+  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(PathWorkspace::dim_roulette, k) >= PathNumbers::lit_share)
+    return;
+  light_.light_end(k, 1 / PathNumbers::lit_share, w);
 }
 
 void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   const media::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
-  const V3f wo = -w.wi[k];
   emitters::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   const bool straight = flights_.is_straight(p, w);
   if (learned_ && !straight) receiver.region = learned_->region(receiver, w.vertex_key(p, 0));
-  if (w.points_found) {
-    // Of each path the first: in a dense cloud shadow rays take thousands of steps.
-    if (w.scatterings[p] == 0) w.points_found->note({.to = receiver, .medium = w.medium[p]});
-  } else if (scene_.light_sampler)
-    connect(
-        k, receiver, nullptr, [&](const V3f& wi, float* pdf) { return RGB(*pdf = phase.eval(wo, wi)); }, w);
+  light_.light_medium(k, receiver, phase, w);
   V3f wi;
-  const float pdf = phase.sample(wo, w.sample2(dim_direction, k), &wi);
+  const float pdf = phase.sample(-w.wi[k], w.sample2(PathWorkspace::dim_direction, k), &wi);
   if (!end_or_go_on(k, Lobe::glossy, w)) return;
   w.shafted[p] = straight;
   w.bsdf_pdf[p] = pdf;
@@ -474,12 +357,6 @@ void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   ends_.note_ray(p, false, w);
   w.push_ray(p, receiver.p, wi, w.next_key(p));
   ++w.rays.specular;
-}
-
-emitters::LightReceiver PathIntegrator::receiver_at(int k, bool shared, const PathWorkspace& w) const {
-  const Bsdf& bsdf = w.bsdf[k];
-  const int p = w.point_path[k];
-  return {w.surface[k].P, bsdf.normal_towards(-w.wi[k]), w.time[p], bsdf.has_transmission(), shared, w.region[k]};
 }
 
 // Counts a scattering of path p at point k, and says whether the path goes on. Russian roulette changes its throughput.
@@ -495,7 +372,7 @@ bool PathIntegrator::end_or_go_on(int k, Lobe lobe, PathWorkspace& w) const {
   if (w.last[p]) return hit_lights_;
   if (w.scatterings[p] < settings_.roulette_depth) return true;
   const float survive = std::min(1.0f, (w.beta[p] * w.eta_scale[p]).max());
-  if (w.sample(dim_roulette, k) >= survive) return false;
+  if (w.sample(PathWorkspace::dim_roulette, k) >= survive) return false;
   w.beta[p] *= 1 / survive;
   return true;
 }
@@ -519,14 +396,16 @@ void PathIntegrator::scatter(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
   BsdfSample sample;
   const uint64_t key = w.vertex_key(p, 3);
-  if (!bsdf.sample(-w.wi[k], w.sample(dim_lobe, k), w.sample2(dim_direction, k), key, &sample)) return;
+  if (!bsdf.sample(-w.wi[k], w.sample(PathWorkspace::dim_lobe, k), w.sample2(PathWorkspace::dim_direction, k), key,
+                   &sample))
+    return;
   w.beta[p] *= sample.weight;
   if (sample.transmitted) w.eta_scale[p] *= sqr(sample.eta);
   if (w.beta[p].is_black() || !w.beta[p].is_finite()) return;
   if (bsdf.kind == BsdfKind::subsurface) return cross_boundary(k, sample, w);
   if (!end_or_go_on(k, sample.lobe, w)) return;
   w.bsdf_pdf[p] = w.walk[p].inside() ? 0 : sample.pdf;
-  w.receiver[p] = receiver_at(k, true, w);
+  w.receiver[p] = PathLight::receiver_at(k, true, w);
   const bool diffuse = sample.lobe == Lobe::diffuse;
   ends_.note_ray(p, diffuse && !w.last[p] && w.medium[p] == scene::vacuum, w);
   if (diffuse) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
@@ -553,47 +432,14 @@ void PathIntegrator::cross_boundary(int k, const BsdfSample& sample, PathWorkspa
     w.bsdf_pdf[p] = 0;
     ++w.rays.subsurface;
   } else {
-    if (diffused && smooth) find_delta_light(k, sample.wi, w);
+    if (diffused && smooth) light_.find_delta_light(k, sample.wi, w);
     if (!end_or_go_on(k, diffused ? Lobe::diffuse : sample.lobe, w)) return;
     w.bsdf_pdf[p] = sample.pdf;
-    w.receiver[p] = receiver_at(k, true, w);
+    w.receiver[p] = PathLight::receiver_at(k, true, w);
     if (diffused) w.cone_spread[p] = std::max(w.cone_spread[p], PathNumbers::diffuse_spread);
     ++(diffused ? w.rays.diffuse : w.rays.specular);
   }
   w.push_ray(p, offset_origin(s, sample.wi), sample.wi, w.next_key(p));
-}
-
-// Nothing that leaves a smooth boundary can meet a light without extent. Diffused light hardly changes within a few
-// degrees, so such a light is taken to be as wide as that.
-void PathIntegrator::find_delta_light(int k, const V3f& wi, PathWorkspace& w) const {
-  if (!scene_.light_sampler || w.points_found) return;
-  const int p = w.point_path[k];
-  const emitters::LightReceiver receiver{w.surface[k].P, w.bsdf[k].frame.n, w.time[p]};
-  const auto selection = scene_.light_sampler->select(receiver, w.sample(dim_light, k));
-  emitters::LightSample light;
-  if (selection.light < 0 || !scene_.lights[size_t(selection.light)]->is_delta() ||
-      !scene_.lights[size_t(selection.light)]->sample(receiver, w.sample2(dim_light_point, k), &light) ||
-      dot(wi, light.wi) < PathNumbers::delta_cosine)
-    return;
-  const RGB L =
-      w.beta[p] * light.radiance * (1 / (light.pdf * selection.probability * 2 * pi * (1 - PathNumbers::delta_cosine)));
-  if (L.is_black() || !L.is_finite()) return;
-  const V3f origin = offset_origin(w.surface[k], light.wi);
-  const ShadowRay ray(receiver.p, light, origin);
-  const V3f& Ng = w.surface[k].Ng;
-  if (ray.distance > 0 && dot(light.wi, Ng) > 0)
-    w.push_shadow(p, uint32_t(selection.light), origin, Ng, ray.d, ray.distance, L, w.medium[p]);
-}
-
-void PathIntegrator::trace_shadows(PathWorkspace& w) const {
-  const int masked = rays_.visible(w.shadow, w.shadow_normal, w.shadow_count, w.shadow_medium, w.shadow_glow,
-                                   w.shadow_light, w.shadow_scratch);
-  w.stages += std::exchange(w.shadow_scratch.stages, {});
-  w.rays.mask += uint64_t(masked);
-  w.rays.shadow += uint64_t(w.shadow_count - masked);
-  for (int i = 0; i < w.shadow_count; ++i)
-    if (!w.shadow_light[i].is_black())
-      w.add_light(w.shadow_path[i], w.shadow_source[i], w.shadow_L[i] * w.shadow_light[i], w.shadow_direct[i]);
 }
 
 }  // namespace dapple::path

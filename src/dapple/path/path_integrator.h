@@ -9,6 +9,7 @@
 #include "dapple/light/light_learning.h"
 #include "dapple/light/shaft_light.h"
 #include "dapple/path/cached_ends.h"
+#include "dapple/path/path_light.h"
 #include "dapple/path/straight_flights.h"
 #include "dapple/vegetation/canopy_transport.h"
 
@@ -75,27 +76,19 @@ class PathIntegrator final : public integrate::Integrator {
  private:
   void learn();
   std::vector<light::LightPoint> find_light_points() const;
-  void note_point(int point, PathWorkspace& w) const;
   void start_paths(PathWorkspace& w) const;
   void trace_paths(uint32_t first_step, PathWorkspace& w) const;
   void take_step(uint32_t step, PathWorkspace& w) const;
   void shade_points(uint32_t step, PathWorkspace& w) const;
   void collect_hits(PathWorkspace& w) const;
-  void add_environment(int path, const V3f& o, const V3f& d, PathWorkspace& w) const;
-  void add_emission(int path, uint32_t light, const geom::SurfacePoint& s, const V3f& d, PathWorkspace& w) const;
   void prelight(PathWorkspace& w) const;
   void describe_first_surfaces(PathWorkspace& w) const;
   void pass_through(int point, PathWorkspace& w) const;
   bool pass_sheet(int point, PathWorkspace& w) const;
   void fly(PathWorkspace& w) const;
   bool arrive(int ray, PathWorkspace& w) const;
-  void add_glow(int path, const RGB& emitted, const V3f& o, const V3f& d, PathWorkspace& w) const;
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
-  template <class Evaluate>
-  void connect(int point, const emitters::LightReceiver& receiver, const geom::SurfacePoint* surface,
-               const Evaluate& evaluate, PathWorkspace& w) const;
-  void light_surface(int point, PathWorkspace& w) const;
   bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
   void add_canopy_light(int point, PathWorkspace& w) const;
   void gather_in_canopy(int point, PathWorkspace& w) const;
@@ -104,16 +97,13 @@ class PathIntegrator final : public integrate::Integrator {
   void disperse(int point, PathWorkspace& w) const;
   void scatter(int point, PathWorkspace& w) const;
   void cross_boundary(int point, const scattering::BsdfSample& sample, PathWorkspace& w) const;
-  void find_delta_light(int point, const V3f& wi, PathWorkspace& w) const;
-  void trace_shadows(PathWorkspace& w) const;
-  /// `shared`: the path's next ray looks for lights, too.
-  emitters::LightReceiver receiver_at(int point, bool shared, const PathWorkspace& w) const;
 
   const scene::Scene& scene_;
   const Settings settings_;
   const integrate::MaterialTable materials_;
   const integrate::RayTracer rays_;
   const StraightFlights flights_;
+  const PathLight light_;
   const CachedEnds ends_;
   bool hit_lights_ = false;  ///< some light can be met by a ray
   std::shared_ptr<const emitters::LearnedLights> learned_;

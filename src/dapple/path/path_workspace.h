@@ -113,8 +113,11 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   uint32_t shadow_glow[capacity];  ///< the light, if it is a medium; else no_id
   integrate::RayTracer::Scratch shadow_scratch;
 
+  /// Dimensions of the sampler: the camera's first, then these for every step of the paths; the first `pairs` are
+  /// pairs.
+  enum StepDimension : uint32_t { dim_light_point, dim_direction, dim_light, dim_lobe, dim_roulette, dimensions };
+  static constexpr uint32_t pairs = 2;
   // Random numbers of a step, by dimension and point.
-  static constexpr int pairs = 2, dimensions = 5;  ///< the first `pairs` dimensions are pairs
   alignas(64) float step_x[dimensions][capacity], step_y[pairs][capacity];
   alignas(64) uint32_t point_seed[capacity], point_index[capacity];
 
