@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace dapple::distribution {
 
@@ -20,7 +19,6 @@ float step_of(float width, int steps) {
 }  // namespace
 
 ReadCell ReadCell::square(float width) {
-  const float half_step = std::numbers::sqrt2_v<float>;
   return {sqr(width), width / half_step, width * half_step};
 }
 

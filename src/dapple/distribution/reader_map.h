@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,8 @@ namespace dapple::distribution {
 /// A cell of the cache as its readers see it: its area, m2, and which rays read it rather than a coarser or finer one,
 /// by the width that they ask for (CachedRadiosity::width_read).
 struct ReadCell {
+  static constexpr float half_step = std::numbers::sqrt2_v<float>;  ///< from a width to where the next finer one begins
+
   float area = 0, least_width = 0, most_width = infinity;
 
   static ReadCell square(float width);

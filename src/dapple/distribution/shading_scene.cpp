@@ -69,7 +69,7 @@ void ShadingScene::find_media(PointBatch& b, ShadingWorkspace& w) const {
 // smaller.
 ReadCell ShadingScene::read_cell(const scene::GridId& tile, scene::PatchTable::Extents* memory) const {
   const scene::PatchTable::Cell cell = patches->cell(tile, memory);
-  constexpr float half_step = 1.41421356f;
+  constexpr float half_step = ReadCell::half_step;
   ReadCell r{cell.area(), cell.size / half_step, infinity};
   if (tile.cluster_level > 0 || cell.s == V3f(0, 0, 0)) {
     r.most_width = cell.size * half_step;
