@@ -8,6 +8,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/denoise_apart.h"
+#include "dapple/denoise/mean_restoration.h"
 #include "dapple/denoise/weights.h"
 
 namespace dapple::app {
@@ -77,8 +78,7 @@ float exposure_of(const ExrFile& file, const Picture& picture) {
 }
 
 bool tells_variance(const ExrFile& file, const Picture& picture) {
-  return picture.variance && file.number("dapple/independentSamples").value_or(0) == 1 &&
-         file.number("dapple/samples").value_or(0) >= denoise::least_samples_for_variance;
+  return picture.variance && file.number("dapple/samples").value_or(0) >= denoise::least_samples_for_variance;
 }
 
 std::string missing_layers(const Picture& picture) {
@@ -125,7 +125,12 @@ std::string denoise_picture(const std::string& path, const Picture& picture, Net
                                   normal ? &*normal : nullptr, {.exposure = exposure});
   };
   image::Image whole = without_noise();
-  if (tells_variance(*file, picture)) denoise::keep_clean_pixels(colour, LayerRows(*file, *picture.variance), &whole);
+  if (tells_variance(*file, picture)) {
+    const LayerRows variance(*file, *picture.variance);
+    denoise::restore_means(colour, variance, &whole);
+    if (file->number("dapple/independentSamples").value_or(0) == 1)
+      denoise::keep_clean_pixels(colour, variance, &whole);
+  }
   std::vector<image::Image> groups;
   const bool again = picture.noisy.part != picture.colour.part || picture.noisy.channels != picture.colour.channels;
   for (const Layer& group : picture.light_groups) {

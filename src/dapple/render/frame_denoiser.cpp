@@ -9,6 +9,7 @@
 #include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/error_estimate.h"
+#include "dapple/denoise/mean_restoration.h"
 #include "dapple/denoise/transfer.h"
 
 namespace dapple::render {
@@ -108,12 +109,14 @@ FrameDenoiser::FrameDenoiser(const std::string& weights) : denoiser_(weights) {}
 /// What the network makes of parts of a film, and what it is told beside them.
 struct FrameDenoiser::Layers {
   const denoise::PixelRows &colour, *direct, *variance, *albedo, *normal;  ///< all but colour may be null
+  bool independent;                                                        ///< Options::independent
 };
 
 Image FrameDenoiser::denoise(const Layers& l, const denoise::Denoiser::Options& options) const {
   Image image = l.direct ? denoise::denoise_apart(denoiser_, l.colour, *l.direct, l.albedo, l.normal, options)
                          : denoiser_(l.colour, l.albedo, l.normal, options);
-  if (l.variance) denoise::keep_clean_pixels(l.colour, *l.variance, &image);
+  if (l.variance) denoise::restore_means(l.colour, *l.variance, &image);
+  if (l.variance && l.independent) denoise::keep_clean_pixels(l.colour, *l.variance, &image);
   return image;
 }
 
@@ -123,11 +126,12 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
   const denoise::PixelRows *const a = albedo ? &*albedo : nullptr, *const n = normal ? &*normal : nullptr;
   const FilmRows all(film, picture), of_direct(film, direct), of_noise(film, variance);
   const bool apart = film.settings().direct && !film.has_gains();
-  const bool keeps = options.independent && !film.has_gains() && has_samples(film, denoise::least_samples_for_variance);
+  const bool knows_noise = !film.has_gains() && has_samples(film, denoise::least_samples_for_variance);
   DenoisedFrame frame;
   frame.exposure = options.exposure > 0 ? options.exposure : denoise::auto_exposure(all);
   const denoise::Denoiser::Options of_all{.exposure = frame.exposure, .stop = options.stop};
-  frame.colour = denoise({all, apart ? &of_direct : nullptr, keeps ? &of_noise : nullptr, a, n}, of_all);
+  frame.colour = denoise(
+      {all, apart ? &of_direct : nullptr, knows_noise ? &of_noise : nullptr, a, n, options.independent}, of_all);
   if (options.estimates_error && !has_samples(film, denoise::least_samples_for_error)) {
     frame.relative_square = frame.squared_error = Image(film.width(), film.height(), 1);
     for (Image* unknown : {&frame.relative_square, &frame.squared_error})
@@ -137,7 +141,8 @@ DenoisedFrame FrameDenoiser::operator()(const Film& film, const FeatureLayers* f
     Image halves[2];
     for (int i = 0; i < 2; ++i) {
       const FilmRows colour(film, half, i), of_half(film, half_direct, i), half_noise(film, half_variance, i);
-      halves[i] = denoise({colour, apart ? &of_half : nullptr, keeps ? &half_noise : nullptr, a, n}, of_all);
+      halves[i] = denoise(
+          {colour, apart ? &of_half : nullptr, knows_noise ? &half_noise : nullptr, a, n, options.independent}, of_all);
     }
     frame.relative_square =
         denoise::relative_error({FilmRows(film, half, 0), FilmRows(film, half, 1), frame.colour, halves[0], halves[1]});

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/denoise/mean_restoration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "dapple/base/hash.h"
+
+namespace dapple::denoise {
+namespace {
+
+using image::Image;
+
+constexpr int width = 240, height = 135;
+
+Image filled(float value, int w = width, int h = height) {
+  Image image(w, h, 3);
+  std::fill(image.pixels().begin(), image.pixels().end(), value);
+  return image;
+}
+
+double mean(const Image& image, int begin = 0, int end = width) {
+  double sum = 0;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = begin; x < end; ++x) sum += double(image.pixel(x, y)[0]);
+  return sum / (image.height() * (end - begin));
+}
+
+/// Of `light` and a standard deviation, relative to it.
+Image noisy(const Image& light, float deviation, uint64_t seed) {
+  Image image = light;
+  KeyedRng rng(seed);
+  for (float& v : image.pixels()) v *= 1 + deviation * std::sqrt(3.0f) * (2 * rng.next() - 1);
+  return image;
+}
+
+void restore(const Image& before, float variance, Image* denoised) {
+  const Image variances = filled(variance, before.width(), before.height());
+  restore_means(ImageRows(before), ImageRows(variances), denoised);
+}
+
+TEST(RestoredMeans, BringBackWhatTheNoisyImageIsSureOf) {
+  const Image truth = filled(2);
+  Image denoised = filled(2 * 0.95f);
+  restore(noisy(truth, 0.5f, 1), 1, &denoised);  // a mean known to .3 %
+  EXPECT_NEAR(mean(denoised), 2, 0.02);
+}
+
+TEST(RestoredMeans, BringItBackWhereItIsMissing) {
+  Image truth = filled(1), denoised = filled(1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < 80; ++x)
+      for (int c = 0; c < 3; ++c) denoised.pixel(x, y)[c] = 0.8f;
+  restore(noisy(truth, 0.5f, 2), 0.25f, &denoised);
+  EXPECT_NEAR(mean(denoised), 1, 0.01);
+  EXPECT_NEAR(mean(denoised, 0, 60), 1, 0.03);
+  EXPECT_NEAR(mean(denoised, 110, width), 1, 0.01);
+}
+
+TEST(RestoredMeans, LeaveWhatIsRight) {
+  const Image truth = filled(1);
+  double change2 = 0;
+  constexpr int seeds = 20;
+  for (uint64_t seed = 0; seed < seeds; ++seed) {
+    Image denoised = truth;
+    restore(noisy(truth, 0.5f, 10 + seed), 0.25f, &denoised);
+    for (const float v : denoised.pixels()) change2 += double(v - 1) * double(v - 1);
+  }
+  // A block of 16 x 16 is known to .03; of what its mean is off nearly nothing may come in.
+  EXPECT_LT(std::sqrt(change2 / (seeds * 3.0 * width * height)), 0.003);
+}
+
+TEST(RestoredMeans, IgnoreOneBrightSample) {
+  Image before = filled(1), variances = filled(0.01f), denoised = filled(1);
+  for (int c = 0; c < 3; ++c) before.pixel(30, 40)[c] = 5000, variances.pixel(30, 40)[c] = 5000.0f * 5000;
+  restore_means(ImageRows(before), ImageRows(variances), &denoised);
+  for (const float v : denoised.pixels()) ASSERT_FLOAT_EQ(v, 1);
+}
+
+TEST(RestoredMeans, SurviveOddPictures) {
+  for (const auto& [w, h] : {std::pair(1, 1), std::pair(17, 3), std::pair(300, 1)}) {
+    Image before = filled(1, w, h), denoised = filled(0, w, h);
+    restore(before, 0, &denoised);
+    for (const float v : denoised.pixels()) EXPECT_EQ(v, 0);  // black is not scaled to light
+    denoised = filled(0.9f, w, h);
+    before.pixels()[0] = std::numeric_limits<float>::quiet_NaN();
+    restore(before, 0, &denoised);
+    for (const float v : denoised.pixels()) EXPECT_TRUE(v >= 0.89f && v <= 1.01f) << v;
+    denoised = filled(0.9f, w, h);
+    restore(filled(1, w, h), std::numeric_limits<float>::infinity(), &denoised);
+    for (const float v : denoised.pixels()) EXPECT_EQ(v, 0.9f);
+  }
+}
+
+}  // namespace
+}  // namespace dapple::denoise
