@@ -9,6 +9,7 @@
 #include "dapple/denoise/clean_pixels.h"
 #include "dapple/denoise/denoise_apart.h"
 #include "dapple/denoise/mean_restoration.h"
+#include "dapple/denoise/transfer.h"
 #include "dapple/denoise/weights.h"
 
 namespace dapple::app {
@@ -127,7 +128,7 @@ std::string denoise_picture(const std::string& path, const Picture& picture, Net
   image::Image whole = without_noise();
   if (tells_variance(*file, picture)) {
     const LayerRows variance(*file, *picture.variance);
-    denoise::restore_means(colour, variance, &whole);
+    denoise::restore_means(colour, variance, exposure > 0 ? exposure : denoise::auto_exposure(colour), &whole);
     if (file->number("dapple/independentSamples").value_or(0) == 1)
       denoise::keep_clean_pixels(colour, variance, &whole);
   }

@@ -38,7 +38,7 @@ Image noisy(const Image& light, float deviation, uint64_t seed) {
 
 void restore(const Image& before, float variance, Image* denoised) {
   const Image variances = filled(variance, before.width(), before.height());
-  restore_means(ImageRows(before), ImageRows(variances), denoised);
+  restore_means(ImageRows(before), ImageRows(variances), 0.18f, denoised);
 }
 
 TEST(RestoredMeans, BringBackWhatTheNoisyImageIsSureOf) {
@@ -75,8 +75,20 @@ TEST(RestoredMeans, LeaveWhatIsRight) {
 TEST(RestoredMeans, IgnoreOneBrightSample) {
   Image before = filled(1), variances = filled(0.01f), denoised = filled(1);
   for (int c = 0; c < 3; ++c) before.pixel(30, 40)[c] = 5000, variances.pixel(30, 40)[c] = 5000.0f * 5000;
-  restore_means(ImageRows(before), ImageRows(variances), &denoised);
+  restore_means(ImageRows(before), ImageRows(variances), 0.18f, &denoised);
   for (const float v : denoised.pixels()) ASSERT_FLOAT_EQ(v, 1);
+}
+
+// In one block a lamp, in the next one a wall that misses light.
+TEST(RestoredMeans, LeaveLampsAlone) {
+  Image before = filled(1), denoised = filled(0.8f);
+  for (int y = 48; y < 64; ++y)
+    for (int x = 40; x < 48; ++x)
+      for (int c = 0; c < 3; ++c) before.pixel(x, y)[c] = denoised.pixel(x, y)[c] = 3000;
+  const double lit = mean(before);
+  restore(before, 0.01f, &denoised);
+  EXPECT_NEAR(mean(denoised) / lit, 1, 0.005);
+  EXPECT_NEAR(denoised.pixel(200, 100)[0], 1, 0.01);
 }
 
 TEST(RestoredMeans, SurviveOddPictures) {

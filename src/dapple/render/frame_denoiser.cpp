@@ -115,7 +115,7 @@ struct FrameDenoiser::Layers {
 Image FrameDenoiser::denoise(const Layers& l, const denoise::Denoiser::Options& options) const {
   Image image = l.direct ? denoise::denoise_apart(denoiser_, l.colour, *l.direct, l.albedo, l.normal, options)
                          : denoiser_(l.colour, l.albedo, l.normal, options);
-  if (l.variance) denoise::restore_means(l.colour, *l.variance, &image);
+  if (l.variance) denoise::restore_means(l.colour, *l.variance, options.exposure, &image);
   if (l.variance && l.independent) denoise::keep_clean_pixels(l.colour, *l.variance, &image);
   return image;
 }
