@@ -37,6 +37,10 @@ EditTarget target_of(const std::string& name) {
 build::BuildOptions build_options(const LoadOptions& options) {
   build::BuildOptions o;
   o.keep_going = options.keep_going;
+  if (options.lod.empty()) return o;
+  o.lod = build::level_of_detail(options.lod);
+  if (!o.lod)
+    throw UsageError("lod \"" + options.lod + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
   return o;
 }
 
