@@ -22,17 +22,16 @@ struct Detail {
   uint64_t code = 0;  // Morton's, of its centre
   float pixel = 0;    // width of a pixel at its centre
   bool is_long = false;
-  float size = 0;  // that grows: the width of long ones, else the diagonal
-  double area = 0, second_moment = 0, volume = 0;
-  V3d centre{0, 0, 0};
+  float size = 0;  // that grows: the width of long ones, else the diameter
+  double area = 0, volume = 0;
+  V3f centre{0, 0, 0};
   Box3f bounds{};
 };
 
 // What becomes of a component.
 struct Fate {
   bool is_kept = true;
-  double area = 0;  // to be scaled to; 0: it stays as it is
-  V3f shift{0, 0, 0};
+  double area = 0;  // to grow to; 0: it stays as it is
 };
 
 bool is_long(const ComponentShape& shape) {
@@ -67,9 +66,9 @@ std::vector<Detail> details_of(const Mesh& mesh, const MeshComponents& component
     Detail d{c};
     d.code = morton_code(shape.centre(), box);
     d.is_long = is_long(shape);
-    d.size = d.is_long ? float(shape.width()) : length(diagonal);
-    d.area = shape.area(), d.second_moment = shape.second_moment(), d.volume = shape.volume();
-    d.centre = shape.centre(), d.bounds = shape.bounds();
+    d.size = float(d.is_long ? shape.width() : 2 * shape.radius());
+    d.area = shape.area(), d.volume = shape.volume();
+    d.centre = V3f(shape.centre()), d.bounds = shape.bounds();
     details.push_back(d);
   }
   std::sort(details.begin(), details.end(), [](const Detail& a, const Detail& b) {
@@ -80,11 +79,32 @@ std::vector<Detail> details_of(const Mesh& mesh, const MeshComponents& component
 
 void find_pixels(const geom::DicingView& view, std::vector<Detail>* details) {
   std::vector<V3f> centres;
-  for (const Detail& d : *details) centres.emplace_back(d.centre);
+  for (const Detail& d : *details) centres.push_back(d.centre);
   std::vector<float> widths(centres.size());
   view.pixel_widths(centres, widths.data());
   for (size_t i = 0; i < widths.size(); ++i) (*details)[i].pixel = widths[i];
 }
+
+// Sums over the details of a cluster.
+struct Cluster {
+  double area, volume;
+  Box3f bounds;
+  float pixel;  // the narrowest
+  const Detail* drawn;
+
+  explicit Cluster(const Detail& d) : area(d.area), volume(d.volume), bounds(d.bounds), pixel(d.pixel), drawn(&d) {}
+  // Draws by area.
+  void add(const Cluster& o, uint64_t key) {
+    if (double(to_unit_float(key)) * (area + o.area) >= area) drawn = o.drawn;
+    area += o.area, volume += o.volume;
+    bounds.extendBy(o.bounds);
+    pixel = std::min(pixel, o.pixel);
+  }
+  bool is_solid() const {
+    const V3d d(bounds.max - bounds.min);
+    return volume > PruningNumbers::most_filled * d.x * d.y * d.z;
+  }
+};
 
 // Walks the tree of Morton codes from its leaves up; clusters that may be merged take the place of those in them.
 class Merging {
@@ -98,55 +118,29 @@ class Merging {
     for (const Merged& m : merged_) {
       Fate& fate = fates_[m.detail->component];
       fate.is_kept = true;
-      if (m.area > m.detail->area) fate.area = m.area, fate.shift = m.shift;
+      fate.area = m.area;
     }
   }
 
  private:
-  struct Cluster {
-    double area, moment, inner, volume;  // moments of area: about origin(), and about the components' centres
-    V3d first;                           // the integral of position over area
-    Box3f bounds;
-    float pixel;
-    const Detail* drawn;
-  };
   struct Merged {
     const Detail* detail;
-    double area;
-    V3f shift;
+    double area;  // 0: it stands for itself
   };
 
   Cluster gather(size_t begin, size_t end) {
     if (end - begin == 1) {
-      const Detail& d = details_[begin];
-      merged_.push_back({&d, d.area, V3f(0, 0, 0)});
-      const V3d c = d.centre - origin();
-      return {d.area,
-              d.area * (c.length2() + d.second_moment),
-              d.area * d.second_moment,
-              d.volume,
-              c * d.area,
-              d.bounds,
-              d.pixel,
-              &d};
+      merged_.push_back({&details_[begin], 0});
+      return Cluster(details_[begin]);
     }
     const size_t before = merged_.size(), middle = split(begin, end);
-    const Cluster a = gather(begin, middle), b = gather(middle, end);
-    Cluster all{a.area + b.area,
-                a.moment + b.moment,
-                a.inner + b.inner,
-                a.volume + b.volume,
-                a.first + b.first,
-                a.bounds,
-                std::min(a.pixel, b.pixel),
-                nullptr};
-    all.bounds.extendBy(b.bounds);
-    all.drawn = double(to_unit_float(hash(begin, end))) * all.area < a.area ? a.drawn : b.drawn;
-    if (may_merge(all)) {
+    Cluster cluster = gather(begin, middle);
+    cluster.add(gather(middle, end), hash(begin, end));
+    if (may_merge(cluster)) {
       merged_.resize(before);
-      merged_.push_back({all.drawn, all.area, shift_of(all)});
+      merged_.push_back({cluster.drawn, cluster.area});
     }
-    return all;
+    return cluster;
   }
 
   // At the highest bit in which codes differ.
@@ -163,23 +157,9 @@ class Merging {
     const double growth = c.area / c.drawn->area;
     const double size = double(c.drawn->size) * (c.drawn->is_long ? growth : std::sqrt(growth));
     const double most = double(pixels_) * double(c.pixel);
-    const V3d diagonal(c.bounds.max - c.bounds.min);
-    return size <= most && diagonal.length() <= PruningNumbers::most_spread * most &&
-           c.volume <= PruningNumbers::most_filled * diagonal.x * diagonal.y * diagonal.z;
+    return size <= most && double(length(c.bounds.max - c.bounds.min)) <= PruningNumbers::most_spread * most &&
+           !c.is_solid();
   }
-
-  // Towards the centre, so that the second moment of area stays.
-  V3f shift_of(const Cluster& c) const {
-    const Detail& d = *c.drawn;
-    const V3d mean = c.first / c.area, off = d.centre - origin() - mean;
-    const double total = c.moment / c.area - mean.length2();
-    const double own = d.second_moment * (d.is_long ? 1 : c.area / d.area);
-    const double centres = total - c.inner / c.area;  // what is due to where the components are
-    const double kept = centres > 0 ? std::clamp((total - own) / centres, 0.0, 1.0) : 0.0;
-    return V3f(off * (std::sqrt(kept) - 1));
-  }
-
-  const V3d& origin() const { return details_.front().centre; }
 
   const std::vector<Detail>& details_;
   const float pixels_;
@@ -222,7 +202,6 @@ Mesh part_of(const Mesh& mesh, const std::vector<uint8_t>& keep) {
 struct Growth {
   bool is_long;
   double k;
-  V3f shift;
 };
 
 // Moves the vertices of a component in P.
@@ -230,7 +209,7 @@ void grow(const std::vector<uint32_t>& vertices, const std::vector<V3f>& before,
           const Growth& growth, std::vector<V3f>* P) {
   for (size_t i = 0; i < vertices.size(); ++i) {
     const V3d p = growth.is_long ? shape.widened(before[i], growth.k) : shape.scaled(before[i], growth.k);
-    (*P)[vertices[i]] = V3f(p) + growth.shift;
+    (*P)[vertices[i]] = V3f(p);
   }
 }
 
@@ -245,7 +224,7 @@ void grow(Mesh* mesh, std::span<const uint32_t> faces, const Fate& fate) {
   const ComponentShape shape(*mesh, mesh->P, faces);
   const std::vector<V3f> before = picked(mesh->P, vertices);
   const double ratio = fate.area / shape.area();
-  Growth growth{is_long(shape), is_long(shape) ? ratio : std::sqrt(ratio), fate.shift};
+  Growth growth{is_long(shape), is_long(shape) ? ratio : std::sqrt(ratio)};
   grow(vertices, before, shape, growth, &mesh->P);
   if (growth.is_long) {  // ends and bends do not grow with k
     growth.k *= fate.area / ComponentShape(*mesh, mesh->P, faces).area();

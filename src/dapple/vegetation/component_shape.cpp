@@ -55,10 +55,11 @@ void ComponentShape::measure_area(const geom::Mesh& mesh, const std::vector<V3f>
   for_each_triangle(mesh, P, faces, [&](V3d a, V3d b, V3d c) {
     const double area = triangle_area(a, b, c);
     a -= centre_, b -= centre_, c -= centre_;
-    for (const V3d& p : {a, b, c}) add_square(&moments, p, area / 12);
+    for (const V3d& p : {a, b, c}) add_square(&moments, p, area / 12), radius_ = std::max(radius_, p.length2());
     add_square(&moments, (a + b + c) / 3.0, area * 9 / 12);
     volume_ += a.dot(b.cross(c)) / 6;
   });
+  radius_ = std::sqrt(radius_);
   volume_ = std::abs(volume_);
   second_moment_ = (moments[0][0] + moments[1][1] + moments[2][2]) / area_;
   V3d values;

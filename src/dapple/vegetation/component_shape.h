@@ -18,6 +18,8 @@ class ComponentShape {
   const V3d& centre() const { return centre_; }
   /// Mean square distance of its area from its centre.
   double second_moment() const { return second_moment_; }
+  /// Of the least ball about its centre.
+  double radius() const { return radius_; }
   /// Between its ends along the axis of largest moment.
   double length() const { return length_; }
   /// Twice the root of the mean square distance of its corners from the parabola: of a strip its width, of a tube its
@@ -38,7 +40,7 @@ class ComponentShape {
   void measure_area(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces);
   void fit_parabola(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces);
 
-  double area_ = 0, second_moment_ = 0, length_ = 0, spread_ = 0, volume_ = 0;
+  double area_ = 0, second_moment_ = 0, radius_ = 0, length_ = 0, spread_ = 0, volume_ = 0;
   V3d centre_{0, 0, 0}, axis_{1, 0, 0};
   V3d offset_{0, 0, 0}, slope_{0, 0, 0},
       bend_{0, 0, 0};  ///< the parabola less t axis, at t along the axis: a polynomial
