@@ -26,12 +26,10 @@ struct PruningCounts {
 /// than a pixel of `view`, a few are kept and stand for the others. False where the mesh stays as it is.
 ///
 /// Components are gathered by the tree of their Morton codes. A cluster becomes one of its components, drawn by area
-/// and scaled to the area of all, wherever this is no larger than `pixels` of the narrowest pixel at any of them, and
-/// no cluster around it may. So kept sets are nested: what a coarser level keeps, a finer one keeps too. Long
-/// components are scaled across alone, and it is their width that counts. The kept one is moved towards the cluster's
-/// centre as much as keeps the second moment of area, so that crowns do not grow. Large components, and clusters that
-/// are solid, stay. Normals, texture coordinates and source faces go with their faces; the same faces result for any
-/// threads.
+/// and scaled about its centre to the area of all, wherever this is no larger than `pixels` of the narrowest pixel at
+/// any of them, and no cluster around it may. So kept sets are nested: what a coarser level keeps, a finer one keeps
+/// too. Long components are scaled across alone, and it is their width that counts. Large components, and clusters that
+/// are solid, stay. Normals, texture coordinates and source faces go with their faces. Nothing depends on threads.
 bool prune(geom::Mesh* mesh, const geom::DicingView& view, float pixels, PruningCounts* counts);
 
 }  // namespace dapple::vegetation

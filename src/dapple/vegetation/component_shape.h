@@ -16,8 +16,6 @@ class ComponentShape {
 
   double area() const { return area_; }
   const V3d& centre() const { return centre_; }
-  /// Mean square distance of its area from its centre.
-  double second_moment() const { return second_moment_; }
   /// Of the least ball about its centre.
   double radius() const { return radius_; }
   /// Between its ends along the axis of largest moment.
