@@ -9,7 +9,7 @@ import re
 import common
 
 LEVELS = "0.5", "1", "2"
-SIZE, SAMPLES = "240x135", 64
+SIZE, SAMPLES = "120x68", 128
 SPACING = 6  # metres
 HEAD = b"end_header\n"
 FLOATS = "x", "y", "z", "nx", "ny", "nz", "u", "v"
@@ -86,11 +86,11 @@ def write_wood(folder, count):
         (folder / f"{name}.pbrt").write_text(text)
 
 
-def bench(context, trees=200):
+def bench(context, trees=60, size=SIZE):
     folder = context.out / f"wood_{trees}"
     if not (folder / "infrared.pbrt").exists():
         write_wood(folder, trees)
-    options = ["--integrator", "path", "--resolution", SIZE, "--float", "--light-learning", "off", "--pixel-samples", SAMPLES, "--threads", context.threads]
+    options = ["--integrator", "path", "--resolution", size, "--float", "--light-learning", "off", "--pixel-samples", SAMPLES, "--threads", context.threads]
 
     def picture(scene, lod, seed):
         image = folder / f"{scene}_{lod}_{seed}.exr"
@@ -121,9 +121,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", default=common.ROOT / "build/release")
     parser.add_argument("--out", default=common.ROOT / "out/bench")
-    parser.add_argument("--trees", type=int, default=200, help="a maple has 240,000 faces, 20 MB with what Embree builds; an aspen 69,000")
+    parser.add_argument("--trees", type=int, default=60, help="a maple has 240,000 faces, 20 MB with what Embree builds; an aspen 69,000")
+    parser.add_argument("--size", default=SIZE, help="of pictures; trees of the default are some 20 pixels high")
     o = parser.parse_args()
-    print(bench(common.Context(o.build, o.out, 1, 2), o.trees)[1])
+    print(bench(common.Context(o.build, o.out, 1, 2), o.trees, o.size)[1])
 
 
 if __name__ == "__main__":
