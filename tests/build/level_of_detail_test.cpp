@@ -8,12 +8,14 @@
 #include "dapple/base/parallel.h"
 #include "dapple/build/editable_scene.h"
 #include "dapple/scenefile/pbrt_parser.h"
-#include "tests/support/render_text.h"
 
 namespace dapple::build {
 namespace {
 
-using test::build_text;
+BuiltScene build_text(const std::string& text, const BuildOptions& options = {}) {
+  Diagnostics diagnostics;
+  return build_scene(scenefile::parse_pbrt(text, "test.pbrt", ".", diagnostics), options, diagnostics);
+}
 
 /// A mesh of 1000 leaves, .1 wide, in a ball of radius 1 about the origin.
 std::string leaves(const std::string& params = "") {

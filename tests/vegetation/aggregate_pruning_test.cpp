@@ -133,7 +133,6 @@ TEST(AggregatePruning, KeepsTransmittance) {
     ASSERT_TRUE(prune(&mesh, UniformDicingView(pixel), 1, &counts));
     EXPECT_LT(double(counts.kept), (pixel < 0.25f ? 0.7 : 0.4) * double(counts.components));
     EXPECT_NEAR(mean_gap(mesh), gap, 0.01) << pixel;
-    std::printf("XX %g %zu %.4f %.4f\n", pixel, counts.kept, mean_gap(mesh), gap);
   }
 }
 
