@@ -22,6 +22,9 @@ void for_each_triangle(const geom::Mesh& mesh, const std::vector<V3f>& P, std::s
   }
 }
 
+// A parabola goes through the corners of fewer, or nearly so, and would tell nothing of their width: they have a line.
+constexpr size_t least_bent = 6;
+
 double triangle_area(const V3d& a, const V3d& b, const V3d& c) {
   return 0.5 * (b - a).cross(c - a).length();
 }
@@ -95,7 +98,7 @@ void ComponentShape::fit_parabola(const geom::Mesh& mesh, const std::vector<V3f>
   });
   length_ = high - low;
   const M33d m(s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]);
-  if (m.determinant() > 1e-9 * s[0] * s[2] * s[4]) {
+  if (faces.size() >= least_bent && m.determinant() > 1e-9 * s[0] * s[2] * s[4]) {
     const M33d inverse = m.inverse();
     const auto solved = [&](int row) {
       return r[0] * inverse[row][0] + r[1] * inverse[row][1] + r[2] * inverse[row][2];

@@ -7,8 +7,8 @@
 
 namespace dapple::vegetation {
 
-/// What a component of a mesh (a leaf, a needle, a twig) measures: moments of its area, and the parabola along which it
-/// is long. Lengths in units of the mesh.
+/// What a component of a mesh (a leaf, a needle, a twig) measures: moments of its area, and the parabola (of few faces
+/// the line) along which it is long. Lengths in units of the mesh.
 class ComponentShape {
  public:
   /// `P` are the mesh's positions at shutter open or close.
