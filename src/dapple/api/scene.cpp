@@ -6,6 +6,7 @@
 
 #include "dapple/api/scene_impl.h"
 #include "dapple/base/timer.h"
+#include "dapple/build/level_of_detail.h"
 #include "dapple/image/atomic_file.h"
 #include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/named_files.h"
