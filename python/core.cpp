@@ -254,16 +254,16 @@ void add_scene(py::module_& m) {
       .def(py::init<>())
       .def_static(
           "load",
-          [](const std::string& path, bool strict, bool keep_going) {
-            return Scene::load(path, {strict, keep_going});
+          [](const std::string& path, bool strict, bool keep_going, const std::string& lod) {
+            return Scene::load(path, {strict, keep_going, lod});
           },
-          "path"_a, "strict"_a = false, "keep_going"_a = false, free)
+          "path"_a, "strict"_a = false, "keep_going"_a = false, "lod"_a = "", free)
       .def_static(
           "parse",
-          [](const std::string& text, const std::string& folder, bool strict, bool keep_going) {
-            return Scene::parse(text, folder, {strict, keep_going});
+          [](const std::string& text, const std::string& folder, bool strict, bool keep_going, const std::string& lod) {
+            return Scene::parse(text, folder, {strict, keep_going, lod});
           },
-          "text"_a, "folder"_a = "", "strict"_a = false, "keep_going"_a = false, free)
+          "text"_a, "folder"_a = "", "strict"_a = false, "keep_going"_a = false, "lod"_a = "", free)
       .def("camera", [](Scene& s, const std::string& type, const py::dict& p,
                         const py::object& placement) { s.camera(type, DictParams(p).params, placement_of(placement)); })
       .def("film", [](Scene& s, const std::string& type, const py::dict& p) { s.film(type, DictParams(p).params); })

@@ -44,6 +44,7 @@ CanopyScene load_canopy_scene(const CanopySceneOptions& o, Diagnostics& diagnost
   build::BuildOptions options;
   options.keep_going = o.keep_going;
   options.period = scene.period;
+  options.lod = 0;  // what is measured is all there is
   scene.built.emplace(build::build_scene(scene.description, options, diagnostics));
   const Box3f box = scene.built->scene->traced.bounds();
   if (box.isEmpty()) throw InputError(FileLoc{o.scene, 0, 0}, "the scene has no surfaces, expected a canopy");

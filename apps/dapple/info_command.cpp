@@ -10,6 +10,7 @@
 #include "dapple/scenefile/scene_edit.h"
 #include "interrupts.h"
 #include "model_options.h"
+#include "option_values.h"
 
 namespace dapple::app {
 
@@ -24,6 +25,7 @@ size_t emitting_primitives(const scene::Scene& scene) {
 
 struct InfoOptions {
   std::string scene;
+  std::string lod;
   bool strict = false, keep_going = false, names = false;
   ModelRequest model;
 };
@@ -89,6 +91,7 @@ int show(const InfoOptions& o) {
   auto description = modelfile::read_scene(o.scene, model_options(o.model, o.scene), diagnostics);
   build::BuildOptions options;
   options.keep_going = o.keep_going;
+  options.lod = level_of_detail_option(o.lod);
   const build::BuiltScene built = build::build_scene(description, options, diagnostics);
   const scene::Scene& scene = *built.scene;
 
@@ -139,6 +142,10 @@ int show(const InfoOptions& o) {
        count_types(description.lights) + "; " + std::to_string(emitting_primitives(scene)) + " emitting primitives");
   line("media", count_types(description.media));
   show_names(&description, o.names);
+  if (const vegetation::PruningCounts& p = built.times.pruned; p.components > 0)
+    line("pruned", std::to_string(p.kept) + " of " + std::to_string(p.components) + " parts kept, " +
+                       std::to_string(p.faces_kept) + " of " + std::to_string(p.faces) + " faces, " +
+                       megabytes(p.bytes_kept) + " of " + megabytes(p.bytes) + " shapes");
   line("memory", megabytes(built.times.shape_bytes) + " shapes, " + megabytes(scene.traced.acceleration_bytes()) +
                      " acceleration, " + megabytes(process_peak_rss_bytes()) + " peak");
   const auto unsupported = diagnostics.unsupported_features();
@@ -153,6 +160,7 @@ Command add_info(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   app.add_option("SCENE", o->scene, "Scene (.pbrt, .pbrt.gz) or model (.glb, .obj, .fbx, ...)")->required();
   add_model_options(app, &o->model);
+  app.add_option("--lod", o->lod, "Level of detail, as in render: off, auto, or pixels [the scene's; off]");
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
   app.add_flag("--keep-going", o->keep_going,
                "Missing images, meshes and plug-ins become visible stand-ins instead of errors");

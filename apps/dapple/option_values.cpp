@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "dapple/base/error.h"
+#include "dapple/build/level_of_detail.h"
 
 namespace dapple::app {
 
@@ -80,6 +81,14 @@ Box2i crop(const std::string& option, const std::string& text) {
   const std::vector<int> v = parse_list<int>(text, ',', 4);
   if (v.empty()) refuse(option, text, "X0,Y0,X1,Y1 in pixels");
   return {V2i(v[0], v[1]), V2i(v[2], v[3])};
+}
+
+std::optional<float> level_of_detail_option(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto pixels = build::level_of_detail(text);
+  if (!pixels)
+    throw UsageError("--lod \"" + text + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
+  return pixels;
 }
 
 CLI::Validator positive() {

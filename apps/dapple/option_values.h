@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ Imath::Box2d rectangle(const std::string& option, const std::string& text);
 V2i resolution(const std::string& option, const std::string& text);
 /// "X0,Y0,X1,Y1", pixels.
 Box2i crop(const std::string& option, const std::string& text);
+
+/// What --lod says (build/level_of_detail.h); none where it is not given.
+std::optional<float> level_of_detail_option(const std::string& text);
 
 /// Checks of options' numbers: above 0, and 0 or more.
 CLI::Validator positive();

@@ -95,7 +95,9 @@ class PenumbraRun {
   void read_masks(const SunPlace& first) {
     if (!o_.mask_scene.empty()) {
       Diagnostics diagnostics;
-      scene_.emplace(build::load_scene(o_.mask_scene, {}, diagnostics));
+      build::BuildOptions options;
+      options.lod = 0;  // masks are of all there is
+      scene_.emplace(build::load_scene(o_.mask_scene, options, diagnostics));
       outputs_.check_inputs(scene_->named_files);
       look_along(first);
     } else {

@@ -125,6 +125,7 @@ build::BuildOptions build_options(const RenderOptions& o) {
   if (!o.resolution.empty()) options.film.resolution = resolution("--resolution", o.resolution);
   if (!o.crop.empty()) options.film.crop = crop("--crop", o.crop);
   options.model = model_options(o.model, o.scene);
+  options.lod = level_of_detail_option(o.lod);
   return options;
 }
 

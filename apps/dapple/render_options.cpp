@@ -217,6 +217,7 @@ void check_render_options(const RenderOptions& o) {
   render::parse_aovs(o.aovs);
   if (o.watch && !(o.previous.empty() && o.next.empty()))
     throw UsageError("--previous and --next exclude --watch, which looks after one scene");
+  level_of_detail_option(o.lod);
   if (!o.compression.empty()) image::check_compression(o.compression);
 }
 
@@ -450,6 +451,10 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   add_layer_options(app, o);
   add_file_options(app, o);
   add_model_options(app, &o.model);
+  app.add_option(
+      "--lod", o.lod,
+      "Meshes of many small parts, as leaves, are pruned where the dicing camera sees them far away: off, auto, "
+      "or to how many pixels what is kept may grow [the scene's; off]");
   app.add_flag("--strict", o.strict, "Whatever would be a warning about the scene is an error");
   app.add_flag(
       "--keep-going", o.keep_going,

@@ -18,7 +18,7 @@ struct RenderOptions {
   std::vector<std::string> outputs, gains;
   std::string scene, integrator, preset, shadow_rays, diffuse_rays, radiosity_cache, subsurface_cache, opacity_cache;
   std::string irradiance_interpolation, caustics, visible_points, light_learning, crop, resolution, aovs, stats, view,
-      display, ocio, compression, exposure, tev, previous, next;
+      display, ocio, compression, exposure, tev, previous, next, lod;
   int bounces = -1, specular_depth = -1, pixel_samples = 0, max_pixel_samples = 0, threads = 0, png_bits = 0,
       pixel_points = -1, subsurface_rays = 0;
   std::optional<uint64_t> seed;

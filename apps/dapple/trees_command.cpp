@@ -43,7 +43,9 @@ int bake(const BakeOptions& o) {
   set_thread_count(o.threads);
   Diagnostics diagnostics(o.strict);
   const auto description = modelfile::read_scene(o.scene, {}, diagnostics);
-  const build::BuiltScene built = build::build_scene(description, {}, diagnostics);
+  build::BuildOptions whole;
+  whole.lod = 0;
+  const build::BuiltScene built = build::build_scene(description, whole, diagnostics);
   outputs.check_inputs(built.named_files);
   const impostor::ObjectBaker baker(*built.scene, o.images);
   const std::vector<uint8_t> placed = impostor::placed_objects(*built.scene);

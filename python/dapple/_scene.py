@@ -304,14 +304,14 @@ class Session:
         return self._header
 
 
-def load(path: Union[str, os.PathLike[str]], strict: bool = False, keep_going: bool = False) -> Scene:
+def load(path: Union[str, os.PathLike[str]], strict: bool = False, keep_going: bool = False, lod: str = "") -> Scene:
     """Reads a scene file or a model. SceneError says what is wrong and where."""
-    return Scene(_core.Scene.load(os.fspath(path), strict, keep_going))
+    return Scene(_core.Scene.load(os.fspath(path), strict, keep_going, lod))
 
 
-def parse(text: str, folder: Union[str, os.PathLike[str]] = "", strict: bool = False, keep_going: bool = False) -> Scene:
+def parse(text: str, folder: Union[str, os.PathLike[str]] = "", strict: bool = False, keep_going: bool = False, lod: str = "") -> Scene:
     """A scene in memory; `folder` is where the files that it names lie."""
-    return Scene(_core.Scene.parse(text, os.fspath(folder), strict, keep_going))
+    return Scene(_core.Scene.parse(text, os.fspath(folder), strict, keep_going, lod))
 
 
 def read(path: Union[str, os.PathLike[str]]) -> Image:

@@ -165,6 +165,7 @@ struct RenderOptions {
 struct LoadOptions {
   bool strict = false;      ///< warnings are errors
   bool keep_going = false;  ///< missing images and meshes become stand-ins
+  std::string lod{};        ///< level of detail: "off", "auto" or pixels, as --lod takes it; empty: the scene's
 };
 
 /// A scene that can be changed and rendered. One thread at a time may use it.

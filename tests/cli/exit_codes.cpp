@@ -224,6 +224,15 @@ TEST(ExitCode, BadLightShaftsAre3) {
             std::string::npos);
 }
 
+TEST(ExitCode, BadLevelOfDetailIs2) {
+  for (const char* bad : {"on", "0", "-1", "65", "nan", "1px"}) {
+    const ProcessResult result = render_quickly({cornell, "-o", "unused.exr", "--lod", bad});
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find("--lod"), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("off, auto, or pixels"), std::string::npos) << result.output;
+  }
+}
+
 TEST(ExitCode, BadShadowMasksAre3) {
   const auto check = [](const std::vector<std::string>& options, const std::string& named, const std::string& legal) {
     std::vector<std::string> all{cornell, "-o", "unused.exr"};

@@ -6,6 +6,7 @@
 
 #include "dapple/api/scene_impl.h"
 #include "dapple/base/timer.h"
+#include "dapple/build/level_of_detail.h"
 #include "dapple/image/atomic_file.h"
 #include "dapple/scenefile/far_points.h"
 #include "dapple/scenefile/named_files.h"
@@ -37,6 +38,10 @@ EditTarget target_of(const std::string& name) {
 build::BuildOptions build_options(const LoadOptions& options) {
   build::BuildOptions o;
   o.keep_going = options.keep_going;
+  if (options.lod.empty()) return o;
+  o.lod = build::level_of_detail(options.lod);
+  if (!o.lod)
+    throw UsageError("lod \"" + options.lod + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
   return o;
 }
 

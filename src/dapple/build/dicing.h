@@ -8,6 +8,7 @@
 #include "dapple/geom/dicing_view.h"
 #include "dapple/shading/material.h"
 #include "dapple/trace/traced_scene.h"
+#include "dapple/vegetation/aggregate_pruning.h"
 
 namespace dapple::build {
 
@@ -15,11 +16,14 @@ class DicePlan;
 
 /// What making a shape needs beside the shape.
 struct Dicing {
-  const TextureLibrary* textures = nullptr;      ///< null: nothing is displaced
-  std::shared_ptr<const geom::DicingView> view;  ///< null: a cell a patch
-  shading::MaterialPtr shader;                   ///< with a displacement stage; null: none
-  float shading_rate = 1;                        ///< where the shape has none of its own
-  int most_levels = 64;                          ///< of Loop subdivision that is not diced
+  const TextureLibrary* textures = nullptr;                ///< null: nothing is displaced
+  std::shared_ptr<const geom::DicingView> view;            ///< null: a cell a patch
+  shading::MaterialPtr shader;                             ///< with a displacement stage; null: none
+  float shading_rate = 1;                                  ///< where the shape has none of its own
+  int most_levels = 64;                                    ///< of Loop subdivision that is not diced
+  std::shared_ptr<const geom::DicingView> pruning_view{};  ///< null: meshes are not pruned
+  float pruning_pixels = 0;
+  vegetation::PruningCounts* pruned = nullptr;  ///< with a pruning_view: where what was pruned is added
   /// Where not null, a shape that is diced leaves its plan here, and make_shapes() returns none.
   std::unique_ptr<DicePlan>* plan = nullptr;
 };

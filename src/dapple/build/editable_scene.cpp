@@ -150,10 +150,13 @@ void EditableScene::build_scene_parts(BuiltScene& built) {
     scene.traced.set_period(*period);
   }
   AreaLightShapes area_lights;
-  GeometryBuilder geometry(*context_, *textures_, coverage, parts.dicing_camera, scene, area_lights, period);
+  const float lod = options_.lod.value_or(scene_level_of_detail(*context_));
+  GeometryBuilder geometry(*context_, *textures_, coverage, parts.dicing_camera, scene, area_lights, period,
+                           period ? 0 : lod);
   geometry.build();
   built.times.shape_seconds = geometry.shape_seconds();
   built.times.shape_bytes = geometry.shape_bytes();
+  built.times.pruned = geometry.pruned();
   scene.fingerprint = hash(description_.fingerprint, geometry.fingerprint());
   scene.traced.commit();
   geometry.check_reach(scene.traced.bounds(), scene.camera.position());

@@ -153,16 +153,23 @@ Dicing GeometryBuilder::dicing_of(const Job& job) const {
   if (shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object && job.object == no_id)
     dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.transform.start});
-  else if (job.object != no_id)
-    dicing.view =
-        object_views_[size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin())];
+  else if (const auto definition = definition_of(job))
+    dicing.view = object_views_[*definition];
+  if (!job.own_object) dicing.pruning_view = lod_.view_of(*job.entity, definition_of(job));
+  if (job.own_object && job.object == no_id) dicing.pruning_view = lod_.view_of(*job.entity, job.transform);
+  dicing.pruning_pixels = lod_.pixels();
   return dicing;
+}
+
+std::optional<size_t> GeometryBuilder::definition_of(const Job& job) const {
+  if (job.object == no_id) return std::nullopt;
+  return size_t(std::lower_bound(objects_.begin(), objects_.end(), job.object) - objects_.begin());
 }
 
 void GeometryBuilder::make_job(Job* job) const {
   const Transform& at_open = job->transform.start;
   Dicing dicing = dicing_of(*job);
-  dicing.plan = &job->plan;
+  dicing.plan = &job->plan, dicing.pruned = &job->pruned;
   job->shapes =
       make_shapes(context_, *job->entity, job->own_object ? with_base(Transform(), -job->local) : at_open, dicing);
   check_size(*job);
@@ -329,6 +336,7 @@ void GeometryBuilder::check_reach(const Box3f& bounds, const V3f& camera) const 
 void GeometryBuilder::add(Job& job) {
   const ShapeEntity& e = *job.entity;
   const ShapeOpacity opacity = opacities_.make(e);
+  pruned_ += job.pruned;
   uint32_t object = job.object;
   if (job.own_object) {
     object = scene_.traced.add_object();

@@ -8,6 +8,7 @@
 #include "dapple/build/area_light_shapes.h"
 #include "dapple/build/coverage.h"
 #include "dapple/build/dicing.h"
+#include "dapple/build/level_of_detail.h"
 #include "dapple/build/opacity_factory.h"
 #include "dapple/build/openpbr_factory.h"
 #include "dapple/build/repetition.h"
@@ -19,16 +20,18 @@ namespace dapple::build {
 /// scene, and notes which of them shine. Mesh files are read in parallel.
 class GeometryBuilder {
  public:
+  /// `lod`: to how many pixels of the dicing camera what is kept of details may grow; 0: they all stay.
   GeometryBuilder(const BuildContext& context, const TextureLibrary& textures, const CoverageMaterials& materials,
                   const scene::Camera& dicing_camera, scene::Scene& scene, AreaLightShapes& area_lights,
-                  const std::optional<Box2f>& period = {})
+                  const std::optional<Box2f>& period = {}, float lod = 0)
       : context_(context),
         textures_(textures),
         materials_(materials),
         dicing_camera_(dicing_camera),
         scene_(scene),
         area_lights_(area_lights),
-        opacities_(context, textures, scene.materials) {
+        opacities_(context, textures, scene.materials),
+        lod_(context, scene, dicing_camera, lod) {
     if (period) repetition_.emplace(*period);
     for (const auto& material : context.description.materials) emissions_.push_back(emission_of(material));
   }
@@ -39,6 +42,7 @@ class GeometryBuilder {
   void check_reach(const Box3f& bounds, const V3f& camera) const;
   double shape_seconds() const { return seconds_; }
   size_t shape_bytes() const { return bytes_; }
+  const vegetation::PruningCounts& pruned() const { return pruned_; }
   /// Of all mesh vertices and faces, since mesh files may change where the scene file does not.
   uint64_t fingerprint() const { return fingerprint_; }
 
@@ -53,6 +57,7 @@ class GeometryBuilder {
     V3d local{0, 0, 0};                  ///< what is taken off an own object's points
     std::vector<trace::Shape> shapes{};
     uint64_t fingerprint = 0;
+    vegetation::PruningCounts pruned{};
     std::unique_ptr<DicePlan> plan{};      ///< of a shape that is diced, until it is
     std::vector<trace::Shape> emitters{};  ///< of what moves and shines: the shapes in world space, at shutter open
   };
@@ -67,6 +72,7 @@ class GeometryBuilder {
   void make_job(Job* job) const;
   void dice(std::vector<Job>* jobs);
   Dicing dicing_of(const Job& job) const;
+  std::optional<size_t> definition_of(const Job& job) const;
   void add(Job& job);
   void add_shape(const trace::Shape& shape, const Job& job, const ShapeOpacity& opacity, uint32_t object,
                  const trace::Shape* emitter = nullptr);
@@ -89,6 +95,7 @@ class GeometryBuilder {
   scene::Scene& scene_;
   AreaLightShapes& area_lights_;
   OpacityFactory opacities_;
+  LevelOfDetail lod_;
   std::vector<std::optional<scenefile::Entity>> emissions_;  ///< of each material
   std::map<scenefile::MaterialIndex, int32_t> interiors_;    ///< media of materials, as far as shapes ask for them
   std::optional<Repetition> repetition_;
@@ -109,6 +116,7 @@ class GeometryBuilder {
   FileLoc narrowest_;
   double seconds_ = 0;
   size_t bytes_ = 0;
+  vegetation::PruningCounts pruned_;
   uint64_t fingerprint_ = 0;
 
   // Curves of equal looks are gathered: hair comes as one directive a strand.

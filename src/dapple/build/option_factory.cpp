@@ -22,7 +22,7 @@ void report_options(const BuildContext& context) {
   const ParamSet& options = context.description.options;
   // Read elsewhere, or ways in which pbrt computes the same image, of which there is one here.
   for (const char* name : {"seed", "disablepixeljitter", "shadingrate", "origin", "disablewavelengthjitter",
-                           "rendercoordsys", "wavefront", "folder"})
+                           "rendercoordsys", "wavefront", "folder", "lod"})
     options.find(name);
   const auto unsupported = [&](const char* name, const char* stand_in) {
     context.diagnostics.unsupported(options.find(name)->loc, "Option \"" + std::string(name) + "\"", stand_in);

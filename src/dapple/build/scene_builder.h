@@ -13,6 +13,7 @@
 #include "dapple/image/texture_system.h"
 #include "dapple/modelfile/scene_reader.h"
 #include "dapple/scene/scene.h"
+#include "dapple/vegetation/aggregate_pruning.h"
 
 namespace dapple::build {
 
@@ -23,6 +24,7 @@ struct BuildTimes {
   double acceleration_seconds = 0;  ///< Embree's build
   double total_seconds = 0;
   size_t shape_bytes = 0;
+  vegetation::PruningCounts pruned;  ///< by the level of detail
 };
 
 struct BuildOptions {
@@ -33,6 +35,8 @@ struct BuildOptions {
   /// Repeats the scene without end along x and y (trace::TracedScene::set_period). What sticks out of the cell comes in
   /// on its other side.
   std::optional<Imath::Box2d> period;
+  /// level_of_detail(), in place of the scene's. Scenes that are repeated keep all details.
+  std::optional<float> lod;
 };
 
 /// A scene ready to render, with what its file asks for.

@@ -253,8 +253,11 @@ std::vector<trace::Shape> meshes(const BuildContext& context, const ShapeEntity&
                                  const Dicing& dicing) {
   if (is_displaced(e, dicing)) return diced(context, e, polygon_cage(std::move(list)), dicing);
   std::vector<trace::Shape> shapes;
-  for (Mesh& mesh : list)
-    shapes.push_back(std::make_shared<const Mesh>(mesh.corners == 4 ? dice_patches(std::move(mesh)) : std::move(mesh)));
+  for (Mesh& mesh : list) {
+    if (mesh.corners == 4) mesh = dice_patches(std::move(mesh));
+    if (dicing.pruning_view) vegetation::prune(&mesh, *dicing.pruning_view, dicing.pruning_pixels, dicing.pruned);
+    shapes.push_back(std::make_shared<const Mesh>(std::move(mesh)));
+  }
   return shapes;
 }
 
@@ -322,7 +325,7 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
 std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target,
                                       const Dicing& dicing) {
   std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
-  for (const char* read_later : {"alpha", "opacity"}) e.params.find(read_later);
+  for (const char* read_later : {"alpha", "opacity", "lod"}) e.params.find(read_later);
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
   std::erase_if(shapes, [&e](const trace::Shape& s) {
     if (const auto* quadric = std::get_if<trace::QuadricPtr>(&s)) return !has_face(**quadric, e);

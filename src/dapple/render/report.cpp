@@ -56,6 +56,9 @@ std::string RunReport::to_json() const {
   j["peak_rss_bytes"] = process_peak_rss_bytes();
   j["memory_bytes"] = {
       {"shapes", build_times->shape_bytes}, {"acceleration", scene->traced.acceleration_bytes()}, {"film", film_bytes}};
+  if (const vegetation::PruningCounts& p = build_times->pruned; p.components > 0)
+    j["pruned"] = {{"components", p.components}, {"components_kept", p.kept}, {"faces", p.faces},
+                   {"faces_kept", p.faces_kept}, {"bytes", p.bytes},          {"bytes_kept", p.bytes_kept}};
   const integrate::RayCounts& r = session.rays;
   j["rays"] = {
       {"camera", r.camera},         {"shadow", r.shadow}, {"diffuse", r.diffuse}, {"specular", r.specular},

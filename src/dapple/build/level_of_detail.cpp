@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dapple/build/level_of_detail.h"
+
+#include <algorithm>
+#include <charconv>
+#include <string>
+
+#include "dapple/build/nearest_placements.h"
+#include "dapple/build/openpbr_factory.h"
+#include "dapple/vegetation/pruning_numbers.h"
+
+namespace dapple::build {
+
+using geom::DicingView;
+using scenefile::ShapeEntity;
+
+namespace {
+
+constexpr float most_pixels = 64;
+
+// The narrowest pixels of several views.
+class NarrowestView final : public DicingView {
+ public:
+  explicit NarrowestView(std::vector<std::shared_ptr<const DicingView>> views) : views_(std::move(views)) {}
+
+  void pixel_widths(std::span<const V3f> P, float* widths) const override {
+    views_.front()->pixel_widths(P, widths);
+    std::vector<float> others(P.size());
+    for (size_t v = 1; v < views_.size(); ++v) {
+      views_[v]->pixel_widths(P, others.data());
+      for (size_t i = 0; i < others.size(); ++i) widths[i] = std::min(widths[i], others[i]);
+    }
+  }
+
+ private:
+  std::vector<std::shared_ptr<const DicingView>> views_;
+};
+
+std::shared_ptr<const DicingView> narrowest(std::vector<std::shared_ptr<const DicingView>> views) {
+  if (views.size() == 1) return views.front();
+  return std::make_shared<NarrowestView>(std::move(views));
+}
+
+}  // namespace
+
+std::optional<float> level_of_detail(std::string_view text) {
+  if (text == "off") return 0.0f;
+  if (text == "auto") return vegetation::PruningNumbers::pixels;
+  float pixels = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), pixels);
+  const bool is_number = error == std::errc() && end == text.data() + text.size();
+  return is_number && pixels > 0 && pixels <= most_pixels ? std::optional(pixels) : std::nullopt;
+}
+
+float scene_level_of_detail(const BuildContext& context) {
+  const auto& options = context.description.options;
+  if (!options.find("lod")) return 0;
+  const std::string text = options.get_string("lod", "off");
+  if (const auto pixels = level_of_detail(text)) return *pixels;
+  throw InputError(options.find("lod")->loc, "Option \"lod\" is \"" + text +
+                                                 "\"; expected \"off\", \"auto\" or pixels above 0 and up to 64, such "
+                                                 "as \"0.5\"");
+}
+
+LevelOfDetail::LevelOfDetail(const BuildContext& context, const scene::Scene& scene, const scene::Camera& dicing_camera,
+                             float pixels)
+    : context_(context), scene_(scene), pixels_(pixels) {
+  if (!(pixels_ > 0)) return;
+  cameras_.push_back(std::make_shared<CameraView>(dicing_camera));
+  if (dicing_camera.settings().camera_to_world.is_animated()) {
+    scene::Camera::Settings at_close = dicing_camera.settings();
+    const Transform last = at_close.camera_to_world.at(double(at_close.time_close));
+    at_close.camera_to_world = AnimatedTransform(last, last);
+    cameras_.push_back(std::make_shared<CameraView>(scene::Camera(at_close)));
+  }
+  world_ = narrowest({cameras_.begin(), cameras_.end()});
+
+  const auto& d = context.description;
+  std::vector<uint8_t> wanted(d.objects.size());
+  for (size_t i = 0; i < d.objects.size(); ++i)
+    wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(),
+                            [this](const ShapeEntity& e) { return may_be_pruned(e); });
+  std::vector<std::vector<Transform>> placements(d.objects.size());
+  for (const auto& instance : d.instances) {
+    const auto object = size_t(instance.object);
+    if (!wanted[object] || !instance.is_shown()) continue;
+    const scenefile::TransformPair t = context.origins.of_instance(instance);
+    placements[object].push_back(t.start);
+    if (t.is_animated()) placements[object].push_back(t.end);
+  }
+  for (const auto& camera : cameras_) {
+    const auto deep = nearest_placements(context, wanted, *camera);
+    for (size_t i = 0; i < deep.size(); ++i) placements[i].insert(placements[i].end(), deep[i].begin(), deep[i].end());
+  }
+  for (const auto& list : placements) object_views_.push_back(list.empty() ? nullptr : through(list));
+}
+
+std::shared_ptr<const DicingView> LevelOfDetail::through(const std::vector<Transform>& placements) const {
+  std::vector<std::shared_ptr<const DicingView>> views;
+  for (const auto& camera : cameras_) views.push_back(std::make_shared<InstancesView>(camera, placements));
+  return narrowest(std::move(views));
+}
+
+bool LevelOfDetail::may_be_pruned(const ShapeEntity& e) const {
+  if (!e.type.ends_with("mesh") || !e.is_shown() || !e.params.get_bool("lod", true)) return false;
+  const auto& material = context_.description.materials[size_t(e.material)];
+  return e.area_light < 0 && !emission_of(material) && !has_interior(material) && e.inside_medium == e.outside_medium &&
+         !scene_.materials[size_t(e.material)]->is_interface();
+}
+
+std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e, std::optional<size_t> object) const {
+  if (!(pixels_ > 0) || !may_be_pruned(e)) return nullptr;
+  return object ? object_views_[*object] : world_;
+}
+
+std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e,
+                                                         const scenefile::TransformPair& motion) const {
+  if (!(pixels_ > 0) || !may_be_pruned(e)) return nullptr;
+  return through({motion.start, motion.end});
+}
+
+}  // namespace dapple::build
