@@ -40,7 +40,7 @@ TEST(Film, FeaturesThatAreNotFiniteAreCountedAndBecomeZero) {
 
 TEST(Film, SamplesThatAreNotLightAreCountedAndBlack) {
   Film film = one_pixel();
-  film.add(0, 0, 1, RGB(nan, 1, 1), {});
+  film.add(0, 0, 1, RGB(float(NAN), 1, 1), {});
   film.add(0, 0, 1, RGB(1, -1, 1), {});
   film.add(0, 0, 2, RGB(1), {});
   EXPECT_EQ(film.dropped_samples(), 2u);
