@@ -162,14 +162,15 @@ def part_of_lamp(live, count):
 
 
 def bench_gains(live, count, rounds):
-    """Seconds to settled frames, and to frames while it renders."""
-    settled, meanwhile = [], []
+    """Seconds and processor time to settled frames, and seconds to frames while it renders."""
+    settled, processor, meanwhile = [], [], []
     for k in range(rounds):
-        begin = time.monotonic()
+        begin, cpu = time.monotonic(), time.process_time()
         live.gains["key"] = 1 + 0.2 * k
         count += 1
         frame = live.wait()
         settled.append(time.monotonic() - begin)
+        processor.append(time.process_time() - cpu)
         assert frame.statistics["rays"] == 0
     for k in range(rounds):
         live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
@@ -182,7 +183,7 @@ def bench_gains(live, count, rounds):
         first_picture(live, count)
         meanwhile.append(time.monotonic() - begin)
     live.wait()
-    return count, settled, meanwhile
+    return count, settled, processor, meanwhile
 
 
 def bench_frames(live, count):
@@ -258,8 +259,8 @@ def bench_scene(name, options, rounds):
     first_picture(live, 0)
     fresh_first = time.monotonic() - wall
     fresh_fills, fresh = fills(live.wait()), cpu() - begin
-    count, settled, meanwhile = bench_gains(live, 0, rounds)
-    print(f"| {name} | gain, {len(list(live.gains))} groups | {both(settled)} | - | 0 | 0 % | - |")
+    count, settled, processor, meanwhile = bench_gains(live, 0, rounds)
+    print(f"| {name} | gain, {len(list(live.gains))} groups | {both(settled)} | {both(processor)} | 0 | 0 % | - |")
     print(f"| {name} | gain, while it renders | {both(meanwhile)} | - | - | - | - |", flush=True)
     if name == "lamps":
         return
