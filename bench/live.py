@@ -3,15 +3,16 @@
 """Live sessions: how soon pictures come after edits, beside a fresh rendering of the edited scene.
 
     bench/run.py live
-    PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen,classroom] [--resolution 320x180] [--rounds 5]
+    PYTHONPATH=build/release/python bench/live.py [--scenes cornell,staircase2,kitchen,classroom,lamps] [--resolution 1280x720] [--rounds 5]
     PYTHONPATH=build/release/python bench/live.py --list [--scenes ...]
 
-For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel) and to the
-settled one, medians of the rounds (first pictures: and the 99th percentile, which of few rounds is the last of them); seconds of a fresh session from reading to its first and settled picture; how many fills of the
-radiosity cache the edit took, of those of the fresh session. `cancel`: from an edit to the end of what was under way. Not denoised.
-`gain`: of the first light, which is a group of its own; `gain, while it renders`: from the gain to the frame that shows it.
-Processor time stands beside the first pictures: half of it is what two idle processors would take. `frame()`: milliseconds that a call of it takes
-while the picture is rendered, median, 99th percentile and longest of some thousand.
+For each scene and kind of edit: seconds from the edit to the first picture (an eighth of the resolution, one sample a pixel), median of the rounds
+and the 99th percentile, which of few rounds is the last of them; processor time of it, half of which is what two idle processors would take;
+`cancel`: from an edit of the camera in the middle of that rendering to the end of what was under way. Then the processor time to the settled
+picture, of that of fresh sessions from reading on (the mean of one before and one after all edits), and the fills of the radiosity cache, of the first fresh session's. Not denoised.
+`gain`: of the first light's group, seconds to the settled picture; `gain, while it renders`: to the frame that shows it. `lamps`: scenes/lamps with 32
+groups, for gains. The part of the light that the lamp gives is said: its gain is set to 0. `frame()`: milliseconds that a call of it takes
+while the picture is rendered, median, 99th percentile and longest of some thousand. The load of the machine stands at the end of each scene.
 
 --list: twenty edits such as users make, one after the other, each settled; against a fresh session of the scene as it then is (of the first
 and the last of them). In the end the geometric means of settled over fresh: with the two gains, and of the other eighteen alone. Times of settled pictures are those of
@@ -31,21 +32,36 @@ SHARED = os.path.join(HERE, "../../shared/scenes")
 SCENES = {"cornell": os.path.join(HERE, "../scenes/cornell-box/cornell.pbrt"),
           "staircase2": os.path.join(SHARED, "staircase2/scene-v4.pbrt"),
           "kitchen": os.path.join(SHARED, "kitchen/scene-v4.pbrt"),
-          "classroom": os.path.join(SHARED, "classroom/scene-v4.pbrt")}
+          "classroom": os.path.join(SHARED, "classroom/scene-v4.pbrt"),
+          "lamps": os.path.join(HERE, "../scenes/lamps/lamps.pbrt")}
+ROOMS = [name for name in SCENES if name != "lamps"]
+GROUPS = 32
+# Shapes of area lights that are moved; the classroom's sun is moved itself.
+LIGHTS = {"cornell": "trianglemesh:19", "staircase2": "disk:1", "kitchen": "trianglemesh:1", "classroom": None}
 # Walls, something small, and something like a chair, of each.
 THINGS = {"cornell": ("white", "red", "trianglemesh:8"), "staircase2": ("Wall", "SpotHolder", "plymesh:12"),
           "kitchen": ("Walls", "KettleGreen", "plymesh:157"), "classroom": ("Walls", "FlagRed", "plymesh:29")}
 
 
-def edits(scene):
+def edits(scene, name):
     """Kinds of edits, as functions of scene and round."""
     import dapple
-    light, material, shape = list(scene.lights)[0], list(scene.materials)[0], list(scene.shapes)[-1]
+    lights = list(scene.lights)
+    key, lamp, moved = lights[0], lights[-1], LIGHTS[name]
+    wall, small, chair = THINGS[name]
+
+    def move_light(s, k):
+        thing = s.shapes[moved] if moved else s.lights[key]
+        thing.move(dapple.translate((-1) ** k * 0.02 * EXTENT[0], 0, 0) if moved else dapple.rotate((-1) ** k, (0, 1, 0)))
+
     return {
         "camera": lambda s, k: s.camera.move(dapple.translate(*(0.002 * (-1) ** k * x for x in EXTENT))),
-        "light": lambda s, k: s.lights[light].edit(scale=1 + 0.1 * (k + 1)),
-        "material": lambda s, k: s.materials[material].edit(reflectance=(0.2 + 0.05 * k, 0.4, 0.5)),
-        "object": lambda s, k: s.shapes[shape].move(dapple.translate(0, 0.001 * EXTENT[1], 0)),
+        "light": lambda s, k: s.lights[key].edit(scale=1 + 0.1 * (k + 1)),
+        "lamp": lambda s, k: s.lights[lamp].edit(scale=1 + 0.1 * (k + 1)),
+        "light moved": move_light,
+        "wall colour": lambda s, k: s.materials[wall].edit(reflectance=(0.2 + 0.4 / (k + 1), 0.4, 0.5)),
+        "small thing's colour": lambda s, k: s.materials[small].edit(reflectance=(0.2 + 0.4 / (k + 1), 0.4, 0.5)),
+        "object moved": lambda s, k: s.shapes[chair].move(dapple.translate(0, 0.001 * EXTENT[1], 0)),
     }
 
 
@@ -123,19 +139,38 @@ EXTENT = (1, 1, 1)
 def load(name):
     import dapple
     scene = dapple.load(SCENES[name])
-    list(scene.lights.values())[0]["string group"] = "key"
+    lights = list(scene.lights.values())
+    if name == "lamps":
+        for k, light in enumerate(lights[1:]):
+            light["string group"] = f"lamp-{k % (GROUPS - 2)}"  # beside "default" and the key
+    elif len(lights) > 1:
+        lights[-1]["string group"] = "lamp"
+    lights[0]["string group"] = "key"
     return scene
 
 
+def part_of_lamp(live, count):
+    """Of the light of the settled picture."""
+    if "lamp" not in live.gains:
+        return count, 1
+    before = live.wait().image.mean()
+    live.gains["lamp"] = 0
+    without = live.wait().image.mean()
+    live.gains["lamp"] = 1
+    live.wait()
+    return count + 2, 1 - without / before
+
+
 def bench_gains(live, count, rounds):
-    """Seconds to settled frames, and to frames while it renders."""
-    settled, meanwhile = [], []
+    """Seconds and processor time to settled frames, and seconds to frames while it renders."""
+    settled, processor, meanwhile = [], [], []
     for k in range(rounds):
-        begin = time.monotonic()
+        begin, cpu = time.monotonic(), time.process_time()
         live.gains["key"] = 1 + 0.2 * k
         count += 1
         frame = live.wait()
         settled.append(time.monotonic() - begin)
+        processor.append(time.process_time() - cpu)
         assert frame.statistics["rays"] == 0
     for k in range(rounds):
         live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
@@ -147,8 +182,8 @@ def bench_gains(live, count, rounds):
         count += 1
         first_picture(live, count)
         meanwhile.append(time.monotonic() - begin)
-        live.wait()
-    return count, settled, meanwhile
+    live.wait()
+    return count, settled, processor, meanwhile
 
 
 def bench_frames(live, count):
@@ -186,7 +221,7 @@ def first_picture(live, edits_so_far):
         frame = live.frame()
         if frame is not None and frame.edits >= edits_so_far:
             return frame
-        time.sleep(0.001)
+        live.wait(0.001)  # which raises what is wrong with the scene
 
 
 def bench(context):
@@ -197,12 +232,66 @@ def bench(context):
     return {"table": text}, text
 
 
+def bench_first_pictures(live, change, count, rounds):
+    """Seconds and processor time to first pictures, and seconds that cancelling takes."""
+    firsts, processor, cancels = [], [], []
+    for k in range(rounds):
+        begin, cpu = time.monotonic(), time.process_time()
+        live.edit(lambda s: change(s, k)).result()
+        count += 1
+        first_picture(live, count)
+        firsts.append(time.monotonic() - begin)
+        processor.append(time.process_time() - cpu)
+        time.sleep(0.1 + 0.4 * k / rounds)
+        begin = time.monotonic()
+        live.edit(lambda s: s.camera.edit()).result()  # the same view, rendered again
+        cancels.append(time.monotonic() - begin)
+        count += 1
+    return count, firsts, processor, cancels
+
+
+def bench_scene(name, options, rounds):
+    """The lines of a scene."""
+    import dapple
+    m, cpu = statistics.median, time.process_time
+    begin, wall = cpu(), time.monotonic()
+    live = dapple.LiveSession(load(name), **options)
+    first_picture(live, 0)
+    fresh_first = time.monotonic() - wall
+    fresh_fills, fresh = fills(live.wait()), cpu() - begin
+    count, settled, processor, meanwhile = bench_gains(live, 0, rounds)
+    print(f"| {name} | gain, {len(list(live.gains))} groups | {both(settled)} | {both(processor)} | 0 | 0 % | - |")
+    print(f"| {name} | gain, while it renders | {both(meanwhile)} | - | - | - | - |", flush=True)
+    if name == "lamps":
+        return
+    count, part = part_of_lamp(live, count)
+    lines = []
+    for kind, change in edits(dapple.load(SCENES[name]), name).items():
+        count, firsts, processor, cancels = bench_first_pictures(live, change, count, rounds)
+        if kind == "camera":  # what it keeps is there
+            live.wait()
+        begin = cpu()
+        live.edit(lambda s: change(s, rounds)).result()
+        count += 1
+        frame = live.wait()
+        lines.append((kind, firsts, processor, cpu() - begin, fills(frame), cancels))
+    count, waits = bench_frames(live, count)
+    begin = cpu()
+    settled_session(load(name), options)
+    again = cpu() - begin
+    for kind, firsts, processor, settled, filled, cancels in lines:
+        print(f"| {name} | {kind} | {both(firsts)} | {both(processor)} | {2 * settled / (fresh + again):.2f} | {100 * filled / max(fresh_fills, 1):.0f} % | {both(cancels)} |")
+    print(f"{name}: fresh: first picture {fresh_first:.2f} s, settled {fresh:.1f} and {again:.1f} s of processor time; the lamp has {100 * part:.1f} % of the light; "
+          f"frame() takes {1e3 * m(waits):.2f} ms, 99 % below {1e3 * percentile(waits, .99):.2f}, the longest of {len(waits)} {1e3 * max(waits):.2f}; load {os.getloadavg()[0]:.1f}",
+          flush=True)
+
+
 def main():
     import dapple
     global EXTENT
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenes", default=",".join(SCENES))
-    parser.add_argument("--resolution", default="320x180")
+    parser.add_argument("--scenes", default="")
+    parser.add_argument("--resolution", default="1280x720")
     parser.add_argument("--samples", type=int, default=4)
     parser.add_argument("--preset", default="preview")
     parser.add_argument("--rounds", type=int, default=5)
@@ -217,50 +306,16 @@ def main():
     if o.list:
         print("| scene | edit | first picture | its processor time | settled | of a fresh session |")
         print("|---|---|---|---|---|---|")
-        for name in o.scenes.split(","):
-            if os.path.exists(SCENES[name]):
-                EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
+    else:
+        print("| scene | edit | first picture | its processor time | settled, of a fresh session | fills | cancel |")
+        print("|---|---|---|---|---|---|---|")
+    for name in o.scenes.split(",") if o.scenes else ROOMS if o.list else SCENES:
+        if os.path.exists(SCENES[name]):
+            EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
+            if o.list:
                 bench_list(name, options, time.process_time if o.clock == "cpu" else time.monotonic)
-        return
-    print("| scene | edit | first picture | its processor time | settled | fresh: first | fresh: settled | fills, of the fresh session's | cancel |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for name in o.scenes.split(","):
-        if not os.path.exists(SCENES[name]):
-            continue
-        EXTENT = (100, 100, 100) if name == "cornell" else (1, 1, 1)
-        begin = time.monotonic()
-        live = dapple.LiveSession(load(name), **options)
-        first_picture(live, 0)
-        fresh_first = time.monotonic() - begin
-        frame = live.wait()
-        fresh_settled, fresh_fills = time.monotonic() - begin, fills(frame)
-        m = statistics.median
-        count, settled, meanwhile = bench_gains(live, 0, o.rounds)
-        print(f"| {name} | gain | {both(settled)} | - | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | 0 % | - |")
-        print(f"| {name} | gain, while it renders | {both(meanwhile)} | - | - | {fresh_first:.2f} | {fresh_settled:.2f} | - | - |", flush=True)
-        for kind, change in edits(dapple.load(SCENES[name])).items():
-            firsts, processor, settled, parts, cancels = [], [], [], [], []
-            for k in range(o.rounds):
-                begin, cpu = time.monotonic(), time.process_time()
-                live.edit(lambda s: change(s, k)).result()
-                count += 1
-                first_picture(live, count)
-                firsts.append(time.monotonic() - begin)
-                processor.append(time.process_time() - cpu)
-                frame = live.wait()
-                settled.append(time.monotonic() - begin)
-                parts.append(fills(frame) / max(fresh_fills, 1))
-                live.edit(lambda s: s.camera.edit())  # the same view, rendered again
-                time.sleep(0.3 * settled[-1])
-                begin = time.monotonic()
-                live.edit(lambda s: s.camera.edit()).result()
-                cancels.append(time.monotonic() - begin)
-                count += 2
-                live.wait()
-            print(f"| {name} | {kind} | {both(firsts)} | {both(processor)} | {m(settled):.2f} | {fresh_first:.2f} | {fresh_settled:.2f} | "
-                  f"{100 * m(parts):.0f} % | {both(cancels)} |", flush=True)
-        count, waits = bench_frames(live, count)
-        print(f"{name}: frame() takes {1e3 * m(waits):.2f} ms, 99 % below {1e3 * percentile(waits, .99):.2f}, the longest of {len(waits)} {1e3 * max(waits):.2f}", flush=True)
+            else:
+                bench_scene(name, options, o.rounds)
 
 
 if __name__ == "__main__":

@@ -158,14 +158,29 @@ TEST(EditedScenes, RandomSequences) {
   }
 }
 
-// Right and wrong ones in a live session, in bursts and transactions, at any moment of rendering; every hundredth time
-// it settles and is compared. DAPPLE_TEST_EDITS: how many.
+// Of RenderOptions::cache_mb. Shading grids have memory of their own, and depths count the same entries again.
+CacheUse caches(const Picture& picture) {
+  CacheUse all;
+  for (const CacheUse& c : picture.statistics.caches)
+    if (c.name != "grids" && !c.name.starts_with("radiosity.depth"))
+      all.fills += c.fills, all.evictions += c.evictions, all.bytes += c.bytes;
+  return all;
+}
+
+// Right and wrong ones in a live session, in bursts and transactions, at any moment of rendering and when it has
+// settled; every hundredth time it is compared. Every other session has a cache that is too small. DAPPLE_TEST_EDITS:
+// how many.
 TEST(EditedScenes, RandomEditsOfSessions) {
   const char* const asked = std::getenv("DAPPLE_TEST_EDITS");
   const int count = asked ? std::atoi(asked) : 300;
   auto all = edits();
   for (const char* group : {"default", "key"})
     all.emplace_back(group, [group](Scene& s) { s.gain(group, {.5, 1.5, 2}); });
+  for (int i = 0; i < 3; ++i)  // back from "path", which is among the edits
+    all.emplace_back("grids", [](Scene& s) {
+      s.edit("integrator", "", {{"string type", "distribution"}, {"string visiblepoints", "grids"}});
+    });
+  all.emplace_back("samples", [](Scene& s) { s.edit("integrator", "", {{"string visiblepoints", "samples"}}); });
   const std::vector<Edit> wrong = {[](Scene& s) { s.edit("light", "none", {}); },
                                    [](Scene& s) {
                                      s.edit("camera", "", {{"float fov", 300}});
@@ -181,10 +196,13 @@ TEST(EditedScenes, RandomEditsOfSessions) {
                                    }};
   std::mt19937 random(7);
   RenderOptions o;
-  o.width = 24, o.height = 18, o.pixel_samples = 2, o.denoise = false, o.cache_mb = 1;
+  o.width = 24, o.height = 18, o.pixel_samples = 2, o.denoise = false;
+  int with_caches = 0, with_evictions = 0;
   for (int done = 0; done < count;) {
+    o.cache_mb = done / 100 % 2 ? .02 : 1;
     Scene scene = Scene::parse(room);
     scene.edit("light", "key", {{"string group", "key"}});
+    scene.edit("integrator", "", {{"string visiblepoints", "grids"}});
     LiveSession session(std::move(scene), o);
     for (int i = 0; i < 100; ++i, ++done) {
       const auto pick = [&] { return all[random() % all.size()].second; };
@@ -198,6 +216,7 @@ TEST(EditedScenes, RandomEditsOfSessions) {
       else
         session.edit(pick());
       if (random() % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(random() % 20));
+      if (random() % 16 == 0) session.wait(120);
     }
     const std::string path = testing::TempDir() + "/random-" + std::to_string(::getpid()) + ".pbrt";
     session.write(path);
@@ -206,8 +225,15 @@ TEST(EditedScenes, RandomEditsOfSessions) {
     const auto settled = session.wait(120);
     ASSERT_TRUE(settled) << "not settled in time after " << done << " edits";
     expect_same(*settled->picture, expected);
+    const CacheUse use = caches(*settled->picture);
+    EXPECT_LE(double(use.bytes), *o.cache_mb * (1 << 20));
+    with_caches += use.bytes > 0, with_evictions += use.evictions > 0;
     ASSERT_FALSE(HasFailure()) << "after " << done << " edits";
   }
+  EXPECT_GT(with_caches, 0);
+  EXPECT_TRUE(count < 1000 || with_evictions > 0);
+  RecordProperty("sessions_with_caches", with_caches);
+  RecordProperty("sessions_with_evictions", with_evictions);
 }
 
 TEST(EditedScenes, RemovalsAndOrder) {

@@ -38,6 +38,42 @@ TEST(Film, FeaturesThatAreNotFiniteAreCountedAndBecomeZero) {
   EXPECT_EQ(film.dropped_samples(), 0u);
 }
 
+TEST(Film, SamplesThatAreNotLightAreCountedAndBlack) {
+  Film film = one_pixel();
+  film.add(0, 0, 1, RGB(float(NAN), 1, 1), {});
+  film.add(0, 0, 1, RGB(1, -1, 1), {});
+  film.add(0, 0, 2, RGB(1), {});
+  EXPECT_EQ(film.dropped_samples(), 2u);
+  EXPECT_EQ(film.pixel(0, 0), RGB(.5f));
+}
+
+// Samples whose squares, as floats, would hide how they differ; weights count.
+TEST(Film, VarianceOfSamplesThatAreNearlyAlike) {
+  Film film = one_pixel();
+  constexpr int n = 4000;
+  double sum = 0, squares = 0;
+  for (int i = 0; i < n; ++i) {
+    const float weight = i % 2 ? 1.0f : 1.0001f, L = 1000 + 0.01f * float(i % 3);
+    const double v = double(weight) * double(L) - 1000;
+    sum += v, squares += v * v;
+    film.add(0, 0, weight, RGB(L, 0, L), {});
+  }
+  const double expected = (squares - sum * sum / n) / (n - 1) / n;
+  const RGB v = film.variance(0, 0);
+  EXPECT_NEAR(v.r, expected, 2e-4 * expected);  // weights add up to 1.00005 n
+  EXPECT_EQ(v.g, 0);
+  EXPECT_EQ(v.b, v.r);
+}
+
+// 400 million bytes at 1280 x 720.
+TEST(Film, MemoryOfThirtyTwoLightGroups) {
+  Film::Settings settings;
+  settings.resolution = {128, 72};
+  settings.crop = {V2i(0, 0), settings.resolution};
+  settings.light_groups = 32;
+  EXPECT_LE(Film(settings).bytes(), 4'000'000u);
+}
+
 // The picture and its groups alike: they still add up.
 TEST(Film, BalancesWhite) {
   Film::Settings settings;

@@ -2,6 +2,7 @@
 #include "dapple/scene/film.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -39,7 +40,7 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   RGB L = radiance;
   float scale = settings_.scale;
   if (!L.is_finite() || L.min() < 0) {
-    ++p.dropped;
+    ++std::atomic_ref(dropped_samples_);
     L = RGB();
     groups = {};
     scale = 0;
@@ -50,10 +51,14 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
     const float down = settings_.max_component / L.max();
     L *= down, scale *= down;
   }
+  const double n = p.samples;
   for (int c = 0; c < 3; ++c) {
     const double v = double(weight) * double(L[c]);
+    if (squared_weights_.empty() && p.samples > 1) {
+      const double from_mean = v - p.sum[c] / (n - 1);
+      p.deviations[c] += float(from_mean * from_mean * (n - 1) / n);
+    }
     p.sum[c] += v;
-    p.square[c] += v * v;
   }
   RGB* const sums = group_sums_.data() + index(x, y) * size_t(settings_.light_groups);
   for (size_t g = 0; g < groups.size(); ++g) sums[g] += groups[g] * (weight * scale);
@@ -67,7 +72,10 @@ void Film::add(int x, int y, float weight, const RGB& radiance, const Features& 
   if (!squared_weights_.empty()) {
     SquaredWeights& sums_of_squares = squared_weights_[index(x, y)];
     const double square = double(weight) * double(weight);
-    for (int c = 0; c < 3; ++c) sums_of_squares.light[c] += square * double(L[c]);
+    for (int c = 0; c < 3; ++c) {
+      sums_of_squares.squares[c] += square * double(L[c]) * double(L[c]);
+      sums_of_squares.light[c] += square * double(L[c]);
+    }
     sums_of_squares.alone += square;
   }
   p.weight += double(weight);
@@ -141,16 +149,13 @@ RGB Film::variance(int x, int y) const {
   if (p.samples < 2 || p.weight == 0) return v;
   const double n = p.samples;
   for (int c = 0; c < 3; ++c) {
-    double of_sample = 0;
-    if (squared_weights_.empty()) {
-      const double mean = p.sum[c] / n;
-      of_sample = p.square[c] / n - mean * mean;
-    } else {  // of deviations from the pixel: weights of both signs vary where light does not
+    double deviations = double(p.deviations[c]);
+    if (!squared_weights_.empty()) {  // from the pixel: weights of both signs vary where light does not
       const SquaredWeights& w = squared_weights_[index(x, y)];
       const double mean = p.sum[c] / p.weight;
-      of_sample = (p.square[c] + mean * (mean * w.alone - 2 * w.light[c])) / n;
+      deviations = std::max(0.0, w.squares[c] + mean * (mean * w.alone - 2 * w.light[c]));
     }
-    v[c] = float(std::max(0.0, of_sample) * n / (n - 1) * n / (p.weight * p.weight));
+    v[c] = float(deviations * n / (n - 1) / (p.weight * p.weight));
   }
   return v;
 }
@@ -237,12 +242,6 @@ Film::Noise Film::noise(const Box2i& pixels) const {
 double Film::relative_error() const {
   const Noise all = noise(settings_.crop);
   return all.variance > 0 ? std::sqrt(all.variance) / all.mean : 0;
-}
-
-uint64_t Film::dropped_samples() const {
-  uint64_t n = 0;
-  for (const Pixel& p : pixels_) n += p.dropped;
-  return n;
 }
 
 uint64_t Film::dropped_features() const {

@@ -115,7 +115,7 @@ class Film {
   Noise noise(const Box2i& pixels) const;
   /// sqrt(variance) / mean of all pixels: relative RMSE of the image by its own estimate.
   double relative_error() const;
-  uint64_t dropped_samples() const;
+  uint64_t dropped_samples() const { return dropped_samples_; }  ///< while no thread adds samples
   uint64_t dropped_features() const;
   double mean_samples() const;
   size_t bytes() const;
@@ -124,8 +124,11 @@ class Film {
   struct Pixel {
     double sum[3] = {0, 0, 0};
     double weight = 0;
-    double square[3] = {0, 0, 0};  ///< sums of squares of the weighted samples
-    uint32_t samples = 0, dropped = 0;
+    /// Sums of squared differences of the weighted samples from their mean, without Settings::signed_weights. Each
+    /// sample brings them up to date (Welford 1962, "Note on a method for calculating corrected sums of squares and
+    /// products"): nothing cancels, so floats do.
+    float deviations[3] = {0, 0, 0};
+    uint32_t samples = 0;
   };
   struct FeatureSums {
     float position[3] = {}, depth = 0, hits = 0, weight = 0;
@@ -140,8 +143,8 @@ class Film {
     double sum[3] = {0, 0, 0}, weight = 0;
     RGB direct;  ///< before white balance
   };
-  struct SquaredWeights {  ///< sums of squares of weights, times light and alone
-    double light[3] = {0, 0, 0}, alone = 0;
+  struct SquaredWeights {  ///< sums of squares of weights, times squares of light, times light, and alone
+    double squares[3] = {0, 0, 0}, light[3] = {0, 0, 0}, alone = 0;
   };
   size_t index(int x, int y) const {
     return size_t(y - settings_.crop.min.y) * size_t(width()) + size_t(x - settings_.crop.min.x);
@@ -153,6 +156,7 @@ class Film {
   Settings settings_;
   std::vector<RGB> gains_;  ///< empty: all 1
   std::vector<Pixel> pixels_;
+  uint64_t dropped_samples_ = 0;  ///< written by all threads, atomically
   std::vector<FeatureSums> features_;
   std::vector<RGB> group_sums_;  ///< by pixel and group, before white balance
   std::vector<CacheFeatures> cache_features_;
