@@ -2,33 +2,17 @@
 #include "dapple/geom/border_points.h"
 
 #include <atomic>
-#include <numeric>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "dapple/base/parallel.h"
+#include "dapple/geom/disjoint_sets.h"
 
 namespace dapple::geom {
 
 namespace {
 
 using Side = PatchTopology::Side;
-
-class Partition {
- public:
-  explicit Partition(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  uint32_t find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(uint32_t a, uint32_t b) {
-    a = find(a), b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 V2f place_on_side(int k, float t) {
   switch (k) {
@@ -133,7 +117,7 @@ void BorderPoints::number_samples() {
 // Around a vertex on a seam, the patches between two seams are smooth together: a sector.
 void BorderPoints::assign_slots() {
   const size_t patches = topology_.patches.size();
-  Partition sectors(4 * patches);
+  DisjointSets sectors(4 * patches);
   std::unordered_map<uint64_t, uint32_t> first_at;  // by edge and vertex
   for (uint32_t p = 0; p < patches; ++p)
     for (int k = 0; k < 4; ++k)
@@ -142,7 +126,7 @@ void BorderPoints::assign_slots() {
         const uint32_t edge = patch.side[k].edge, vertex = patch.corner[c], node = 4 * p + uint32_t(c);
         if (!topology_.seam_vertex[vertex] || topology_.edges[edge].seam) continue;
         const auto [at, is_new] = first_at.emplace(uint64_t(edge) << 32 | vertex, node);
-        if (!is_new) sectors.unite(at->second, node);
+        if (!is_new) sectors.join(at->second, node);
       }
 
   slot_count_ = uint32_t(on_seam_.size());
@@ -156,7 +140,7 @@ void BorderPoints::assign_slots() {
       } else if (s >= 4) {
         slot_of_[i] = none;
       } else {
-        const auto [at, is_new] = slot_of_sector.emplace(sectors.find(4 * p + s), slot_count_);
+        const auto [at, is_new] = slot_of_sector.emplace(sectors.root(4 * p + s), slot_count_);
         slot_count_ += is_new;
         slot_of_[i] = at->second;
       }

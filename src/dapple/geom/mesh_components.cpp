@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "dapple/base/hash.h"
+#include "dapple/geom/disjoint_sets.h"
 
 namespace dapple::geom {
 
@@ -12,25 +13,7 @@ namespace {
 
 constexpr uint32_t none = ~uint32_t(0);
 
-// Disjoint sets of vertices; the root of a set is its least vertex, whatever the order of joining.
-class VertexSets {
- public:
-  explicit VertexSets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-
-  uint32_t root(uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(uint32_t a, uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
-
-void join_coincident(const std::vector<V3f>& P, VertexSets* sets) {
+void join_coincident(const std::vector<V3f>& P, DisjointSets* sets) {
   std::vector<uint32_t> table(std::bit_ceil(2 * P.size()), none);  // open addressing
   for (uint32_t v = 0; v < P.size(); ++v) {
     const V3f p = P[v] + V3f(0, 0, 0);  // -0 is 0
@@ -46,7 +29,7 @@ void join_coincident(const std::vector<V3f>& P, VertexSets* sets) {
 }  // namespace
 
 MeshComponents::MeshComponents(const Mesh& mesh) {
-  VertexSets sets(mesh.P.size());
+  DisjointSets sets(mesh.P.size());
   join_coincident(mesh.P, &sets);
   const size_t corners = size_t(mesh.corners), faces = mesh.face_count();
   for (size_t f = 0; f < faces; ++f)
