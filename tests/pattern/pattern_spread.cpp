@@ -2,7 +2,9 @@
 // Bent operations over filtered noises keep their means.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
+#include <memory>
 
 #include "dapple/pattern/pattern_program.h"
 #include "dapple/pattern/pattern_ramp.h"
@@ -76,6 +78,22 @@ const Case cases[] = {
        return less(c.f2 - c.f1, .1f);
      },
      .09f},
+    {"noise_below_noise", [](const PatternPoint3& q) { return less(fbm(q, 4, .5f), fbm(q * 2, 4, .5f)); }, .03f},
+    {"steps", [](const PatternPoint3& q) { return floor(fbm(q, 4, .5f) * 3); }, .11f},
+    {"fraction", [](const PatternPoint3& q) { return fract(fbm(q, 4, .5f) * 3); }, .11f},
+    {"narrow_waves", [](const PatternPoint3& q) { return cos(fbm(q, 4, .5f) * 16); }, .02f},
+    {"threshold_of_a_square",
+     [](const PatternPoint3& q) {
+       const PatternFloat n = fbm(q, 4, .5f);
+       return less(.1f, n * n);
+     },
+     .17f},
+    {"threshold_of_twice",
+     [](const PatternPoint3& q) {
+       const PatternFloat n = fbm(q, 4, .5f);
+       return less(.4f, n + n);
+     },
+     .015f},
     {"ridges", [](const PatternPoint3& q) { return 1 - abs(perlin(q)); }, .01f},
     {"clamped_and_squared",
      [](const PatternPoint3& q) {
@@ -109,6 +127,35 @@ TEST(PatternSpreads, LeaveNearPatternsAsTheyAre) {
   for (int i = 0; i < capacity; ++i) {
     EXPECT_EQ(out[0][i], out[1][i]) << i;
     EXPECT_EQ(out[2][i], out[3][i]) << i;
+  }
+}
+
+TEST(PatternSpreads, FollowDeepNetworks) {
+  PatternGraph graph;
+  const PatternPoint3 q = solid_mapping(graph, Transform());
+  PatternFloat v = fbm(q, 4, .5f);
+  for (int layer = 0; layer < 60; ++layer) v = mix(v, v * 0.9f, simplex(q * float(layer)));
+  EXPECT_FALSE(less(.1f, v).spread().constant());
+  EXPECT_LT(graph.size(), 10000u);
+}
+
+TEST(PatternSpreads, OverflowTheSameInAnyBatch) {
+  PatternGraph graph;
+  const PatternFloat steep = exp(fbm(solid_mapping(graph, Transform()), 4, .5f) * 400);
+  const PatternProgram program(std::array{steep});
+  const auto points = test::random_points(1, 0, 50);
+  for (int i = 0; i < capacity; i += 2) points->dPdx.x[i] = 4;
+  float together[capacity];
+  program.evaluate(*points, std::array<PatternProgram::Output, 1>{{{together}}});
+  for (int i = 0; i < capacity; ++i) {
+    EXPECT_FALSE(std::isnan(together[i]));
+    const auto alone = std::make_unique<ShadingPoints>(*points);
+    alone->count = 1;
+    alone->P.set(0, points->P[i]);
+    alone->dPdx.set(0, points->dPdx[i]);
+    float value;
+    program.evaluate(*alone, std::array<PatternProgram::Output, 1>{{{&value}}});
+    EXPECT_EQ(value, together[i]) << i;
   }
 }
 

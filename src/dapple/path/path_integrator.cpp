@@ -37,7 +37,8 @@ using vegetation::mask_cache;
 
 namespace {
 
-constexpr uint32_t steps_of_surfaces = 1 << 14;  // then come scatterings of straight flights
+// Dimensions of so many steps are for what camera rays meet; then come scatterings of straight flights.
+constexpr uint32_t steps_of_surfaces = 1 << 14;
 
 // Of a path, whatever the step.
 constexpr uint32_t for_channels = (1u << 20) + 1, for_wavelengths = for_channels + 1;

@@ -141,7 +141,7 @@ DAPPLE_LANE float octave_weight(float resolved, float i) {
 }
 
 constexpr float lacunarity = 1.99f;  ///< not 2, lest lattice points of all octaves fall together
-// Of gradient and of simplex noise, over four million points.
+// Over four million points. The first three: of gradient noise and its absolute value.
 constexpr float noise_variance = 0.0716f, mean_absolute_noise = 0.218f, absolute_noise_variance = 0.0241f;
 constexpr float simplex_variance = 0.150f;
 

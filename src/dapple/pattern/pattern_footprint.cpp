@@ -38,6 +38,7 @@ Value difference(PatternGraph& graph, Value value, int axis) {
     moves[i] = (*graph.known_footprint(n.operands[i]))[static_cast<size_t>(axis)];
   return pattern_change(&graph, value, moves);
 }
+
 Footprint footprint_of_node(PatternGraph& graph, Value value) {
   const Node n = graph.node(value);
   const Value none = graph.constant(0);

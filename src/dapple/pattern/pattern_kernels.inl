@@ -204,7 +204,7 @@ void ramp(const PatternCall& c) {
 }
 
 /// Medians of the fifths of a normal distribution beside the middle one, scaled to a variance of 1.
-constexpr float fifths[] = {-1.4636f, -0.5989f, 0.5989f, 1.4636f};
+constexpr float fifths[] = {-1.4634f, -0.5988f, 0.5988f, 1.4634f};
 
 /// The mean or the standard deviation of an operation over an operand that is spread in a normal distribution: of five
 /// applications. Exactly the operation where nothing is spread.
@@ -212,6 +212,7 @@ template <bool deviation>
 void over_fifths(const PatternCall& c) {
   alignas(64) float moved[capacity], middle[max_pattern_results][capacity], there[max_pattern_results][capacity],
       squares[max_pattern_results][capacity];
+  constexpr float most = 1e18f;
   const auto op = static_cast<PatternOp>(c.parameters[0]);
   const auto which = static_cast<size_t>(c.parameters[1]);
   const float *x = c.in[which], *spread = c.in[3];
@@ -235,9 +236,10 @@ void over_fifths(const PatternCall& c) {
     for (int r = 0; r < c.results; ++r) {
       float* __restrict sums = c.out[r];
       DAPPLE_LANES(int i = 0; i < n; ++i) {
-        const float d = there[r][i] - middle[r][i];
-        sums[i] += d;
-        squares[r][i] += d * d;
+        const float d = there[r][i] - middle[r][i];  // of infinities: one that can be squared, or nothing
+        const float change = (spread[i] != 0) & (d == d) ? lane::clamp(d, -most, most) : 0.0f;
+        sums[i] += change;
+        squares[r][i] += change * change;
       }
     }
   }

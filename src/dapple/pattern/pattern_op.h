@@ -80,7 +80,7 @@ constexpr int operand_count(PatternOp op) {
 }
 
 /// About how many instructions of the processor an op takes a lane, in full batches (callgrind, AVX2); of fbm and
-/// turbulence an octave.
+/// turbulence an octave, of means over another op what comes on top of five times that one.
 constexpr float instructions_of(PatternOp op) {
   switch (op) {
     case PatternOp::constant:
@@ -104,7 +104,7 @@ constexpr float instructions_of(PatternOp op) {
       return 20;
     case PatternOp::mean_over:
     case PatternOp::deviation_over:
-      return 50;
+      return 12;
     case PatternOp::worley:
       return 300;
     case PatternOp::image:

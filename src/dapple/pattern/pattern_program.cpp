@@ -49,8 +49,11 @@ PatternProgram::PatternProgram(std::span<const PatternFloat> outputs, int most_l
 float PatternProgram::work() const {
   float work = 0;
   for (const PatternCode::Instruction& i : code_.instructions) {
-    const bool octaves = i.op == PatternOp::fbm || i.op == PatternOp::turbulence;
-    work += instructions_of(i.op) * (octaves ? code_.parameters[i.parameters] : 1);
+    const bool octaves = i.op == PatternOp::fbm || i.op == PatternOp::turbulence || i.op == PatternOp::left_out_octaves;
+    const bool over_fifths = i.op == PatternOp::mean_over || i.op == PatternOp::deviation_over;
+    const float parameter = octaves || over_fifths ? code_.parameters[i.parameters] : 1;
+    work += over_fifths ? instructions_of(i.op) + 5 * instructions_of(static_cast<PatternOp>(parameter))
+                        : instructions_of(i.op) * parameter;
   }
   for (const FloatTexturePtr& texture : code_.foreign_float) work += texture->work();
   for (const RgbTexturePtr& texture : code_.foreign_rgb) work += texture->work();

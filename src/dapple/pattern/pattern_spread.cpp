@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <unordered_set>
 
 #include "dapple/pattern/pattern_footprint.h"
 
@@ -19,14 +20,14 @@ constexpr float logistic = 1.702f;  ///< 1 / (1 + exp(-1.702 x)) is the normal d
 bool is_bent(PatternOp op) {
   switch (op) {
     case absolute:
+    case PatternOp::floor:
     case PatternOp::sqrt:
     case PatternOp::exp:
-    case PatternOp::sin:
-    case PatternOp::cos:
+    case PatternOp::log:
     case minimum:
     case maximum:
+    case modulo:
     case power:
-    case less:
     case smoothstep:
     case ramp:
       return true;
@@ -47,37 +48,48 @@ struct Arithmetic {
   Value plus(Value a, Value b) const { return graph.apply(add, {a, b}); }
   Value minus(Value a, Value b) const { return graph.apply(subtract, {a, b}); }
   Value times(Value a, Value b) const { return graph.apply(multiply, {a, b}); }
+  Value square(Value a) const { return times(a, a); }
   Value root(Value a) const { return graph.apply(PatternOp::sqrt, {a}); }
+  bool is_none(Value a) const { return a == graph.constant(0); }
 };
+
+/// A product of two spread operands varies also where both means are 0.
+Value spread_beyond_first_order(const Arithmetic& in, const PatternGraph::Node& n) {
+  if (n.op != multiply) return in.number(0);
+  const Value a = *in.graph.known_spread(n.operands[0]), b = *in.graph.known_spread(n.operands[1]);
+  return in.is_none(a) || in.is_none(b) ? in.number(0) : in.times(a, b);
+}
 
 Value spread_of_node(PatternGraph* graph, Value value) {
   const PatternGraph::Node n = graph->node(value);
   const Value none = graph->constant(0);
   if (!carries_spread(n.op)) return none;
   const Arithmetic in{*graph};
+  if (n.op == add && n.operands[0] == n.operands[1]) {
+    const Value half = *graph->known_spread(n.operands[0]);
+    return in.plus(half, half);
+  }
   std::optional<Value> only;  // operand that moves the value
-  Value squares = none;
+  Value squares = in.square(spread_beyond_first_order(in, n));
+  const bool first_order = squares == none;
   for (size_t i = 0; i < n.operand_count; ++i) {
     PatternMoves moves;
     moves.fill(none);
     moves[i] = *graph->known_spread(n.operands[i]);
     const Value change = pattern_change(graph, value, moves);
     if (change == none) continue;
-    only = squares == none ? std::optional(change) : std::nullopt;
-    squares = in.plus(squares, in.times(change, change));
+    only = squares == none && first_order ? std::optional(change) : std::nullopt;
+    squares = in.plus(squares, in.square(change));
   }
   if (squares == none) return none;
   return only ? graph->apply(absolute, {*only}) : in.root(squares);
 }
 
-/// The operand that is spread, if it is one alone.
+/// The operands that are spread; of several the last one, which of min, max and smoothstep is what varies most often.
 std::optional<size_t> spread_operand(PatternGraph* graph, std::span<const Value> operands) {
   std::optional<size_t> found;
-  for (size_t i = 0; i < operands.size(); ++i) {
-    if (pattern_spread(graph, operands[i]) == graph->constant(0)) continue;
-    if (found) return std::nullopt;
-    found = i;
-  }
+  for (size_t i = 0; i < operands.size(); ++i)
+    if (pattern_spread(graph, operands[i]) != graph->constant(0)) found = i;
   return found;
 }
 
@@ -99,22 +111,41 @@ Results mean_of(PatternGraph* graph, PatternOp op, std::span<const Value> operan
   return means;
 }
 
-Results mean_square(PatternGraph* graph, Value x) {
+Value mean_square(PatternGraph* graph, Value x) {
   const Arithmetic in{*graph};
-  const Value spread = pattern_spread(graph, x), mean = in.plus(in.times(x, x), in.times(spread, spread));
-  graph->keep_spread(mean, in.times(graph->apply(absolute, {in.plus(x, x)}), spread));
-  return {mean};
+  const Value spread = pattern_spread(graph, x), mean = in.plus(in.square(x), in.square(spread));
+  // Of the square of a normal variable: 2 s^2 (2 m^2 + s^2).
+  const Value wide = in.plus(in.times(in.number(2), in.square(x)), in.square(spread));
+  const Value deviation = in.times(spread, in.root(in.times(in.number(2), wide)));
+  graph->keep_spread(mean, deviation);
+  keep_as_width(graph, deviation);
+  return mean;
 }
 
-/// The probability that a < b, of which one is spread.
-Value share_below(PatternGraph* graph, Value a, Value b, Value spread) {
+/// Of sin or cos over a normal distribution; also where waves are narrower than what is left of x.
+Value mean_wave(PatternGraph* graph, PatternOp op, Value x) {
   const Arithmetic in{*graph};
-  const Value one = in.number(1);
+  const Value half = in.times(in.square(pattern_spread(graph, x)), in.number(-0.5f));
+  const Value damping = graph->apply(PatternOp::exp, {half});
+  const Value mean = in.times(graph->apply(op, {x}), damping);
+  // The variance of a wave over all phases, 1/2, of which the mean's own part is left.
+  const Value deviation = in.root(in.times(in.minus(in.number(1), in.square(damping)), in.number(0.5f)));
+  graph->keep_spread(mean, deviation);
+  keep_as_width(graph, deviation);
+  return mean;
+}
+
+/// The probability that a < b.
+Value share_below(PatternGraph* graph, Value a, Value b) {
+  const Arithmetic in{*graph};
+  const Value spread = pattern_spread(graph, in.minus(a, b)), one = in.number(1);
   const Value steps = graph->apply(divide, {in.times(in.minus(a, b), in.number(logistic)), spread});
   const Value probability = graph->apply(divide, {one, in.plus(one, graph->apply(PatternOp::exp, {steps}))});
   const Value share =
       graph->apply(select, {graph->apply(less, {in.number(0), spread}), probability, graph->apply(less, {a, b})});
-  graph->keep_spread(share, in.root(in.times(share, in.minus(one, share))));
+  const Value deviation = in.root(in.times(share, in.minus(one, share)));
+  graph->keep_spread(share, deviation);
+  keep_as_width(graph, deviation);
   return share;
 }
 
@@ -123,13 +154,16 @@ Value share_below(PatternGraph* graph, Value a, Value b, Value spread) {
 Value pattern_spread(PatternGraph* graph, Value value) {
   // Operands first, without recursion: chains are long.
   std::vector<Value> open{value}, needed;
+  std::unordered_set<uint32_t> seen{value.id};
   while (!open.empty()) {
     const Value v = open.back();
     open.pop_back();
     if (graph->known_spread(v)) continue;
     needed.push_back(v);
     const PatternGraph::Node& n = graph->node(v);
-    if (carries_spread(n.op)) open.insert(open.end(), n.operands.begin(), n.operands.begin() + n.operand_count);
+    if (!carries_spread(n.op)) continue;
+    for (size_t i = 0; i < n.operand_count; ++i)
+      if (seen.insert(n.operands[i].id).second) open.push_back(n.operands[i]);
   }
   std::sort(needed.begin(), needed.end());
   for (const Value v : needed) {
@@ -143,12 +177,13 @@ Value pattern_spread(PatternGraph* graph, Value value) {
 
 Results apply_to_means(PatternGraph* graph, PatternOp op, std::span<const Value> operands,
                        const std::vector<float>& parameters, int results) {
-  if (op == multiply && operands[0] == operands[1] && pattern_spread(graph, operands[0]) != graph->constant(0))
-    return mean_square(graph, operands[0]);
+  const auto is_spread = [&](size_t i) { return pattern_spread(graph, operands[i]) != graph->constant(0); };
+  if (op == multiply && operands[0] == operands[1] && is_spread(0)) return {mean_square(graph, operands[0])};
+  if ((op == PatternOp::sin || op == PatternOp::cos) && is_spread(0)) return {mean_wave(graph, op, operands[0])};
+  if (op == less && (is_spread(0) || is_spread(1))) return {share_below(graph, operands[0], operands[1])};
   if (is_bent(op)) {
     if (const auto which = spread_operand(graph, operands))
-      return op == less ? Results{share_below(graph, operands[0], operands[1], pattern_spread(graph, operands[*which]))}
-                        : mean_of(graph, op, operands, *which, parameters, results);
+      return mean_of(graph, op, operands, *which, parameters, results);
   }
   return graph->apply(op, operands, parameters, results);
 }

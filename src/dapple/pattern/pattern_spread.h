@@ -17,8 +17,11 @@ namespace dapple::pattern {
 /// none.
 PatternGraph::Value pattern_spread(PatternGraph* graph, PatternGraph::Value value);
 
-/// PatternGraph::apply() where operands may be means: of an operation that is not linear in the one operand that has a
-/// spread, the mean, which has a spread in turn. Exactly apply() where the spread is 0 at a point.
+/// PatternGraph::apply() where operands may be means. The mean, which has a spread in turn, of squares, sin, cos and
+/// less in closed form; of absolute, floor, sqrt, exp, log, minimum, maximum, modulo, power, smoothstep and ramp from
+/// five values of the operand, as the dense fifths of a normal distribution: curves narrower than half a deviation are
+/// coarse. Where several operands are spread, one of them is averaged over. Quotients, products of values of one noise
+/// other than squares, and all other operations are taken at the means. apply() itself at points where no spread is.
 PatternGraph::Results apply_to_means(PatternGraph* graph, PatternOp op, std::span<const PatternGraph::Value> operands,
                                      const std::vector<float>& parameters = {}, int results = 1);
 
