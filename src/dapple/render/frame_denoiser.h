@@ -56,10 +56,10 @@ class FrameDenoiser {
     bool estimates_error = false;  ///< twice the work more; the film keeps halves and has no gains
     StopToken stop{};
   };
-  /// Direct light is denoised by itself where the film keeps it and no gains change it (denoise::denoise_apart); with
-  /// gains nothing is kept clean either. `features` may be null
-  /// where they are not wanted. Light groups are denoised each by itself and then scaled, pixel by pixel, to add up to
-  /// the whole; where none has light the first gets what there is. May throw Stopped.
+  /// Direct light is denoised by itself where the film keeps it and no gains change it (denoise::denoise_apart). Of 16
+  /// samples and more, without gains, brightness is restored (denoise::restore_means), and what is clean stays.
+  /// `features` may be null where they are not wanted. Light groups are denoised each by itself and then scaled, pixel
+  /// by pixel, to add up to the whole; where none has light the first gets what there is. May throw Stopped.
   DenoisedFrame operator()(const scene::Film& film, const FeatureLayers* features, const Options& options) const;
 
  private:
