@@ -86,8 +86,7 @@ Box2i crop(const std::string& option, const std::string& text) {
 std::optional<float> level_of_detail_option(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto pixels = build::level_of_detail(text);
-  if (!pixels)
-    throw UsageError("--lod \"" + text + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
+  if (!pixels) throw UsageError("--lod \"" + text + "\": " + build::expected_level_of_detail);
   return pixels;
 }
 

@@ -146,6 +146,25 @@ TEST(LevelOfDetail, IsTheSameForAnyThreads) {
   EXPECT_LT(one.times.pruned.kept, 5600u);
 }
 
+// Look-ups in the parameters of a material that shapes share are not for several threads (seen by the sanitizer, and as
+// crashes).
+TEST(LevelOfDetail, ShapesShareMaterials) {
+  std::string world;
+  for (int m = 0; m < 200; ++m) {
+    const std::string name = "\"m" + std::to_string(m) + '"';
+    world += "MakeNamedMaterial " + name +
+             " \"string type\" \"openpbr\" \"float transmission_depth\" 1 \"float transmission_weight\" 0\n" +
+             "NamedMaterial " + name + "\n";
+    for (int i = 0; i < 8; ++i)
+      world += "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 0 1 0 0 0 1 ] \"integer indices\" [ 0 1 2 ]\n";
+  }
+  world += leaves();
+  set_thread_count(8);
+  const size_t of_many = kept(far_camera, world);
+  set_thread_count(0);
+  EXPECT_EQ(of_many, kept(far_camera, leaves()));
+}
+
 // Where there is a dicing camera, the camera may go anywhere.
 TEST(LevelOfDetail, FollowsTheDicingCamera) {
   const auto description = [](const std::string& dicing, const char* to) {

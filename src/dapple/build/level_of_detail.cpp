@@ -57,15 +57,18 @@ float scene_level_of_detail(const BuildContext& context) {
   if (!options.find("lod")) return 0;
   const std::string text = options.get_string("lod", "off");
   if (const auto pixels = level_of_detail(text)) return *pixels;
-  throw InputError(options.find("lod")->loc, "Option \"lod\" is \"" + text +
-                                                 "\"; expected \"off\", \"auto\" or pixels above 0 and up to 64, such "
-                                                 "as \"0.5\"");
+  throw InputError(options.find("lod")->loc, "Option \"lod\" is \"" + text + "\"; " + expected_level_of_detail);
 }
 
 LevelOfDetail::LevelOfDetail(const BuildContext& context, const scene::Scene& scene, const scene::Camera& dicing_camera,
                              float pixels)
-    : context_(context), scene_(scene), pixels_(pixels) {
+    : context_(context), pixels_(pixels) {
   if (!(pixels_ > 0)) return;
+  // Once, as look-ups in parameters are not for several threads and shapes share materials.
+  for (size_t m = 0; m < context.description.materials.size(); ++m) {
+    const auto& entity = context.description.materials[m];
+    stays_.push_back(emission_of(entity) || has_interior(entity) || scene.materials[m]->is_interface());
+  }
   cameras_.push_back(std::make_shared<CameraView>(dicing_camera));
   if (dicing_camera.settings().camera_to_world.is_animated()) {
     scene::Camera::Settings at_close = dicing_camera.settings();
@@ -103,9 +106,7 @@ std::shared_ptr<const DicingView> LevelOfDetail::through(const std::vector<Trans
 
 bool LevelOfDetail::may_be_pruned(const ShapeEntity& e) const {
   if (!e.type.ends_with("mesh") || !e.is_shown() || !e.params.get_bool("lod", true)) return false;
-  const auto& material = context_.description.materials[size_t(e.material)];
-  return e.area_light < 0 && !emission_of(material) && !has_interior(material) && e.inside_medium == e.outside_medium &&
-         !scene_.materials[size_t(e.material)]->is_interface();
+  return e.area_light < 0 && !stays_[size_t(e.material)] && e.inside_medium == e.outside_medium;
 }
 
 std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e, std::optional<size_t> object) const {

@@ -15,6 +15,9 @@ namespace dapple::build {
 /// To how many pixels what pruning keeps may grow (vegetation/aggregate_pruning.h), by "off" (0), "auto" or a number
 /// above 0 and up to 64. None for other text.
 std::optional<float> level_of_detail(std::string_view text);
+/// For messages: what level_of_detail() takes.
+inline constexpr const char* expected_level_of_detail =
+    "expected \"off\", \"auto\" or pixels above 0 and up to 64, such as \"0.5\"";
 /// What Option "string lod" says; "off" by default. Throws InputError.
 float scene_level_of_detail(const BuildContext& context);
 
@@ -40,8 +43,8 @@ class LevelOfDetail {
   std::shared_ptr<const geom::DicingView> through(const std::vector<Transform>& placements) const;
 
   const BuildContext& context_;
-  const scene::Scene& scene_;
   const float pixels_;
+  std::vector<uint8_t> stays_;                                         ///< by material: it shines, or bounds a medium
   std::vector<std::shared_ptr<const CameraView>> cameras_;             ///< at shutter open, and where it moves at close
   std::shared_ptr<const geom::DicingView> world_;                      ///< as these see it
   std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< null: it is placed nowhere
