@@ -90,6 +90,23 @@ TEST(LevelOfDetail, GoesByTheNearestInstance) {
   EXPECT_EQ(kept(far_camera, object + nested + "Translate 0 0 -27 ObjectInstance \"grove\"\n"), 1000u);
 }
 
+// The origin of the nearest lies below the picture, where pixels count as wider than those at the others.
+TEST(LevelOfDetail, GoesByTheNearestOfManyInstances) {
+  const std::string camera = "LookAt 0 12 -3  0 12 10  0 1 0  Camera \"perspective\" \"float fov\" 40";
+  const std::string object = "ObjectBegin \"tree\"\nTranslate 0 12 0\n" + leaves() + "ObjectEnd\n";
+  const std::string near = "ObjectInstance \"tree\"\n";
+  std::string far;
+  for (int i = 0; i < 20; ++i)
+    far += "AttributeBegin Translate " + std::to_string(i - 10) + " 0 40 ObjectInstance \"tree\" AttributeEnd\n";
+  EXPECT_LT(kept(camera, object + far), 700u);
+  EXPECT_EQ(kept(camera, object + near + far), 1000u);
+  const auto nested = [](const std::string& places) {
+    return "ObjectBegin \"grove\"\n" + places + "ObjectEnd\nObjectInstance \"grove\"\n";
+  };
+  EXPECT_LT(kept(camera, object + nested(far)), 700u);
+  EXPECT_EQ(kept(camera, object + nested(near + far)), 1000u);
+}
+
 TEST(LevelOfDetail, GoesByBothEndsOfTheMotion) {
   const std::string moves = "ActiveTransform EndTime Translate 0 0 -27 ActiveTransform All\n";
   EXPECT_EQ(kept(far_camera, moves + leaves()), 1000u);

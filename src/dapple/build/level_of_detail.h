@@ -31,7 +31,8 @@ class LevelOfDetail {
 
   float pixels() const { return pixels_; }
   /// Null where the shape is not to be pruned: what shines, fills or bounds a medium, is no mesh, or says
-  /// "bool lod" false. `object`: of the description; none: the scene.
+  /// "bool lod" false. `object`: the definition that it stands in; without a value it stands in the scene itself. Not
+  /// for shapes that move by themselves in a definition, which are never pruned.
   std::shared_ptr<const geom::DicingView> view_of(const scenefile::ShapeEntity& entity,
                                                   std::optional<size_t> object) const;
   /// The same of a shape that moves by itself in the scene.
@@ -40,7 +41,6 @@ class LevelOfDetail {
 
  private:
   bool may_be_pruned(const scenefile::ShapeEntity& entity) const;
-  std::shared_ptr<const geom::DicingView> through(const std::vector<Transform>& placements) const;
 
   const BuildContext& context_;
   const float pixels_;
