@@ -128,6 +128,19 @@ TEST(LevelOfDetail, LeavesWhatShinesBoundsMediaOrSaysSo) {
             0u);
 }
 
+TEST(LevelOfDetail, IsAParameterOfMeshesAlone) {
+  const auto warnings = [](const std::string& shape) {
+    Diagnostics diagnostics;
+    const auto text = scene(far_camera, "LightSource \"infinite\"\n" + shape);
+    build_scene(scenefile::parse_pbrt(text, "test.pbrt", ".", diagnostics), {}, diagnostics);
+    return diagnostics.messages();
+  };
+  EXPECT_TRUE(warnings(leaves("\"bool lod\" false")).empty());
+  const auto of_sphere = warnings("Shape \"sphere\" \"bool lod\" false\n");
+  ASSERT_EQ(of_sphere.size(), 1u);
+  EXPECT_NE(of_sphere[0].find("lod"), std::string::npos) << of_sphere[0];
+}
+
 TEST(LevelOfDetail, IsSaidByTheScene) {
   const auto with = [](const std::string& option, const BuildOptions& options = {}) {
     return build_text(scene(far_camera + "\nOption " + option, leaves()), options).times.pruned.kept;
