@@ -227,7 +227,7 @@ TEST(ExitCode, BadLightShaftsAre3) {
 TEST(ExitCode, BadLevelOfDetailIs2) {
   for (const char* bad : {"on", "0", "-1", "65", "nan", "1px"}) {
     for (const ProcessResult& result : {render_quickly({cornell, "-o", "unused.exr", "--lod", bad}),
-                                        run_dapple({"info", "no_such_scene.pbrt", "--lod", bad})}) {
+                                        run_dapple({"info", "no_such_scene.pbrt", "--lod", bad}, 60)}) {
       EXPECT_EQ(result.exit_code, 2) << result.output;
       EXPECT_NE(result.output.find("--lod"), std::string::npos) << result.output;
       EXPECT_NE(result.output.find("\"auto\" or pixels"), std::string::npos) << result.output;
