@@ -285,7 +285,17 @@ class Growing {
     move(before_, shape_, k, &mesh_.P);
     return area_now();
   }
-  double area_now() const { return ComponentShape(mesh_, mesh_.P, faces_).area(); }
+  double area_now() const {
+    const auto corners = size_t(mesh_.corners);
+    double twice = 0;
+    for (const uint32_t f : faces_) {
+      const uint32_t* index = &mesh_.indices[f * corners];
+      const V3d a(mesh_.P[index[0]]);
+      for (size_t i = 2; i < corners; ++i)
+        twice += (V3d(mesh_.P[index[i - 1]]) - a).cross(V3d(mesh_.P[index[i]]) - a).length();
+    }
+    return twice / 2;
+  }
   void move(const std::vector<V3f>& from, const ComponentShape& shape, double k, std::vector<V3f>* P) const {
     for (size_t i = 0; i < vertices_.size(); ++i) (*P)[vertices_[i]] = V3f(shape.widened(from[i], k));
   }
