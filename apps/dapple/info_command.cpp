@@ -160,7 +160,8 @@ Command add_info(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   app.add_option("SCENE", o->scene, "Scene (.pbrt, .pbrt.gz) or model (.glb, .obj, .fbx, ...)")->required();
   add_model_options(app, &o->model);
-  app.add_option("--lod", o->lod, "Level of detail, as in render: off, auto, or pixels [the scene's; off]");
+  app.add_option("--lod", o->lod, "Level of detail, as in render: off, auto, or pixels [the scene's; off]")
+      ->check(level_of_detail_check());
   app.add_flag("--strict", o->strict, "Whatever would be a warning about the scene is an error");
   app.add_flag("--keep-going", o->keep_going,
                "Missing images, meshes and plug-ins become visible stand-ins instead of errors");

@@ -84,11 +84,14 @@ Box2i crop(const std::string& option, const std::string& text) {
 }
 
 std::optional<float> level_of_detail_option(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  const auto pixels = build::level_of_detail(text);
-  if (!pixels)
-    throw UsageError("--lod \"" + text + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
-  return pixels;
+  return text.empty() ? std::nullopt : build::level_of_detail(text);
+}
+
+CLI::Validator level_of_detail_check() {
+  const auto check = [](const std::string& text) {
+    return build::level_of_detail(text) ? std::string() : '"' + text + "\": " + build::expected_level_of_detail;
+  };
+  return {check, "LEVEL"};
 }
 
 CLI::Validator positive() {

@@ -29,8 +29,9 @@ V2i resolution(const std::string& option, const std::string& text);
 /// "X0,Y0,X1,Y1", pixels.
 Box2i crop(const std::string& option, const std::string& text);
 
-/// What --lod says (build/level_of_detail.h); none where it is not given.
+/// What --lod says (build/level_of_detail.h); none where it is not given. level_of_detail_check() goes before.
 std::optional<float> level_of_detail_option(const std::string& text);
+CLI::Validator level_of_detail_check();
 
 /// Checks of options' numbers: above 0, and 0 or more.
 CLI::Validator positive();

@@ -126,6 +126,7 @@ build::BuildOptions build_options(const RenderOptions& o) {
   if (!o.crop.empty()) options.film.crop = crop("--crop", o.crop);
   options.model = model_options(o.model, o.scene);
   options.lod = level_of_detail_option(o.lod);
+  if (!(o.previous.empty() && o.next.empty())) options.lod = 0;  // motion is that of one vertex from frame to frame
   return options;
 }
 

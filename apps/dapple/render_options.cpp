@@ -217,7 +217,8 @@ void check_render_options(const RenderOptions& o) {
   render::parse_aovs(o.aovs);
   if (o.watch && !(o.previous.empty() && o.next.empty()))
     throw UsageError("--previous and --next exclude --watch, which looks after one scene");
-  level_of_detail_option(o.lod);
+  if (level_of_detail_option(o.lod).value_or(0) > 0 && !(o.previous.empty() && o.next.empty()))
+    throw UsageError("--previous and --next exclude --lod, which keeps other parts in each frame");
   if (!o.compression.empty()) image::check_compression(o.compression);
 }
 
@@ -452,9 +453,10 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   add_file_options(app, o);
   add_model_options(app, &o.model);
   app.add_option(
-      "--lod", o.lod,
-      "Meshes of many small parts, as leaves, are pruned where the dicing camera sees them far away: off, auto, "
-      "or to how many pixels what is kept may grow [the scene's; off]");
+         "--lod", o.lod,
+         "Meshes of many small parts, as leaves, are pruned where the dicing camera sees them far away: off, auto, "
+         "or to how many pixels what is kept may grow [the scene's; off]")
+      ->check(level_of_detail_check());
   app.add_flag("--strict", o.strict, "Whatever would be a warning about the scene is an error");
   app.add_flag(
       "--keep-going", o.keep_going,

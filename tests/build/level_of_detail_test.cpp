@@ -90,6 +90,23 @@ TEST(LevelOfDetail, GoesByTheNearestInstance) {
   EXPECT_EQ(kept(far_camera, object + nested + "Translate 0 0 -27 ObjectInstance \"grove\"\n"), 1000u);
 }
 
+// The origin of the nearest lies below the picture, where pixels count as wider than those at the others.
+TEST(LevelOfDetail, GoesByTheNearestOfManyInstances) {
+  const std::string camera = "LookAt 0 12 -3  0 12 10  0 1 0  Camera \"perspective\" \"float fov\" 40";
+  const std::string object = "ObjectBegin \"tree\"\nTranslate 0 12 0\n" + leaves() + "ObjectEnd\n";
+  const std::string near = "ObjectInstance \"tree\"\n";
+  std::string far;
+  for (int i = 0; i < 20; ++i)
+    far += "AttributeBegin Translate " + std::to_string(i - 10) + " 0 40 ObjectInstance \"tree\" AttributeEnd\n";
+  EXPECT_LT(kept(camera, object + far), 700u);
+  EXPECT_EQ(kept(camera, object + near + far), 1000u);
+  const auto nested = [](const std::string& places) {
+    return "ObjectBegin \"grove\"\n" + places + "ObjectEnd\nObjectInstance \"grove\"\n";
+  };
+  EXPECT_LT(kept(camera, object + nested(far)), 700u);
+  EXPECT_EQ(kept(camera, object + nested(near + far)), 1000u);
+}
+
 TEST(LevelOfDetail, GoesByBothEndsOfTheMotion) {
   const std::string moves = "ActiveTransform EndTime Translate 0 0 -27 ActiveTransform All\n";
   EXPECT_EQ(kept(far_camera, moves + leaves()), 1000u);
@@ -109,6 +126,19 @@ TEST(LevelOfDetail, LeavesWhatShinesBoundsMediaOrSaysSo) {
   EXPECT_EQ(kept(far_camera, "Texture \"d\" \"float\" \"constant\" \"float value\" .01\n" +
                                  leaves("\"texture displacement\" \"d\"")),
             0u);
+}
+
+TEST(LevelOfDetail, IsAParameterOfMeshesAlone) {
+  const auto warnings = [](const std::string& shape) {
+    Diagnostics diagnostics;
+    const auto text = scene(far_camera, "LightSource \"infinite\"\n" + shape);
+    build_scene(scenefile::parse_pbrt(text, "test.pbrt", ".", diagnostics), {}, diagnostics);
+    return diagnostics.messages();
+  };
+  EXPECT_TRUE(warnings(leaves("\"bool lod\" false")).empty());
+  const auto of_sphere = warnings("Shape \"sphere\" \"bool lod\" false\n");
+  ASSERT_EQ(of_sphere.size(), 1u);
+  EXPECT_NE(of_sphere[0].find("lod"), std::string::npos) << of_sphere[0];
 }
 
 TEST(LevelOfDetail, IsSaidByTheScene) {
@@ -144,6 +174,25 @@ TEST(LevelOfDetail, IsTheSameForAnyThreads) {
   EXPECT_EQ(one.times.pruned.kept, many.times.pruned.kept);
   EXPECT_EQ(one.times.pruned.components, 8000u);
   EXPECT_LT(one.times.pruned.kept, 5600u);
+}
+
+// Look-ups in the parameters of a material that shapes share are not for several threads (seen by the sanitizer, and as
+// crashes).
+TEST(LevelOfDetail, ShapesShareMaterials) {
+  std::string world;
+  for (int m = 0; m < 200; ++m) {
+    const std::string name = "\"m" + std::to_string(m) + '"';
+    world += "MakeNamedMaterial " + name +
+             " \"string type\" \"openpbr\" \"float transmission_depth\" 1 \"float transmission_weight\" 0\n" +
+             "NamedMaterial " + name + "\n";
+    for (int i = 0; i < 8; ++i)
+      world += "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 0 1 0 0 0 1 ] \"integer indices\" [ 0 1 2 ]\n";
+  }
+  world += leaves();
+  set_thread_count(8);
+  const size_t of_many = kept(far_camera, world);
+  set_thread_count(0);
+  EXPECT_EQ(of_many, kept(far_camera, leaves()));
 }
 
 // Where there is a dicing camera, the camera may go anywhere.

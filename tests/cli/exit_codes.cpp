@@ -226,11 +226,15 @@ TEST(ExitCode, BadLightShaftsAre3) {
 
 TEST(ExitCode, BadLevelOfDetailIs2) {
   for (const char* bad : {"on", "0", "-1", "65", "nan", "1px"}) {
-    const ProcessResult result = render_quickly({cornell, "-o", "unused.exr", "--lod", bad});
-    EXPECT_EQ(result.exit_code, 2) << result.output;
-    EXPECT_NE(result.output.find("--lod"), std::string::npos) << result.output;
-    EXPECT_NE(result.output.find("off, auto, or pixels"), std::string::npos) << result.output;
+    for (const ProcessResult& result : {render_quickly({cornell, "-o", "unused.exr", "--lod", bad}),
+                                        run_dapple({"info", "no_such_scene.pbrt", "--lod", bad}, 60)}) {
+      EXPECT_EQ(result.exit_code, 2) << result.output;
+      EXPECT_NE(result.output.find("--lod"), std::string::npos) << result.output;
+      EXPECT_NE(result.output.find("\"auto\" or pixels"), std::string::npos) << result.output;
+    }
   }
+  EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--lod", ""}).exit_code, 2);
+  EXPECT_EQ(render_quickly({cornell, "-o", "unused.exr", "--lod", "1", "--next", cornell}).exit_code, 2);
 }
 
 TEST(ExitCode, BadShadowMasksAre3) {

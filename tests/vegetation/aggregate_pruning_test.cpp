@@ -267,6 +267,97 @@ TEST(AggregatePruning, WidensWhatIsLong) {
   }
 }
 
+// Of a box of sides u, v, w at a corner.
+void add_box(Mesh* mesh, const V3f& at, const V3f& u, const V3f& v, const V3f& w) {
+  const size_t first = mesh->P.size();
+  add_box(mesh, V3f(0, 0, 0), V3f(1, 1, 1));
+  for (size_t i = first; i < mesh->P.size(); ++i)
+    mesh->P[i] = at + u * mesh->P[i].x + v * mesh->P[i].y + w * mesh->P[i].z;
+}
+
+void expect_area_stays(const Mesh& full, float pixel, size_t most_kept, float largest) {
+  Mesh mesh = full;
+  PruningCounts counts;
+  ASSERT_TRUE(prune(&mesh, UniformDicingView(pixel), 1, &counts));
+  EXPECT_LT(counts.kept, most_kept);
+  EXPECT_NEAR(area_of(mesh), area_of(full), 0.01 * area_of(full)) << pixel;
+  const MeshComponents components(mesh);
+  for (uint32_t c = 0; c < components.count(); ++c)
+    EXPECT_LE(ComponentShape(mesh, mesh.P, components.faces(c)).radius(), 0.5f * largest);
+}
+
+// Their ends grow with the square of what their sides do. Once they are as wide as long, they grow evenly.
+TEST(AggregatePruning, KeepsAreaOfClosedNeedles) {
+  for (const float long_side : {0.006f, 0.016f}) {
+    Random rng(13);
+    Mesh needles;
+    for (int i = 0; i < 10000; ++i) {
+      const V3f at(uniform(rng, 0, 1), uniform(rng, 0, 1), uniform(rng, 0, 1));
+      const V3f n = any_direction(rng), u = normalize(cross(n, any_direction(rng)));
+      add_box(&needles, at, u * long_side, cross(n, u) * 0.001f, n * 0.001f);
+    }
+    for (const float pixel : {0.01f, 0.03f, 0.1f}) expect_area_stays(needles, pixel, 6000, 0.04f + pixel);
+  }
+}
+
+// Corners of half leaves lie on the bent side and at the ends of the straight one.
+TEST(AggregatePruning, KeepsAreaOfHalfLeaves) {
+  for (const double radius : {0.0, 0.625, 0.501}) {  // of the bent side; 0: a parabola
+    Random rng(17);
+    Mesh leaves;
+    for (int i = 0; i < 5000; ++i) {
+      const V3f at(uniform(rng, 0, 5), uniform(rng, 0, 5), uniform(rng, 0, 5));
+      const V3f n = any_direction(rng), u = normalize(cross(n, any_direction(rng))), v = cross(n, u);
+      const auto first = uint32_t(leaves.P.size());
+      for (int k = 0; k <= 8; ++k) {
+        const double t = k / 8.0 - 0.5;
+        const double y =
+            radius > 0 ? std::sqrt(radius * radius - t * t) - std::sqrt(radius * radius - 0.25) : 0.25 - t * t;
+        leaves.P.push_back(at + u * float(0.1 * t) + v * float(0.1 * y));
+      }
+      for (uint32_t k = 1; k < 8; ++k)
+        for (const uint32_t corner : {0u, k, k + 1}) leaves.indices.push_back(first + corner);
+    }
+    for (const float pixel : {0.2f, 0.4f}) expect_area_stays(leaves, pixel, 4000, 0.1f + 1.1f * pixel);
+  }
+}
+
+TEST(AggregatePruning, LeavesSolidsHoweverTurned) {
+  for (const float angle : {0.0f, 0.5f, 0.7853982f}) {
+    const V3f along(std::cos(angle), std::sin(angle), 0), off(-std::sin(angle), std::cos(angle), 0), up(0, 0, 1);
+    Mesh wall, cobbles;
+    for (int row = 0; row < 100; ++row)
+      for (int i = 0; i < 100; ++i) {
+        const V3f brick = along * (0.22f * float(i) + 0.11f * float(row % 2)) + up * (0.08f * float(row));
+        add_box(&wall, brick, along * 0.21f, off * 0.1f, up * 0.07f);
+        add_box(&cobbles, (along * float(i) + up * float(row)) * 0.1f, along * 0.095f, up * 0.095f, off * 0.05f);
+      }
+    PruningCounts counts;
+    for (const float pixel : {1.0f, 2.0f, 4.0f}) {
+      EXPECT_FALSE(prune(&wall, UniformDicingView(pixel), 1, &counts)) << angle;
+      EXPECT_FALSE(prune(&cobbles, UniformDicingView(pixel), 1, &counts)) << angle;
+    }
+  }
+}
+
+TEST(AggregatePruning, LooksAtBothEndsOfVertexMotion) {
+  class NearBeyond final : public geom::DicingView {
+   public:
+    void pixel_widths(std::span<const V3f> P, float* widths) const override {
+      for (size_t i = 0; i < P.size(); ++i) widths[i] = P[i].x > 50 ? 0.01f : 0.5f;
+    }
+  };
+  Mesh still = random_leaves(2000, 0.1f, V3f(3, 3, 3)), moves = still, grows = still;
+  for (size_t i = 0; i < still.P.size(); ++i) {
+    moves.P_end.push_back(still.P[i] + V3f(100, 0, 0));
+    grows.P_end.push_back(still.P[i - i % 4] + (still.P[i] - still.P[i - i % 4]) * 10.0f);
+  }
+  PruningCounts counts;
+  EXPECT_TRUE(prune(&still, NearBeyond(), 1, &counts));
+  EXPECT_FALSE(prune(&moves, NearBeyond(), 1, &counts));
+  EXPECT_FALSE(prune(&grows, NearBeyond(), 1, &counts));
+}
+
 // Of a bent tube, whose normals must stay those of its surface.
 TEST(ComponentShape, WidensAlongAParabola) {
   Mesh tube;
@@ -287,7 +378,7 @@ TEST(ComponentShape, WidensAlongAParabola) {
   std::vector<uint32_t> all(tube.face_count());
   for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
   const ComponentShape shape(tube, tube.P, all);
-  EXPECT_NEAR(shape.width(), 0.02, 0.001);
+  EXPECT_NEAR(shape.width(), 0.02 * std::sqrt(1.5), 0.001);
   EXPECT_NEAR(shape.length(), 1, 0.03);
   for (size_t i = 0; i < tube.P.size(); ++i) {
     const V3f p(shape.widened(tube.P[i], 4));

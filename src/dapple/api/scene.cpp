@@ -40,8 +40,7 @@ build::BuildOptions build_options(const LoadOptions& options) {
   o.keep_going = options.keep_going;
   if (options.lod.empty()) return o;
   o.lod = build::level_of_detail(options.lod);
-  if (!o.lod)
-    throw UsageError("lod \"" + options.lod + "\": expected off, auto, or pixels above 0 and up to 64, such as 0.5");
+  if (!o.lod) throw UsageError("lod \"" + options.lod + "\": " + build::expected_level_of_detail);
   return o;
 }
 

@@ -77,17 +77,17 @@ int CameraView::finest_level() const {
   return int(std::ceil(std::log2(float(most_pieces) * float(std::max(r.x, r.y)))));
 }
 
-InstancesView::InstancesView(std::shared_ptr<const geom::DicingView> world,
-                             const std::vector<Transform>& world_from_object)
+InstancesView::InstancesView(std::shared_ptr<const CameraView> world, const std::vector<Transform>& world_from_object,
+                             const Box3f& bounds)
     : world_(std::move(world)) {
   for (const Transform& t : world_from_object) placements_.push_back({t, 1 / largest_scale(t)});
   if (placements_.size() <= most_placements) return;
   std::vector<std::pair<float, size_t>> nearest(placements_.size());
+  const V3f centre = bounds.isEmpty() ? V3f(0, 0, 0) : bounds.center();
+  const float radius = bounds.isEmpty() ? 0 : length(bounds.max - bounds.min) / 2;
   for (size_t i = 0; i < nearest.size(); ++i) {
-    const V3f origin = placements_[i].to_world.point(V3f(0, 0, 0));
-    float width;
-    world_->pixel_widths({&origin, 1}, &width);
-    nearest[i] = {width * placements_[i].inv_scale, i};
+    const Placement& p = placements_[i];
+    nearest[i] = {world_->least_width(p.to_world.point(centre), radius / p.inv_scale) * p.inv_scale, i};
   }
   std::partial_sort(nearest.begin(), nearest.begin() + most_placements, nearest.end());
   std::vector<Placement> kept;

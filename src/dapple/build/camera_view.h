@@ -29,13 +29,14 @@ class CameraView final : public geom::DicingView {
   float half_ = 1;  ///< half the picture over a unit of the screen window, at unit depth
 };
 
-/// What another view sees of a surface through its instances: the smallest pixels of any. Of many instances the nearest
-/// count.
+/// What a camera sees of an object through its instances: the smallest pixels of any. Of many instances those count
+/// whose balls about `bounds`, of the object, may have the smallest.
 class InstancesView final : public geom::DicingView {
  public:
   static constexpr size_t most_placements = 16;
 
-  InstancesView(std::shared_ptr<const geom::DicingView> world, const std::vector<Transform>& world_from_object);
+  InstancesView(std::shared_ptr<const CameraView> world, const std::vector<Transform>& world_from_object,
+                const Box3f& bounds);
   void pixel_widths(std::span<const V3f> P, float* widths) const override;
   int finest_level() const override { return world_->finest_level(); }
 
@@ -44,7 +45,7 @@ class InstancesView final : public geom::DicingView {
     Transform to_world;
     float inv_scale;
   };
-  std::shared_ptr<const geom::DicingView> world_;
+  std::shared_ptr<const CameraView> world_;
   std::vector<Placement> placements_;
 };
 

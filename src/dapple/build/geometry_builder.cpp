@@ -8,7 +8,7 @@
 #include "dapple/base/parallel.h"
 #include "dapple/base/timer.h"
 #include "dapple/build/camera_view.h"
-#include "dapple/build/nearest_placements.h"
+#include "dapple/build/object_views.h"
 #include "dapple/build/placement_builder.h"
 #include "dapple/build/shape_factory.h"
 #include "dapple/build/subdivision_levels.h"
@@ -134,17 +134,7 @@ void GeometryBuilder::make_views() {
             (e.params.find("displacement") ||
              scene_.materials[size_t(e.material)]->stages().has(shading::Stage::displacement)));
   };
-  std::vector<std::vector<Transform>> placements(d.objects.size());
-  std::vector<uint8_t> wanted(d.objects.size());
-  for (size_t i = 0; i < d.objects.size(); ++i)
-    wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(), may_be_diced);
-  for (const auto& instance : d.instances)
-    if (wanted[size_t(instance.object)])
-      placements[size_t(instance.object)].push_back(context_.origins.of_instance(instance).start);
-  const auto deep = nearest_placements(context_, wanted, *view);
-  for (size_t i = 0; i < deep.size(); ++i) placements[i].insert(placements[i].end(), deep[i].begin(), deep[i].end());
-  for (const auto& list : placements)
-    object_views_.push_back(list.empty() ? nullptr : std::make_shared<InstancesView>(camera_view_, list));
+  object_views_ = object_views(context_, view, may_be_diced, MotionEnds::open);
 }
 
 Dicing GeometryBuilder::dicing_of(const Job& job) const {
@@ -152,7 +142,7 @@ Dicing GeometryBuilder::dicing_of(const Job& job) const {
   const auto& shader = scene_.materials[size_t(job.entity->material)];
   if (shader->stages().has(shading::Stage::displacement)) dicing.shader = shader;
   if (job.own_object && job.object == no_id)
-    dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.transform.start});
+    dicing.view = std::make_shared<InstancesView>(camera_view_, std::vector{job.transform.start}, Box3f());
   else if (const auto definition = definition_of(job))
     dicing.view = object_views_[*definition];
   if (!job.own_object) dicing.pruning_view = lod_.view_of(*job.entity, definition_of(job));

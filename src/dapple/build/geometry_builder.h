@@ -110,7 +110,7 @@ class GeometryBuilder {
   std::map<uint32_t, FileLoc> deforming_;          ///< the same of what deforms
   float shading_rate_ = 1;
   int most_levels_ = 0;  ///< of Loop subdivision
-  std::shared_ptr<const geom::DicingView> camera_view_;
+  std::shared_ptr<const CameraView> camera_view_;
   std::vector<std::shared_ptr<const geom::DicingView>> object_views_;  ///< of each definition, through its instances
   float reach_ = infinity;                                             ///< the least of all instances, and whose it is
   FileLoc narrowest_;

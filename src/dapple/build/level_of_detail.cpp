@@ -5,7 +5,7 @@
 #include <charconv>
 #include <string>
 
-#include "dapple/build/nearest_placements.h"
+#include "dapple/build/object_views.h"
 #include "dapple/build/openpbr_factory.h"
 #include "dapple/vegetation/pruning_numbers.h"
 
@@ -57,15 +57,18 @@ float scene_level_of_detail(const BuildContext& context) {
   if (!options.find("lod")) return 0;
   const std::string text = options.get_string("lod", "off");
   if (const auto pixels = level_of_detail(text)) return *pixels;
-  throw InputError(options.find("lod")->loc, "Option \"lod\" is \"" + text +
-                                                 "\"; expected \"off\", \"auto\" or pixels above 0 and up to 64, such "
-                                                 "as \"0.5\"");
+  throw InputError(options.find("lod")->loc, "Option \"lod\" is \"" + text + "\"; " + expected_level_of_detail);
 }
 
 LevelOfDetail::LevelOfDetail(const BuildContext& context, const scene::Scene& scene, const scene::Camera& dicing_camera,
                              float pixels)
-    : context_(context), scene_(scene), pixels_(pixels) {
+    : context_(context), pixels_(pixels) {
   if (!(pixels_ > 0)) return;
+  // Once, as look-ups in parameters are not for several threads and shapes share materials.
+  for (size_t m = 0; m < context.description.materials.size(); ++m) {
+    const auto& entity = context.description.materials[m];
+    stays_.push_back(emission_of(entity) || has_interior(entity) || scene.materials[m]->is_interface());
+  }
   cameras_.push_back(std::make_shared<CameraView>(dicing_camera));
   if (dicing_camera.settings().camera_to_world.is_animated()) {
     scene::Camera::Settings at_close = dicing_camera.settings();
@@ -75,37 +78,17 @@ LevelOfDetail::LevelOfDetail(const BuildContext& context, const scene::Scene& sc
   }
   world_ = narrowest({cameras_.begin(), cameras_.end()});
 
-  const auto& d = context.description;
-  std::vector<uint8_t> wanted(d.objects.size());
-  for (size_t i = 0; i < d.objects.size(); ++i)
-    wanted[i] = std::any_of(d.objects[i].shapes.begin(), d.objects[i].shapes.end(),
-                            [this](const ShapeEntity& e) { return may_be_pruned(e); });
-  std::vector<std::vector<Transform>> placements(d.objects.size());
-  for (const auto& instance : d.instances) {
-    const auto object = size_t(instance.object);
-    if (!wanted[object] || !instance.is_shown()) continue;
-    const scenefile::TransformPair t = context.origins.of_instance(instance);
-    placements[object].push_back(t.start);
-    if (t.is_animated()) placements[object].push_back(t.end);
-  }
-  for (const auto& camera : cameras_) {
-    const auto deep = nearest_placements(context, wanted, *camera);
-    for (size_t i = 0; i < deep.size(); ++i) placements[i].insert(placements[i].end(), deep[i].begin(), deep[i].end());
-  }
-  for (const auto& list : placements) object_views_.push_back(list.empty() ? nullptr : through(list));
-}
-
-std::shared_ptr<const DicingView> LevelOfDetail::through(const std::vector<Transform>& placements) const {
-  std::vector<std::shared_ptr<const DicingView>> views;
-  for (const auto& camera : cameras_) views.push_back(std::make_shared<InstancesView>(camera, placements));
-  return narrowest(std::move(views));
+  const auto wanted = [this](const ShapeEntity& e) { return may_be_pruned(e); };
+  object_views_ = object_views(context, cameras_.front(), wanted, MotionEnds::both);
+  if (cameras_.size() == 1) return;
+  const auto at_close = object_views(context, cameras_.back(), wanted, MotionEnds::both);
+  for (size_t i = 0; i < at_close.size(); ++i)
+    if (at_close[i]) object_views_[i] = narrowest({object_views_[i], at_close[i]});
 }
 
 bool LevelOfDetail::may_be_pruned(const ShapeEntity& e) const {
   if (!e.type.ends_with("mesh") || !e.is_shown() || !e.params.get_bool("lod", true)) return false;
-  const auto& material = context_.description.materials[size_t(e.material)];
-  return e.area_light < 0 && !emission_of(material) && !has_interior(material) && e.inside_medium == e.outside_medium &&
-         !scene_.materials[size_t(e.material)]->is_interface();
+  return e.area_light < 0 && !stays_[size_t(e.material)] && e.inside_medium == e.outside_medium;
 }
 
 std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e, std::optional<size_t> object) const {
@@ -116,7 +99,10 @@ std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e, s
 std::shared_ptr<const DicingView> LevelOfDetail::view_of(const ShapeEntity& e,
                                                          const scenefile::TransformPair& motion) const {
   if (!(pixels_ > 0) || !may_be_pruned(e)) return nullptr;
-  return through({motion.start, motion.end});
+  std::vector<std::shared_ptr<const DicingView>> views;
+  for (const auto& camera : cameras_)
+    views.push_back(std::make_shared<InstancesView>(camera, std::vector{motion.start, motion.end}, Box3f()));
+  return narrowest(std::move(views));
 }
 
 }  // namespace dapple::build

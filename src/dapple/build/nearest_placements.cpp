@@ -107,8 +107,14 @@ bool is_finite(const ExactPlacement& m) {
 
 class Search {
  public:
-  Search(const BuildContext& context, const std::vector<uint8_t>& wanted, const CameraView& view)
-      : context_(context), d_(context.description), wanted_(wanted), view_(view), spaces_(wanted.size() + 1) {}
+  Search(const BuildContext& context, const std::vector<uint8_t>& wanted, const CameraView& view,
+         const std::vector<Imath::Box3d>& bounds)
+      : context_(context),
+        d_(context.description),
+        wanted_(wanted),
+        view_(view),
+        bounds_(bounds),
+        spaces_(wanted.size() + 1) {}
 
   std::vector<std::vector<Transform>> all() {
     std::vector<std::vector<Transform>> out(wanted_.size());
@@ -165,6 +171,7 @@ class Search {
   std::vector<ExactPlacement> rows_of_block(Group* group, const Block& block);
 
   std::vector<Transform> find(int32_t object);
+  Reach ball_of(int32_t object) const;
   float least_width(const Reach& in_world) const;
   size_t look_at(const Open& open, int32_t object);
   void push(const Map& map, int32_t space_object, Group* group, uint32_t block, const Reach& reach);
@@ -176,6 +183,7 @@ class Search {
   const scenefile::SceneDescription& d_;
   const std::vector<uint8_t>& wanted_;
   const CameraView& view_;
+  const std::vector<Imath::Box3d>& bounds_;
   std::vector<Space> spaces_;
   std::vector<Group*> open_files_;
   std::priority_queue<Open> open_;
@@ -188,7 +196,7 @@ void Search::survey(int32_t owner) {
   Space& s = space(owner);
   if (s.is_surveyed) return;
   s.is_surveyed = true;
-  if (owner != in_scene && wanted_[size_t(owner)]) s.reach[owner] = {context_.origins.objects[size_t(owner)], 0, 1};
+  if (owner != in_scene && wanted_[size_t(owner)]) s.reach[owner] = ball_of(owner);
   for_each_placed(d_, owner, [this](int32_t inner) { survey(inner); });
   std::map<int32_t, Group> by_object;
   for (const InstanceEntity& i : owner == in_scene ? d_.instances : d_.objects[size_t(owner)].instances) {
@@ -274,6 +282,13 @@ std::vector<ExactPlacement> Search::rows_of_block(Group* group, const Block& blo
   return out;
 }
 
+// Of what is wanted, in its own space.
+Reach Search::ball_of(int32_t object) const {
+  const auto i = size_t(object);
+  if (i >= bounds_.size() || bounds_[i].isEmpty()) return {context_.origins.objects[i], 0, 1};
+  return {bounds_[i].center(), (bounds_[i].max - bounds_[i].min).length() / 2, 1};
+}
+
 // Of an object's places in a block.
 Reach Search::within(const Group& group, const Block& block, int32_t object) {
   const Reach& inner = space(group.object).reach.at(object);
@@ -297,10 +312,10 @@ void Search::push(const Map& map, int32_t object, Group* group, uint32_t block, 
 
 void Search::found(const Map& map, int32_t object) {
   const Transform t = with_base(context_.origins.in_world(map.transform()), context_.origins.objects[size_t(object)]);
-  const V3f origin = t.point(V3f(0, 0, 0));
-  float width;
-  view_.pixel_widths({&origin, 1}, &width);
-  const Found f{width / float(largest_scale(t.matrix())), map};
+  const Reach ball = ball_of(object);
+  const V3f centre = t.point(V3f(ball.centre - context_.origins.objects[size_t(object)]));
+  const auto scale = float(largest_scale(t.matrix()));
+  const Found f{view_.least_width(centre, float(ball.radius) * scale) / scale, map};
   if (!(f.width < worst())) return;
   if (found_.size() == InstancesView::most_placements) found_.pop_back();
   const auto after = std::upper_bound(found_.begin(), found_.end(), f,
@@ -358,8 +373,9 @@ std::vector<Transform> Search::find(int32_t object) {
 }  // namespace
 
 std::vector<std::vector<Transform>> nearest_placements(const BuildContext& context, const std::vector<uint8_t>& wanted,
-                                                       const CameraView& view) {
-  return Search(context, wanted, view).all();
+                                                       const CameraView& view,
+                                                       const std::vector<Imath::Box3d>& bounds) {
+  return Search(context, wanted, view, bounds).all();
 }
 
 }  // namespace dapple::build

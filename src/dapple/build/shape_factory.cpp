@@ -251,6 +251,7 @@ std::vector<trace::Shape> loop_subdivision(const BuildContext& context, const Sh
 // Meshes over the same vertices as they are, or diced where they are displaced.
 std::vector<trace::Shape> meshes(const BuildContext& context, const ShapeEntity& e, std::vector<Mesh>&& list,
                                  const Dicing& dicing) {
+  e.params.get_bool("lod", true);  // acts by dicing.pruning_view
   if (is_displaced(e, dicing)) return diced(context, e, polygon_cage(std::move(list)), dicing);
   std::vector<trace::Shape> shapes;
   for (Mesh& mesh : list) {
@@ -325,7 +326,7 @@ std::vector<trace::Shape> by_type(const BuildContext& context, const ShapeEntity
 std::vector<trace::Shape> make_shapes(const BuildContext& context, const ShapeEntity& e, const Transform& to_target,
                                       const Dicing& dicing) {
   std::vector<trace::Shape> shapes = by_type(context, e, to_target, dicing);
-  for (const char* read_later : {"alpha", "opacity", "lod"}) e.params.find(read_later);
+  for (const char* read_later : {"alpha", "opacity"}) e.params.find(read_later);
   e.params.report_unused("shape \"" + e.type + "\"", context.diagnostics);
   std::erase_if(shapes, [&e](const trace::Shape& s) {
     if (const auto* quadric = std::get_if<trace::QuadricPtr>(&s)) return !has_face(**quadric, e);

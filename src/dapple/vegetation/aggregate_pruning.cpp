@@ -2,6 +2,7 @@
 #include "dapple/vegetation/aggregate_pruning.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "dapple/base/hash.h"
@@ -25,6 +26,7 @@ struct Detail {
   float size = 0;  // that grows: the width of long ones, else the diameter
   double area = 0, volume = 0;
   V3f centre{0, 0, 0};
+  std::array<float, 6> covariance{};  // of its area: xx yy zz xy xz yz
   Box3f bounds{};
 };
 
@@ -36,6 +38,10 @@ struct Fate {
 
 bool is_long(const ComponentShape& shape) {
   return shape.length() > PruningNumbers::elongated * shape.width();
+}
+
+float size_of(const ComponentShape& shape, bool is_long) {
+  return float(is_long ? shape.width() : 2 * shape.radius());
 }
 
 uint64_t spread_bits(uint64_t x) {
@@ -66,8 +72,11 @@ std::vector<Detail> details_of(const Mesh& mesh, const MeshComponents& component
     Detail d{c};
     d.code = morton_code(shape.centre(), box);
     d.is_long = is_long(shape);
-    d.size = float(d.is_long ? shape.width() : 2 * shape.radius());
-    d.area = shape.area(), d.volume = shape.volume();
+    d.size = size_of(shape, d.is_long);
+    d.area = shape.area();
+    if (shape.volume() > PruningNumbers::least_closed * std::pow(d.area, 1.5)) d.volume = shape.volume();
+    const Imath::M33d& m = shape.covariance();
+    d.covariance = {float(m[0][0]), float(m[1][1]), float(m[2][2]), float(m[0][1]), float(m[0][2]), float(m[1][2])};
     d.centre = V3f(shape.centre()), d.bounds = shape.bounds();
     details.push_back(d);
   }
@@ -77,32 +86,56 @@ std::vector<Detail> details_of(const Mesh& mesh, const MeshComponents& component
   return details;
 }
 
-void find_pixels(const geom::DicingView& view, std::vector<Detail>* details) {
+// Where vertices move, of the two ends of the shutter the larger size and the narrower pixel count.
+void find_pixels(const Mesh& mesh, const MeshComponents& components, const geom::DicingView& view,
+                 std::vector<Detail>* details) {
   std::vector<V3f> centres;
   for (const Detail& d : *details) centres.push_back(d.centre);
   std::vector<float> widths(centres.size());
   view.pixel_widths(centres, widths.data());
   for (size_t i = 0; i < widths.size(); ++i) (*details)[i].pixel = widths[i];
+  if (mesh.P_end.empty()) return;
+  for (size_t i = 0; i < centres.size(); ++i) {
+    Detail& d = (*details)[i];
+    const ComponentShape at_close(mesh, mesh.P_end, components.faces(d.component));
+    centres[i] = V3f(at_close.centre());
+    d.size = std::max(d.size, size_of(at_close, d.is_long));
+  }
+  view.pixel_widths(centres, widths.data());
+  for (size_t i = 0; i < widths.size(); ++i) (*details)[i].pixel = std::min((*details)[i].pixel, widths[i]);
 }
 
 // Sums over the details of a cluster.
 struct Cluster {
   double area, volume;
+  V3d centre;
+  std::array<double, 6> covariance;
   Box3f bounds;
   float pixel;  // the narrowest
   const Detail* drawn;
 
-  explicit Cluster(const Detail& d) : area(d.area), volume(d.volume), bounds(d.bounds), pixel(d.pixel), drawn(&d) {}
+  explicit Cluster(const Detail& d)
+      : area(d.area), volume(d.volume), centre(d.centre), bounds(d.bounds), pixel(d.pixel), drawn(&d) {
+    std::copy(d.covariance.begin(), d.covariance.end(), covariance.begin());
+  }
   // Draws by area.
   void add(const Cluster& o, uint64_t key) {
     if (double(to_unit_float(key)) * (area + o.area) >= area) drawn = o.drawn;
+    const double share = o.area / (area + o.area);
+    const V3d d = o.centre - centre;
+    const double between[] = {d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.x * d.z, d.y * d.z};
+    for (size_t i = 0; i < covariance.size(); ++i)
+      covariance[i] += share * (o.covariance[i] - covariance[i] + (1 - share) * between[i]);
+    centre += d * share;
     area += o.area, volume += o.volume;
     bounds.extendBy(o.bounds);
     pixel = std::min(pixel, o.pixel);
   }
   bool is_solid() const {
-    const V3d d(bounds.max - bounds.min);
-    return volume > PruningNumbers::most_filled * d.x * d.y * d.z;
+    // A box of sides s has variances of s^2 / 12; their product is the determinant, whatever way it is turned.
+    const auto& [xx, yy, zz, xy, xz, yz] = covariance;
+    const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    return volume > PruningNumbers::most_filled * std::sqrt(1728 * std::max(determinant, 0.0));
   }
 };
 
@@ -198,44 +231,86 @@ Mesh part_of(const Mesh& mesh, const std::vector<uint8_t>& keep) {
   return out;
 }
 
-// How a component grows.
-struct Growth {
-  bool is_long;
-  double k;
+// A component that is to grow to an area.
+class Growing {
+ public:
+  Growing(Mesh* mesh, std::span<const uint32_t> faces) : mesh_(*mesh), faces_(faces), shape_(*mesh, mesh->P, faces) {
+    const size_t corners = size_t(mesh->corners);
+    for (const uint32_t f : faces)
+      vertices_.insert(vertices_.end(), &mesh->indices[f * corners], &mesh->indices[f * corners] + corners);
+    std::sort(vertices_.begin(), vertices_.end());
+    vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+    before_ = picked(mesh->P, vertices_);
+  }
+
+  void grow_to(double area) {
+    double across = 1;
+    if (is_long(shape_)) {
+      across = widening(area);
+      move(before_, shape_, across, &mesh_.P);
+      for (size_t i = 0; !mesh_.N.empty() && i < vertices_.size(); ++i)
+        mesh_.N[vertices_[i]] = shape_.widened_normal(before_[i], mesh_.N[vertices_[i]], across);
+    }
+    const double missing = area / area_now();
+    const double all = std::abs(missing - 1) > tolerance ? std::sqrt(missing) : 1;
+    scale(all, &mesh_.P);
+    if (mesh_.P_end.empty()) return;
+    const ComponentShape at_close(mesh_, mesh_.P_end, faces_);
+    move(picked(mesh_.P_end, vertices_), at_close, across, &mesh_.P_end);
+    scale(all, &mesh_.P_end);
+  }
+
+ private:
+  static constexpr double tolerance = 1e-3;
+
+  // By how much to scale across. Ends of closed components grow with the square, bends by less: the area at k is
+  // interpolated by powers of k between two that enclose it. What would become wider than long, or much wider than it
+  // was said to become, grows evenly from there.
+  double widening(double area) {
+    const double straight = area / shape_.area();
+    double low = 1, at_low = shape_.area();
+    double high = std::min(1.05 * straight, std::max(shape_.length() / shape_.width(), 1.0)), at_high = area_at(high);
+    if (at_high <= area) return high;
+    double k = std::min(straight, high);
+    for (int i = 0; i < 30; ++i) {
+      const double at = area_at(k);
+      if (std::abs(at / area - 1) < tolerance / 2) break;
+      (at < area ? low : high) = k, (at < area ? at_low : at_high) = at;
+      const double x = i % 2 ? 0.5 : std::log(area / at_low) / std::log(at_high / at_low);
+      k = low * std::pow(high / low, std::clamp(x, 0.01, 0.99));
+    }
+    return k;
+  }
+  double area_at(double k) {
+    move(before_, shape_, k, &mesh_.P);
+    return area_now();
+  }
+  double area_now() const {
+    const auto corners = size_t(mesh_.corners);
+    double twice = 0;
+    for (const uint32_t f : faces_) {
+      const uint32_t* index = &mesh_.indices[f * corners];
+      const V3d a(mesh_.P[index[0]]);
+      for (size_t i = 2; i < corners; ++i)
+        twice += (V3d(mesh_.P[index[i - 1]]) - a).cross(V3d(mesh_.P[index[i]]) - a).length();
+    }
+    return twice / 2;
+  }
+  void move(const std::vector<V3f>& from, const ComponentShape& shape, double k, std::vector<V3f>* P) const {
+    for (size_t i = 0; i < vertices_.size(); ++i) (*P)[vertices_[i]] = V3f(shape.widened(from[i], k));
+  }
+  void scale(double k, std::vector<V3f>* P) const {
+    if (k == 1) return;
+    const ComponentShape shape(mesh_, *P, faces_);
+    for (const uint32_t v : vertices_) (*P)[v] = V3f(shape.scaled((*P)[v], k));
+  }
+
+  Mesh& mesh_;
+  const std::span<const uint32_t> faces_;
+  const ComponentShape shape_;
+  std::vector<uint32_t> vertices_;
+  std::vector<V3f> before_;
 };
-
-// Moves the vertices of a component in P.
-void grow(const std::vector<uint32_t>& vertices, const std::vector<V3f>& before, const ComponentShape& shape,
-          const Growth& growth, std::vector<V3f>* P) {
-  for (size_t i = 0; i < vertices.size(); ++i) {
-    const V3d p = growth.is_long ? shape.widened(before[i], growth.k) : shape.scaled(before[i], growth.k);
-    (*P)[vertices[i]] = V3f(p);
-  }
-}
-
-void grow(Mesh* mesh, std::span<const uint32_t> faces, const Fate& fate) {
-  std::vector<uint32_t> vertices;
-  const size_t corners = size_t(mesh->corners);
-  for (const uint32_t f : faces)
-    vertices.insert(vertices.end(), &mesh->indices[f * corners], &mesh->indices[f * corners] + corners);
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-
-  const ComponentShape shape(*mesh, mesh->P, faces);
-  const std::vector<V3f> before = picked(mesh->P, vertices);
-  const double ratio = fate.area / shape.area();
-  Growth growth{is_long(shape), is_long(shape) ? ratio : std::sqrt(ratio)};
-  grow(vertices, before, shape, growth, &mesh->P);
-  if (growth.is_long) {  // ends and bends do not grow with k
-    growth.k *= fate.area / ComponentShape(*mesh, mesh->P, faces).area();
-    grow(vertices, before, shape, growth, &mesh->P);
-    for (size_t i = 0; !mesh->N.empty() && i < vertices.size(); ++i)
-      mesh->N[vertices[i]] = shape.widened_normal(before[i], mesh->N[vertices[i]], growth.k);
-  }
-  if (mesh->P_end.empty()) return;
-  const ComponentShape at_close(*mesh, mesh->P_end, faces);
-  grow(vertices, picked(mesh->P_end, vertices), at_close, growth, &mesh->P_end);
-}
 
 }  // namespace
 
@@ -245,7 +320,7 @@ bool prune(Mesh* mesh, const geom::DicingView& view, float pixels, PruningCounts
   if (components.count() < PruningNumbers::least_components) return false;
   std::vector<Detail> details = details_of(*mesh, components);
   if (details.size() < PruningNumbers::least_components) return false;
-  find_pixels(view, &details);
+  find_pixels(*mesh, components, view, &details);
   std::vector<Fate> fates(components.count());
   Merging(details, pixels, &fates).run();
 
@@ -255,7 +330,7 @@ bool prune(Mesh* mesh, const geom::DicingView& view, float pixels, PruningCounts
     if (!fates[c].is_kept) continue;
     ++kept;
     for (const uint32_t f : components.faces(c)) keep[f] = 1;
-    if (fates[c].area > 0) grow(mesh, components.faces(c), fates[c]);
+    if (fates[c].area > 0) Growing(mesh, components.faces(c)).grow_to(fates[c].area);
   }
   PruningCounts found{fates.size(), kept, mesh->face_count(), 0, mesh->bytes(), 0};
   if (kept < fates.size()) *mesh = part_of(*mesh, keep);

@@ -25,11 +25,13 @@ struct PruningCounts {
 /// detail", 2007), once for a mesh: of many small connected components, as leaves and twigs are, that are much smaller
 /// than a pixel of `view`, a few are kept and stand for the others. False where the mesh stays as it is.
 ///
-/// Components are gathered by the tree of their Morton codes. A cluster becomes one of its components, drawn by area
-/// and scaled about its centre to the area of all, wherever this is no larger than `pixels` of the narrowest pixel at
-/// any of them, and no cluster around it may. So kept sets are nested: what a coarser level keeps, a finer one keeps
-/// too. Long components are scaled across alone, and it is their width that counts. Large components, and clusters that
-/// are solid, stay. Normals, texture coordinates and source faces go with their faces. Nothing depends on threads.
+/// Components are sorted by Morton code; the nodes of the tree of codes are clusters. A cluster may be merged if one of
+/// its components, drawn by area and scaled about its centre to the area of all, is no larger than `pixels` times the
+/// narrowest pixel at any of them. The largest clusters that may be merged are. The draw doesn't depend on `pixels`, so
+/// what a coarser level keeps, a finer one keeps too. Long components are scaled across alone, until they are as wide
+/// as long, and it is their width that counts. Large components, and clusters that are solid (bricks, cobbles), stay.
+/// Where vertices move, the larger size and the narrower pixel of both ends of the shutter count. Normals, texture
+/// coordinates and source faces go with their faces. Nothing depends on threads.
 bool prune(geom::Mesh* mesh, const geom::DicingView& view, float pixels, PruningCounts* counts);
 
 }  // namespace dapple::vegetation

@@ -22,11 +22,34 @@ void for_each_triangle(const geom::Mesh& mesh, const std::vector<V3f>& P, std::s
   }
 }
 
-// A parabola goes through the corners of fewer, or nearly so, and would tell nothing of their width: they have a line.
+// Of fewer a line is enough.
 constexpr size_t least_bent = 6;
+// A parabola is taken where it leaves at most so much of the width about the line. The outline of a straight leaf may
+// be bent as well, but it leaves more.
+constexpr double straightened = 0.5;
+
+// Of a triangle by its corners: exact for polynomials of degree 4 (Dunavant, "High degree efficient symmetrical
+// Gaussian quadrature rules for the triangle", 1985).
+struct Quadrature {
+  double corner, others, weight;
+};
+constexpr Quadrature degree_4[] = {{0.108103018168070, 0.445948490915965, 0.223381589678011},
+                                   {0.816847572980459, 0.091576213509771, 0.109951743655322}};
 
 double triangle_area(const V3d& a, const V3d& b, const V3d& c) {
   return 0.5 * (b - a).cross(c - a).length();
+}
+
+// Calls body(point, weight), weights adding up to the area.
+template <class Body>
+void for_each_sample(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces,
+                     const Body& body) {
+  for_each_triangle(mesh, P, faces, [&](const V3d& a, const V3d& b, const V3d& c) {
+    const double area = triangle_area(a, b, c);
+    const V3d sum = a + b + c;
+    for (const Quadrature& q : degree_4)
+      for (const V3d& p : {a, b, c}) body(sum * q.others + p * (q.corner - q.others), q.weight * area);
+  });
 }
 
 void add_square(M33d* m, const V3d& v, double weight) {
@@ -65,6 +88,7 @@ void ComponentShape::measure_area(const geom::Mesh& mesh, const std::vector<V3f>
   radius_ = std::sqrt(radius_);
   volume_ = std::abs(volume_);
   second_moment_ = (moments[0][0] + moments[1][1] + moments[2][2]) / area_;
+  covariance_ = moments * (1 / area_);
   V3d values;
   M33d vectors;
   moments = moments * (1 / std::max(area_ * second_moment_, 1e-300));
@@ -73,48 +97,59 @@ void ComponentShape::measure_area(const geom::Mesh& mesh, const std::vector<V3f>
   axis_ = V3d(vectors[0][longest], vectors[1][longest], vectors[2][longest]);
 }
 
-// Least squares over the corners, weighted by area, of a polynomial of second degree in t.
+// Least squares over the area of a polynomial of second degree in t.
 void ComponentShape::fit_parabola(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces) {
-  const double unit = std::sqrt(second_moment_);
-  const auto split = [&](const V3d& p, double* t) {
-    const V3d v = p - centre_;
-    *t = v.dot(axis_);
-    return v - axis_ * *t;
-  };
-  double low = 0, high = 0, s[5] = {};
-  V3d r[3] = {V3d(0, 0, 0), V3d(0, 0, 0), V3d(0, 0, 0)};
+  double low = 0, high = 0;
   for_each_triangle(mesh, P, faces, [&](const V3d& a, const V3d& b, const V3d& c) {
-    const double area = triangle_area(a, b, c);
     for (const V3d& p : {a, b, c}) {
-      double t, power = area;
-      const V3d across = split(p, &t);
+      const double t = (p - centre_).dot(axis_);
       low = std::min(low, t), high = std::max(high, t);
-      t /= unit;
-      for (int k = 0; k < 5; ++k, power *= t) {
-        s[k] += power;
-        if (k < 3) r[k] += across * power;
-      }
     }
   });
   length_ = high - low;
-  const M33d m(s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]);
-  if (faces.size() >= least_bent && m.determinant() > 1e-9 * s[0] * s[2] * s[4]) {
-    const M33d inverse = m.inverse();
-    const auto solved = [&](int row) {
-      return r[0] * inverse[row][0] + r[1] * inverse[row][1] + r[2] * inverse[row][2];
-    };
-    offset_ = solved(0), slope_ = solved(1) / unit, bend_ = solved(2) / (unit * unit);
-  }
-  double squares = 0;
-  for_each_triangle(mesh, P, faces, [&](const V3d& a, const V3d& b, const V3d& c) {
-    const double area = triangle_area(a, b, c);
-    for (const V3d& p : {a, b, c}) {
-      double t;
-      const V3d across = split(p, &t);
-      squares += area * (across - offset_ - slope_ * t - bend_ * (t * t)).length2();
+  width_ = width_about(mesh, P, faces);
+  if (faces.size() < least_bent) return;
+
+  const double unit = std::sqrt(second_moment_);
+  double s[5] = {};
+  V3d r[3] = {V3d(0, 0, 0), V3d(0, 0, 0), V3d(0, 0, 0)};
+  for_each_sample(mesh, P, faces, [&](const V3d& p, double weight) {
+    const V3d v = p - centre_;
+    const double along = v.dot(axis_), t = along / unit;
+    const V3d across = v - axis_ * along;
+    double power = weight;
+    for (int k = 0; k < 5; ++k, power *= t) {
+      s[k] += power;
+      if (k < 3) r[k] += across * power;
     }
   });
-  spread_ = std::sqrt(squares / (3 * area_));
+  const M33d m(s[0], s[1], s[2], s[1], s[2], s[3], s[2], s[3], s[4]);
+  if (!(m.determinant() > 1e-9 * s[0] * s[2] * s[4])) return;
+  const M33d inverse = m.inverse();
+  const auto solved = [&](int row) { return r[0] * inverse[row][0] + r[1] * inverse[row][1] + r[2] * inverse[row][2]; };
+  offset_ = solved(0), slope_ = solved(1) / unit, bend_ = solved(2) / (unit * unit);
+  const double width = width_about(mesh, P, faces);
+  if (width <= straightened * width_)
+    width_ = width;
+  else
+    offset_ = slope_ = bend_ = V3d(0, 0, 0);
+}
+
+double ComponentShape::width_about(const geom::Mesh& mesh, const std::vector<V3f>& P,
+                                   std::span<const uint32_t> faces) const {
+  M33d squares(0.0);
+  for_each_sample(mesh, P, faces, [&](const V3d& p, double weight) {
+    const V3d v = p - centre_;
+    const double t = v.dot(axis_);
+    add_square(&squares, v - axis_ * t - offset_ - slope_ * t - bend_ * (t * t), weight);
+  });
+  V3d values;
+  M33d vectors;
+  const double trace = squares[0][0] + squares[1][1] + squares[2][2];
+  if (!(trace > 0)) return 0;
+  squares = squares * (1 / trace);
+  Imath::jacobiEigenSolver(squares, values, vectors);
+  return std::sqrt(12 * trace * std::max({values.x, values.y, values.z}) / area_);
 }
 
 V3d ComponentShape::widened(const V3f& p, double k) const {

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Imath/ImathMatrix.h>
+
 #include <span>
 
 #include "dapple/geom/mesh.h"
 
 namespace dapple::vegetation {
 
-/// What a component of a mesh (a leaf, a needle, a twig) measures: moments of its area, and the parabola (of few faces
-/// the line) along which it is long. Lengths in units of the mesh.
+/// What a component of a mesh (a leaf, a needle, a twig) measures: moments of its area, and the line, or where it is
+/// bent by more than its width the parabola, along which it is long. Lengths in units of the mesh.
 class ComponentShape {
  public:
   /// `P` are the mesh's positions at shutter open or close.
@@ -20,16 +22,18 @@ class ComponentShape {
   double radius() const { return radius_; }
   /// Between its ends along the axis of largest moment.
   double length() const { return length_; }
-  /// Twice the root of the mean square distance of its corners from the parabola: of a strip its width, of a tube its
-  /// diameter.
-  double width() const { return 2 * spread_; }
+  /// Width of the strip whose area spreads as far from its middle line as the component's from that line or parabola,
+  /// in the direction across it in which it spreads most; of a tube 1.2 of its diameter.
+  double width() const { return width_; }
   /// Of the cone from its centre over it: of a closed surface, what it encloses.
   double volume() const { return volume_; }
   const Box3f& bounds() const { return bounds_; }
+  /// Mean of x x^T over the area, x from the centre.
+  const Imath::M33d& covariance() const { return covariance_; }
 
-  /// A point, and a normal there, after scaling all by k about the centre.
+  /// A point after scaling all by k about the centre.
   V3d scaled(const V3f& p, double k) const { return centre_ + (V3d(p) - centre_) * k; }
-  /// A point after scaling across the parabola, by k.
+  /// A point after scaling across the line or parabola, by k.
   V3d widened(const V3f& p, double k) const;
   /// A normal at p after that, of unit length.
   V3f widened_normal(const V3f& p, const V3f& n, double k) const;
@@ -37,11 +41,13 @@ class ComponentShape {
  private:
   void measure_area(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces);
   void fit_parabola(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces);
+  double width_about(const geom::Mesh& mesh, const std::vector<V3f>& P, std::span<const uint32_t> faces) const;
 
-  double area_ = 0, second_moment_ = 0, radius_ = 0, length_ = 0, spread_ = 0, volume_ = 0;
+  double area_ = 0, second_moment_ = 0, radius_ = 0, length_ = 0, width_ = 0, volume_ = 0;
+  Imath::M33d covariance_;
   V3d centre_{0, 0, 0}, axis_{1, 0, 0};
   V3d offset_{0, 0, 0}, slope_{0, 0, 0},
-      bend_{0, 0, 0};  ///< the parabola less t axis, at t along the axis: a polynomial
+      bend_{0, 0, 0};  ///< the parabola less t axis, at t along the axis: a polynomial; 0: the line
   Box3f bounds_;
 };
 

@@ -15,8 +15,11 @@ struct PruningNumbers {
   static constexpr float largest_component = 1.0f / 8;
   /// Of the size that what is kept may have: the diagonal of what it stands for, at most.
   static constexpr float most_spread = 16;
-  /// Of a cluster's box: where components fill more, as bricks and pebbles that lie in heaps, they are a solid.
-  static constexpr float most_filled = 0.1f;
+  /// Of the box that spreads as a cluster does, turned in any way: where components fill more, as bricks, cobbles and
+  /// pebbles that lie in heaps, they are a solid.
+  static constexpr float most_filled = 0.2f;
+  /// Volume over the power 3/2 of the area (of a cube .07): less is a surface that is not quite flat.
+  static constexpr float least_closed = 1e-3f;
   /// Components so many times as long as wide grow across alone.
   static constexpr float elongated = 4;
 };
