@@ -4,18 +4,11 @@
 #include <algorithm>
 
 #include "dapple/depthimage/image_numbers.h"
+#include "dapple/numeric/morton.h"
 
 namespace dapple::depthimage {
 
 namespace {
-
-uint64_t spread_bits(uint32_t v) {
-  uint64_t x = v & 0x3ff;
-  x = (x | x << 16) & 0x30000ff;
-  x = (x | x << 8) & 0x300f00f;
-  x = (x | x << 4) & 0x30c30c3;
-  return (x | x << 2) & 0x9249249;
-}
 
 struct Placed {
   uint64_t key = 0;  // along Morton's curve
@@ -66,7 +59,7 @@ std::vector<Placed> place(const ObjectImages& o, const ImageLevel& level, const 
                       (frame.u * off.x + frame.v * off.y + frame.w * (off.x * slope.x + off.y * slope.y)) * t;
         uint64_t key = 0;
         for (int k = 0; k < 3; ++k)
-          key |= spread_bits(uint32_t(std::clamp((P[k] - o.centre[k] + o.radius) * to_grid, 0.0f, 1023.0f))) << k;
+          key |= spread_bits_by_3(uint32_t(std::clamp((P[k] - o.centre[k] + o.radius) * to_grid, 0.0f, 1023.0f))) << k;
         out.push_back({key, P, &fragment});
       }
     }

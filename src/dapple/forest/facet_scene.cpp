@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dapple/forest/facet_scene.h"
 
+#include "dapple/numeric/morton.h"
+
 namespace dapple::forest {
 
 namespace {
 
 constexpr int capacity = FacetCluster::capacity;
-
-uint64_t spread_bits(uint32_t v) {
-  uint64_t x = v & 0x3ff;
-  x = (x | x << 16) & 0x30000ff;
-  x = (x | x << 8) & 0x300f00f;
-  x = (x | x << 4) & 0x30c30c3;
-  return (x | x << 2) & 0x9249249;
-}
 
 /// Order along Morton's curve of things by their places in a box; equal ones as they are. Keys of 30 bits above numbers
 /// of 32. Those without a place are left out.
@@ -31,7 +25,7 @@ std::vector<uint32_t> along_curve(size_t count, const Place& place) {
     if (!base::is_finite(p)) continue;
     uint64_t key = 0;
     for (int k = 0; k < 3; ++k)
-      key |= spread_bits(uint32_t(std::clamp((p[k] - box.min[k]) * scale[k], 0.0f, 1023.0f))) << k;
+      key |= spread_bits_by_3(uint32_t(std::clamp((p[k] - box.min[k]) * scale[k], 0.0f, 1023.0f))) << k;
     keys.push_back(key << 32 | i);
   }
   std::sort(keys.begin(), keys.end());

@@ -7,6 +7,7 @@
 
 #include "dapple/base/hash.h"
 #include "dapple/geom/mesh_components.h"
+#include "dapple/numeric/morton.h"
 #include "dapple/vegetation/component_shape.h"
 #include "dapple/vegetation/pruning_numbers.h"
 
@@ -44,20 +45,11 @@ float size_of(const ComponentShape& shape, bool is_long) {
   return float(is_long ? shape.width() : 2 * shape.radius());
 }
 
-uint64_t spread_bits(uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x001f00000000ffff;
-  x = (x | x << 16) & 0x001f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
 uint64_t morton_code(const V3d& p, const Box3f& box) {
   const V3f size = box.max - box.min;
   const double cell = std::max({size.x, size.y, size.z}) / double((1 << 21) - 1);
   const auto cell_of = [&](int axis) { return uint64_t(std::max((p[axis] - double(box.min[axis])) / cell, 0.0)); };
-  return spread_bits(cell_of(0)) | spread_bits(cell_of(1)) << 1 | spread_bits(cell_of(2)) << 2;
+  return spread_bits_by_3(cell_of(0)) | spread_bits_by_3(cell_of(1)) << 1 | spread_bits_by_3(cell_of(2)) << 2;
 }
 
 std::vector<Detail> details_of(const Mesh& mesh, const MeshComponents& components) {
