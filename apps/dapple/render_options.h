@@ -29,7 +29,7 @@ struct RenderOptions {
   build::ImageRequest images;
   bool color_bleeding = false, light_groups = false, strict = false, keep_going = false, quiet = false, watch = false;
   bool half = false, full_float = false, tiled = false, multi_part = false;
-  std::string canopy_gather, canopy_plot, show_cache, denoise, denoise_weights;
+  std::string canopy_gather, canopy_answers, canopy_plot, show_cache, denoise, denoise_weights;
   float denoise_exposure = 0;
   int canopy_slabs = 0;
   ModelRequest model;

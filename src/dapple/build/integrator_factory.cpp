@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dapple/base/log.h"
+#include "dapple/build/leaf_answers.h"
 #include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/distribution_integrator.h"
 #include "dapple/integrate/noise_probe.h"
@@ -25,17 +25,8 @@ bool asks_for_grids(const IntegratorRequest& r) {
 }
 
 std::shared_ptr<const vegetation::CanopyTransport> make_canopy(const scene::Scene& scene, const IntegratorRequest& r) {
-  vegetation::CanopyTransport::Settings s;
-  const Imath::V2d corner(r.origin.x, r.origin.y);
-  if (r.canopy_plot) s.plot = Box2f(V2f(r.canopy_plot->min - corner), V2f(r.canopy_plot->max - corner));
-  s.slabs = r.canopy_slabs.value_or(s.slabs);
-  s.ground_materials = r.canopy_ground;
-  if (std::any_of(scene.lights.begin(), scene.lights.end(), [](const auto& l) { return !l->is_infinite(); }))
-    log_warning(
-        "canopy: leaves scatter the light of sun and sky; that of lights in the scene is followed for the bounces "
-        "asked for only");
   try {
-    return std::make_shared<const vegetation::CanopyTransport>(scene, s);
+    return solve_canopy(scene, r);
   } catch (const std::invalid_argument& problem) {
     throw InputError(FileLoc{r.place, 0, 0},
                      "integrator \"" + r.type + "\": " + std::string(problem.what()) + "; expected leaves");
@@ -119,7 +110,12 @@ std::unique_ptr<const integrate::Integrator> make_paths(const scene::Scene& scen
   if (known) s.light_points = known->light_points;
   auto made = std::make_unique<path::PathIntegrator>(scene, s);
   if (auto points = made->take_light_points(); points && known) known->light_points = std::move(points);
-  return made;
+  if (asked.type != "path" || !asked.leaf_answers.value_or(false)) return made;
+  s.leaf_answers = make_leaf_answers(scene, asked, *made, samples, stop);
+  if (!s.leaf_answers) return made;
+  s.learning_paths = 0;
+  s.learned_lights = made->learned_lights();
+  return std::make_unique<path::PathIntegrator>(scene, s);
 }
 
 std::shared_ptr<const emitters::LearnedLights> learn_lights(const scene::Scene& scene,
@@ -209,7 +205,10 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   if (!answers) return made;
   path::PathIntegrator::Settings p = path_settings(s);
   auto alone = std::make_unique<path::PathIntegrator>(scene, p);
-  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return alone;
+  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) {
+    p.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
+    return p.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, p) : std::move(alone);
+  }
   p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
   auto cached = std::make_unique<path::PathIntegrator>(scene, p);
   if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;

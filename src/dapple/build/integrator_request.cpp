@@ -176,6 +176,7 @@ IntegratorRequest IntegratorRequest::over(const IntegratorRequest& other) const 
   fill(&r.max_distance, other.max_distance);
   fill(&r.color_bleeding, other.color_bleeding);
   fill(&r.canopy_gather, other.canopy_gather);
+  fill(&r.leaf_answers, other.leaf_answers);
   fill(&r.canopy_plot, other.canopy_plot);
   fill(&r.canopy_slabs, other.canopy_slabs);
   if (r.canopy_ground.empty()) r.canopy_ground = other.canopy_ground;
@@ -239,6 +240,7 @@ IntegratorRequest make_integrator_request(const BuildContext& context) {
   r.shafts = read_shafts(e);
   if (e.params.find("caustics")) r.caustics = e.params.get_bool("caustics", true);
   if (e.params.find("radiositycache")) r.radiosity_cache = e.params.get_bool("radiositycache", true);
+  if (e.params.find("canopyanswers")) r.leaf_answers = e.params.get_bool("canopyanswers", true);
   if (e.params.find("lightlearning")) r.light_learning = e.params.get_bool("lightlearning", true);
   if (e.params.find("irradianceinterpolation"))
     r.irradiance_interpolation = e.params.get_bool("irradianceinterpolation", false);
@@ -314,6 +316,7 @@ IntegratorRequest sketch_request(const IntegratorRequest& request) {
     r.bounces = std::clamp(request.max_depth.value_or(default_max_depth) - 1, 0, *preset.bounces);
     r.specular_depth = request.specular_depth.value_or(*preset.specular_depth);
   }
+  r.leaf_answers = false;
   r.masks = {};
   r.shafts = {};
   r.shafts.shafts = "rays";

@@ -42,6 +42,7 @@ struct IntegratorRequest {
   std::optional<bool> color_bleeding;  ///< ao
   // canopy and images: vegetation::CanopyTransport::Settings
   std::optional<bool> canopy_gather;
+  std::optional<bool> leaf_answers;         ///< path and distribution; empty: with distribution where they pay
   std::optional<Imath::Box2d> canopy_plot;  ///< in the coordinates of the file
   V3d origin{0, 0, 0};                      ///< of the scene
   std::optional<int> canopy_slabs;

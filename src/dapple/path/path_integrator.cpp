@@ -46,7 +46,8 @@ constexpr uint32_t for_channels = (1u << 20) + 1, for_wavelengths = for_channels
 // Surfaces without scattering between media do not count as scatterings; this ends a path caught between them.
 constexpr int max_passes = 4096;
 
-constexpr uint64_t for_learning = 0x6c69676874;  // of all that random numbers are for
+// Of all that random numbers are for.
+constexpr uint64_t for_learning = 0x6c69676874, for_leaves = 0x6c6561766573;
 
 }  // namespace
 
@@ -83,6 +84,29 @@ std::vector<light::LightPoint> PathIntegrator::find_light_points() const {
     trace_camera_rays(*w);
   });
   return points.thinned();
+}
+
+PathIntegrator::SeenLeaves PathIntegrator::look_at_leaves(int paths, const std::vector<uint8_t>& is_leaf,
+                                                          StopToken stop) const {
+  constexpr size_t batch = PathWorkspace::capacity;
+  const uint64_t seed = hash(settings_.seed, for_leaves);
+  std::vector<LeafNotes> of_batch((size_t(paths) + batch - 1) / batch, LeafNotes(is_leaf));
+  parallel_for(of_batch.size(), [&](size_t i) {
+    stop.check();
+    const auto w = std::make_unique<PathWorkspace>();
+    ends_.prepare(*w);
+    w->leaf_notes = &of_batch[i];
+    w->camera.generate_spread(scene_, uint32_t(i * batch), int(batch), seed);
+    w->leaf_notes->start(w->camera.count);
+    trace_camera_rays(*w);
+    w->leaf_notes->finish(w->L);
+  });
+  SeenLeaves seen{.paths = int(of_batch.size() * batch)};
+  for (const LeafNotes& n : of_batch) {
+    seen.notes.insert(seen.notes.end(), n.notes.begin(), n.notes.end());
+    seen.light += n.light;
+  }
+  return seen;
 }
 
 std::unique_ptr<Integrator::Workspace> PathIntegrator::make_workspace() const {
@@ -184,15 +208,20 @@ void PathIntegrator::shade_points(uint32_t step, PathWorkspace& w) const {
     if (w.coat_alone[k]) w.bsdf[k].keep_coat(-w.wi[k]);
     w.region[k] = {};
     if (learned_) w.region[k] = learned_->region(PathLight::receiver_at(k, true, w), w.vertex_key(p, 0));
+    if (w.leaf_notes) note_leaf(k, w);
     if (w.last[p] && gathers()) {
-      gather_in_canopy(k, w);
+      end_in_canopy(k, *settings_.canopy, w);
       continue;
     }
     if (w.last[p]) continue;
+    if (ends_in_leaf(k, w)) {
+      end_in_canopy(k, *settings_.leaf_answers, w);
+      continue;
+    }
     if (w.bsdf[k].dispersion > 0) disperse(k, w);
     light_.light_surface(k, w);
     if (settings_.canopy && !settings_.canopy_gather && w.diffuse_depth[p] >= settings_.diffuse_bounces)
-      add_canopy_light(k, w);
+      add_canopy_light(k, *settings_.canopy, w);
     scatter(k, w);
   }
   for (int k = w.surface_count; k < w.point_count; ++k) scatter_in_medium(k, w);
@@ -321,12 +350,11 @@ bool PathIntegrator::pass_sheet(int k, PathWorkspace& w) const {
 }
 
 // Light that the canopy's leaves scattered, at a diffuse surface; what has other lobes besides counts by its albedo.
-void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
+void PathIntegrator::add_canopy_light(int k, const CanopyTransport& canopy, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   if (bsdf.is_delta()) return;
   const int p = w.point_path[k];
-  const CanopyTransport::Sides E =
-      settings_.canopy->scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
+  const CanopyTransport::Sides E = canopy.scattered(w.point_geometry[k], w.surface[k].P, bsdf.normal_towards(-w.wi[k]));
   w.add_light(p, no_id,
               w.beta[p] * (bsdf.is_diffuse() ? shading::lambertian_radiance(bsdf, E.front, E.behind)
                                              : bsdf.albedo() * E.front * inv_pi),
@@ -334,16 +362,39 @@ void PathIntegrator::add_canopy_light(int k, PathWorkspace& w) const {
 }
 
 // Where a path ends: the canopy's light, and at some of these points that of one light.
-void PathIntegrator::gather_in_canopy(int k, PathWorkspace& w) const {
+void PathIntegrator::end_in_canopy(int k, const CanopyTransport& canopy, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
-  add_canopy_light(k, w);
+  add_canopy_light(k, canopy, w);
   if (!scene_.light_sampler || bsdf.is_delta() || w.sample(PathWorkspace::dim_roulette, k) >= PathNumbers::lit_share)
     return;
   light_.light_end(k, 1 / PathNumbers::lit_share, w);
 }
 
+bool PathIntegrator::ends_in_leaf(int k, const PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  return settings_.leaf_answers && w.diffuse_depth[p] > 0 && !w.walk[p].inside() &&
+         settings_.leaf_answers->is_leaf(w.point_geometry[k], w.surface[k].P);
+}
+
+void PathIntegrator::note_leaf(int k, PathWorkspace& w) const {
+  const int p = w.point_path[k];
+  w.leaf_notes->arrive(p, w.L[p]);
+  const Bsdf& bsdf = w.bsdf[k];
+  if (w.last[p] || w.diffuse_depth[p] == 0 || w.walk[p].inside() || bsdf.is_delta() ||
+      !w.leaf_notes->wants(p, w.point_geometry[k]))
+    return;
+  const RGB all = bsdf.albedo() * inv_pi;
+  w.leaf_notes->note(p, {.geometry = w.point_geometry[k],
+                         .P = w.surface[k].P,
+                         .n = bsdf.normal_towards(-w.wi[k]),
+                         .front = w.beta[p] * (bsdf.is_diffuse() ? bsdf.reflectance * inv_pi : all),
+                         .behind = bsdf.is_diffuse() ? w.beta[p] * bsdf.transmittance * inv_pi : RGB(),
+                         .scattered = RGB()});
+}
+
 void PathIntegrator::scatter_in_medium(int k, PathWorkspace& w) const {
   const int p = w.point_path[k];
+  if (w.leaf_notes) w.leaf_notes->arrive(p, w.L[p]);
   const media::HenyeyGreenstein& phase = scene_.media[size_t(w.medium[p])]->phase();
   emitters::LightReceiver receiver{.p = w.surface[k].P, .time = w.time[p], .shared = true};
   const bool straight = flights_.is_straight(p, w);

@@ -31,6 +31,8 @@ class PathIntegrator final : public integrate::Integrator {
     /// the ray hits that looks for lights after it. Null: there is none.
     std::shared_ptr<const vegetation::CanopyTransport> canopy;
     bool canopy_gather = true;
+    /// Where rays that left diffusely meet leaves, they end in this canopy's solution. Null: they go on.
+    std::shared_ptr<const vegetation::CanopyTransport> leaf_answers;
     std::shared_ptr<const forest::MaskVisibility> masks;  ///< in place of shadow rays to sun and sky; null: none
     std::shared_ptr<const forest::GroundVisibility>
         far_ground;  ///< asked before `masks`, for which it answers too; null: none
@@ -58,12 +60,21 @@ class PathIntegrator final : public integrate::Integrator {
   std::vector<integrate::CacheState> caches() const override;
   bool tells_direct() const override { return true; }
   bool samples_are_independent() const override { return !ends_in_cache(); }
+  bool ends_in_leaves() const { return settings_.leaf_answers != nullptr; }
   integrate::ShaftTables shaft_tables() const override { return flights_.tables(); }
   bool ends_in_cache() const { return bool(ends_); }
   /// What the paths of Settings::learning_paths have learned; null: nothing.
   const std::shared_ptr<const emitters::LearnedLights>& learned_lights() const { return learned_; }
   /// Settings::light_points of the same scene with other lights; null where nothing was learned, and once taken.
   std::shared_ptr<const std::vector<light::LightPoint>> take_light_points() { return std::move(light_points_); }
+  struct SeenLeaves {
+    std::vector<LeafNote> notes;
+    double light = 0;  ///< luminance of all paths, added up
+    int paths = 0;
+  };
+  /// What so many paths from all over the film find at leaves; `is_leaf`: by geometry. A function of its arguments, the
+  /// scene and Settings. May throw Stopped.
+  SeenLeaves look_at_leaves(int paths, const std::vector<uint8_t>& is_leaf, StopToken stop) const;
   /// Radiance w.L along the rays of w.camera, by the samples that its seeds and indices name.
   void trace_camera_rays(PathWorkspace& w) const {
     start_paths(w);
@@ -90,8 +101,10 @@ class PathIntegrator final : public integrate::Integrator {
   void trace_straight_flights(PathWorkspace& w) const;
   bool walk(int ray, PathWorkspace& w) const;
   bool gathers() const { return settings_.canopy && settings_.canopy_gather; }
-  void add_canopy_light(int point, PathWorkspace& w) const;
-  void gather_in_canopy(int point, PathWorkspace& w) const;
+  void add_canopy_light(int point, const vegetation::CanopyTransport& canopy, PathWorkspace& w) const;
+  void end_in_canopy(int point, const vegetation::CanopyTransport& canopy, PathWorkspace& w) const;
+  bool ends_in_leaf(int point, const PathWorkspace& w) const;
+  void note_leaf(int point, PathWorkspace& w) const;
   void scatter_in_medium(int point, PathWorkspace& w) const;
   bool end_or_go_on(int point, scattering::Lobe lobe, PathWorkspace& w) const;
   void disperse(int point, PathWorkspace& w) const;

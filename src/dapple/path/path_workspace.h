@@ -12,6 +12,7 @@
 #include "dapple/integrate/radiosity_answers.h"
 #include "dapple/integrate/ray_tracer.h"
 #include "dapple/numeric/sobol.h"
+#include "dapple/path/leaf_notes.h"
 #include "dapple/path/learning_points.h"
 #include "dapple/path/subsurface_walk.h"
 
@@ -98,6 +99,7 @@ struct PathWorkspace final : integrate::Integrator::Workspace {
   emitters::LightRegion region[capacity];
   /// Where paths note the points at which they want light, and do without it; null: they have it.
   LearningPoints::Batch* points_found = nullptr;
+  LeafNotes* leaf_notes = nullptr;  ///< where paths note what they find at leaves; null: nowhere
   integrate::MaterialTable::Scratch prelighting;
 
   // Shadow rays.

@@ -274,6 +274,13 @@ std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene) {
   return optics;
 }
 
+std::vector<uint8_t> leaf_geometries(const std::vector<SurfaceOptics>& optics) {
+  std::vector<uint8_t> leaves;
+  for (const SurfaceOptics& o : optics)
+    leaves.push_back(std::any_of(o.transmittance.begin(), o.transmittance.end(), [](double t) { return t > 0; }));
+  return leaves;
+}
+
 Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics) {
   const Inventory all(scene, optics);
   Box2f extent;
@@ -318,7 +325,7 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceO
 
 CanopySurvey sample_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
                            const CanopySurveyOptions& options) {
-  return survey_facets(scene, optics, options, double(CanopyNumbers::most_facets));
+  return survey_facets(scene, optics, options, double(options.most_facets));
 }
 
 namespace {

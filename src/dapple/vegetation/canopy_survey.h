@@ -7,6 +7,7 @@
 #include "dapple/base/error.h"
 #include "dapple/forest/leaf_survey.h"
 #include "dapple/scene/scene.h"
+#include "dapple/vegetation/canopy_numbers.h"
 #include "dapple/vegetation/surface_facets.h"
 
 namespace dapple::vegetation {
@@ -38,10 +39,14 @@ struct CanopySurveyOptions {
   int slabs = 10, inclinations = 18;
   std::vector<int32_t>
       ground_materials;  ///< empty: opaque shapes that span nine tenths of the plot along x and y are the ground
+  size_t most_facets = CanopyNumbers::most_facets;  ///< of sample_canopy()
 };
 
 /// mean_optics() of all geometries of a scene, which the functions below are given.
 std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene);
+
+/// By geometry: it transmits light diffusely.
+std::vector<uint8_t> leaf_geometries(const std::vector<SurfaceOptics>& optics);
 
 /// x and y of what transmits light, such as leaves; empty where nothing does.
 Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics);

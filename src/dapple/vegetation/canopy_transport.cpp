@@ -193,9 +193,10 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   const Box2f plot = settings.plot ? *settings.plot : cell ? *cell : middle_of(extent_, bounds.max.z - bounds.min.z);
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
-  const CanopySurvey survey =
-      sample_canopy(scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials});
+  const CanopySurvey survey = sample_canopy(
+      scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials, settings.most_facets});
   is_ground_ = survey.is_ground;
+  is_leaf_ = leaf_geometries(optics);
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);
   const Canopy canopy = canopy_of(survey, clumping_);
   if (canopy.constituents.empty()) throw std::invalid_argument("no leaf lies over the plot");

@@ -7,6 +7,7 @@
 
 #include "dapple/forest/irradiance_table.h"
 #include "dapple/scene/scene.h"
+#include "dapple/vegetation/canopy_factors.h"
 #include "dapple/vegetation/canopy_survey.h"
 
 namespace dapple::vegetation {
@@ -31,28 +32,43 @@ class CanopyTransport {
     int nodes = 8, modes = 4;               ///< of the solver
     uint32_t gap_rays = 2048;               ///< for clumping; a direction and slab
     std::vector<int32_t> ground_materials;  ///< as CanopySurveyOptions
+    size_t most_facets = CanopyNumbers::most_facets;
   };
   using Sides = forest::IrradianceTable::Sides;
 
   /// The scene is not used after construction. std::invalid_argument where there is no canopy.
   CanopyTransport(const scene::Scene& scene, const Settings& settings);
 
+  /// What scattered() is multiplied by from now on.
+  void set_factors(CanopyFactors factors) { factors_ = std::move(factors); }
+  const CanopyFactors& factors() const { return factors_; }
+
+  /// P is on a leaf, and within the vegetation's extent.
+  bool is_leaf(uint32_t geometry, const V3f& P) const { return is_leaf_[geometry] && has(P); }
   /// Irradiance at P of a geometry, without the light that comes from sun and sky directly. Zero beyond the
   /// vegetation's extent.
   Sides scattered(uint32_t geometry, const V3f& P, const V3f& n) const {
-    if (P.x < extent_.min.x || P.x > extent_.max.x || P.y < extent_.min.y || P.y > extent_.max.y) return {};
-    return (is_ground_[geometry] ? ground_ : leaves_).at(P.z, n);
+    if (!has(P)) return {};
+    Sides sides = (is_ground_[geometry] ? ground_ : leaves_).at(P.z, n);
+    const RGB factor = factors_.at(P.z, n);
+    sides.front *= factor;
+    sides.behind *= factor;
+    return sides;
   }
 
   const ClumpingProfile& clumping() const { return clumping_; }
 
  private:
   struct Solution;
+  bool has(const V3f& P) const {
+    return P.x >= extent_.min.x && P.x <= extent_.max.x && P.y >= extent_.min.y && P.y <= extent_.max.y;
+  }
   void combine(const CanopySurvey& survey, const Solution& s);
 
   Box2f extent_;
   ClumpingProfile clumping_;
-  std::vector<uint8_t> is_ground_;  // by geometry
+  std::vector<uint8_t> is_ground_, is_leaf_;  // by geometry
+  CanopyFactors factors_;
   forest::IrradianceTable ground_, leaves_;
 };
 

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+namespace dapple::build {
+
+/// Numbers of answers by a canopy's solution that nobody asked for (docs/design/044).
+struct LeafNumbers {
+  /// Standard deviation of the image by them, of its light.
+  static constexpr float most_error = 0.01f;
+  /// Of all light, what they answer: below, few rays end in leaves.
+  static constexpr float least_answered = 0.005f;
+  /// Camera samples that take about as long as setting up.
+  static constexpr double least_samples = 1 << 20;
+  /// Of the camera samples, how many paths look at leaves, and how many at most.
+  static constexpr double looking = 1.0 / 128;
+  static constexpr int most_looking = 1 << 16;
+  /// Facets that are counted: what more would tell is told by the paths.
+  static constexpr size_t most_facets = size_t(1) << 22;
+};
+
+}  // namespace dapple::build
