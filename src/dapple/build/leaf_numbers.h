@@ -14,7 +14,7 @@ struct LeafNumbers {
   /// Camera samples that take about as long as setting up.
   static constexpr double least_samples = 1 << 20;
   /// Of the camera samples, how many paths look at leaves, and how many at most.
-  static constexpr double looking = 1.0 / 128;
+  static constexpr double looking = 1.0 / 64;
   static constexpr int most_looking = 1 << 16;
   /// Facets that are counted: what more would tell is told by the paths.
   static constexpr size_t most_facets = size_t(1) << 22;

@@ -56,8 +56,8 @@ class LeafNotes {
 
   const std::vector<uint8_t>& is_leaf_;
   int path_count_ = 0;
-  State state_[trace::RayBatch::capacity];
-  uint32_t number_[trace::RayBatch::capacity];
+  State state_[trace::RayBatch::capacity] = {};
+  uint32_t number_[trace::RayBatch::capacity] = {};
   RGB before_[trace::RayBatch::capacity];
 };
 

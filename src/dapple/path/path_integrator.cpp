@@ -101,7 +101,8 @@ PathIntegrator::SeenLeaves PathIntegrator::look_at_leaves(int paths, const std::
     trace_camera_rays(*w);
     w->leaf_notes->finish(w->L);
   });
-  SeenLeaves seen{.paths = int(of_batch.size() * batch)};
+  SeenLeaves seen;
+  seen.paths = int(of_batch.size() * batch);
   for (const LeafNotes& n : of_batch) {
     seen.notes.insert(seen.notes.end(), n.notes.begin(), n.notes.end());
     seen.light += n.light;
