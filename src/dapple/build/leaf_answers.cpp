@@ -71,7 +71,7 @@ std::shared_ptr<const CanopyTransport> make_leaf_answers(const scene::Scene& sce
   if (!asked && share < double(LeafNumbers::least_answered)) return nullptr;
 
   CanopyTransport::Settings settings = settings_of(r);
-  settings.most_facets = LeafNumbers::most_facets;
+  settings.effort = {LeafNumbers::most_facets, LeafNumbers::most_placed};
   std::shared_ptr<CanopyTransport> canopy;
   try {
     canopy = std::make_shared<CanopyTransport>(scene, settings);

@@ -16,8 +16,8 @@ struct LeafNumbers {
   /// Of the camera samples, how many paths look at leaves, and how many at most.
   static constexpr double looking = 1.0 / 64;
   static constexpr int most_looking = 1 << 16;
-  /// Facets that are counted: what more would tell is told by the paths.
-  static constexpr size_t most_facets = size_t(1) << 22;
+  /// Facets and instances that are counted (vegetation::SurveyEffort): what more would tell, the paths tell.
+  static constexpr size_t most_facets = size_t(1) << 22, most_placed = size_t(1) << 18;
 };
 
 }  // namespace dapple::build

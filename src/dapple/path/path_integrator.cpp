@@ -366,9 +366,9 @@ void PathIntegrator::add_canopy_light(int k, const CanopyTransport& canopy, Path
 void PathIntegrator::end_in_canopy(int k, const CanopyTransport& canopy, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   add_canopy_light(k, canopy, w);
-  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(PathWorkspace::dim_roulette, k) >= PathNumbers::lit_share)
-    return;
-  light_.light_end(k, 1 / PathNumbers::lit_share, w);
+  const float share = std::clamp((w.beta[w.point_path[k]] * bsdf.albedo()).max(), PathNumbers::lit_share, 1.0f);
+  if (!scene_.light_sampler || bsdf.is_delta() || w.sample(PathWorkspace::dim_roulette, k) >= share) return;
+  light_.light_end(k, 1 / share, w);
 }
 
 bool PathIntegrator::ends_in_leaf(int k, const PathWorkspace& w) const {

@@ -38,7 +38,7 @@ struct Inventory {
   std::vector<Placed> placed;
   std::vector<float> counts;  // by geometry, of instances for which one stands; empty: each for itself
 
-  Inventory(const scene::Scene& of, const std::vector<SurfaceOptics>& its_optics)
+  Inventory(const scene::Scene& of, const std::vector<SurfaceOptics>& its_optics, size_t most_placed)
       : scene(of), traced(of.traced), optics(its_optics), boxes(traced.geometry_count()) {
     parallel_for(boxes.size(), [&](size_t g) { boxes[g] = trace::bounds_of(traced.shape(uint32_t(g))); });
     for (const uint32_t g : traced.geometries_in(no_id)) placed.push_back({g, no_id});
@@ -48,7 +48,7 @@ struct Inventory {
     const uint32_t singles = traced.single_count();
     for (uint32_t i = 0; i < singles; ++i) add(i);
     const size_t others = traced.instance_count() - singles;
-    if (others <= CanopyNumbers::most_placed) {
+    if (others <= most_placed) {
       for (uint32_t i = 0; i < others; ++i) add(singles + i);
       return;
     }
@@ -59,7 +59,7 @@ struct Inventory {
     for (const uint32_t object : paths.objects()) {
       const uint64_t n = paths.count(object);
       const double share =
-          0.5 * double(CanopyNumbers::most_placed) * (1 / double(paths.objects().size()) + double(n) / double(others));
+          0.5 * double(most_placed) * (1 / double(paths.objects().size()) + double(n) / double(others));
       const uint64_t taken = std::clamp(uint64_t(share), uint64_t(1), n);
       for (const uint32_t g : traced.geometries_in(object)) counts[g] = float(double(n) / double(taken));
       for (uint64_t k = 0; k < taken; ++k) {
@@ -281,8 +281,9 @@ std::vector<uint8_t> leaf_geometries(const std::vector<SurfaceOptics>& optics) {
   return leaves;
 }
 
-Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics) {
-  const Inventory all(scene, optics);
+Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                        const SurveyEffort& effort) {
+  const Inventory all(scene, optics, effort.placed);
   Box2f extent;
   for (const Placed& p : all.placed) {
     if (!all.transmits(p.geometry)) continue;
@@ -297,7 +298,7 @@ namespace {
 
 CanopySurvey survey_facets(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
                            const CanopySurveyOptions& options, double most_facets) {
-  const Inventory all(scene, optics);
+  const Inventory all(scene, optics, options.effort.placed);
   std::vector<uint8_t> is_ground = find_ground(all, options);
   const Ground ground = mean_ground(all, is_ground);
   Kinds sorted = sort_into_kinds(all, is_ground);
@@ -325,7 +326,7 @@ CanopySurvey survey_canopy(const scene::Scene& scene, const std::vector<SurfaceO
 
 CanopySurvey sample_canopy(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
                            const CanopySurveyOptions& options) {
-  return survey_facets(scene, optics, options, double(options.most_facets));
+  return survey_facets(scene, optics, options, double(options.effort.facets));
 }
 
 namespace {

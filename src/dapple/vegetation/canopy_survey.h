@@ -34,12 +34,18 @@ struct CanopySurvey {
   std::vector<uint8_t> is_ground;  ///< by geometry of the scene
 };
 
+/// How much is counted; CanopyNumbers say what fewer do.
+struct SurveyEffort {
+  size_t facets = CanopyNumbers::most_facets;  ///< at most, of instances, by sample_canopy()
+  size_t placed = CanopyNumbers::most_placed;  ///< at most, of instances in objects or from files
+};
+
 struct CanopySurveyOptions {
   Box2f plot;
   int slabs = 10, inclinations = 18;
   std::vector<int32_t>
       ground_materials;  ///< empty: opaque shapes that span nine tenths of the plot along x and y are the ground
-  size_t most_facets = CanopyNumbers::most_facets;  ///< of sample_canopy()
+  SurveyEffort effort = {};
 };
 
 /// mean_optics() of all geometries of a scene, which the functions below are given.
@@ -49,7 +55,8 @@ std::vector<SurfaceOptics> optics_of_geometries(const scene::Scene& scene);
 std::vector<uint8_t> leaf_geometries(const std::vector<SurfaceOptics>& optics);
 
 /// x and y of what transmits light, such as leaves; empty where nothing does.
-Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics);
+Box2f vegetation_extent(const scene::Scene& scene, const std::vector<SurfaceOptics>& optics,
+                        const SurveyEffort& effort = {});
 
 /// Surfaces of ground materials are no canopy; heights in `areas` are above the mean of the ground, or the lowest point
 /// where there is none. std::invalid_argument if nothing is above it.

@@ -186,7 +186,7 @@ struct CanopyTransport::Solution {
 
 CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& settings) {
   const std::vector<SurfaceOptics> optics = optics_of_geometries(scene);
-  extent_ = vegetation_extent(scene, optics);
+  extent_ = vegetation_extent(scene, optics, settings.effort);
   if (extent_.isEmpty()) throw std::invalid_argument("no surface of the scene transmits light diffusely, as leaves do");
   const Box3f bounds = scene.traced.bounds();
   const std::optional<Box2f>& cell = scene.traced.period();
@@ -194,7 +194,7 @@ CanopyTransport::CanopyTransport(const scene::Scene& scene, const Settings& sett
   if (cell) extent_ = Box2f(V2f(-infinity), V2f(infinity));
   if (!(plot.max.x > plot.min.x && plot.max.y > plot.min.y)) throw std::invalid_argument("the plot has no area");
   const CanopySurvey survey = sample_canopy(
-      scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials, settings.most_facets});
+      scene, optics, {plot, settings.slabs, settings.inclinations, settings.ground_materials, settings.effort});
   is_ground_ = survey.is_ground;
   is_leaf_ = leaf_geometries(optics);
   clumping_ = measure_clumping_profile(scene, survey, settings.gap_rays);

@@ -32,7 +32,7 @@ class CanopyTransport {
     int nodes = 8, modes = 4;               ///< of the solver
     uint32_t gap_rays = 2048;               ///< for clumping; a direction and slab
     std::vector<int32_t> ground_materials;  ///< as CanopySurveyOptions
-    size_t most_facets = CanopyNumbers::most_facets;
+    SurveyEffort effort = {};
   };
   using Sides = forest::IrradianceTable::Sides;
 
