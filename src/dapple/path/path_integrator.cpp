@@ -362,7 +362,7 @@ void PathIntegrator::add_canopy_light(int k, const CanopyTransport& canopy, Path
               false);
 }
 
-// Where a path ends: the canopy's light, and at some of these points that of one light.
+// Where a path ends: the canopy's light, and at some of these points, the brighter the more, that of one light.
 void PathIntegrator::end_in_canopy(int k, const CanopyTransport& canopy, PathWorkspace& w) const {
   const Bsdf& bsdf = w.bsdf[k];
   add_canopy_light(k, canopy, w);

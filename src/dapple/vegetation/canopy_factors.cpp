@@ -15,41 +15,50 @@ struct Ratio {
   double value() const { return known() ? found / told : 1; }
 };
 
-/// Ratios of classes of the evidence, by channel: class_of(e) from 0 to count - 1.
+/// Ratios of classes of the evidence, by channel: class_of(e) from 0 to count - 1. Their variances are as if what
+/// single paths find varied as much in all classes: in one where few paths found anything they would tell too little.
 template <class ClassOf, class Told>
 std::vector<Ratio> ratios(std::span<const CanopyEvidence> evidence, int count, int channel, const ClassOf& class_of,
                           const Told& told) {
   std::vector<Ratio> all(static_cast<size_t>(count));
+  Ratio whole;
+  double squares = 0;
   for (const CanopyEvidence& e : evidence) {
-    Ratio& r = all[size_t(class_of(e))];
-    r.told += double(told(e)[channel]);
-    r.found += double(e.found[channel]);
+    const double t = double(told(e)[channel]), f = double(e.found[channel]);
+    for (Ratio* r : {&all[size_t(class_of(e))], &whole}) r->told += t, r->found += f, r->variance += t * t;
   }
   for (const CanopyEvidence& e : evidence) {
-    Ratio& r = all[size_t(class_of(e))];
-    const double off = double(e.found[channel]) - r.value() * double(told(e)[channel]);
-    r.variance += off * off;
+    const double off = double(e.found[channel]) - whole.value() * double(told(e)[channel]);
+    squares += off * off;
   }
+  const double of_one = whole.variance > 0 ? squares / whole.variance : 0;
   for (Ratio& r : all)
-    if (r.known()) r.variance /= r.told * r.told;
+    if (r.known()) r.variance *= of_one / (r.told * r.told);
   return all;
 }
 
 /// By how much, squared, ratios differ from `middle` beyond chance, weighted by what they stand for.
-double spread(std::span<const Ratio> all, double middle) {
-  double sum = 0, weight = 0;
+struct Spread {
+  double value = 0;  ///< below 0 by chance
+  double error = 0;  ///< its standard deviation where they do not differ
+};
+
+Spread spread(std::span<const Ratio> all, double middle) {
+  double sum = 0, weight = 0, squares = 0;
   for (const Ratio& r : all) {
     if (!r.known()) continue;
     const double off = r.value() - middle;
     sum += r.told * (off * off - r.variance);
+    squares += 2 * (r.told * r.variance) * (r.told * r.variance);
     weight += r.told;
   }
-  return weight > 0 ? std::max(0.0, sum / weight) : 0;
+  return weight > 0 ? Spread{sum / weight, std::sqrt(squares) / weight} : Spread();
 }
 
 /// Each leans on `middle` as far as chance may have taken it from there.
 std::vector<double> shrunk(std::span<const Ratio> all, double middle) {
-  const double beyond = spread(all, middle);
+  const Spread s = spread(all, middle);
+  const double beyond = std::max(0.0, s.value - s.error);
   std::vector<double> values;
   for (const Ratio& r : all) {
     const double trust = r.known() && beyond > 0 ? beyond / (beyond + r.variance) : 0;
@@ -115,15 +124,15 @@ void CanopyFactors::estimate_error(std::span<const CanopyEvidence> evidence) {
     e.found = RGB(e.found.luminance());
   }
   const std::vector<Ratio> all = ratios(grey, places, 0, place, [](const CanopyEvidence& e) { return e.told; });
-  double told = 0, chance = 0, mean = 0;
-  for (const Ratio& r : all) told += r.told;
-  if (!(told > 0)) return;
-  for (const Ratio& r : all) {
-    const double share = r.told / told;
-    chance += 2 * (share * r.variance) * (share * r.variance);  // of the squares whose mean the spread is
-    mean += share * share * r.variance;
+  double told = 0, found = 0, mean = 0;
+  for (const Ratio& r : all) told += r.told, found += r.found;
+  if (!(told > 0)) {
+    error_ = found > 0 ? infinity : 0;
+    return;
   }
-  error_ = float(std::sqrt(spread(all, 1) + std::sqrt(chance) + mean));
+  for (const Ratio& r : all) mean += r.told / told * (r.told / told) * r.variance;
+  const Spread places_differ = spread(all, 1);
+  error_ = float(std::sqrt(std::max(0.0, places_differ.value) + places_differ.error + mean));
 }
 
 }  // namespace dapple::vegetation

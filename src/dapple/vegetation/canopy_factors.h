@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -30,19 +30,20 @@ class CanopyFactors {
   RGB at(float z, const V3f& n) const {
     if (knots_.empty()) return RGB(1);
     const float x = std::clamp((z - lowest_) * per_metre_, 0.0f, float(heights - 1));
-    const int i = std::min(int(x), heights - 2), side = n.z < 0 ? 0 : 1;
-    const float up = side == 0 ? n.z + 1 : n.z;
+    const float y = std::clamp(n.z / outermost + 1, 0.0f, 2.0f);
+    const int i = std::min(int(x), heights - 2), side = y < 1 ? 0 : 1;
     const auto along = [&](int row) {
       return lerp(x - float(i), knots_[size_t(row)], knots_[size_t(row + directions)]);
     };
-    return lerp(std::clamp(up, 0.0f, 1.0f), along(i * directions + side), along(i * directions + side + 1));
+    return lerp(y - float(side), along(i * directions + side), along(i * directions + side + 1));
   }
   /// Standard deviation, relative to what is told, by which the answers, so multiplied, are off from place to place and
-  /// in the mean, as far as the evidence tells: with little of it more. Infinite without.
+  /// in the mean, as far as the evidence tells: with little of it more. Infinite without evidence.
   float error() const { return error_; }
 
  private:
   static constexpr int heights = 8, directions = 3;  // knots; sides that look down, aside, up
+  static constexpr float outermost = 0.75f;          // z of normals at the outer knots: the mean from .5 to 1
 
   static RGB lerp(float t, const RGB& a, const RGB& b) { return a * (1 - t) + b * t; }
   int knot_of(const CanopyEvidence& e) const;
