@@ -205,14 +205,17 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   if (!answers) return made;
   path::PathIntegrator::Settings p = path_settings(s);
   auto alone = std::make_unique<path::PathIntegrator>(scene, p);
-  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) {
-    p.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
-    return p.leaf_answers ? std::make_unique<path::PathIntegrator>(scene, p) : std::move(alone);
-  }
+  const auto without_cells = [&]() -> std::unique_ptr<const integrate::Integrator> {
+    path::PathIntegrator::Settings ends = path_settings(s);
+    ends.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
+    if (!ends.leaf_answers) return std::move(alone);
+    return std::make_unique<path::PathIntegrator>(scene, ends);
+  };
+  if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return without_cells();
   p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
   auto cached = std::make_unique<path::PathIntegrator>(scene, p);
   if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;
-  return alone;
+  return without_cells();
 }
 
 }  // namespace dapple::build

@@ -65,11 +65,10 @@ std::shared_ptr<const CanopyTransport> make_leaf_answers(const scene::Scene& sce
   const Timer timer;
   const int looking = int(std::clamp(samples * LeafNumbers::looking, 1024.0, double(LeafNumbers::most_looking)));
   const PathIntegrator::SeenLeaves seen = paths.look_at_leaves(looking, is_leaf, stop);
+  if (!asked && double(seen.notes.size()) < LeafNumbers::least_answered * seen.paths) return nullptr;
   double scattered = 0;
   for (const path::LeafNote& note : seen.notes) scattered += double(note.scattered.luminance());
   const double share = seen.light > 0 ? scattered / seen.light : 0;
-  if (!asked && share < double(LeafNumbers::least_answered)) return nullptr;
-
   CanopyTransport::Settings settings = settings_of(r);
   settings.effort = {LeafNumbers::most_facets, LeafNumbers::most_placed};
   std::shared_ptr<CanopyTransport> canopy;

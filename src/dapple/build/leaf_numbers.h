@@ -9,8 +9,8 @@ namespace dapple::build {
 struct LeafNumbers {
   /// Standard deviation of the image by them, of its light.
   static constexpr float most_error = 0.01f;
-  /// Of all light, what they answer: below, few rays end in leaves.
-  static constexpr float least_answered = 0.005f;
+  /// Of the paths, those that meet a leaf after a diffuse scattering: where fewer do, ends of them save little.
+  static constexpr double least_answered = 0.125;
   /// Camera samples that take about as long as setting up.
   static constexpr double least_samples = 1 << 20;
   /// Of the camera samples, how many paths look at leaves, and how many at most.
