@@ -71,6 +71,15 @@ TEST(Render, NamesOptionsWithoutEffect) {
   const ProcessResult ao =
       render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", "ao", "--mask-levels", "16"});
   EXPECT_NE(ao.output.find("--mask-levels has no effect with --integrator ao"), std::string::npos) << ao.output;
+  for (const char* integrator : {"path", "distribution"}) {
+    const ProcessResult room =
+        render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", integrator, "--canopy-answers", "on"});
+    EXPECT_NE(room.output.find("canopy answers: no surface transmits light"), std::string::npos) << room.output;
+  }
+  const ProcessResult ended =
+      render_quickly({cornell, "-o", folder.file("a.exr"), "--integrator", "ao", "--canopy-answers", "on"});
+  EXPECT_NE(ended.output.find("--canopy-answers has no effect"), std::string::npos) << ended.output;
+  EXPECT_EQ(render_quickly({cornell, "-o", folder.file("a.exr"), "--canopy-answers", "some"}).exit_code, 2);
   EXPECT_TRUE(warns("a.exr", {"--ground-pixel", "1"}, "--far-ground"));
   EXPECT_FALSE(warns("a.exr", {"--ground-pixel", "1", "--far-ground", "5"}, ""));
   for (const std::vector<std::string>& option : std::vector<std::vector<std::string>>{{"--aov", "depth"},

@@ -82,11 +82,12 @@ TEST(LeafAnswers, AreGivenWhereTheyAreRight) {
     request.leaf_answers = asked;
     return build::make_leaf_answers(*scene.scene, request, paths, samples, {}) != nullptr;
   };
-  Stand green, infrared, lamp, bare;
+  Stand green, infrared, lamp, groups, bare;
   green.optics = R"("rgb reflectance" [ .05 .11 .04 ] "rgb transmittance" [ .04 .10 .02 ])";
   infrared.optics = R"("rgb reflectance" [ .45 .45 .45 ] "rgb transmittance" [ .45 .45 .45 ])";
   infrared.clumps = 12;
   lamp.lights += "LightSource \"point\" \"rgb I\" [ 1 1 1 ] \"point3 from\" [ 0 0 5 ]\n";
+  groups.lights += "LightSource \"infinite\" \"rgb L\" [ .1 .1 .1 ] \"string group\" \"fill\"\n";
   bare.optics = R"("rgb reflectance" [ .4 .4 .4 ] "rgb transmittance" [ 0 0 0 ])";
   constexpr int many = 2048;  // of 48 x 48 pixels
   EXPECT_FALSE(answers(green, {}, 16));
@@ -96,6 +97,7 @@ TEST(LeafAnswers, AreGivenWhereTheyAreRight) {
   EXPECT_FALSE(answers(infrared, {}, 512));
   EXPECT_TRUE(answers(infrared, true, 512));
   EXPECT_FALSE(answers(lamp, true, many));
+  EXPECT_FALSE(answers(groups, true, many));
   EXPECT_FALSE(answers(bare, true, many));
 }
 

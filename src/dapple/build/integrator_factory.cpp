@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dapple/base/log.h"
 #include "dapple/build/leaf_answers.h"
 #include "dapple/distribution/cache_numbers.h"
 #include "dapple/distribution/distribution_integrator.h"
@@ -202,7 +203,11 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   auto made = std::make_unique<distribution::DistributionIntegrator>(scene, s);
   if (known) known->readers = made->readers();
   const integrate::RadiosityAnswers* const answers = made->answers();
-  if (!answers) return made;
+  if (!answers) {
+    if (r.leaf_answers.value_or(false))
+      log_warning("canopy answers: they are for paths, and surfaces are shaded on grids here (--visible-points)");
+    return made;
+  }
   path::PathIntegrator::Settings p = path_settings(s);
   auto alone = std::make_unique<path::PathIntegrator>(scene, p);
   const auto without_cells = [&]() -> std::unique_ptr<const integrate::Integrator> {
@@ -213,6 +218,7 @@ std::unique_ptr<const integrate::Integrator> make_integrator(const scene::Scene&
   };
   if (!asked.radiosity_cache && made->answered() < distribution::CacheNumbers::least_answered) return without_cells();
   p.radiosity = {std::shared_ptr<const distribution::DistributionIntegrator>(std::move(made)), answers};
+  if (r.leaf_answers.value_or(false)) p.leaf_answers = make_leaf_answers(scene, r, *alone, samples, stop);
   auto cached = std::make_unique<path::PathIntegrator>(scene, p);
   if (asked.radiosity_cache || takes_noise_away(scene, *cached, *alone, samples, stop)) return cached;
   return without_cells();

@@ -58,6 +58,7 @@ std::shared_ptr<const CanopyTransport> make_leaf_answers(const scene::Scene& sce
   const std::vector<uint8_t> is_leaf = vegetation::leaf_geometries(vegetation::optics_of_geometries(scene));
   if (!std::count(is_leaf.begin(), is_leaf.end(), 1)) return none("no surface transmits light diffusely, as leaves do");
   if (!all_at_infinity(scene)) return none("lights stand in the scene, of which a canopy's solution knows nothing");
+  if (scene.light_groups.names.size() > 1) return none("a canopy's solution does not tell light groups apart");
   const V2i film = scene.camera.settings().resolution;
   const double samples = double(film.x) * film.y * pixel_samples;
   if (!asked && samples < LeafNumbers::least_samples) return nullptr;
