@@ -11,7 +11,7 @@ namespace {
 
 constexpr int grid = SampleMask::side;
 constexpr int lanes = SplatLevel::chunk_size;
-constexpr int chunks_between = 32;  // of looks at what is full
+constexpr int chunks_between = 64;  // of looks at what is full
 // Texels' samples between a fragment's middle and the farthest that it is drawn.
 constexpr float depth_reach = (0.5f + ImageNumbers::overlap) * float(grid);
 
@@ -55,6 +55,15 @@ bool any(const Int8& v) {
   uint64_t parts[4];
   __builtin_memcpy(parts, &v, sizeof(v));
   return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
+}
+
+// A bit for each lane.
+uint32_t bits_of(const Int8& v) {
+  const Int8 bits = v & Int8{1, 2, 4, 8, 16, 32, 64, 128};
+  uint64_t parts[4];
+  __builtin_memcpy(parts, &bits, sizeof(bits));
+  const uint64_t all = parts[0] | parts[1] | parts[2] | parts[3];
+  return uint32_t(all | all >> 32);
 }
 
 float larger(float p, float q) {
@@ -123,8 +132,7 @@ struct SplatTile::Projection {
 
   /// Leaves out what lies behind `farthest`, by pixel.
   void hide_behind(const float* farthest, float depth_reach) {
-    for (int i = 0; i < lanes; ++i)
-      if (farthest[pixel[i]] < depth[i] - depth_reach) may_show[i] = 0;
+    for (int i = 0; i < lanes; ++i) may_show[i] &= -int32_t(!(farthest[pixel[i]] < depth[i] - depth_reach));
   }
 
   void find_sides(int i) {
@@ -157,10 +165,20 @@ struct SplatTile::Projection {
     const auto pixel_of = [](const Float8& at) { return __builtin_convertvector(at, Int8) / grid; };
     const Int8 x_first = pixel_of(left), x_last = pixel_of(right), y_first = pixel_of(upper), y_last = pixel_of(lower);
     const Int8 across = x_last - x_first, down = y_last - y_first;
-    const Int8 around = ((across > down ? across : down) + 1) / 2, widest = Int8{} + (dilations - 1);
-    const Int8 inside = around <= widest;
+    const Int8 wide = across > down ? across : down, around = (wide > 0 ? wide + 1 : Int8{}) / 2;
+    const Int8 inside = around < dilations;
     const Int8 there = (around * side + (y_first + y_last) / 2) * side + (x_first + x_last) / 2;
     store(covering + i, inside ? there : Int8{} + nowhere);
+  }
+
+  /// Of eight, those that may cover samples that are not full of what is nearer.
+  uint32_t to_draw(int i, const float* farthest) const {
+    Int8 shows, valid;
+    Float8 full;
+    __builtin_memcpy(&shows, may_show + i, sizeof(shows));
+    valid = (load(x0 + i) <= load(x1 + i)) & (load(y0 + i) <= load(y1 + i));
+    for (int l = 0; l < width; ++l) full[l] = farthest[covering[i + l]];
+    return bits_of(shows & valid & (full >= load(nearest + i)));
   }
 };
 
@@ -282,16 +300,16 @@ void SplatTile::splat(const Draw& draw, uint32_t draw_index, uint32_t chunk_inde
   const auto deep = [&](const float* axis) { return std::abs(axis[3]) + steep * std::abs(p.n[3]); };
   const float pixels = std::ceil(reach_scale * p.most_inverse_w() / float(grid));
   if (pixels < float(dilations)) p.hide_behind(farthest_[int(pixels)], 0.55f * (deep(p.u) + deep(p.v)));
-  const float* const farthest = &farthest_[0][0];
   const bool whole = draw.samples == LevelChoice::all_samples && draw.ray_share == 0;
   for (int begin = 0; begin < int(chunk.count); begin += width) {
     Int8 shows;
     __builtin_memcpy(&shows, p.may_show + begin, sizeof(shows));
     if (!any(shows)) continue;
     p.find_sides(begin);
-    for (int k = begin; k < std::min(begin + width, int(chunk.count)); ++k) {
-      if (!p.may_show[k] || !(p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])) continue;
-      if (farthest[p.covering[k]] < p.nearest[k]) continue;
+    uint32_t left = p.to_draw(begin, &farthest_[0][0]);
+    if (begin + width > int(chunk.count)) left &= (1u << (int(chunk.count) - begin)) - 1;
+    for (; left != 0; left &= left - 1) {
+      const int k = begin + std::countr_zero(left);
       const Record shown{draw_index, chunk.view, chunk_index * uint32_t(lanes) + uint32_t(k)};
       whole ? splat_fragment<true>(draw, p, k, shown) : splat_fragment<false>(draw, p, k, shown);
     }
