@@ -168,17 +168,17 @@ struct SplatTile::Projection {
     const Int8 wide = across > down ? across : down, around = (wide > 0 ? wide + 1 : Int8{}) / 2;
     const Int8 inside = around < dilations;
     const Int8 there = (around * side + (y_first + y_last) / 2) * side + (x_first + x_last) / 2;
-    store(covering + i, inside ? there : Int8{} + nowhere);
+    store(covering + i, inside ? there : Int8{} + never_full);
   }
 
   /// Of eight, those that may cover samples that are not full of what is nearer.
   uint32_t to_draw(int i, const float* farthest) const {
-    Int8 shows, valid;
+    Int8 shows;
     Float8 full;
     __builtin_memcpy(&shows, may_show + i, sizeof(shows));
-    valid = (load(x0 + i) <= load(x1 + i)) & (load(y0 + i) <= load(y1 + i));
     for (int l = 0; l < width; ++l) full[l] = farthest[covering[i + l]];
-    return bits_of(shows & valid & (full >= load(nearest + i)));
+    const Int8 covers = (load(x0 + i) <= load(x1 + i)) & (load(y0 + i) <= load(y1 + i));
+    return bits_of(shows & covers & (full >= load(nearest + i)));
   }
 };
 
