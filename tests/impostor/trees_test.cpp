@@ -92,6 +92,13 @@ class Trees : public testing::TestWithParam<std::tuple<const char*, int>> {
   }
 };
 
+class FarTrees : public testing::TestWithParam<const char*> {
+ public:
+  void SetUp() override {
+    if (!std::filesystem::exists(forest)) GTEST_SKIP() << forest << " is absent";
+  }
+};
+
 // Rationale: images stand for trees if they cover what trees cover. Expectation, from random directions, a texel a
 // pixel: cover within .01 in the mean, and within .03 in blocks of 8 x 8 pixels (root mean square), by each level.
 TEST_P(Trees, CoverWhatTreesCover) {
@@ -115,6 +122,33 @@ TEST_P(Trees, CoverWhatTreesCover) {
   std::printf("%s, %d texels, %d views: mean %+.4f, blocks %.4f\n", tree, resolution, views, sum.mean, sum.blocks);
   EXPECT_LE(std::abs(sum.mean), 0.01);
   EXPECT_LE(sum.blocks, 0.03);
+}
+
+// Rationale: the coarsest levels stand for most trees of a large forest, and have few samples: 16 x 16 lines an image
+// at 4 texels. Expectation: the levels end there, and in the mean over 32 views they cover as much as the tree, to
+// 10 %: leaves that hide each other are parted where samples are metres apart.
+TEST_P(FarTrees, CoverInAllWhatTreesCover) {
+  const char* const tree = GetParam();
+  const build::BuiltScene built = build_text(tree_scene(tree));
+  const SplatObject object(impostor::ObjectBaker(*built.scene, {.resolution = 16}).bake(0, tree));
+  ASSERT_EQ(object.levels.size(), 3u);
+  EXPECT_NEAR(object.levels.back().texel, 2 * object.radius / 4, 1e-4f * object.radius);
+  constexpr int pixels = 64, views = 32;
+  KeyedRng rng(3);
+  double covered = 0, of_level[3] = {};
+  for (int i = 0; i < views; ++i) {
+    const float z = 2 * rng.next() - 1, phi = 2 * pi * rng.next();
+    const V3f to_viewer(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+    for (const float c : traced_cover(*built.scene, to_viewer, object, pixels)) covered += double(c);
+    for (int level = 0; level < 3; ++level) {
+      const auto map = depthimage::orthographic_map(object, to_viewer, pixels);
+      for (const float a : depthimage::project(object, level, map, {pixels, pixels}, Shown::color).alpha)
+        of_level[level] += double(a);
+    }
+  }
+  std::printf("%s, levels of 16, 8 and 4 texels: %+.4f, %+.4f, %+.4f of the cover\n", tree, of_level[0] / covered - 1,
+              of_level[1] / covered - 1, of_level[2] / covered - 1);
+  for (const double cover : of_level) EXPECT_NEAR(cover / covered, 1, 0.1);
 }
 
 // Rationale: layers are kept so that nothing is missing from elsewhere. Expectation: of the pixels in the midst of what
@@ -154,6 +188,9 @@ TEST(Trunks, HaveNoHolesButWithOneLayer) {
   EXPECT_LE(holes, inside / 1000);
   EXPECT_GE(holes_of_one, 10 * std::max(1, holes));
 }
+
+INSTANTIATE_TEST_SUITE_P(Species, FarTrees, testing::Values("quaking_aspen", "small_maple"),
+                         [](const auto& p) { return std::string(p.param); });
 
 INSTANTIATE_TEST_SUITE_P(Levels, Trees,
                          testing::Combine(testing::Values("quaking_aspen", "small_maple"),

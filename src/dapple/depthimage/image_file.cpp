@@ -170,7 +170,7 @@ ObjectImages get_object(Reader* r) {
   for (uint32_t l = 0; l < levels; ++l) {
     ImageLevel level;
     const uint32_t resolution =
-        r->get_count(ObjectImages::smallest_resolution, ObjectImages::largest_resolution, "texels a side");
+        r->get_count(ObjectImages::coarsest_resolution, ObjectImages::largest_resolution, "texels a side");
     level.resolution = int(resolution);
     r->expect(l == 0 || o.levels.back().resolution == 2 * level.resolution, "a level is not half of the one before");
     for (uint32_t d = 0; d < directions; ++d) level.views.push_back(get_image(resolution, materials, r));

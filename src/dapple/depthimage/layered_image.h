@@ -48,7 +48,8 @@ struct ImageMaterial {
 /// is there twice, and no fragment is stretched by more than the view directions' spread, sqrt(3) for six. Where layers
 /// are limited, each image keeps what it sees first, on every line through a sample.
 struct ObjectImages {
-  static constexpr int largest_resolution = 2048, smallest_resolution = 8;
+  static constexpr int largest_resolution = 2048, smallest_resolution = 8;  ///< of the finest level
+  static constexpr int coarsest_resolution = 4;                             ///< of the last one
   static constexpr int most_views = 26, most_layers = 64, most_materials = 256, most_levels = 16;
 
   uint64_t key = 0;  ///< of what the images were made of

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 
+#include "dapple/depthimage/image_numbers.h"
+
 namespace dapple::depthimage {
 
 namespace {
 
 constexpr int grid = SampleMask::side;
 constexpr int lanes = SplatLevel::chunk_size;
-constexpr int chunks_between = 32;  // of looks at what is full
+constexpr int chunks_between = 64;  // of looks at what is full
+// Texels' samples between a fragment's middle and the farthest that it is drawn.
+constexpr float depth_reach = (0.5f + ImageNumbers::overlap) * float(grid);
 
 using Float8 __attribute__((vector_size(32))) = float;
 using Int8 __attribute__((vector_size(32))) = int32_t;
@@ -53,6 +57,15 @@ bool any(const Int8& v) {
   return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
 }
 
+// A bit for each lane.
+uint32_t bits_of(const Int8& v) {
+  const Int8 bits = v & Int8{1, 2, 4, 8, 16, 32, 64, 128};
+  uint64_t parts[4];
+  __builtin_memcpy(parts, &bits, sizeof(bits));
+  const uint64_t all = parts[0] | parts[1] | parts[2] | parts[3];
+  return uint32_t(all | all >> 32);
+}
+
 float larger(float p, float q) {
   return p > q ? p : q;
 }
@@ -69,7 +82,9 @@ struct SplatTile::Projection {
   alignas(32) float x0[lanes], x1[lanes], y0[lanes], y1[lanes];      // all that it may cover
   alignas(32) float a_x[lanes], a_y[lanes], b_x[lanes], b_y[lanes];  // samples of the texel by sub-samples of the film
   alignas(32) float z_a[lanes], z_b[lanes];                          // depth by samples
-  float u[4], v[4], n[4];  // rows of the map, of the frame's axes, a texel long
+  alignas(32) float nearest[lanes];
+  alignas(32) int32_t covering[lanes];  // of farthest_, as one array: square of pixels about all that it may cover
+  float u[4], v[4], n[4];               // rows of the map, of the frame's axes, a texel long
 
   void place(const ScreenMap& map, float texel, const ViewFrame& frame) {
     for (int r = 0; r < 4; ++r) {
@@ -117,8 +132,7 @@ struct SplatTile::Projection {
 
   /// Leaves out what lies behind `farthest`, by pixel.
   void hide_behind(const float* farthest, float depth_reach) {
-    for (int i = 0; i < lanes; ++i)
-      if (farthest[pixel[i]] < depth[i] - depth_reach) may_show[i] = 0;
+    for (int i = 0; i < lanes; ++i) may_show[i] &= -int32_t(!(farthest[pixel[i]] < depth[i] - depth_reach));
   }
 
   void find_sides(int i) {
@@ -133,7 +147,9 @@ struct SplatTile::Projection {
     const Float8 inverse_area = float(grid) / (xu * yv - xv * yu);
     store(a_x + i, yv * inverse_area), store(a_y + i, -xv * inverse_area);
     store(b_x + i, -yu * inverse_area), store(b_y + i, xu * inverse_area);
-    store(z_a + i, (u[3] + slope_u * n[3]) / float(grid)), store(z_b + i, (v[3] + slope_v * n[3]) / float(grid));
+    const Float8 along_a = (u[3] + slope_u * n[3]) / float(grid), along_b = (v[3] + slope_v * n[3]) / float(grid);
+    store(z_a + i, along_a), store(z_b + i, along_b);
+    store(nearest + i, load(depth + i) - depth_reach * (larger(along_a, -along_a) + larger(along_b, -along_b)));
     const Float8 p = 0.01f * load(from->left + i), q = 0.01f * load(from->right + i),
                  r = 0.01f * load(from->bottom + i), s = 0.01f * load(from->top + i);
     const auto first = [&](const Float8& at, const Float8& along_u, const Float8& along_v) {
@@ -144,8 +160,25 @@ struct SplatTile::Projection {
       const Float8 most = at + larger(along_u * p, along_u * q) + larger(along_v * r, along_v * s);
       return smaller(larger(most, zero - 1), end);
     };
-    store(x0 + i, first(X, xu, xv)), store(y0 + i, first(Y, yu, yv));
-    store(x1 + i, last(X, xu, xv)), store(y1 + i, last(Y, yu, yv));
+    const Float8 left = first(X, xu, xv), right = last(X, xu, xv), upper = first(Y, yu, yv), lower = last(Y, yu, yv);
+    store(x0 + i, left), store(x1 + i, right), store(y0 + i, upper), store(y1 + i, lower);
+    const auto pixel_of = [](const Float8& at) { return __builtin_convertvector(at, Int8) / grid; };
+    const Int8 x_first = pixel_of(left), x_last = pixel_of(right), y_first = pixel_of(upper), y_last = pixel_of(lower);
+    const Int8 across = x_last - x_first, down = y_last - y_first;
+    const Int8 wide = across > down ? across : down, around = (wide > 0 ? wide + 1 : Int8{}) / 2;
+    const Int8 inside = around < dilations;
+    const Int8 there = (around * side + (y_first + y_last) / 2) * side + (x_first + x_last) / 2;
+    store(covering + i, inside ? there : Int8{} + never_full);
+  }
+
+  /// Of eight, those that may cover samples that are not full of what is nearer.
+  uint32_t to_draw(int i, const float* farthest) const {
+    Int8 shows;
+    Float8 full;
+    __builtin_memcpy(&shows, may_show + i, sizeof(shows));
+    for (int l = 0; l < width; ++l) full[l] = farthest[covering[i + l]];
+    const Int8 covers = (load(x0 + i) <= load(x1 + i)) & (load(y0 + i) <= load(y1 + i));
+    return bits_of(shows & covers & (full >= load(nearest + i)));
   }
 };
 
@@ -273,8 +306,10 @@ void SplatTile::splat(const Draw& draw, uint32_t draw_index, uint32_t chunk_inde
     __builtin_memcpy(&shows, p.may_show + begin, sizeof(shows));
     if (!any(shows)) continue;
     p.find_sides(begin);
-    for (int k = begin; k < std::min(begin + width, int(chunk.count)); ++k) {
-      if (!p.may_show[k] || !(p.x0[k] <= p.x1[k] && p.y0[k] <= p.y1[k])) continue;
+    uint32_t left = p.to_draw(begin, &farthest_[0][0]);
+    if (begin + width > int(chunk.count)) left &= (1u << (int(chunk.count) - begin)) - 1;
+    for (; left != 0; left &= left - 1) {
+      const int k = begin + std::countr_zero(left);
       const Record shown{draw_index, chunk.view, chunk_index * uint32_t(lanes) + uint32_t(k)};
       whole ? splat_fragment<true>(draw, p, k, shown) : splat_fragment<false>(draw, p, k, shown);
     }

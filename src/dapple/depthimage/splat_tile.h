@@ -65,7 +65,8 @@ class SplatTile {
   }
 
  private:
-  static constexpr int dilations = 6, width = 8;  // lanes side by side
+  static constexpr int dilations = 6, width = 8;              // lanes side by side
+  static constexpr int never_full = dilations * side * side;  // of all farthest_
   struct Projection;
   template <bool whole>
   void splat_fragment(const Draw& draw, const Projection& p, int lane, const Record& shown);
@@ -78,8 +79,9 @@ class SplatTile {
   alignas(64) float depth_[samples * samples + width];  // a vector may begin at the last
   alignas(64) uint32_t drawn_[samples * samples + width];
   /// Of what all that is drawn later may be behind: the greatest depth of a pixel's sub-samples, infinite unless it is
-  /// full; and of all pixels up to so many away. Brought up to date now and then: depths only shrink.
-  alignas(64) float farthest_[dilations][side * side];
+  /// full; and of all pixels up to so many away; the last stay infinite. Brought up to date now and then: depths only
+  /// shrink.
+  alignas(64) float farthest_[dilations + 1][side * side];
   float farthest_in_tile_ = infinity;
   int since_found_ = 0;  // chunks
   std::vector<Record> records_;

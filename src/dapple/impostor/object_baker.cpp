@@ -24,7 +24,7 @@ using trace::no_id;
 namespace {
 
 constexpr float time = scene::PatchTable::dicing_time;
-constexpr uint64_t version = 1;             // of what a key stands for
+constexpr uint64_t version = 2;             // of what a key stands for
 constexpr float hexagon_radius = 1.09964f;  // of a disk's area 1 pi: sqrt(2 pi / (3 sqrt 3))
 constexpr int batch = 16;                   // points that opacity is asked for at a time
 
@@ -176,7 +176,7 @@ ObjectImages ObjectBaker::bake(uint32_t object, const std::string& name) const {
       if (square(view) > square(f.owner)) f.owner = uint8_t(view);
   }
   std::vector<Job> jobs;
-  for (int n = settings_.resolution; n >= ObjectImages::smallest_resolution; n /= 2) {
+  for (int n = settings_.resolution; n >= ObjectImages::coarsest_resolution; n /= 2) {
     for (size_t view = 0; view < images.directions.size(); ++view) {
       jobs.emplace_back();
       jobs.back().level = images.levels.size(), jobs.back().view = view, jobs.back().resolution = n;
