@@ -189,6 +189,112 @@ TEST(Gains, AtAnyTimeFromSeveralThreads) {
   expect_same(settled(session), fresh(session, o));
 }
 
+const std::string plugins = EXAMPLES_DIR;
+
+// The red ball in tones (postlighting), or the floor of damp stones as well (diffuselighting).
+std::string drawn_room(bool with_stones = false) {
+  std::string text = test::room + groups +
+                     "Edit \"material\" \"red\" \"string type\" \"plugin\" \"string filename\" \"" + plugins +
+                     "/libtoon.so\" \"float white\" .6 \"integer tones\" 3 \"float rim\" .4 \"rgb ink\" [.1 0 .2]\n";
+  if (with_stones)
+    text += "Edit \"material\" \"floor\" \"string type\" \"plugin\" \"string filename\" \"" + plugins +
+            "/libwet_stone.so\" \"rgb reflectance\" [.5 .4 .3] \"float frequency\" 1 \"float wetness\" .7 \"float "
+            "water\" 0\n";
+  return text;
+}
+
+uint64_t fills(const Picture& picture) {
+  uint64_t n = 0;
+  for (const CacheUse& c : picture.statistics.caches)
+    if (c.name.starts_with("radiosity.") && !c.name.starts_with("radiosity.depth")) n += c.fills;
+  return n;
+}
+
+// Closed form: shaders see what brighter lights would give them. Of a light that is off nothing is left, whatever the
+// shaders add.
+TEST(Gains, ReachShadersWithStages) {
+  const RenderOptions o = layers("distribution");
+  for (const bool with_stones : {false, true}) {
+    SCOPED_TRACE(with_stones);
+    const std::string room = drawn_room(with_stones);
+    const Picture plain = Scene::parse(room).render(o);
+    const Picture gained = Scene::parse(room + R"(LightGroup "key" "float gain" 4 LightGroup "lamp" "float gain" 4
+      LightGroup "default" "float gain" 4)")
+                               .render(o);
+    const Picture brighter = Scene::parse(room + R"(Edit "light" "key" "float scale" 4
+      Edit "light" "lamp" "float scale" 4 Edit "light" "sky" "float scale" 4 Edit "light" "distant:1" "float scale" 4)")
+                                 .render(o);
+    size_t apart = 0, nonlinear = 0;
+    for (size_t i = 0; i < gained.picture().pixels.size(); ++i) {
+      const float a = gained.picture().pixels[i], b = brighter.picture().pixels[i];
+      apart += std::abs(a - b) > 1e-3f * std::max(b, .01f);  // by rounding, where a tone begins
+      nonlinear += std::abs(a - 4 * plain.picture().pixels[i]) > .1f * a;
+      float sum = 0;
+      for (const char* name : {"light.default", "light.key", "light.lamp"}) sum += gained.layer(name)->pixels[i];
+      EXPECT_NEAR(a, sum, 1e-4f * std::max(a, .01f));
+    }
+    EXPECT_LE(apart, 6u);
+    EXPECT_GE(nonlinear, 100u);
+    const Picture off =
+        Scene::parse(room + R"(LightGroup "key" "float gain" 0 LightGroup "lamp" "float gain" 0)").render(o);
+    const Picture dark = Scene::parse(room + R"(LightGroup "key" "float gain" 0 LightGroup "lamp" "float gain" 0
+      LightGroup "default" "float gain" 0)")
+                             .render(o);
+    EXPECT_GT(test::mean(off.picture()), 0);
+    EXPECT_EQ(test::mean(*off.layer("light.key")), 0);
+    EXPECT_EQ(test::mean(dark.picture()), 0);
+  }
+}
+
+// What other surfaces receive is kept where only what viewers see is a shader's own.
+TEST(Gains, OfShadersWithStagesAreRenderedAgain) {
+  for (const char* points : {"samples", "grids"})
+    for (const bool with_stones : {false, true}) {
+      SCOPED_TRACE(std::string(points) + (with_stones ? ", stones" : ""));
+      const RenderOptions o = layers("distribution");
+      Scene scene = Scene::parse(drawn_room(with_stones));
+      scene.edit("integrator", "", {{"string visiblepoints", points}});
+      LiveSession session(std::move(scene), o);
+      const Picture before = settled(session);
+      EXPECT_GT(fills(before), 0u);
+      expect_same(before, fresh(session, o));
+      for (const double gain : {3., .2, 0., 1.}) {
+        session.gain("key", {gain, 2, 1}).get();
+        const Picture once = settled(session);
+        EXPECT_GT(once.statistics.rays, 0u);
+        EXPECT_EQ(fills(once) == 0, !with_stones);
+        expect_same(once, fresh(session, o));
+        session.gain("key", {gain, 2, 1}).get();
+        EXPECT_EQ(settled(session).statistics.rays, 0u);
+      }
+      session.edit([](Scene& s) {
+        s.gain("lamp", {2, 2, 2});
+        s.edit("camera", "", {{"float fov", 35}});
+      });
+      session.edit("light", "key", {{"float scale", 2}});
+      expect_same(settled(session), fresh(session, o));
+    }
+}
+
+TEST(Gains, OfShadersWithStagesAtAnyTime) {
+  for (const bool with_stones : {false, true}) {
+    RenderOptions o = layers("distribution");
+    o.pixel_samples = 24;
+    LiveSession session(Scene::parse(drawn_room(with_stones)), o);
+    std::vector<std::thread> threads;
+    for (unsigned t = 0; t < 3; ++t)
+      threads.emplace_back([&session, t] {
+        for (int i = 0; i < 15; ++i) {
+          session.gain(t ? "key" : "lamp", {.1 * i, 1, 2});
+          if (i % 5 == int(t)) session.edit("material", "gloss", {{"float roughness", .1 + .01 * i}});
+          std::this_thread::sleep_for(std::chrono::milliseconds(7 * t + 1));
+        }
+      });
+    for (std::thread& t : threads) t.join();
+    expect_same(settled(session), fresh(session, o));
+  }
+}
+
 // A scene without groups has one: its gain is the first to need it.
 TEST(Gains, OfTheOnlyGroup) {
   LiveSession session(Scene::parse(test::room), layers("path"));

@@ -231,9 +231,7 @@ void LiveSession::check_gains() const {
   const PictureRequest& asked = options_.picture;
   const build::IntegratorRequest request =
       asked.integrator.over(c.settings || c.all ? scene_->described_request() : built_->request);
-  const bool keeps_materials = !c.materials && !c.geometry && !c.all;
-  render::check_gains(keeps_materials ? built_->scene.get() : nullptr, scene_->described_gains(),
-                      {request, asked.aovs, asked.noise_target});
+  render::check_gains(scene_->described_gains(), {request, asked.aovs, asked.noise_target});
 }
 
 // The integrator goes before the scene that it refers to, unless it will serve what has changed as well.
@@ -242,18 +240,16 @@ void LiveSession::build() {
   if (!scene_->description().dicing_camera && !scene_->description().camera.type.empty())
     scene_->freeze_dicing_camera();
   const build::Changes changes = scene_->changes();
-  bool keeps = picture_ && only_camera_or_gains(changes);
-  bool keeps_film = keeps && !changes.camera;
-  if (keeps && changes.camera) keeps = build::outlasts_camera(*built_, picture_->request());
-  if (keeps && changes.gains) keeps = picture_->keeps_for(scene_->described_gains());
-  keeps_film &= keeps;
-  if (!keeps_film) film_.reset();
+  const GainReach reach = picture_ && changes.gains ? picture_->reach_of(scene_->described_gains()) : GainReach::sums;
+  const bool keeps = picture_ && only_camera_or_gains(changes) && reach != GainReach::stored &&
+                     (!changes.camera || build::outlasts_camera(*built_, picture_->request()));
+  if (!keeps || changes.camera || reach != GainReach::sums) film_.reset();
   if (!keeps) picture_.reset();
   if (!keeps_surfaces(changes)) opacity_.reset();
   built_ = &scene_->built(options_.film);
   if (!keeps_paths(scene_->made_again())) prepared_ = {};
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
-  if (picture_ && changes.camera) picture_->begin_again();
+  if (picture_ && !film_) picture_->begin_again();
   if (film_) {
     set_scene_gains(*film_);
     film_result_ = without_counts(film_result_);
@@ -317,14 +313,14 @@ RenderSession::Pause LiveSession::pause_for_gains(scene::Film& film, const uint3
           }};
 }
 
-// Of gains that films without groups cannot show; not of those that will be refused.
+// Of gains that the film cannot show; not of those that will be refused.
 bool LiveSession::needs_samples(Transaction& gain) {
   const auto before = scene_->checkpoint();
   bool needs = false;
   try {
     gain.change(*scene_);
     check_gains();
-    needs = !picture_->keeps_for(scene_->described_gains());
+    needs = picture_->reach_of(scene_->described_gains()) != GainReach::sums;
   } catch (...) {  // which is told when it is applied
   }
   scene_->restore(before);
@@ -338,7 +334,7 @@ bool LiveSession::take_gains(std::unique_ptr<Transaction>* look) {
   {
     const std::lock_guard lock(mutex_);
     for (; !cancel_ && !queue_.empty() && queue_.front().kind == Kind::gain; queue_.pop_front()) {
-      if (picture_->film_groups() == 0 && needs_samples(queue_.front())) {
+      if (!picture_->weighs_gains() && needs_samples(queue_.front())) {
         cancel_ = true;
         break;
       }
