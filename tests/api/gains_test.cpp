@@ -203,10 +203,11 @@ std::string drawn_room(bool with_stones = false) {
   return text;
 }
 
-uint64_t fills(const Picture& picture) {
+// Of the caches whose names begin so.
+uint64_t fills(const Picture& picture, const std::string& name) {
   uint64_t n = 0;
   for (const CacheUse& c : picture.statistics.caches)
-    if (c.name.starts_with("radiosity.") && !c.name.starts_with("radiosity.depth")) n += c.fills;
+    if (c.name.starts_with(name) && !c.name.starts_with("radiosity.depth")) n += c.fills;
   return n;
 }
 
@@ -246,7 +247,7 @@ TEST(Gains, ReachShadersWithStages) {
   }
 }
 
-// What other surfaces receive is kept where only what viewers see is a shader's own.
+// What is shaded is kept where only what viewers see is a shader's own: samples are finished again.
 TEST(Gains, OfShadersWithStagesAreRenderedAgain) {
   for (const char* points : {"samples", "grids"})
     for (const bool with_stones : {false, true}) {
@@ -254,15 +255,21 @@ TEST(Gains, OfShadersWithStagesAreRenderedAgain) {
       const RenderOptions o = layers("distribution");
       Scene scene = Scene::parse(drawn_room(with_stones));
       scene.edit("integrator", "", {{"string visiblepoints", points}});
-      LiveSession session(std::move(scene), o);
+      std::vector<int> reductions;
+      LiveSession session(std::move(scene), o, [&](const LiveFrame& f) { reductions.push_back(f.reduction); });
       const Picture before = settled(session);
-      EXPECT_GT(fills(before), 0u);
+      EXPECT_GT(fills(before, "radiosity."), 0u);
+      EXPECT_GT(fills(before, "grids"), 0u);
       expect_same(before, fresh(session, o));
       for (const double gain : {3., .2, 0., 1.}) {
+        reductions.clear();
         session.gain("key", {gain, 2, 1}).get();
         const Picture once = settled(session);
         EXPECT_GT(once.statistics.rays, 0u);
-        EXPECT_EQ(fills(once) == 0, !with_stones);
+        // Those that the view of fewer pixels sees and no sample of the whole does.
+        EXPECT_EQ(fills(once, "grids") <= fills(before, "grids") / 10, !with_stones);
+        EXPECT_EQ(fills(once, "radiosity.") <= fills(before, "radiosity.") / 10, !with_stones);
+        EXPECT_EQ(reductions.front(), with_stones ? 8 : 4);
         expect_same(once, fresh(session, o));
         session.gain("key", {gain, 2, 1}).get();
         EXPECT_EQ(settled(session).statistics.rays, 0u);
@@ -281,12 +288,14 @@ TEST(Gains, OfShadersWithStagesAtAnyTime) {
     RenderOptions o = layers("distribution");
     o.pixel_samples = 24;
     LiveSession session(Scene::parse(drawn_room(with_stones)), o);
+    settled(session);
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < 3; ++t)
       threads.emplace_back([&session, t] {
         for (int i = 0; i < 15; ++i) {
           session.gain(t ? "key" : "lamp", {.1 * i, 1, 2});
-          if (i % 5 == int(t)) session.edit("material", "gloss", {{"float roughness", .1 + .01 * i}});
+          if (t == 1 && i % 5 == 1) session.edit("camera", "", {{"float fov", 30 + i}});
+          if (t == 2 && i == 7) session.edit("material", "gloss", {{"float roughness", .1}});
           std::this_thread::sleep_for(std::chrono::milliseconds(7 * t + 1));
         }
       });

@@ -49,6 +49,20 @@ TEST(ReducedView, HasFewerPixelsOfTheSameView) {
   EXPECT_EQ(scene.scene->camera.settings().resolution, before);
 }
 
+// Bit for bit: dicing is decided by them.
+TEST(ReducedView, MayHaveTheFootprintsOfTheWhole) {
+  build::BuiltScene scene = built();
+  const V3f P(.3f, .2f, .1f);
+  const float whole = scene.scene->camera.pixel_width(P);
+  const float of_ray = scene.scene->camera.generate(V2f(33.5f, 25), V2f(.5f, .5f), 0).cone_spread;
+  for (const auto footprints : {ReducedView::Footprints::of_pixels, ReducedView::Footprints::of_whole_view}) {
+    const ReducedView view(*scene.scene, 8, 0, footprints);
+    const bool same = footprints == ReducedView::Footprints::of_whole_view;
+    EXPECT_EQ(scene.scene->camera.pixel_width(P) == whole, same);
+    EXPECT_EQ(scene.scene->camera.generate(V2f(4.5f, 3.5f), V2f(.5f, .5f), 0).cone_spread < 1.1f * of_ray, same);
+  }
+}
+
 // A sketch is unbiased: against path tracing of the same bounces. Over 1350 pixels of 36 samples, whose standard
 // deviation is about their mean, the mean has a standard error of 0.5 %; the bound is six of them.
 TEST(Sketches, AreRight) {

@@ -14,7 +14,7 @@ namespace dapple::render {
 
 namespace {
 
-constexpr int reductions[] = {8, 4, 2};
+constexpr int reductions[] = {8, 4, 2}, finished_reduction = 4;
 constexpr uint32_t sketch_samples = 4;
 
 bool only_camera_or_gains(const build::Changes& c) {
@@ -249,7 +249,8 @@ void LiveSession::build() {
   built_ = &scene_->built(options_.film);
   if (!keeps_paths(scene_->made_again())) prepared_ = {};
   if (picture_ && changes.camera && !build::outlasts_camera(*built_, picture_->request())) picture_.reset();
-  if (picture_ && !film_) picture_->begin_again();
+  if (picture_ && changes.camera) picture_->begin_again();
+  is_shaded_ &= picture_ && !changes.camera;
   if (film_) {
     set_scene_gains(*film_);
     film_result_ = without_counts(film_result_);
@@ -261,6 +262,7 @@ void LiveSession::build() {
 
 void LiveSession::render() {
   reduced_.clear();
+  const bool only_finishes = std::exchange(is_shaded_, false);
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   const bool sketches = !picture_ && request.type != "ao";  // which has nothing to prepare
   if (sketches && !sketch(request)) return;
@@ -268,8 +270,10 @@ void LiveSession::render() {
     picture_ = std::make_unique<Picture>(*built_, options_.picture, StopToken(cancel_), opacity_, &prepared_);
   opacity_ = picture_->opacity_cache();
   const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
-  for (const int reduction : reductions)
-    if (!(sketches && reduction == reductions[0]) && !render_reduced(reduction)) return;
+  if (!render_reduced(sketches, only_finishes)) {
+    is_shaded_ = only_finishes;  // nothing was abandoned
+    return;
+  }
   auto film = std::make_unique<scene::Film>(picture_->make_film());
   RenderSession session(picture_->integrator(), *film, picture_->rules());
   picture_->judge(session, *film);
@@ -279,11 +283,13 @@ void LiveSession::render() {
     if (!cancel_) publish(picture_->layers(*film, false), 1, samples, nullptr);
   });
   session.on_pause(pause_for_gains(*film, whole_samples));
-  SessionResult result = session.run(cancel_, StopToken(cancel_));
+  SessionResult result = session.run(cancel_, only_finishes ? StopToken() : StopToken(cancel_));
   if (cancel_) {
-    picture_->begin_again();
+    is_shaded_ = only_finishes;
+    if (!only_finishes) picture_->begin_again();
     return;
   }
+  is_shaded_ = true;
   for (const SessionResult& r : reduced_) add_counts(r, &result);
   if (opacity_) {
     result.caches.push_back(picture_->opacity_state());
@@ -368,27 +374,34 @@ bool LiveSession::sketch(const build::IntegratorRequest& request) {
   ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
   const auto paths = build::make_integrator(scene, build::sketch_request(request), sketch_samples,
                                             request.seed.value_or(0), StopToken(cancel_));
-  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples, true);
+  return render_view(*paths, view.film(), {}, {reductions[0], sketch_samples, true, StopToken(cancel_)});
 }
 
-bool LiveSession::render_reduced(int reduction) {
-  picture_->begin_again();
-  ReducedView view(*built_->scene, reduction, picture_->film_groups());
+// What is shaded is diced for the whole view. Other samples of it may have to shade a little more, which is of use
+// there.
+bool LiveSession::render_reduced(bool is_sketched, bool only_finishes) {
   const uint32_t nothing_to_show = 0;
-  const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
-                                 reduction, 1, false);
-  picture_->begin_again();
-  return whole;
+  for (const int reduction : reductions) {
+    if (only_finishes ? reduction != finished_reduction : is_sketched && reduction == reductions[0]) continue;
+    if (!only_finishes) picture_->begin_again();
+    ReducedView view(*built_->scene, reduction, picture_->film_groups(),
+                     only_finishes ? ReducedView::Footprints::of_whole_view : ReducedView::Footprints::of_pixels);
+    const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
+                                   {reduction, 1, false, only_finishes ? StopToken() : StopToken(cancel_)});
+    if (!only_finishes) picture_->begin_again();
+    if (!whole) return false;
+  }
+  return true;
 }
 
 // False if it was cancelled.
 bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                              int reduction, uint32_t samples, bool is_sketch) {
+                              const View& view) {
   StopRules rules;
-  rules.pixel_samples = samples;
+  rules.pixel_samples = view.samples;
   RenderSession session(integrator, film, rules);
   session.on_pause(std::move(pause));
-  SessionResult result = session.run(cancel_, StopToken(cancel_));
+  SessionResult result = session.run(cancel_, view.abandon);
   if (cancel_) return false;
   reduced_.push_back(std::move(result));
   OutputSettings output;
@@ -396,9 +409,10 @@ bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Fi
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   output.metadata = scene_header(*built_, request.seed.value_or(0));
   output.metadata.push_back({"dapple/denoised", "no"});
-  output.metadata.push_back({"dapple/reduced", reduced_text(reduction, built_->scene->film.resolution, is_sketch)});
+  output.metadata.push_back(
+      {"dapple/reduced", reduced_text(view.reduction, built_->scene->film.resolution, view.is_sketch)});
   if (integrator.samples_are_independent()) output.metadata.push_back({"dapple/independentSamples", 1});
-  publish(make_output(film, output), reduction, samples, nullptr);
+  publish(make_output(film, output), view.reduction, view.samples, nullptr);
   return true;
 }
 

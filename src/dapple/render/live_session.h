@@ -86,9 +86,16 @@ class LiveSession {
   void set_scene_gains(scene::Film& film) const;
   void render();
   bool sketch(const build::IntegratorRequest& request);
-  bool render_reduced(int reduction);
+  bool render_reduced(bool is_sketched, bool only_finishes);
+  /// A picture before the whole.
+  struct View {
+    int reduction = 1;
+    uint32_t samples = 1;
+    bool is_sketch = false;
+    StopToken abandon;  ///< RenderSession::run()
+  };
   bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                   int reduction, uint32_t samples, bool is_sketch);
+                   const View& view);
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
   bool take_gains(std::unique_ptr<Transaction>* look);
@@ -107,6 +114,9 @@ class LiveSession {
   std::unique_ptr<scene::Film> film_;
   SessionResult film_result_;
   bool needs_rendering_ = true, needs_showing_ = false;
+  /// picture_'s integrator has shaded what the camera sees, but for shaders' stages for viewers: samples are only
+  /// finished.
+  bool is_shaded_ = false;
   bool noisy_is_shown_ = false;  ///< film_ as it is now, without denoising
   uint64_t shown_edits_ = 0;
   std::vector<SessionResult> reduced_;  ///< of this picture

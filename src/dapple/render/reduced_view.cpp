@@ -22,10 +22,11 @@ scene::Film::Settings reduced(scene::Film::Settings s, int reduction, int light_
 
 }  // namespace
 
-ReducedView::ReducedView(scene::Scene& scene, int reduction, int light_groups)
+ReducedView::ReducedView(scene::Scene& scene, int reduction, int light_groups, Footprints footprints)
     : scene_(scene), camera_(scene.camera), film_(reduced(scene.film, reduction, light_groups)) {
   if (light_groups > 0) film_.set_gains(scene.light_groups.gains);
   scene::Camera::Settings s = camera_.settings();
+  if (footprints == Footprints::of_whole_view) s.footprints = s.resolution;
   s.resolution = film_.settings().resolution;
   scene.camera = scene::Camera(s);
 }
