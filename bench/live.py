@@ -141,11 +141,14 @@ def bench_list(name, options, clock):
 
 
 def watch(live, edits_so_far, begin):
-    """(frame, seconds and processor time to it) of all frames that show the edits, as far as they are seen."""
+    """(frame, seconds and processor time to it) of the frames that show the edits, as far as they are seen."""
+    def stage(frame):
+        return frame.reduction, frame.pixel_samples, frame.settled
+
     frames = []
     while not frames or not frames[-1][0].settled:
         frame = live.frame()
-        if frame is not None and frame.edits >= edits_so_far and (not frames or frame is not frames[-1][0]):
+        if frame is not None and frame.edits >= edits_so_far and (not frames or stage(frame) != stage(frames[-1][0])):
             frames.append((frame, time.monotonic() - begin[0], time.process_time() - begin[1]))
         live.wait(0.001)
     return frames
