@@ -180,6 +180,10 @@ TEST(EditedScenes, RandomEditsOfSessions) {
     all.emplace_back("grids", [](Scene& s) {
       s.edit("integrator", "", {{"string type", "distribution"}, {"string visiblepoints", "grids"}});
     });
+  for (const char* shader : {"toon", "wet_stone"})  // which see gains
+    all.emplace_back(shader, [shader](Scene& s) {
+      s.edit("material", "red", {{"string type", "plugin"}, {"string filename", test::plugin(shader)}});
+    });
   all.emplace_back("samples", [](Scene& s) { s.edit("integrator", "", {{"string visiblepoints", "samples"}}); });
   const std::vector<Edit> wrong = {[](Scene& s) { s.edit("light", "none", {}); },
                                    [](Scene& s) {

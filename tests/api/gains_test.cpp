@@ -189,16 +189,15 @@ TEST(Gains, AtAnyTimeFromSeveralThreads) {
   expect_same(settled(session), fresh(session, o));
 }
 
-const std::string plugins = EXAMPLES_DIR;
-
 // The red ball in tones (postlighting), or the floor of damp stones as well (diffuselighting).
 std::string drawn_room(bool with_stones = false) {
-  std::string text = test::room + groups +
-                     "Edit \"material\" \"red\" \"string type\" \"plugin\" \"string filename\" \"" + plugins +
-                     "/libtoon.so\" \"float white\" .6 \"integer tones\" 3 \"float rim\" .4 \"rgb ink\" [.1 0 .2]\n";
+  std::string text =
+      test::room + groups + "Edit \"material\" \"red\" \"string type\" \"plugin\" \"string filename\" \"" +
+      test::plugin("toon") + "\" \"float white\" .6 \"integer tones\" 3 \"float rim\" .4 \"rgb ink\" [.1 0 .2]\n";
   if (with_stones)
-    text += "Edit \"material\" \"floor\" \"string type\" \"plugin\" \"string filename\" \"" + plugins +
-            "/libwet_stone.so\" \"rgb reflectance\" [.5 .4 .3] \"float frequency\" 1 \"float wetness\" .7 \"float "
+    text += "Edit \"material\" \"floor\" \"string type\" \"plugin\" \"string filename\" \"" +
+            test::plugin("wet_stone") +
+            "\" \"rgb reflectance\" [.5 .4 .3] \"float frequency\" 1 \"float wetness\" .7 \"float "
             "water\" 0\n";
   return text;
 }
