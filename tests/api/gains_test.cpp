@@ -282,6 +282,30 @@ TEST(Gains, OfShadersWithStagesAreRenderedAgain) {
     }
 }
 
+// While it renders: once a whole picture has been seen, what is shaded is kept for another gain.
+TEST(Gains, OfShadersWithStagesWhileRendering) {
+  RenderOptions o = layers("distribution");
+  o.pixel_samples = 500;
+  std::promise<void> whole, asked;
+  std::vector<std::pair<uint64_t, int>> seen;
+  Scene scene = Scene::parse(drawn_room());
+  scene.edit("integrator", "", {{"string visiblepoints", "grids"}});
+  LiveSession session(std::move(scene), o, [&](const LiveFrame& f) {
+    if (seen.empty() || seen.back() != std::pair(f.edits, f.reduction)) seen.emplace_back(f.edits, f.reduction);
+    if (f.reduction > 1 || f.pixel_samples > 1 || f.edits > 0) return;
+    whole.set_value();
+    asked.get_future().wait_for(std::chrono::seconds(60));
+  });
+  whole.get_future().wait();
+  session.gain("key", {.5, 1, 1});
+  asked.set_value();
+  const Picture last = settled(session);
+  EXPECT_EQ(seen, (std::vector<std::pair<uint64_t, int>>{{0, 8}, {0, 4}, {0, 2}, {0, 1}, {1, 4}, {1, 1}}));
+  const Picture expected = fresh(session, o);
+  EXPECT_LT(fills(last, "grids"), fills(expected, "grids") / 2);  // what one sample a pixel has not seen
+  expect_same(last, expected);
+}
+
 TEST(Gains, OfShadersWithStagesAtAnyTime) {
   for (const bool with_stones : {false, true}) {
     RenderOptions o = layers("distribution");

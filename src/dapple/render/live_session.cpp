@@ -73,7 +73,7 @@ LiveSession::~LiveSession() {
   {
     const std::lock_guard lock(mutex_);
     ends_ = true;
-    cancel_ = has_news_ = true;
+    cancel_ = abandon_ = has_news_ = true;
   }
   changed_.notify_all();
   thread_.join();
@@ -86,7 +86,7 @@ std::future<void> LiveSession::add(Transaction transaction) {
     last_edit_ = std::chrono::steady_clock::now();
   }
   (transaction.kind == Kind::look ? has_looks_ : has_news_) = true;
-  if (transaction.kind == Kind::edit) cancel_ = true;
+  if (transaction.kind == Kind::edit) cancel_ = abandon_ = true;
   Transaction& t = queue_.emplace_back(std::move(transaction));
   changed_.notify_all();
   return t.done.get_future();
@@ -131,7 +131,7 @@ std::shared_ptr<const LiveFrame> LiveSession::wait(double seconds) const {
 std::deque<LiveSession::Transaction> LiveSession::take_transactions() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ends_ || !queue_.empty() || needs_rendering_ || needs_showing_; });
-  if (!ends_) cancel_ = has_news_ = has_looks_ = false;
+  if (!ends_) cancel_ = abandon_ = has_news_ = has_looks_ = false;
   // Who waits for edits is not told of what was wrong before them.
   if (std::any_of(queue_.begin(), queue_.end(), [](const Transaction& t) { return t.kind != Kind::look; }))
     failure_before_ = std::exchange(failure_, nullptr);
@@ -271,7 +271,7 @@ void LiveSession::render() {
   opacity_ = picture_->opacity_cache();
   const integrate::CacheCounts opacity_before = opacity_ ? picture_->opacity_state().counts : integrate::CacheCounts();
   if (!render_reduced(sketches, only_finishes)) {
-    is_shaded_ = only_finishes;  // nothing was abandoned
+    is_shaded_ = only_finishes && !abandon_;
     return;
   }
   auto film = std::make_unique<scene::Film>(picture_->make_film());
@@ -283,13 +283,12 @@ void LiveSession::render() {
     if (!cancel_) publish(picture_->layers(*film, false), 1, samples, nullptr);
   });
   session.on_pause(pause_for_gains(*film, whole_samples));
-  SessionResult result = session.run(cancel_, only_finishes ? StopToken() : StopToken(cancel_));
+  SessionResult result = session.run(cancel_, StopToken(abandon_));
+  is_shaded_ = (only_finishes || whole_samples > 0) && !abandon_;
   if (cancel_) {
-    is_shaded_ = only_finishes;
-    if (!only_finishes) picture_->begin_again();
+    if (!is_shaded_) picture_->begin_again();
     return;
   }
-  is_shaded_ = true;
   for (const SessionResult& r : reduced_) add_counts(r, &result);
   if (opacity_) {
     result.caches.push_back(picture_->opacity_state());
@@ -374,7 +373,7 @@ bool LiveSession::sketch(const build::IntegratorRequest& request) {
   ReducedView view(scene, reductions[0], has_groups ? int(scene.light_groups.names.size()) : 0);
   const auto paths = build::make_integrator(scene, build::sketch_request(request), sketch_samples,
                                             request.seed.value_or(0), StopToken(cancel_));
-  return render_view(*paths, view.film(), {}, {reductions[0], sketch_samples, true, StopToken(cancel_)});
+  return render_view(*paths, view.film(), {}, reductions[0], sketch_samples, true);
 }
 
 // What is shaded is diced for the whole view. Other samples of it may have to shade a little more, which is of use
@@ -387,7 +386,7 @@ bool LiveSession::render_reduced(bool is_sketched, bool only_finishes) {
     ReducedView view(*built_->scene, reduction, picture_->film_groups(),
                      only_finishes ? ReducedView::Footprints::of_whole_view : ReducedView::Footprints::of_pixels);
     const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
-                                   {reduction, 1, false, only_finishes ? StopToken() : StopToken(cancel_)});
+                                   reduction, 1, false);
     if (!only_finishes) picture_->begin_again();
     if (!whole) return false;
   }
@@ -396,12 +395,12 @@ bool LiveSession::render_reduced(bool is_sketched, bool only_finishes) {
 
 // False if it was cancelled.
 bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                              const View& view) {
+                              int reduction, uint32_t samples, bool is_sketch) {
   StopRules rules;
-  rules.pixel_samples = view.samples;
+  rules.pixel_samples = samples;
   RenderSession session(integrator, film, rules);
   session.on_pause(std::move(pause));
-  SessionResult result = session.run(cancel_, view.abandon);
+  SessionResult result = session.run(cancel_, StopToken(abandon_));
   if (cancel_) return false;
   reduced_.push_back(std::move(result));
   OutputSettings output;
@@ -409,10 +408,9 @@ bool LiveSession::render_view(const integrate::Integrator& integrator, scene::Fi
   const build::IntegratorRequest request = options_.picture.integrator.over(built_->request);
   output.metadata = scene_header(*built_, request.seed.value_or(0));
   output.metadata.push_back({"dapple/denoised", "no"});
-  output.metadata.push_back(
-      {"dapple/reduced", reduced_text(view.reduction, built_->scene->film.resolution, view.is_sketch)});
+  output.metadata.push_back({"dapple/reduced", reduced_text(reduction, built_->scene->film.resolution, is_sketch)});
   if (integrator.samples_are_independent()) output.metadata.push_back({"dapple/independentSamples", 1});
-  publish(make_output(film, output), view.reduction, view.samples, nullptr);
+  publish(make_output(film, output), reduction, samples, nullptr);
   return true;
 }
 

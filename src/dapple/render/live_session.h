@@ -87,15 +87,8 @@ class LiveSession {
   void render();
   bool sketch(const build::IntegratorRequest& request);
   bool render_reduced(bool is_sketched, bool only_finishes);
-  /// A picture before the whole.
-  struct View {
-    int reduction = 1;
-    uint32_t samples = 1;
-    bool is_sketch = false;
-    StopToken abandon;  ///< RenderSession::run()
-  };
   bool render_view(const integrate::Integrator& integrator, scene::Film& film, RenderSession::Pause pause,
-                   const View& view);
+                   int reduction, uint32_t samples, bool is_sketch);
   void show_whole();
   RenderSession::Pause pause_for_gains(scene::Film& film, const uint32_t& samples);
   bool take_gains(std::unique_ptr<Transaction>* look);
@@ -129,7 +122,8 @@ class LiveSession {
   std::shared_ptr<const LiveFrame> frame_;
   std::exception_ptr failure_, failure_before_;  ///< of the scene as it is; before the edits under way
   bool ends_ = false;
-  std::atomic<bool> cancel_{false}, has_news_{false};  ///< has_news_: gains too
+  std::atomic<bool> cancel_{false}, abandon_{false};  ///< abandon_: what is shaded is of no use after the edit
+  std::atomic<bool> has_news_{false};                 ///< gains too
   std::atomic<bool> has_looks_{false};
   std::thread thread_;  ///< last: it uses all of the above
 };
