@@ -19,6 +19,20 @@ float kept(float v, uint32_t* dropped) {
   return 0;
 }
 
+// Four groups at a time, which compilers make vectors of.
+RGB weighted_sum(const RGB* sums, std::span<const RGB> gains) {
+  static_assert(sizeof(RGB) == 3 * sizeof(float));
+  constexpr size_t lanes = 12;
+  const float *const s = &sums->r, *const g = &gains.data()->r;
+  const size_t n = 3 * gains.size(), whole = n / lanes * lanes;
+  float all[lanes] = {};
+  for (size_t i = 0; i < whole; i += lanes)
+    for (size_t k = 0; k < lanes; ++k) all[k] += g[i + k] * s[i + k];
+  for (size_t i = whole; i < n; ++i) all[i - whole] += g[i] * s[i];
+  RGB sum;
+  for (size_t k = 0; k < lanes; k += 3) sum += RGB(all[k], all[k + 1], all[k + 2]);
+  return sum;
+}
 }  // namespace
 
 Film::Film(const Settings& settings) : settings_(settings) {
@@ -116,23 +130,6 @@ AirFeatures Film::air(int x, int y) const {
   }
   return air;
 }
-
-namespace {
-// Four groups at a time, which compilers make vectors of.
-RGB weighted_sum(const RGB* sums, std::span<const RGB> gains) {
-  static_assert(sizeof(RGB) == 3 * sizeof(float));
-  constexpr size_t lanes = 12;
-  const float *const s = &sums->r, *const g = &gains.data()->r;
-  const size_t n = 3 * gains.size(), whole = n / lanes * lanes;
-  float all[lanes] = {};
-  for (size_t i = 0; i < whole; i += lanes)
-    for (size_t k = 0; k < lanes; ++k) all[k] += g[i + k] * s[i + k];
-  for (size_t i = whole; i < n; ++i) all[i - whole] += g[i] * s[i];
-  RGB sum;
-  for (size_t k = 0; k < lanes; k += 3) sum += RGB(all[k], all[k + 1], all[k + 2]);
-  return sum;
-}
-}  // namespace
 
 void Film::set_gains(std::vector<RGB> gains) {
   if (std::all_of(gains.begin(), gains.end(), [](const RGB& gain) { return gain == RGB(1); })) gains.clear();
