@@ -376,15 +376,14 @@ bool LiveSession::sketch(const build::IntegratorRequest& request) {
   return render_view(*paths, view.film(), {}, reductions[0], sketch_samples, true);
 }
 
-// What is shaded is diced for the whole view. Other samples of it may have to shade a little more, which is of use
-// there.
+// What is shaded is what the samples of the whole view found.
 bool LiveSession::render_reduced(bool is_sketched, bool only_finishes) {
   const uint32_t nothing_to_show = 0;
   for (const int reduction : reductions) {
     if (only_finishes ? reduction != finished_reduction : is_sketched && reduction == reductions[0]) continue;
     if (!only_finishes) picture_->begin_again();
     ReducedView view(*built_->scene, reduction, picture_->film_groups(),
-                     only_finishes ? ReducedView::Footprints::of_whole_view : ReducedView::Footprints::of_pixels);
+                     only_finishes ? ReducedView::Pixels::sparse : ReducedView::Pixels::wide);
     const bool whole = render_view(picture_->integrator(), view.film(), pause_for_gains(view.film(), nothing_to_show),
                                    reduction, 1, false);
     if (!only_finishes) picture_->begin_again();

@@ -9,10 +9,13 @@ namespace dapple::render {
 /// While it lives, a scene's camera has fewer pixels of the same view.
 class ReducedView {
  public:
-  /// What a sample of a pixel stands for: all of the pixel, or what it would stand for in the whole view.
-  enum class Footprints : uint8_t { of_pixels, of_whole_view };
-  /// Pixels so many times as wide. The film keeps `light_groups` groups (0: none), with the scene's gains.
-  ReducedView(scene::Scene& scene, int reduction, int light_groups, Footprints footprints = Footprints::of_pixels);
+  enum class Pixels : uint8_t {
+    wide,    ///< each so many times as wide as those of the whole view
+    sparse,  ///< some of the whole view's, with the same samples
+  };
+  /// `reduction` times fewer pixels a row and column. The film keeps `light_groups` groups (0: none), with the scene's
+  /// gains.
+  ReducedView(scene::Scene& scene, int reduction, int light_groups, Pixels pixels = Pixels::wide);
   ~ReducedView();
   ReducedView(const ReducedView&) = delete;
   ReducedView& operator=(const ReducedView&) = delete;

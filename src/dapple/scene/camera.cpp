@@ -16,11 +16,10 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
   origin_ = world_start_.point(V3f(0, 0, 0));
   for (int i = 0; i < 3; ++i) axes_[i] = world_start_.vector(V3f(i == 0, i == 1, i == 2));
   const float height = (settings.screen_max_y - settings.screen_min_y) * tan_half;
-  const V2i& pixels = settings.footprints.y > 0 ? settings.footprints : settings.resolution;
-  pixel_ = height / float(pixels.y);
-  if (settings.projection == Projection::spherical_lat_long) pixel_ = pi / float(pixels.y);
+  pixel_ = height / float(settings.resolution.y);
+  if (settings.projection == Projection::spherical_lat_long) pixel_ = pi / float(settings.resolution.y);
   if (settings.projection == Projection::spherical_equal_area)
-    pixel_ = std::sqrt(4 * pi / float(pixels.x) / float(pixels.y));
+    pixel_ = std::sqrt(4 * pi / float(settings.resolution.x) / float(settings.resolution.y));
   scale_ = length(axes_[2]);
   spread_ = pixel_ * scale_;
   pinhole_ = settings.projection == Projection::perspective && settings.lens_radius == 0 && !settings.lens_system &&
